@@ -104,7 +104,9 @@ pub fn calibrate_recordings(
 }
 
 /// Endings of files in a folder that may be recordings.
-pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
+pub const ENDINGS: [&str; 9] = [
+    "csv", "txt", "tsv", "log", "dat", "gz", "cwa", "gt3x", "bin",
+];
 
 /// Files of a folder that may be recordings, in the order of their names.
 ///
@@ -141,9 +143,8 @@ fn no_recordings(folder: &Path) -> Error {
             "folders inside are not read; name one: {}",
             path_word(Path::new(inside))
         ),
-        None => {
-            "recordings are files that end in .csv, .txt, .tsv, .log, .dat, .gz or .cwa".to_owned()
-        }
+        None => "recordings are files that end in .csv, .txt, .tsv, .log, .dat, .gz, .cwa, .gt3x or .bin"
+            .to_owned(),
     };
     Error::input("no-recordings", "there is no recording in this folder")
         .at(folder, None)

@@ -20,6 +20,9 @@ pub fn ending_of(command: &str) -> Option<Ending> {
     }
 }
 
+/// Endings of recordings that are no table.
+const BINARY: [&str; 3] = ["cwa", "gt3x", "bin"];
+
 /// The ending of the recording, unpacked.
 fn unpacked(path: &Path) -> String {
     let plain = match path.extension() {
@@ -28,7 +31,9 @@ fn unpacked(path: &Path) -> String {
     };
     match plain.extension() {
         // What is written is text, whatever is read.
-        Some(e) if !e.eq_ignore_ascii_case("cwa") => format!(".{}", e.to_string_lossy()),
+        Some(e) if !BINARY.iter().any(|b| e.eq_ignore_ascii_case(b)) => {
+            format!(".{}", e.to_string_lossy())
+        }
         _ => ".csv".to_owned(),
     }
 }
@@ -126,6 +131,7 @@ mod tests {
             ("a.csv.gz", ".csv"),
             ("a.cwa", ".csv"),
             ("a.CWA.gz", ".csv"),
+            ("a.gt3x", ".csv"),
             ("a.gz", ".csv"),
             ("a", ".csv"),
         ] {

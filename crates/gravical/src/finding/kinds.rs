@@ -122,33 +122,37 @@ kinds! {
             "read as Windows-1252 or UTF-16"
             "nothing";
         TruncatedFile "truncated-file" Warning
-            "a truncated gzip file"
+            "a truncated gzip file, or a damaged `.gt3x` archive"
             "the part that can be unpacked is used"
             "copy the file again";
         CorruptBlock "corrupt-block" Warning
-            "blocks of a [`.cwa` file](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end"
+            "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end"
             "skipped; a break"
             "copy the file from the device again; if that does not help, its memory is worn or it lost power";
         RepeatedBlock "repeated-block" Warning
-            "blocks of a `.cwa` file that repeat the one before"
+            "blocks of such a file that repeat the one before"
             "skipped"
             "nothing";
         LateBlock "late-block" Warning
-            "blocks of a `.cwa` file that are earlier than the one before: repeated or out of order"
+            "blocks of such a file that are earlier than the one before: repeated or out of order"
             "skipped"
             "copy the file from the device again";
         ErasedBlock "erased-block" Note
-            "blocks of a `.cwa` file that were never written"
+            "blocks of such a file that were never written"
             "skipped"
             "nothing";
         MissingBlocks "missing-blocks" Warning
-            "blocks of a `.cwa` file are missing by their sequence numbers, or the time stamps jump"
+            "blocks of such a file are missing by their sequence numbers, or the time stamps jump; of a `.gt3x` file: seconds without a record"
             "a break; no sample is stretched over it"
             "nothing for a mean; copy the file again if it is long";
         SeveralSessions "several-sessions" Warning
-            "several sessions in one `.cwa` file"
+            "several sessions in one such file"
             "a break between them"
             "check that one person wore it in one setting";
+        OtherRecords "other-records" Note
+            "records of a `.gt3x` file without samples at the connection of a cable, or of kinds that its description does not have (or a second sensor: kinds 17, 18, 22, 25)"
+            "not read"
+            "nothing; if samples are missing, export the recording as CSV";
     }
     "Columns and files" {
         FirstRowsDiffer "first-rows-differ" Warning

@@ -8,7 +8,6 @@ use crate::scan::Lines;
 use crate::{Error, Result};
 
 use super::ReadOptions;
-use super::axivity::{self, AxivityRows};
 use super::dialect::terminator;
 use super::format::Format;
 use super::head::Head;
@@ -21,11 +20,12 @@ use super::open::{Input, peek};
 use super::row::Values;
 use super::rows::{Finished, Item, Rows, Source, Text};
 use super::text::{TextRows, find_format};
+use super::wearable::{self, Device, DeviceRows, Opened};
 
 /// Rows of a file: lines of text, or samples of a binary format.
 pub(crate) enum FileRows<R> {
     Text(Box<TextRows<R>>),
-    Axivity(Box<AxivityRows<R>>),
+    Device(Box<DeviceRows<R>>),
 }
 
 /// A file whose rows can be read.
@@ -68,19 +68,32 @@ pub(crate) fn open_rows(
     facts: Option<Facts>,
 ) -> Result<OpenFile> {
     let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let begun = peek(reader, axivity::MAGIC);
+    let begun = peek(reader, wearable::MAGIC);
     let (magic, reader) = begun.map_err(|e| Error::io(Path::new(name), e))?;
     let mut findings = Vec::new();
-    let begun = match axivity::is_axivity(&magic) {
-        true => begin_axivity(reader, &input, name, role, options, &mut findings)?,
-        false => begin_text(reader, &input, name, role, options, &mut findings)?,
+    let begun = match Device::of(&magic) {
+        Some(device) => begin_device(reader, device, &input, name, role, options, &mut findings)?,
+        None => begin_text(reader, &input, name, role, options, &mut findings)?,
     };
     let claims = RecordingClaims {
         metadata_rate_hz: metadata::rate_hz(&begun.format.dialect.metadata),
         layout: begun.format.layout.clone(),
         options: options.clone(),
     };
-    let head = Head::read(begun.of_head(name), &claims);
+    let head = match &begun.device {
+        Some((device, opened)) => {
+            let rows = opened.rows(*device, &begun.head[..], &begun.head, name, !begun.whole);
+            let rows = rows.map_err(|e| e.about(Path::new(name)))?;
+            Head::read(rows, &claims)
+        }
+        None => {
+            let lines = Lines::new(&begun.head[..]).with_terminator(terminator(&begun.head));
+            Head::read(
+                TextRows::new(lines, name, &begun.format, !begun.whole),
+                &claims,
+            )
+        }
+    };
     let facts = facts.unwrap_or_else(|| head.facts());
     let expected = head.expected(begun.head.len(), input.size);
     Ok(OpenFile {
@@ -98,22 +111,9 @@ pub(crate) fn open_rows(
 struct Begun {
     rows: FileRows<Box<dyn Read>>,
     format: Format,
+    device: Option<(Device, Opened)>,
     head: Vec<u8>,
     whole: bool,
-}
-
-impl Begun {
-    /// The rows of the head once more.
-    fn of_head(&self, name: &str) -> FileRows<&[u8]> {
-        match &self.rows {
-            FileRows::Axivity(rows) => FileRows::Axivity(Box::new(rows.of_head(&self.head, name))),
-            FileRows::Text(_) => {
-                let lines = Lines::new(&self.head[..]).with_terminator(terminator(&self.head));
-                let rows = TextRows::new(lines, name, &self.format, !self.whole);
-                FileRows::Text(Box::new(rows))
-            }
-        }
-    }
 }
 
 fn begin_text(
@@ -134,13 +134,15 @@ fn begin_text(
     Ok(Begun {
         rows: FileRows::Text(Box::new(TextRows::new(lines, name, &format, false))),
         format,
+        device: None,
         head: clean,
         whole,
     })
 }
 
-fn begin_axivity(
+fn begin_device(
     reader: Box<dyn Read>,
+    device: Device,
     input: &Input,
     name: &str,
     role: Role,
@@ -149,25 +151,25 @@ fn begin_axivity(
 ) -> Result<Begun> {
     let here = Path::new(name);
     let (head, reader) = peek(reader, input.head_bytes).map_err(|e| Error::io(here, e))?;
-    let opened = axivity::Opened::of(&head)
-        .ok_or_else(|| Error::input("no-rows", "no header of a .cwa file").at(here, None))?;
+    let opened = Opened::of(device, &head).map_err(|e| e.about(here))?;
     let request = layout::Request {
         columns: options.columns.as_ref(),
         sensor: options.sensor.as_deref(),
         file: name,
     };
     let layout = layout::find(role, &opened.dialect, request, findings);
-    let rows = AxivityRows::new(reader, name, &opened);
-    let rows = rows.map_err(|e| Error::io(here, e))?;
+    let rows = opened.rows(device, reader, &head, name, false);
+    let rows = rows.map_err(|e| e.about(here))?;
     Ok(Begun {
         format: Format {
-            description: opened.description,
+            description: opened.description.clone(),
             layout: layout.map_err(|e| e.at(here, None))?,
-            dialect: opened.dialect,
+            dialect: opened.dialect.clone(),
             role,
             options: options.clone(),
         },
-        rows: FileRows::Axivity(Box::new(rows)),
+        device: Some((device, opened)),
+        rows: FileRows::Device(Box::new(rows)),
         whole: head.len() < input.head_bytes,
         head,
     })
@@ -175,8 +177,8 @@ fn begin_axivity(
 
 /// Length of the complete rows of `head`, the beginning of a longer file.
 pub(crate) fn complete_rows(head: &[u8]) -> usize {
-    if axivity::is_axivity(head) {
-        return axivity::complete_blocks(head);
+    if let Some(device) = Device::of(head) {
+        return wearable::complete_blocks(device, head);
     }
     let end = head.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
     end.map_or(head.len(), |at| at + 1)
@@ -200,7 +202,7 @@ impl OpenFile {
     pub fn with_spans(mut self) -> Self {
         match self.rows.source_mut() {
             FileRows::Text(rows) => rows.provide_spans(),
-            FileRows::Axivity(rows) => rows.provide_text(),
+            FileRows::Device(rows) => rows.provide_text(),
         }
         self
     }
@@ -217,7 +219,7 @@ impl OpenFile {
             let rows = finished.ledger.rows;
             findings.push(Finding::new(
                 FindingKind::TruncatedFile,
-                format!("the packed file ends in the middle; {rows} rows could be unpacked"),
+                format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked"),
             ));
         }
         findings.extend(finished.ledger.findings());
@@ -225,7 +227,7 @@ impl OpenFile {
         description.push(self.format.description);
         match self.rows.source() {
             FileRows::Text(rows) => findings.extend(rows.odd_bytes(&self.input.unpacked)),
-            FileRows::Axivity(rows) => {
+            FileRows::Device(rows) => {
                 findings.extend(rows.findings());
                 description.extend(rows.battery());
             }
@@ -244,7 +246,7 @@ impl<R: Read> Source for FileRows<R> {
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
         match self {
             FileRows::Text(rows) => rows.next(values),
-            FileRows::Axivity(rows) => rows.next(values),
+            FileRows::Device(rows) => rows.next(values),
         }
     }
 
@@ -252,7 +254,7 @@ impl<R: Read> Source for FileRows<R> {
     fn number(&self) -> u64 {
         match self {
             FileRows::Text(rows) => rows.number(),
-            FileRows::Axivity(rows) => rows.number(),
+            FileRows::Device(rows) => rows.number(),
         }
     }
 
@@ -260,21 +262,21 @@ impl<R: Read> Source for FileRows<R> {
     fn text(&self) -> Text<'_> {
         match self {
             FileRows::Text(rows) => rows.text(),
-            FileRows::Axivity(rows) => rows.text(),
+            FileRows::Device(rows) => rows.text(),
         }
     }
 
     fn can_skip(&self) -> bool {
         match self {
             FileRows::Text(rows) => rows.can_skip(),
-            FileRows::Axivity(rows) => rows.can_skip(),
+            FileRows::Device(rows) => rows.can_skip(),
         }
     }
 
     fn skip_to(&mut self, line: u64) -> Result<()> {
         match self {
             FileRows::Text(rows) => rows.skip_to(line),
-            FileRows::Axivity(rows) => rows.skip_to(line),
+            FileRows::Device(rows) => rows.skip_to(line),
         }
     }
 }

@@ -23,7 +23,7 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
-mod axivity;
+mod archive;
 #[doc(hidden)]
 pub mod board;
 pub(crate) mod cells;
@@ -64,6 +64,7 @@ pub mod timing;
 mod unit_choice;
 #[doc(hidden)]
 pub mod units;
+mod wearable;
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 use crate::utc::UtcTime;

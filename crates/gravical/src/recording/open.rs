@@ -1,4 +1,4 @@
-//! Opening of files: plain, gzip or standard input, in any encoding.
+//! Opening of files: plain, gzip, a `.gt3x` archive or standard input, in any encoding.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use encoding_rs::{Decoder, Encoding};
 use sha2::{Digest, Sha256};
 
-use super::ReadOptions;
+use super::{ReadOptions, archive};
 use crate::hash::hex;
 use crate::{Error, Result};
 
@@ -22,7 +22,9 @@ pub(crate) fn stem(name: &str) -> String {
         .file_name()
         .map_or_else(|| name.into(), |f| f.to_string_lossy());
     let mut stem = file.as_ref();
-    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat", ".cwa"] {
+    for ending in [
+        ".gz", ".csv", ".txt", ".tsv", ".log", ".dat", ".cwa", ".gt3x",
+    ] {
         stem = stem.strip_suffix(ending).unwrap_or(stem);
     }
     stem.to_owned()
@@ -232,6 +234,17 @@ fn from_file(
     };
     let mut input = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
     input.size = total.filter(|_| input.unpacked.is_empty());
+    let (magic, reader) =
+        peek(input.reader, archive::MAGIC.len()).map_err(|e| Error::io(path, e))?;
+    input.reader = reader;
+    if magic == archive::MAGIC {
+        let (stream, size) = archive::gt3x(&mut input.reader, path)?;
+        input.reader = Box::new(UntilCut {
+            inner: stream,
+            cut_off: input.cut_off.clone(),
+        });
+        input.size = Some(size);
+    }
     Ok(input)
 }
 

@@ -1,8 +1,8 @@
-//! The blocks of a file in order: which of them are used, and where something is missing.
+//! Blocks of samples in order: which of them are used, and where something is missing.
 
 use std::io::{self, Read};
 
-use super::block::{BLOCK, Block, Defect};
+use super::Sample;
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::ledger::Aside;
 
@@ -11,6 +11,28 @@ use crate::recording::ledger::Aside;
 /// within a few samples.
 const RATE_TOLERANCE: f64 = 0.1;
 const STAMP_TOLERANCE_S: f64 = 0.1;
+
+/// A block of samples, whatever its format.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Block {
+    /// Number of the recording among several in a file.
+    pub session: u32,
+    /// Number that grows by one from block to block.
+    pub sequence: u32,
+    /// The time stamp, s since 1970 on the clock of the device.
+    pub stamp_s: f64,
+    /// The sample, from that at the start of the block, to which the stamp belongs; it may lie
+    /// outside of the block.
+    pub stamp_sample: i64,
+    /// Nominal sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Temperature of the device, °C; NaN without one.
+    pub temperature_c: f64,
+    /// Voltage of the battery, V; NaN if it is unknown.
+    pub battery_v: f64,
+    /// At least one.
+    pub samples: Vec<Sample>,
+}
 
 /// What comes next in a file.
 #[derive(Debug)]
@@ -27,22 +49,32 @@ pub(super) enum Event {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Skipped {
     pub reason: Aside,
-    /// Its number, from 1.
-    block: u64,
+    place: Place,
     why: &'static str,
 }
 
 impl Skipped {
     /// For messages.
     pub fn text(&self) -> String {
-        format!("{}: {}", place(self.block), self.why)
+        format!("{}: {}", self.place.text(), self.why)
     }
 }
 
-/// A block, counted from 1, and where it begins.
-fn place(block: u64) -> String {
-    let byte = super::block::HEADER as u64 + (block - 1) * BLOCK as u64;
-    format!("block {block} at byte {byte}")
+/// A block of a file.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// What the format calls it.
+    pub noun: &'static str,
+    /// Its number, from 1.
+    pub number: u64,
+    /// Where it begins.
+    pub byte: u64,
+}
+
+impl Place {
+    fn text(&self) -> String {
+        format!("{} {} at byte {}", self.noun, self.number, self.byte)
+    }
 }
 
 /// A block within its run.
@@ -51,6 +83,13 @@ pub(super) struct Placed {
     pub block: Block,
     /// Samples of the run before it.
     pub first: i64,
+}
+
+impl Placed {
+    /// The sample of the run to which the stamp belongs.
+    pub fn stamp_sample(&self) -> i64 {
+        self.first + self.block.stamp_sample
+    }
 }
 
 /// The last block that was used.
@@ -68,12 +107,12 @@ struct Last {
     samples: i64,
 }
 
-/// The blocks of a file.
+/// The order of the blocks of a file.
 #[derive(Debug)]
-pub(super) struct Blocks<R> {
-    reader: R,
-    /// Blocks read.
-    read: u64,
+pub(super) struct Order {
+    /// What has a sequence number, and how a missing one shows.
+    noun: &'static str,
+    by: &'static str,
     last: Option<Last>,
     /// Blocks skipped since then.
     skipped: u64,
@@ -90,12 +129,12 @@ struct Missing {
     first: Option<String>,
 }
 
-impl<R: Read> Blocks<R> {
-    /// `reader` is at the first block.
-    pub fn new(reader: R) -> Self {
-        Blocks {
-            reader,
-            read: 0,
+impl Order {
+    /// For messages: `2 {noun}s missing {by}`.
+    pub fn new(noun: &'static str, by: &'static str) -> Self {
+        Order {
+            noun,
+            by,
             last: None,
             skipped: 0,
             missing: Missing::default(),
@@ -104,47 +143,16 @@ impl<R: Read> Blocks<R> {
         }
     }
 
-    /// The next block, after a gap if there is one before it; `None` at the end of the file.
-    ///
-    /// # Errors
-    ///
-    /// Errors of reading.
-    pub fn next(&mut self) -> io::Result<Option<(Option<Event>, Event)>> {
-        let mut bytes = [0; BLOCK];
-        let length = fill(&mut self.reader, &mut bytes)?;
-        if length == 0 {
-            return Ok(None);
-        }
-        self.read += 1;
-        let parsed = match length {
-            BLOCK => Block::parse(&bytes),
-            _ => Err(Defect::Truncated),
-        };
-        Ok(Some(match parsed {
-            Ok(block) => self.place(block),
-            Err(defect) => {
-                let reason = match defect {
-                    Defect::Erased => Aside::ErasedBlock,
-                    _ => Aside::CorruptBlock,
-                };
-                (None, self.skip(reason, defect.text()))
-            }
-        }))
-    }
-
-    fn skip(&mut self, reason: Aside, why: &'static str) -> Event {
+    /// A block that cannot be used, and why.
+    pub fn skip(&mut self, place: Place, reason: Aside, why: &'static str) -> Event {
         // Repeated and late blocks take no number of those that are missing.
         let counts = matches!(reason, Aside::CorruptBlock | Aside::ErasedBlock);
         self.skipped += u64::from(counts);
-        Event::Skipped(Skipped {
-            reason,
-            block: self.read,
-            why,
-        })
+        Event::Skipped(Skipped { reason, place, why })
     }
 
-    /// Where a block belongs.
-    fn place(&mut self, block: Block) -> (Option<Event>, Event) {
+    /// Where a block belongs: the block, after a gap if there is one before it.
+    pub fn place(&mut self, place: Place, block: Block) -> (Option<Event>, Event) {
         let mut first = 0;
         let mut gap = None;
         let mut began_s = block.earliest_s();
@@ -157,14 +165,12 @@ impl<R: Read> Blocks<R> {
                     began_s = last.began_s;
                 }
                 if block.sequence == last.sequence {
-                    return (
-                        None,
-                        self.skip(Aside::RepeatedBlock, "the one before again"),
-                    );
+                    let why = "the one before again";
+                    return (None, self.skip(place, Aside::RepeatedBlock, why));
                 }
                 if block.sequence < last.sequence && !restarted {
                     let why = "earlier than the one before";
-                    return (None, self.skip(Aside::LateBlock, why));
+                    return (None, self.skip(place, Aside::LateBlock, why));
                 }
                 if last.sequence.checked_add(1) == Some(block.sequence)
                     && last.continues_with(&block)
@@ -172,7 +178,7 @@ impl<R: Read> Blocks<R> {
                     first = last.samples;
                 } else {
                     gap = Some(Event::Gap);
-                    self.miss(last, &block);
+                    self.miss(last, &block, place);
                 }
             }
             Some(_) => {
@@ -189,14 +195,16 @@ impl<R: Read> Blocks<R> {
             stamp_s: block.stamp_s,
             began_s,
             stamp_sample: first + block.stamp_sample,
-            samples: first + block.samples as i64,
+            samples: first + block.samples.len() as i64,
         });
-        let battery_v = self.battery_v.get_or_insert([block.battery_v; 2]);
-        battery_v[1] = block.battery_v;
+        if block.battery_v.is_finite() {
+            let battery_v = self.battery_v.get_or_insert([block.battery_v; 2]);
+            battery_v[1] = block.battery_v;
+        }
         (gap, Event::Block(Box::new(Placed { block, first })))
     }
 
-    fn miss(&mut self, last: Last, block: &Block) {
+    fn miss(&mut self, last: Last, block: &Block, place: Place) {
         let between = block
             .sequence
             .saturating_sub(last.sequence.saturating_add(1));
@@ -207,7 +215,7 @@ impl<R: Read> Blocks<R> {
         self.missing.jumps += u64::from(jump);
         if jump || missing > 0 {
             let before_s = block.stamp_s - last.stamp_s;
-            let text = || format!("{}, {before_s:.1} s after", place(self.read));
+            let text = || format!("{}, {before_s:.1} s after", place.text());
             self.missing.first.get_or_insert_with(text);
         }
     }
@@ -227,12 +235,14 @@ impl<R: Read> Blocks<R> {
             };
             let mut what = Vec::new();
             if *blocks > 0 {
-                let missing = plural(*blocks, "block");
-                what.push(format!("{missing} missing by the sequence numbers"));
+                let missing = plural(*blocks, self.noun);
+                what.push(format!("{missing} missing {}", self.by));
             }
             if *jumps > 0 {
-                let jumps = plural(*jumps, "jump");
-                what.push(format!("{jumps} of the time stamps without missing blocks"));
+                let (jumps, noun) = (plural(*jumps, "jump"), self.noun);
+                what.push(format!(
+                    "{jumps} of the time stamps without missing {noun}s"
+                ));
             }
             findings.push(
                 Finding::new(
@@ -289,7 +299,7 @@ impl Last {
 }
 
 /// Fills `bytes` as far as there is input; returns how far.
-fn fill(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
+pub(super) fn fill(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
     let mut length = 0;
     while length < bytes.len() {
         match reader.read(&mut bytes[length..]) {

@@ -7,6 +7,8 @@ use std::ops::RangeInclusive;
 
 use jiff::civil::DateTime;
 
+use crate::recording::wearable::Sample;
+
 /// Length of the header, bytes.
 pub(crate) const HEADER: usize = 1024;
 /// Length of a block of samples, bytes.
@@ -140,7 +142,7 @@ pub(crate) struct Block {
     /// Nominal sampling rate, Hz.
     pub rate_hz: f64,
     /// Number of samples.
-    pub samples: usize,
+    samples: usize,
     coding: Coding,
     /// g per count.
     accel_g: f64,
@@ -212,9 +214,19 @@ impl Block {
         self.coding == Coding::Plain { gyro: true }
     }
 
-    /// Specific force of sample `i`, g; `i` is below [`samples`](Self::samples).
+    /// The samples, decoded.
+    pub fn samples(&self) -> Vec<Sample> {
+        let sample = |i| {
+            let [ax, ay, az] = self.accel(i);
+            let [gx, gy, gz] = self.gyro(i);
+            [ax, ay, az, gx, gy, gz]
+        };
+        (0..self.samples).map(sample).collect()
+    }
+
+    /// Specific force of sample `i`, g; `i` is below `samples`.
     #[inline]
-    pub fn accel(&self, i: usize) -> [f64; 3] {
+    fn accel(&self, i: usize) -> [f64; 3] {
         let counts = match self.coding {
             Coding::Packed => unpack(u32_at(&self.data, PACKED * i)),
             Coding::Plain { gyro: false } => self.numbers(3 * i),
@@ -225,7 +237,7 @@ impl Block {
 
     /// Angular rate of sample `i`, °/s; NaN without a gyroscope.
     #[inline]
-    pub fn gyro(&self, i: usize) -> [f64; 3] {
+    fn gyro(&self, i: usize) -> [f64; 3] {
         match self.has_gyro() {
             true => self
                 .numbers(6 * i)

@@ -1,0 +1,477 @@
+//! Files of worn devices as a source of rows: blocks of samples, each with one time stamp.
+//!
+//! Each format has a module that decodes; [`order`] tells which blocks follow one another, [`clock`]
+//! gives each sample its time. A "line" of such a file is a sample, or a block that is skipped,
+//! counted from 1 in the order of the file.
+
+mod axivity;
+mod clock;
+mod geneactiv;
+pub(super) mod gt3x;
+mod order;
+
+use std::collections::VecDeque;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
+
+use crate::finding::{Finding, LineSpans};
+use crate::scan::{write_fixed, write_trimmed};
+use crate::{Error, Result};
+
+use super::dialect::{Dialect, Header as Names};
+use super::row::{ACCEL, Delimiter, GYRO, Span, TEMPERATURE, TIME, Values};
+use super::rows::{Item, Source, Text};
+
+use clock::RunClock;
+use order::{Event, Order, Placed};
+
+/// Bytes that tell the files of devices from others.
+pub(super) const MAGIC: usize = axivity::MAGIC;
+
+/// Largest number of skipped blocks across which the next block is looked for.
+const MOST_AHEAD: usize = 64;
+
+/// Specific force, g, and angular rate, °/s (NaN without a gyroscope).
+type Sample = [f64; 6];
+
+/// Number of rows by which columns are recognised, as of a text.
+const SAMPLE: usize = 200;
+
+/// Columns of the samples as text.
+const COLUMNS: [&str; 8] = [
+    "time_s",
+    "ax_g",
+    "ay_g",
+    "az_g",
+    "gx_deg_s",
+    "gy_deg_s",
+    "gz_deg_s",
+    "temperature_c",
+];
+/// Slots of these columns.
+const SLOTS: [usize; 8] = [
+    TIME,
+    ACCEL,
+    ACCEL + 1,
+    ACCEL + 2,
+    GYRO,
+    GYRO + 1,
+    GYRO + 2,
+    TEMPERATURE,
+];
+
+/// Decimals of the time in a text, s, and of the samples: of Axivity, a 2048th of a g, a 32768th of
+/// a range and a 256th of a °C are exact.
+const TIME_DECIMALS: u32 = 6;
+const DECIMALS: u32 = 12;
+
+/// The formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Device {
+    Axivity,
+    ActiGraph,
+    GeneActiv,
+}
+
+impl Device {
+    /// The device whose file begins with `head`, of [`MAGIC`] bytes or more.
+    pub fn of(head: &[u8]) -> Option<Self> {
+        if axivity::is_one(head) {
+            return Some(Device::Axivity);
+        }
+        if gt3x::is_one(head) {
+            return Some(Device::ActiGraph);
+        }
+        geneactiv::is_one(head).then_some(Device::GeneActiv)
+    }
+
+    fn blocks<R: BufRead>(self, reader: R, head: &[u8]) -> Result<Blocks<R>, OpenError> {
+        Ok(match self {
+            Device::Axivity => Blocks::Axivity(axivity::Blocks::new(reader)?),
+            Device::ActiGraph => Blocks::ActiGraph(gt3x::Records::new(reader, head)?),
+            Device::GeneActiv => Blocks::GeneActiv(geneactiv::Pages::new(reader, head)?),
+        })
+    }
+}
+
+/// Why a file cannot be read.
+#[derive(Debug)]
+pub(super) enum OpenError {
+    Io(io::Error),
+    /// The header lacks this.
+    Incomplete(&'static str),
+}
+
+impl From<io::Error> for OpenError {
+    fn from(e: io::Error) -> Self {
+        OpenError::Io(e)
+    }
+}
+
+impl OpenError {
+    /// The error about the file `name`.
+    pub fn about(self, name: &Path) -> Error {
+        match self {
+            OpenError::Io(e) => Error::io(name, e),
+            OpenError::Incomplete(what) => Error::input(
+                "header-incomplete",
+                format!("the header of the file lacks {what}"),
+            )
+            .at(name, None)
+            .with_hint("export the recording as CSV with the program of its maker, and read that"),
+        }
+    }
+}
+
+/// Blocks of a file.
+#[derive(Debug)]
+enum Blocks<R> {
+    Axivity(axivity::Blocks<R>),
+    ActiGraph(gt3x::Records<R>),
+    GeneActiv(geneactiv::Pages<R>),
+}
+
+impl<R: BufRead> Blocks<R> {
+    fn next(&mut self, cut: bool) -> io::Result<Option<(Option<Event>, Event)>> {
+        match self {
+            Blocks::Axivity(blocks) => blocks.next(cut),
+            Blocks::ActiGraph(records) => records.next(cut),
+            Blocks::GeneActiv(pages) => pages.next(cut),
+        }
+    }
+
+    /// Bytes of the file up to the end of the last whole block.
+    fn bytes(&self) -> u64 {
+        match self {
+            Blocks::Axivity(blocks) => blocks.bytes(),
+            Blocks::ActiGraph(records) => records.bytes(),
+            Blocks::GeneActiv(pages) => pages.bytes(),
+        }
+    }
+
+    fn order(&self) -> &Order {
+        match self {
+            Blocks::Axivity(blocks) => &blocks.order,
+            Blocks::ActiGraph(records) => &records.order,
+            Blocks::GeneActiv(pages) => &pages.order,
+        }
+    }
+
+    fn finding(&self) -> Option<Finding> {
+        match self {
+            Blocks::Axivity(_) | Blocks::GeneActiv(_) => None,
+            Blocks::ActiGraph(records) => records.finding(),
+        }
+    }
+}
+
+/// Length of the complete blocks of `head`, the beginning of a file.
+pub(super) fn complete_blocks(device: Device, head: &[u8]) -> usize {
+    let Ok(mut blocks) = device.blocks(head, head) else {
+        return head.len();
+    };
+    while let Ok(Some(_)) = blocks.next(true) {}
+    usize::try_from(blocks.bytes()).map_or(head.len(), |n| n.min(head.len()))
+}
+
+/// What the first bytes of a file tell.
+#[derive(Debug)]
+pub(super) struct Opened {
+    /// Device and settings in words.
+    pub description: String,
+    /// The samples as a table.
+    pub dialect: Dialect,
+    columns: Vec<usize>,
+}
+
+impl Opened {
+    fn new(
+        description: String,
+        serial: &str,
+        rate_hz: f64,
+        with_gyro: bool,
+        with_temperature: bool,
+    ) -> Self {
+        let is_there = |column: &usize| match SLOTS[*column] {
+            TEMPERATURE => with_temperature,
+            slot => with_gyro || !(GYRO..GYRO + 3).contains(&slot),
+        };
+        let columns: Vec<usize> = (0..COLUMNS.len()).filter(is_there).collect();
+        Opened {
+            description,
+            dialect: Dialect {
+                delimiter: Delimiter::Byte(b','),
+                decimal_comma: false,
+                fields: columns.len(),
+                header: Some(Names {
+                    lines: [0, 0],
+                    names: columns.iter().map(|c| COLUMNS[*c].to_owned()).collect(),
+                    units: Vec::new(),
+                    texts: Vec::new(),
+                }),
+                first_data_line: 1,
+                metadata: vec![
+                    format!("Serial number: {serial}"),
+                    format!("Sampling rate: {rate_hz} Hz"),
+                ],
+                regular_blanks: 0,
+                misfit: None,
+                sample: Vec::new(),
+            },
+            columns,
+        }
+    }
+
+    /// `head` are the first bytes of a file of this device.
+    ///
+    /// # Errors
+    ///
+    /// What the header lacks.
+    pub fn of(device: Device, head: &[u8]) -> Result<Self, OpenError> {
+        let mut opened = match device {
+            Device::Axivity => axivity::open(head).ok_or(OpenError::Incomplete("its start"))?,
+            Device::ActiGraph => gt3x::open(head)?,
+            Device::GeneActiv => geneactiv::open(head)?,
+        };
+        let mut rows = opened.rows(device, head, head, "", true)?;
+        let mut values = [f64::NAN; super::row::SLOTS];
+        while let Ok(Some(item)) = rows.next(&mut values)
+            && opened.dialect.sample.len() < SAMPLE
+        {
+            if item == Item::Row {
+                let row = opened.columns.iter().map(|c| values[SLOTS[*c]]);
+                opened.dialect.sample.push(row.collect());
+            }
+        }
+        Ok(opened)
+    }
+
+    /// The rows of `reader`, which is at the start of the file that begins with `head`; with `cut`
+    /// it is the beginning of a longer file.
+    ///
+    /// # Errors
+    ///
+    /// Errors of reading.
+    pub fn rows<R: Read>(
+        &self,
+        device: Device,
+        reader: R,
+        head: &[u8],
+        name: &str,
+        cut: bool,
+    ) -> Result<DeviceRows<R>, OpenError> {
+        let reader = BufReader::with_capacity(1 << 18, reader);
+        Ok(DeviceRows {
+            blocks: device.blocks(reader, head)?,
+            cut,
+            name: name.to_owned(),
+            with_gyro: self.columns.iter().any(|c| SLOTS[*c] == GYRO),
+            columns: self.columns.clone(),
+            ahead: VecDeque::new(),
+            ended: false,
+            current: None,
+            next: 0,
+            clock: RunClock::default(),
+            number: 0,
+            breaks: LineSpans::default(),
+            with_text: false,
+            text: Vec::new(),
+            spans: Vec::new(),
+        })
+    }
+}
+
+/// Samples of a file as rows.
+pub(crate) struct DeviceRows<R> {
+    blocks: Blocks<BufReader<R>>,
+    /// The input is the beginning of a longer file.
+    cut: bool,
+    name: String,
+    /// Those of [`COLUMNS`] that there are.
+    columns: Vec<usize>,
+    with_gyro: bool,
+    /// Blocks, read ahead for the stamp of the next one.
+    ahead: VecDeque<Event>,
+    ended: bool,
+    current: Option<Box<Placed>>,
+    /// The next sample of the current block.
+    next: usize,
+    clock: RunClock,
+    number: u64,
+    /// Lines after gaps.
+    breaks: LineSpans,
+    /// Rows as text are requested.
+    with_text: bool,
+    text: Vec<u8>,
+    spans: Vec<Span>,
+}
+
+impl<R: Read> DeviceRows<R> {
+    /// Provides the text of every row, as a table.
+    pub fn provide_text(&mut self) {
+        self.with_text = true;
+    }
+
+    /// Findings about blocks.
+    pub fn findings(&self) -> Vec<Finding> {
+        let mut findings = self.blocks.order().findings(&self.breaks);
+        findings.extend(self.blocks.finding());
+        findings
+    }
+
+    /// The battery in words.
+    pub fn battery(&self) -> Option<String> {
+        let [from, to] = self.blocks.order().battery_v()?;
+        Some(format!("battery {from:.2} to {to:.2} V"))
+    }
+
+    /// Continues with what follows the current block: a block, whose samples are rows, or what is
+    /// returned. `None` at the end.
+    #[cold]
+    fn advance(&mut self) -> Result<Option<Option<Item>>> {
+        self.current = None;
+        if self.ahead.is_empty() {
+            self.read_ahead()?;
+        }
+        let Some(event) = self.ahead.pop_front() else {
+            return Ok(None);
+        };
+        Ok(Some(match event {
+            Event::Gap => {
+                self.clock = RunClock::default();
+                self.breaks.push(self.number + 1);
+                Some(Item::Gap)
+            }
+            Event::Skipped(skipped) => {
+                self.number += 1;
+                self.text = skipped.text().into_bytes();
+                self.spans.clear();
+                Some(Item::Aside(skipped.reason))
+            }
+            Event::Block(placed) => {
+                self.text.clear();
+                if self.clock.is_empty() {
+                    self.clock.begin(1.0 / placed.block.rate_hz);
+                    self.clock
+                        .stamp(placed.stamp_sample(), placed.block.stamp_s);
+                }
+                self.stamp_of_next()?;
+                self.next = 0;
+                self.current = Some(placed);
+                None
+            }
+        }))
+    }
+
+    /// Adds the stamp of the next block of the run to the clock.
+    fn stamp_of_next(&mut self) -> Result<()> {
+        let mut seen = 0;
+        loop {
+            while seen == self.ahead.len() && !self.ended {
+                self.read_ahead()?;
+            }
+            match self.ahead.get(seen) {
+                Some(Event::Block(next)) => {
+                    self.clock.stamp(next.stamp_sample(), next.block.stamp_s);
+                    return Ok(());
+                }
+                Some(Event::Skipped(_)) if seen < MOST_AHEAD => seen += 1,
+                _ => return Ok(()),
+            }
+        }
+    }
+
+    fn read_ahead(&mut self) -> Result<()> {
+        let next = self.blocks.next(self.cut);
+        match next.map_err(|e| Error::io(Path::new(&self.name), e))? {
+            Some((gap, event)) => {
+                self.ahead.extend(gap);
+                self.ahead.push_back(event);
+            }
+            None => self.ended = true,
+        }
+        Ok(())
+    }
+
+    fn write_text(&mut self, values: &Values) {
+        self.text.clear();
+        self.spans.clear();
+        for &column in &self.columns {
+            let from = self.text.len() as u32;
+            let value = values[SLOTS[column]];
+            match SLOTS[column] {
+                TIME => write_fixed(&mut self.text, value, TIME_DECIMALS),
+                _ => write_trimmed(&mut self.text, value, DECIMALS),
+            }
+            self.spans.push((from, self.text.len() as u32));
+            self.text.push(b',');
+        }
+        self.text.pop();
+    }
+}
+
+impl<R: Read> Source for DeviceRows<R> {
+    #[inline]
+    fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
+        loop {
+            if let Some(placed) = &self.current
+                && let Some([ax, ay, az, gx, gy, gz]) = placed.block.samples.get(self.next)
+            {
+                values[TIME] = self.clock.time_s(placed.first + self.next as i64);
+                values[ACCEL..ACCEL + 3].copy_from_slice(&[*ax, *ay, *az]);
+                if self.with_gyro {
+                    values[GYRO..GYRO + 3].copy_from_slice(&[*gx, *gy, *gz]);
+                }
+                values[TEMPERATURE] = placed.block.temperature_c;
+                self.next += 1;
+                self.number += 1;
+                if self.with_text {
+                    self.write_text(values);
+                }
+                return Ok(Some(Item::Row));
+            }
+            match self.advance()? {
+                None => return Ok(None),
+                Some(Some(item)) => return Ok(Some(item)),
+                Some(None) => {}
+            }
+        }
+    }
+
+    #[inline]
+    fn number(&self) -> u64 {
+        self.number
+    }
+
+    fn can_skip(&self) -> bool {
+        true
+    }
+
+    fn skip_to(&mut self, line: u64) -> Result<()> {
+        while self.number < line {
+            let left = self
+                .current
+                .as_ref()
+                .map_or(0, |placed| placed.block.samples.len() - self.next);
+            if left == 0 {
+                if self.advance()?.is_none() {
+                    break;
+                }
+                continue;
+            }
+            let skipped = left.min(usize::try_from(line - self.number).unwrap_or(left));
+            self.next += skipped;
+            self.number += skipped as u64;
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn text(&self) -> Text<'_> {
+        Text {
+            bytes: &self.text,
+            spans: &self.spans,
+            label: &[],
+        }
+    }
+}
