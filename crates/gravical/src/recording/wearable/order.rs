@@ -280,7 +280,7 @@ impl Order {
 impl Block {
     /// When the first block of its session was recorded, s, at the earliest.
     fn earliest_s(&self) -> f64 {
-        let samples = (f64::from(self.sequence) + 1.0) * self.samples as f64;
+        let samples = (f64::from(self.sequence) + 1.0) * self.samples.len() as f64;
         self.stamp_s - (1.0 + RATE_TOLERANCE) * samples / self.rate_hz - STAMP_TOLERANCE_S
     }
 }
