@@ -850,7 +850,7 @@ mod tests {
         let run = |shard: Option<Shard>, resume: bool| {
             let run = Beginning {
                 shard,
-                all: items.len(),
+                list: List::of(&items),
                 items: &items,
                 ..origin(&[])
             };
