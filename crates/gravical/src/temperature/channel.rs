@@ -135,21 +135,22 @@ fn samples(bins: &[Bin], index: usize) -> Vec<(SweepDirection, Sample)> {
 
 /// True if poses with different gravity on the axis share temperatures.
 fn scale_is_observable(common: &Common<'_>, all: &[Sample]) -> bool {
-    let range = |pose: usize| {
-        let own = all.iter().filter(|s| s.pose == pose);
-        own.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], s| {
-            [l.min(s.t_c), h.max(s.t_c)]
+    // Level and temperatures of each pose.
+    let mut poses: BTreeMap<usize, (f64, f64, f64)> = BTreeMap::new();
+    for s in all {
+        let (_, low, high) = poses.entry(s.pose).or_insert((s.level, s.t_c, s.t_c));
+        (*low, *high) = (low.min(s.t_c), high.max(s.t_c));
+    }
+    let poses: Vec<(f64, f64, f64)> = poses.into_values().collect();
+    poses
+        .iter()
+        .enumerate()
+        .any(|(i, (level_a, low_a, high_a))| {
+            poses[..i].iter().any(|(level_b, low_b, high_b)| {
+                (level_a - level_b).abs() >= LEAST_SPREAD_G * common.frame.gravity
+                    && high_a.min(*high_b) - low_a.max(*low_b) > common.least_span_c
+            })
         })
-    };
-    let mut levels: Vec<(usize, f64)> = all.iter().map(|s| (s.pose, s.level)).collect();
-    levels.dedup();
-    levels.iter().enumerate().any(|(i, (a, level_a))| {
-        levels[..i].iter().any(|(b, level_b)| {
-            let ([low_a, high_a], [low_b, high_b]) = (range(*a), range(*b));
-            (level_a - level_b).abs() >= LEAST_SPREAD_G * common.frame.gravity
-                && high_a.min(high_b) - low_a.max(low_b) > common.least_span_c
-        })
-    })
 }
 
 /// The simplest shape that predicts as well as any other.

@@ -44,47 +44,50 @@ pub(super) struct Fit {
     pub gain: Vec<f64>,
 }
 
-/// Smallest singular value, relative to the largest.
+/// Smallest singular value, relative to the size of the columns.
 const RANK: f64 = 1e-9;
 
 impl Fit {
     /// Fits `samples`; `None` if they do not determine the parameters.
     pub fn new(samples: &[Sample], shape: Shape, frame: Frame) -> Option<Self> {
         let intervals = samples.iter().map(|s| s.pose + 1).max()?;
-        let mut column = vec![None; intervals];
-        let mut offsets = 0;
-        for sample in samples {
-            if column[sample.pose].is_none() {
-                column[sample.pose] = Some(offsets);
-                offsets += 1;
-            }
-        }
+        let mut is_used = vec![false; intervals];
+        samples.iter().for_each(|s| is_used[s.pose] = true);
+        let offsets = is_used.iter().filter(|used| **used).count();
         let powers = shape.order;
-        let width = offsets + powers * if shape.with_scale { 2 } else { 1 };
-        if samples.len() < width + 1 {
+        let width = powers * if shape.with_scale { 2 } else { 1 };
+        if samples.len() < offsets + width + 1 {
             return None;
         }
         let mut matrix = DMatrix::zeros(samples.len(), width);
         for (row, sample) in samples.iter().enumerate() {
-            if let Some(c) = column[sample.pose] {
-                matrix[(row, c)] = 1.0;
-            }
             let tau = (sample.t_c - frame.centre_c) / frame.half_c;
             for k in 0..powers {
                 let power = tau.powi(k as i32 + 1);
-                matrix[(row, offsets + k)] = power;
+                matrix[(row, k)] = power;
                 if shape.with_scale {
-                    matrix[(row, offsets + powers + k)] = power * sample.level / frame.gravity;
+                    matrix[(row, powers + k)] = power * sample.level / frame.gravity;
                 }
             }
         }
-        let y = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.y));
+        let mut y = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.y));
         // The decomposition may not terminate for values that are not finite.
         if matrix.iter().chain(&y).any(|v| !v.is_finite()) {
             return None;
         }
+        // The offsets are eliminated: what is left of a column, less its mean in each pose, fits
+        // what is left of y (Frisch and Waugh, Econometrica 1 (1933) 387).
+        let tolerance = RANK * matrix.norm();
+        let subtract_means = |column: &mut [f64]| {
+            let means = means_by_pose(samples, column);
+            let rows = column.iter_mut().zip(samples);
+            rows.for_each(|(value, sample)| *value -= means[sample.pose]);
+            means
+        };
+        let columns = matrix.as_mut_slice().chunks_mut(samples.len());
+        let means: Vec<Vec<f64>> = columns.map(subtract_means).collect();
+        let mean_y = subtract_means(y.as_mut_slice());
         let svd = matrix.svd(true, true);
-        let tolerance = RANK * svd.singular_values.max();
         if svd.rank(tolerance) < width {
             return None;
         }
@@ -92,16 +95,18 @@ impl Fit {
         if !solved.iter().all(|v| v.is_finite()) {
             return None;
         }
+        let offset = |pose: usize| {
+            let fitted = means.iter().zip(&solved).map(|(mean, by)| mean[pose] * by);
+            is_used[pose].then(|| mean_y[pose] - fitted.sum::<f64>())
+        };
         let per_c = |k: usize| frame.half_c.powi(-(k as i32 + 1));
         let gain = if shape.with_scale { powers } else { 0 };
         Some(Fit {
             frame,
-            offsets: column.iter().map(|c| c.map(|c| solved[c])).collect(),
-            drift: (0..powers)
-                .map(|k| solved[offsets + k] * per_c(k))
-                .collect(),
+            offsets: (0..intervals).map(offset).collect(),
+            drift: (0..powers).map(|k| solved[k] * per_c(k)).collect(),
             gain: (0..gain)
-                .map(|k| solved[offsets + powers + k] * per_c(k) / frame.gravity)
+                .map(|k| solved[powers + k] * per_c(k) / frame.gravity)
                 .collect(),
         })
     }
