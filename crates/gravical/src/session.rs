@@ -1,5 +1,6 @@
 //! The files of a session: as they are named, or all recordings of a folder.
 
+use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -131,8 +132,21 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// True for a name with such an ending.
 pub fn may_be_recording(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| ENDINGS.iter().any(|x| e.eq_ignore_ascii_case(x)))
+    let is = |ending: &str| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    // Programs and memories of boards have this ending, too.
+    ENDINGS.into_iter().any(is) && (!is("bin") || is_geneactiv(path))
+}
+
+fn is_geneactiv(path: &Path) -> bool {
+    const HEADER: &[u8] = b"Device Identity";
+    let mut begin = Vec::new();
+    let file = File::open(path).map(|file| file.take(HEADER.len() as u64));
+    file.and_then(|mut file| file.read_to_end(&mut begin))
+        .is_ok()
+        && begin == HEADER
 }
 
 fn no_recordings(folder: &Path) -> Error {

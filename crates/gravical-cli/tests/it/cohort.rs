@@ -102,7 +102,7 @@ fn two_lists_share_a_folder_and_replace_nothing_of_each_other() {
     let line = "calibrate --each other -o out --resume --shard 1/2";
     let (out, _) = ends_with(at, line, 4);
     assert!(
-        out.contains("another recording of this name, fleet/unit-1.csv"),
+        out.contains("another recording of this name, ") && out.contains("fleet/unit-1.csv"),
         "{out}"
     );
     let after = results(&at.join("out"));

@@ -421,7 +421,7 @@ impl Gathered {
     fn not_begun(&self) -> (u64, Vec<Shard>) {
         let (mut items, mut missing) = (0, Vec::new());
         for (List { items: all, .. }, shards) in &self.lists {
-            // Of several ways to share out one list that one counts which is nearest to its end.
+            // A list may have been shared out several times: the time counts that is nearest to its end.
             let absent = shards.iter().map(|(of, begun)| {
                 let every = (1..=*of).map(|number| Shard { number, of: *of });
                 let absent: Vec<Shard> = every.filter(|s| !begun.contains(s)).collect();
@@ -435,6 +435,13 @@ impl Gathered {
         // A journal may end before its list does.
         let announced = self.lists.keys().map(|list| list.items).max().unwrap_or(0);
         let known = self.items.len() as u64;
+        // A list that is done and has all that is known grew out of the others.
+        let is_done =
+            |shards: &Shards| shards.iter().any(|(of, begun)| begun.len() == *of as usize);
+        let has_all = |(list, shards): (&List, &Shards)| list.items == known && is_done(shards);
+        if self.lists.iter().any(has_all) {
+            return (0, Vec::new());
+        }
         (items.max(announced.saturating_sub(known)), missing)
     }
 

@@ -134,9 +134,8 @@ impl Work {
         }
     }
 
-    /// To be called if there is no result, with the code of the error, its message and hint. If the
-    /// result is there because another worker has done the same task meanwhile, the row is that of
-    /// the other one.
+    /// To be called if there is no result, with the code of the error, its message and hint. If another
+    /// worker has done the same task meanwhile, the row and the journal are those of the other one.
     pub fn failed<V: Serialize + DeserializeOwned>(
         &self,
         code: &str,
@@ -144,8 +143,7 @@ impl Work {
         hint: Option<&str>,
     ) -> Row<V> {
         let done = || self.row_of(&self.task.journal(false).ok()?);
-        if code == "exists"
-            && !self.task.anew
+        if !self.task.anew
             && let Some(row) = done()
         {
             return row;
@@ -256,10 +254,8 @@ mod tests {
         let (fast, slow) = (open(&task), open(&task));
         let row = write(&fast);
         assert_eq!(slow.failed::<Length>("exists", "it is there", None), row);
-        assert_eq!(
-            slow.failed::<Length>("io", "no space", None).status,
-            Status::Error
-        );
+        assert_eq!(slow.failed::<Length>("io", "no space", None), row);
+        assert!(matches!(task.begin::<Length>().unwrap(), TaskWork::Over(again) if *again == row));
     }
 
     #[test]

@@ -42,6 +42,13 @@ pub struct Item {
     pub file: Option<String>,
 }
 
+impl Item {
+    /// Its absolute path, by which it is known whose a result is.
+    fn place(&self) -> String {
+        place(&self.path).display().to_string()
+    }
+}
+
 /// All items of a run, or of the runs that share them.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct List {
@@ -186,9 +193,8 @@ pub enum Line<R> {
     Begin {
         /// Name of the item.
         name: String,
-        /// Its path as given.
-        #[serde(default)]
-        path: Option<String>,
+        /// Its absolute path.
+        path: String,
         /// File of the result.
         file: String,
     },
@@ -196,9 +202,8 @@ pub enum Line<R> {
     Done {
         /// Name of the item.
         name: String,
-        /// Its path as given.
-        #[serde(default)]
-        path: Option<String>,
+        /// Its absolute path.
+        path: String,
         /// File of the result, in the folder of the journal.
         file: Option<String>,
         /// Of the result, if there is one.
@@ -318,17 +323,14 @@ struct Known {
 /// The recording that a result is of: names may be those of others in another list.
 #[derive(Clone)]
 struct Owner {
-    /// Unknown in journals of the first format.
-    path: Option<String>,
+    path: String,
     sha256: Option<String>,
 }
 
 impl Owner {
     /// It is the item, or one of the same content.
     fn is(&self, item: &Item, sha256: Option<&str>) -> bool {
-        let same_path = |path: &String| Path::new(path) == item.path;
-        self.path.as_ref().is_none_or(same_path)
-            || sha256.is_some() && self.sha256.as_deref() == sha256
+        self.path == item.place() || sha256.is_some() && self.sha256.as_deref() == sha256
     }
 }
 
@@ -658,11 +660,9 @@ impl Journal {
     /// Those of [`check_target`]; `exists` says if it is the result of another item of this name.
     pub fn check_target(&self, item: &Item, result: &Path, may_replace: bool) -> Result<()> {
         let checked = check_target(result, may_replace);
-        let other = self.written(item, result).and_then(|o| o.path.as_deref());
+        let other = self.written(item, result).map(|owner| &owner.path);
         match (checked, other) {
-            (Err(error), Some(other))
-                if error.code() == "exists" && Path::new(other) != item.path =>
-            {
+            (Err(error), Some(other)) if error.code() == "exists" && *other != item.place() => {
                 Err(Error::usage(
                     "exists",
                     format!(
@@ -700,7 +700,7 @@ impl Journal {
         let Some(file) = item.file.clone() else {
             return Ok(());
         };
-        let (name, path) = (item.name.clone(), Some(item.path.display().to_string()));
+        let (name, path) = (item.name.clone(), item.place());
         self.write(&Line::<()>::Begin { name, path, file })
     }
 
@@ -717,7 +717,7 @@ impl Journal {
     ) -> Result<()> {
         self.write(&Line::Done {
             name: item.name.clone(),
-            path: Some(item.path.display().to_string()),
+            path: item.place(),
             file: item.file.clone(),
             stamp: own.and_then(Stamp::of),
             sha256: row.sha256.clone(),
@@ -742,6 +742,7 @@ impl Journal {
 fn place(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
+
 #[cfg(test)]
 mod tests {
     use super::super::row::tests::{Length, row};
@@ -779,7 +780,7 @@ mod tests {
         journal
             .write(&Line::<()>::Begin {
                 name: "c".to_owned(),
-                path: None,
+                path: String::new(),
                 file: "c.json".to_owned(),
             })
             .unwrap();
@@ -944,7 +945,7 @@ mod tests {
         // Moved to another place, it is still the same.
         assert!(journal.is_own(&other, Some("00"), &result));
         let refused = journal.check_target(&other, &result, false).unwrap_err();
-        assert!(refused.to_string().contains("of this name, a.csv"));
+        assert!(refused.to_string().contains("a.csv"));
         // Its failure does not make the result its own.
         let failed = Row {
             status: Status::Error,

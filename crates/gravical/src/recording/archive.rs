@@ -4,9 +4,10 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use flate2::bufread::DeflateDecoder;
+use flate2::read::DeflateDecoder;
 use rawzip::{CompressionMethod, ZipArchive};
 
+use super::open::{MOST_UNPACKED, Unpacking};
 use super::wearable::gt3x::{MOST_INFO, start_of_stream};
 use crate::{Error, Result};
 
@@ -32,8 +33,9 @@ struct Member {
 /// the temporary file.
 pub(super) fn gt3x(archive: &mut dyn Read, name: &Path) -> Result<(Box<dyn Read>, u64)> {
     let io = |e| Error::io(name, e);
-    let mut file = tempfile::tempfile().map_err(io)?;
-    io::copy(archive, &mut file).map_err(io)?;
+    let copy = |e| Error::io(Path::new("temporary file"), e);
+    let mut file = tempfile::tempfile().map_err(copy)?;
+    io::copy(archive, &mut file).map_err(copy)?;
     let damaged = |e: rawzip::Error| {
         Error::input("unreadable", format!("the archive is damaged: {e}"))
             .at(name, None)
@@ -51,7 +53,9 @@ pub(super) fn gt3x(archive: &mut dyn Read, name: &Path) -> Result<(Box<dyn Read>
         .read_to_end(&mut text)
         .map_err(io)?;
     let start = start_of_stream(&text);
-    let size = start.len() as u64 + log.size;
+    // What the archive says of it may be anything.
+    let most = log.packed_bytes().saturating_mul(MOST_UNPACKED);
+    let size = log.size.min(most).saturating_add(start.len() as u64);
     let log = log.open(&file).map_err(io)?;
     Ok((Box::new(io::Cursor::new(start).chain(log)), size))
 }
@@ -94,13 +98,20 @@ fn member(file: &File, name: &str) -> Result<Option<Member>, rawzip::Error> {
 }
 
 impl Member {
+    fn packed_bytes(&self) -> u64 {
+        self.packed.end.saturating_sub(self.packed.start)
+    }
+
     fn open(&self, file: &File) -> io::Result<Box<dyn Read>> {
         let mut file = file.try_clone()?;
         file.seek(SeekFrom::Start(self.packed.start))?;
-        let packed = BufReader::new(file.take(self.packed.end - self.packed.start));
+        let packed = Box::new(BufReader::new(file.take(self.packed_bytes())));
         match self.method {
-            CompressionMethod::STORE => Ok(Box::new(packed)),
-            CompressionMethod::DEFLATE => Ok(Box::new(Inflating(DeflateDecoder::new(packed)))),
+            CompressionMethod::STORE => Ok(packed),
+            CompressionMethod::DEFLATE => {
+                let inflating = |packed| Inflating(DeflateDecoder::new(packed));
+                Ok(Box::new(Unpacking::new(packed, inflating)))
+            }
             other => Err(io::Error::new(
                 io::ErrorKind::InvalidData,
                 format!("a method of compression that .gt3x files do not have: {other}"),
@@ -112,7 +123,7 @@ impl Member {
 /// Unpacks, and ends where the bytes are damaged.
 struct Inflating<R>(DeflateDecoder<R>);
 
-impl<R: io::BufRead> Read for Inflating<R> {
+impl<R: Read> Read for Inflating<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.0.read(buffer).map_err(|e| match e.kind() {
             io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => {

@@ -1,8 +1,10 @@
 //! Opening of files: plain, gzip, a `.gt3x` archive or standard input, in any encoding.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -239,10 +241,7 @@ fn from_file(
     input.reader = reader;
     if magic == archive::MAGIC {
         let (stream, size) = archive::gt3x(&mut input.reader, path)?;
-        input.reader = Box::new(UntilCut {
-            inner: stream,
-            cut_off: input.cut_off.clone(),
-        });
+        input.reader = Box::new(UntilCut::new(stream, &input.cut_off));
         input.size = Some(size);
     }
     Ok(input)
@@ -268,10 +267,8 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     let plain: Box<dyn Read> = if magic == [0x1f, 0x8b] {
         unpacked.push("gzip".to_owned());
         // Several gzip members in one file are one recording (a log packed piece by piece).
-        Box::new(UntilCut {
-            inner: Unpacking::new(raw),
-            cut_off: cut_off.clone(),
-        })
+        let decoder = |packed| flate2::read::MultiGzDecoder::new(packed);
+        Box::new(UntilCut::new(Unpacking::new(raw, decoder), &cut_off))
     } else {
         raw
     };
@@ -319,16 +316,29 @@ pub(super) fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, 
 /// Passes bytes on and stops, without an error, where a packed file ends in the middle.
 struct UntilCut<R> {
     inner: R,
+    /// It is this one that ends; others may end as well.
+    ended: bool,
     cut_off: Arc<AtomicBool>,
+}
+
+impl<R> UntilCut<R> {
+    fn new(inner: R, cut_off: &Arc<AtomicBool>) -> Self {
+        UntilCut {
+            inner,
+            ended: false,
+            cut_off: Arc::clone(cut_off),
+        }
+    }
 }
 
 impl<R: Read> Read for UntilCut<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.cut_off.load(Ordering::Relaxed) {
+        if self.ended {
             return Ok(0);
         }
         match self.inner.read(buffer) {
             Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+                self.ended = true;
                 self.cut_off.store(true, Ordering::Relaxed);
                 Ok(0)
             }
@@ -340,32 +350,37 @@ impl<R: Read> Read for UntilCut<R> {
 /// Largest accepted compression ratio: text of a recording shrinks to a tenth, that of a dead
 /// sensor to a hundredth. Beyond the first [`UNPACKED_FREELY`] bytes a larger ratio is refused as
 /// an attempt to fill the memory.
-const MOST_UNPACKED: u64 = 200;
+pub(super) const MOST_UNPACKED: u64 = 200;
 const UNPACKED_FREELY: u64 = 16 << 20;
 
-/// Unpacks gzip, with a limit on the ratio.
-struct Unpacking {
-    decoder: flate2::read::MultiGzDecoder<Counting>,
+/// Unpacks, with a limit on the ratio.
+pub(super) struct Unpacking<D> {
+    decoder: D,
+    packed: Rc<Cell<u64>>,
     unpacked: u64,
 }
 
-impl Unpacking {
-    fn new(packed: Box<dyn Read>) -> Self {
+impl<D> Unpacking<D> {
+    /// With the `decoder` of the bytes `packed`.
+    pub fn new(packed: Box<dyn Read>, decoder: impl FnOnce(Counting) -> D) -> Self {
+        let bytes = Rc::new(Cell::new(0));
+        let counting = Counting {
+            inner: packed,
+            bytes: Rc::clone(&bytes),
+        };
         Unpacking {
-            decoder: flate2::read::MultiGzDecoder::new(Counting {
-                inner: packed,
-                bytes: 0,
-            }),
+            decoder: decoder(counting),
+            packed: bytes,
             unpacked: 0,
         }
     }
 }
 
-impl Read for Unpacking {
+impl<D: Read> Read for Unpacking<D> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.decoder.read(buffer)?;
         self.unpacked += n as u64;
-        let packed = self.decoder.get_ref().bytes;
+        let packed = self.packed.get();
         if self.unpacked > UNPACKED_FREELY.max(MOST_UNPACKED.saturating_mul(packed)) {
             return Err(io::Error::new(
                 io::ErrorKind::InvalidData,
@@ -378,15 +393,16 @@ impl Read for Unpacking {
     }
 }
 
-struct Counting {
+/// Counts bytes.
+pub(super) struct Counting {
     inner: Box<dyn Read>,
-    bytes: u64,
+    bytes: Rc<Cell<u64>>,
 }
 
 impl Read for Counting {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        self.bytes += n as u64;
+        self.bytes.set(self.bytes.get() + n as u64);
         Ok(n)
     }
 }

@@ -145,7 +145,11 @@ fn a_file_is_recognised_by_its_content_and_unpacked() {
     );
     let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     std::io::Write::write_all(&mut gz, &bytes).unwrap();
-    assert_is(&read_gt3x(&gz.finish().unwrap()), 0..60, RATE, 256.0);
+    let packed = gz.finish().unwrap();
+    assert_is(&read_gt3x(&packed), 0..60, RATE, 256.0);
+    // Without its end, which is behind all of the archive.
+    let cut = read_gt3x(&packed[..packed.len() - 4]);
+    assert_is(&cut, 0..60, RATE, 256.0);
     // The first 256 KiB of a longer one end with a whole record.
     std::fs::write(&path, file(&records(Coding::Plain, 2000))).unwrap();
     let head = read_head(&path, &ReadOptions::default()).unwrap();
@@ -184,6 +188,28 @@ fn sleep_is_a_gap_and_never_filled() {
         "{}",
         recording.description
     );
+}
+
+#[test]
+fn a_clock_that_was_set_begins_anew() {
+    // An hour back, years back, and a single stamp far ahead.
+    for (other, far) in [
+        (START - 3600, false),
+        (946_684_800, false),
+        (START + 60, true),
+    ] {
+        let mut seconds = records(Coding::Plain, 60);
+        if far {
+            let ahead = activity(Coding::Plain, u32::MAX - 1, &second(60, RATE, 256.0));
+            seconds.push(ahead);
+        }
+        let later = (0..60).map(|n| activity(Coding::Plain, other + n, &second(n, RATE, 256.0)));
+        seconds.extend(later);
+        let recording = read_gt3x(&file(&seconds));
+        assert_eq!(recording.rows(), (120 + usize::from(far)) * 30);
+        assert!(!kinds(&recording).contains(&"late-block"));
+        assert_eq!(recording.breaks.len(), 1 + usize::from(far));
+    }
 }
 
 #[test]

@@ -150,6 +150,25 @@ fn damage_is_named_and_the_rest_is_read() {
 }
 
 #[test]
+fn a_page_that_lost_samples_is_not_stretched() {
+    let device = Device::new();
+    let mut all = pages(&device, 20);
+    // Ten samples less in the middle, and in the last page, which may be shorter.
+    for page in [9, 19] {
+        let length = all[page].trim_end().len();
+        all[page].replace_range(length - 120..length, "");
+    }
+    let recording = read_bin(&file(&device, &all));
+    assert_eq!(recording.rows(), 18 * 300 + 290);
+    assert_eq!(recording.breaks, [9 * 300]);
+    assert!(
+        finding(&recording, "corrupt-block")
+            .message
+            .contains("fewer samples")
+    );
+}
+
+#[test]
 fn a_header_without_gains_is_refused() {
     let device = Device::new();
     let text = String::from_utf8(file(&device, &pages(&device, 2))).unwrap();

@@ -18,6 +18,8 @@ const PAGE: &[u8] = b"Recorded Data";
 /// for the button and one that is not used.
 const PAGE_SAMPLES: usize = 300;
 const DIGITS: usize = 12;
+/// Seconds of a day: less since 1970 is a time of day.
+const DAY_S: f64 = 86_400.0;
 /// Longer lines are damage.
 const MOST_LINE: usize = 1 << 14;
 /// Usual headers have 59 lines.
@@ -213,6 +215,10 @@ impl<R: BufRead> Pages<R> {
         }))
     }
 
+    fn is_at_end(&mut self) -> io::Result<bool> {
+        Ok(self.reader.fill_buf()?.is_empty())
+    }
+
     /// The page that begins with the line read last, or why it cannot be used.
     fn page(&mut self) -> io::Result<Result<Block, &'static str>> {
         if !std::mem::take(&mut self.at_page) {
@@ -236,7 +242,8 @@ impl<R: BufRead> Pages<R> {
             let number = || number(&String::from_utf8_lossy(value));
             match key {
                 b"Sequence Number" => sequence = number().map(|n| n as u32),
-                b"Page Time" => stamp_s = parse_date(value),
+                // A time of day alone is no date.
+                b"Page Time" => stamp_s = parse_date(value).filter(|s| *s >= DAY_S),
                 b"Temperature" => block.temperature_c = number().unwrap_or(f64::NAN),
                 b"Battery voltage" => block.battery_v = number().unwrap_or(f64::NAN),
                 b"Measurement Frequency" => {
@@ -252,6 +259,10 @@ impl<R: BufRead> Pages<R> {
         let Some(samples) = self.info.samples(&self.line) else {
             return Ok(Err("not the digits of samples"));
         };
+        // Only the last page may be shorter; elsewhere digits are lost.
+        if samples.len() < PAGE_SAMPLES && !self.is_at_end()? {
+            return Ok(Err("fewer samples than a page has"));
+        }
         Ok(Ok(Block {
             sequence,
             stamp_s,

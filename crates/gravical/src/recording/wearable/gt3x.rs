@@ -63,10 +63,10 @@ pub(super) fn is_one(head: &[u8]) -> bool {
 /// Where `info.txt` is in the stream; with `begun`, as far as it is in `head`.
 fn info_of(head: &[u8], begun: bool) -> Option<Range<usize>> {
     let length = head.strip_prefix(MARK)?.first_chunk()?;
+    let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
     let from = MARK.len() + 4;
-    let to = from + usize::try_from(u32::from_le_bytes(*length)).ok()?;
-    let is_there = to <= head.len() || begun;
-    (is_there && to <= from + MOST_INFO).then_some(from..to.min(head.len()))
+    let to = from + Some(length).filter(|length| *length <= MOST_INFO)?;
+    (to <= head.len() || begun).then_some(from..to.min(head.len()))
 }
 
 /// What the stream tells besides the samples.
@@ -100,9 +100,10 @@ impl Info {
             let known = SCALES.iter().find(|(begin, _)| serial.starts_with(begin));
             known.map(|(_, scale)| *scale)
         };
+        let is_scale = |scale: &f64| SCALES_PER_G.contains(scale);
         let counts_per_g = parameter_scale(&head[at.end..])
-            .or_else(|| number("Acceleration Scale"))
-            .filter(|scale| SCALES_PER_G.contains(scale))
+            .filter(is_scale)
+            .or_else(|| number("Acceleration Scale").filter(is_scale))
             .or_else(by_serial)
             .ok_or(OpenError::Incomplete("the scale of the accelerometer"))?;
         let mut parts = vec![
@@ -140,14 +141,20 @@ pub(super) fn open(head: &[u8]) -> Result<Opened, OpenError> {
 /// The scale in the parameters, which are among the first records.
 fn parameter_scale(log: &[u8]) -> Option<f64> {
     let mut window = Window::new(log);
-    while let Ok(Ok(record)) = window.record() {
-        let payload = window.payload(&record);
-        if record.kind == PARAMETERS {
-            let pairs = payload.as_chunks::<8>().0;
-            let pair = pairs.iter().find(|pair| u32_at(*pair, 0) == ACCEL_SCALE)?;
-            return Some(float(u32_at(pair, 4)));
+    let mut last = None;
+    while window.has(1).ok()? {
+        match window.record().ok()? {
+            Ok(record) => {
+                let pairs = window.payload(&record).as_chunks::<8>().0;
+                let pair = pairs.iter().find(|pair| u32_at(*pair, 0) == ACCEL_SCALE);
+                if let Some(pair) = pair.filter(|_| record.kind == PARAMETERS) {
+                    return Some(float(u32_at(pair, 4)));
+                }
+                last = Some(record.stamp);
+                window.consume(record.length);
+            }
+            Err(_) => window.resynchronise(last).ok()?,
         }
-        window.consume(record.length);
         window.skip_zeros().ok()?;
     }
     None
@@ -165,6 +172,8 @@ fn u32_at(bytes: &[u8], at: usize) -> u32 {
 
 /// Behind damage, a record is known by a stamp of at most this after the one before, s.
 const NEAR_S: u32 = 86_400;
+/// A clock that steps back by more than this, s, was set; records are late by seconds.
+const SET_BACK_S: u32 = 60;
 /// Zeros are looked behind up to here, bytes from the start of a record.
 const MOST_ZEROS: usize = 1 << 17;
 
@@ -350,6 +359,9 @@ pub(super) struct Records<R> {
     /// The stamp of the last record, whatever its kind.
     last: Option<u32>,
     battery_v: f64,
+    /// The stamp of the last second of samples, and how often the clock was set back.
+    second: Option<u32>,
+    sessions: u32,
     /// Records of samples without samples, at the connection of a cable.
     empty: u64,
     /// Numbers of records of kinds that are not described, or whose samples are not read.
@@ -375,6 +387,8 @@ impl<R: Read> Records<R> {
             whole: 0,
             last: None,
             battery_v: f64::NAN,
+            second: None,
+            sessions: 0,
             empty: 0,
             others: BTreeMap::new(),
             order: Order::new(
@@ -422,10 +436,7 @@ impl<R: Read> Records<R> {
             let samples = match record.kind {
                 ACTIVITY if payload.len() > 1 => packed(payload),
                 ACTIVITY_2 if payload.len() > 1 => plain(payload),
-                ACTIVITY | ACTIVITY_2 => {
-                    self.empty += 1;
-                    Vec::new()
-                }
+                ACTIVITY | ACTIVITY_2 => Vec::new(),
                 BATTERY => {
                     if let [low, high] = payload {
                         self.battery_v = f64::from(u16::from_le_bytes([*low, *high])) / 1000.0;
@@ -442,14 +453,18 @@ impl<R: Read> Records<R> {
             self.window.consume(record.length);
             self.whole = self.window.taken;
             if samples.is_empty() {
+                self.empty += u64::from(matches!(record.kind, ACTIVITY | ACTIVITY_2));
                 continue;
             }
+            // Seconds are their own numbers, which begin anew where the clock was set back.
+            let is_set_back = |before: u32| record.stamp.saturating_add(SET_BACK_S) < before;
+            self.sessions += u32::from(self.second.replace(record.stamp).is_some_and(is_set_back));
             let in_g = |counts: [i16; 3]| -> Sample {
                 let [x, y, z] = counts.map(|count| f64::from(count) / self.counts_per_g);
                 [x, y, z, f64::NAN, f64::NAN, f64::NAN]
             };
             let block = Block {
-                session: 0,
+                session: self.sessions,
                 sequence: record.stamp,
                 stamp_s: f64::from(record.stamp),
                 stamp_sample: 0,
