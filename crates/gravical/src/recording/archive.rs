@@ -7,7 +7,7 @@ use std::path::Path;
 use flate2::read::DeflateDecoder;
 use rawzip::{CompressionMethod, ZipArchive};
 
-use super::open::{MOST_UNPACKED, Unpacking};
+use super::unpacking::{MOST_UNPACKED, Unpacking};
 use super::wearable::gt3x::{MOST_INFO, start_of_stream};
 use crate::{Error, Result};
 

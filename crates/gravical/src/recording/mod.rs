@@ -64,6 +64,7 @@ pub mod timing;
 mod unit_choice;
 #[doc(hidden)]
 pub mod units;
+mod unpacking;
 mod wearable;
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};

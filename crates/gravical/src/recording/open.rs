@@ -1,16 +1,15 @@
 //! Opening of files: plain, gzip, a `.gt3x` archive or standard input, in any encoding.
 
-use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use encoding_rs::{Decoder, Encoding};
 use sha2::{Digest, Sha256};
 
+use super::unpacking::Unpacking;
 use super::{ReadOptions, archive};
 use crate::hash::hex;
 use crate::{Error, Result};
@@ -347,66 +346,6 @@ impl<R: Read> Read for UntilCut<R> {
     }
 }
 
-/// Largest accepted compression ratio: text of a recording shrinks to a tenth, that of a dead
-/// sensor to a hundredth. Beyond the first [`UNPACKED_FREELY`] bytes a larger ratio is refused as
-/// an attempt to fill the memory.
-pub(super) const MOST_UNPACKED: u64 = 200;
-const UNPACKED_FREELY: u64 = 16 << 20;
-
-/// Unpacks, with a limit on the ratio.
-pub(super) struct Unpacking<D> {
-    decoder: D,
-    packed: Rc<Cell<u64>>,
-    unpacked: u64,
-}
-
-impl<D> Unpacking<D> {
-    /// With the `decoder` of the bytes `packed`.
-    pub fn new(packed: Box<dyn Read>, decoder: impl FnOnce(Counting) -> D) -> Self {
-        let bytes = Rc::new(Cell::new(0));
-        let counting = Counting {
-            inner: packed,
-            bytes: Rc::clone(&bytes),
-        };
-        Unpacking {
-            decoder: decoder(counting),
-            packed: bytes,
-            unpacked: 0,
-        }
-    }
-}
-
-impl<D: Read> Read for Unpacking<D> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.decoder.read(buffer)?;
-        self.unpacked += n as u64;
-        let packed = self.packed.get();
-        if self.unpacked > UNPACKED_FREELY.max(MOST_UNPACKED.saturating_mul(packed)) {
-            return Err(io::Error::new(
-                io::ErrorKind::InvalidData,
-                format!(
-                    "it unpacks to more than {MOST_UNPACKED} times its size; no recording does"
-                ),
-            ));
-        }
-        Ok(n)
-    }
-}
-
-/// Counts bytes.
-pub(super) struct Counting {
-    inner: Box<dyn Read>,
-    bytes: Rc<Cell<u64>>,
-}
-
-impl Read for Counting {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.inner.read(buffer)?;
-        self.bytes.set(self.bytes.get() + n as u64);
-        Ok(n)
-    }
-}
-
 struct Hashing {
     inner: Box<dyn Read>,
     digest: Arc<Mutex<Sha256>>,
@@ -515,7 +454,7 @@ mod tests {
     fn a_decompression_bomb_is_refused() {
         let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         let block = b"1,1,1\n".repeat(10_000);
-        for _ in 0..=UNPACKED_FREELY / block.len() as u64 {
+        for _ in 0..=super::super::unpacking::UNPACKED_FREELY / block.len() as u64 {
             gz.write_all(&block).unwrap();
         }
         let bytes = gz.finish().unwrap();
