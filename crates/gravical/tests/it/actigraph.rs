@@ -254,6 +254,17 @@ fn damage_is_named_and_the_rest_is_read() {
 }
 
 #[test]
+fn an_archive_that_would_fill_the_memory_is_refused() {
+    let info = info("MOS2D12345678", RATE, "Acceleration Scale: 256.0\r\n");
+    let zeros = vec![0; 20 << 20];
+    let (_, text) = refusal(&archive(&[
+        ("log.bin", &zeros),
+        ("info.txt", info.as_bytes()),
+    ]));
+    assert!(text.contains("more than 200 times its size"), "{text}");
+}
+
+#[test]
 fn other_archives_are_refused_by_name() {
     let info = info("NEO1C16110020", 30, "");
     let info = ("info.txt", info.as_bytes());
