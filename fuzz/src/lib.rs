@@ -1,7 +1,7 @@
 //! What has to hold whatever the bytes are: one function for each parser.
 //!
 //! The fuzz targets call them with bytes that libFuzzer makes up,
-//! `crates/gravical/tests/fuzz_corpora.rs` with the files of `seeds` and
+//! `crates/gravical-report/tests/fuzz_corpora.rs` with the files of `seeds` and
 //! `regressions`, so that both check the same things.
 
 mod frames;

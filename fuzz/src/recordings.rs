@@ -5,14 +5,14 @@ use std::ops::Range;
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::CalibrationFile;
-use gravical::document::Detail;
 use gravical::inspect::inspect;
 use gravical::recording::{
     AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, read_bytes,
 };
-use gravical::report;
 use gravical::segment::sections::Section;
 use gravical::segment::{SegmentOptions, Segmentation, segment};
+use gravical_report::document::Detail;
+use gravical_report::report;
 
 /// Longer inputs only make a run slower.
 const MOST: usize = 64 << 10;

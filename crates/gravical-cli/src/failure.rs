@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue};
 use gravical::Category;
-use gravical::document::paragraph;
 use gravical::escape::{one_line, shown, shown_json};
+use gravical_report::document::paragraph;
 
 /// Exit code when a result failed a quality check.
 pub const QUALITY: u8 = 4;

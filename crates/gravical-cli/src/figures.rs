@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
-use gravical::figure::{Figure, Formats, check_figures, write_figures};
 use gravical::{Error, Result};
+use gravical_report::figure::{Figure, Formats, check_figures, write_figures};
 
 use crate::text;
 

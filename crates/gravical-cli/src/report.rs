@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use gravical::TOOL;
 use gravical::calibration_file::InputFile;
-use gravical::document::{Block, Detail, Document};
 use gravical::escape::path_text;
-use gravical::figure::{Figure, Formats, check_figures, write_figures};
 use gravical::output::{check_targets, write_atomic};
-use gravical::report::Provenance;
 use gravical::{Error, Result};
+use gravical_report::document::{Block, Detail, Document};
+use gravical_report::figure::{Figure, Formats, check_figures, write_figures};
+use gravical_report::report::Provenance;
 
 use crate::figures::FigureArgs;
 use crate::options::command_line;

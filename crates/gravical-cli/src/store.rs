@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
-use gravical::document::Document;
 use gravical::escape::{path_text, path_word, shell_word};
 use gravical::recording::{ReadOptions, Recording, read_head};
-use gravical::report;
 use gravical::session::{files_in, is_something_else};
 use gravical::store::{Added, Choice, Query, QueryTimeSource, Store};
 use gravical::utc::UtcTime;
 use gravical::{Error, Result};
+use gravical_report::document::Document;
+use gravical_report::report;
 use serde::Serialize;
 
 use crate::options::read_calibration;

@@ -3,10 +3,10 @@
 use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
-use gravical::document::{Detail, Document};
 use gravical::escape::path_text;
 use gravical::output::write_atomic;
 use gravical::{Error, Result};
+use gravical_report::document::{Detail, Document};
 use serde::Serialize;
 
 use crate::report::ReportArgs;

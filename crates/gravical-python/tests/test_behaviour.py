@@ -40,7 +40,8 @@ def keywords() -> set[str]:
 
 def test_every_option_in_texts_of_the_library_is_a_keyword(root: Path) -> None:
     named: dict[str, str] = {}
-    for path in sorted((root / "crates/gravical/src").rglob("*.rs")):
+    sources = ["gravical", "gravical-report"]
+    for path in sorted(p for s in sources for p in (root / f"crates/{s}/src").rglob("*.rs")):
         text = path.read_text().split("#[cfg(test)]")[0]
         text = re.sub(r"(?m)^\s*//.*$", "", text)
         for literal in re.findall(r'"(?:[^"\\]|\\.)*"', text):

@@ -21,9 +21,8 @@
 //!
 //! What is not shown here serves the program `gravical` and may change with every release.
 //!
-//! [`simulate`] computes recordings of a sensor with known parameters; [`report`] presents a
-//! result as a [`document`] that is written as text, HTML or Markdown. Code for microcontrollers
-//! is in the crate `gravical-core`.
+//! [`simulate`] computes recordings of a sensor with known parameters. Documents and figures of a
+//! result are in the crate `gravical-report`, code for microcontrollers in `gravical-core`.
 //!
 //! # Example
 //!
@@ -57,7 +56,6 @@ pub mod cohort;
 pub mod compare;
 pub mod convert;
 pub mod denoise;
-pub mod document;
 mod error;
 #[doc(hidden)]
 pub mod escape;
@@ -66,7 +64,6 @@ pub mod estimate;
 #[doc(hidden)]
 pub mod excerpt;
 pub mod export;
-pub mod figure;
 pub mod finding;
 pub mod gravity;
 mod hash;
@@ -82,7 +79,6 @@ mod polynomial;
 #[doc(hidden)]
 pub mod predicted;
 pub mod recording;
-pub mod report;
 #[doc(hidden)]
 pub mod resolution;
 #[doc(hidden)]
@@ -90,13 +86,15 @@ pub mod scan;
 pub mod segment;
 pub mod session;
 pub mod simulate;
-mod stats;
+#[doc(hidden)]
+pub mod stats;
 #[doc(hidden)]
 pub mod still;
 pub mod store;
 #[doc(hidden)]
 pub mod temperature;
-mod uncertainty;
+#[doc(hidden)]
+pub mod uncertainty;
 pub mod utc;
 #[doc(hidden)]
 pub mod validate;

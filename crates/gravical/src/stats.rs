@@ -32,7 +32,7 @@ pub(crate) fn weighted_median(pairs: &mut [(f64, f64)]) -> Option<f64> {
 
 /// The value below which the share `p` of `sorted` values lies, interpolated linearly between
 /// neighbours (Hyndman and Fan, The American Statistician 50(4), 1996, type 7). `None` if empty.
-pub(crate) fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
+pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let at = p.clamp(0.0, 1.0) * last as f64;
     let (low, share) = (at.floor() as usize, at.fract());

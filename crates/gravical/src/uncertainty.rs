@@ -9,7 +9,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 use crate::calibration_file::AccelerometerSection;
 
 /// Accelerometer parameters: M row by row, then b.
-pub(crate) type Covariance12 = [[f64; 12]; 12];
+pub type Covariance12 = [[f64; 12]; 12];
 
 /// Eigenvalues of a covariance under this share of the largest are zero: the
 /// data do not determine that direction. Rounding leaves 1e-16; a well-placed
@@ -35,7 +35,9 @@ pub struct ChiSquare {
 
 impl ChiSquare {
     /// "p = 0.31".
-    pub(crate) fn probability(p_value: f64) -> String {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn probability(p_value: f64) -> String {
         if p_value < 1e-4 {
             return "p < 0.0001".to_owned();
         }
@@ -252,7 +254,7 @@ pub(crate) fn covariance_at_its_gravity(
 
 /// The covariance of a file as numbers; none where it is absent, of another
 /// size, not finite or zero throughout.
-pub(crate) fn covariance_of(section: &AccelerometerSection) -> Option<Covariance12> {
+pub fn covariance_of(section: &AccelerometerSection) -> Option<Covariance12> {
     let values = &section.covariance.as_ref()?.values;
     if values.len() != 12 || values.iter().any(|row| row.len() != 12) {
         return None;

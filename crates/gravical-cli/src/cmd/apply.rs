@@ -7,10 +7,10 @@ use std::process::ExitCode;
 
 use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
-use gravical::document::{Block, Document, Remark, Section};
 use gravical::escape::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
 use gravical::{Error, Result, numfmt};
+use gravical_report::document::{Block, Document, Remark, Section};
 
 use crate::each::EachArgs;
 use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};

@@ -10,8 +10,6 @@ use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, S
 use gravical::escape::path_word;
 use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
-use gravical::figure;
-use gravical::figure::calibration::Session;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
 use gravical::recording::{ReadOptions, Recording};
@@ -19,7 +17,10 @@ use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections_with_input;
 use gravical::segment::still::StillOptions;
 use gravical::session::{self, SessionCalibration};
-use gravical::{Error, Result, report};
+use gravical::{Error, Result};
+use gravical_report::figure;
+use gravical_report::figure::calibration::Session;
+use gravical_report::report;
 
 use crate::each::EachArgs;
 use crate::failure::QUALITY;

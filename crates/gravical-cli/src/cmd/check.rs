@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
+use gravical::Result;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::recording::{ReadOptions, Recording};
 use gravical::session::read_session;
-use gravical::{Result, report};
+use gravical_report::report;
 
 use crate::each::EachArgs;
 use crate::failure::QUALITY;

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use gravical::cohort::{Cohort, Gathered};
 use gravical::escape::path_text;
-use gravical::figure::cohort::figures;
-use gravical::report;
+use gravical_report::figure::cohort::figures;
+use gravical_report::report;
 
 use crate::each::write_table;
 use crate::failure::QUALITY;

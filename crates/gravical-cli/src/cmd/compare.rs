@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::calibration_file::CalibrationFile;
 use gravical::compare::{Agreement, compare};
-use gravical::report::comparison;
+use gravical_report::report::comparison;
 
 use crate::failure::QUALITY;
 use crate::report::{ReportArgs, with_origin};

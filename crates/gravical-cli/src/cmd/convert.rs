@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::convert::{ConvertOptions, ConvertSummary, convert_file};
-use gravical::document::{Block, Document, Remark, Section};
 use gravical::escape::one_line;
 use gravical::numfmt;
+use gravical_report::document::{Block, Document, Remark, Section};
 
 use crate::options::{OutputUnitArg, RecordingArgs};
 use crate::report::ReportArgs;

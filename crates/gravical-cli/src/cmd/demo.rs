@@ -9,14 +9,11 @@ use gravical::Result;
 use gravical::TOOL;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
-use gravical::document::paragraph;
-use gravical::figure::{self, calibration::Session};
 use gravical::gravity::Gravity;
 use gravical::inspect::inspect;
 use gravical::motion::{Calibrated, Motion, MotionOptions, motion};
 use gravical::output::{check_target, make_folder};
 use gravical::recording::{ReadOptions, Recording, Severity, read};
-use gravical::report::{self, Provenance};
 use gravical::segment::face::AxisMap;
 use gravical::simulate::{
     FileFormat, FileOptions, LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation,
@@ -24,6 +21,9 @@ use gravical::simulate::{
 };
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_report::document::paragraph;
+use gravical_report::figure::{self, calibration::Session};
+use gravical_report::report::{self, Provenance};
 
 use crate::report::write_report;
 use crate::text;

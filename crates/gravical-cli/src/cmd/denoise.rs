@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use gravical::denoise::{Channels, DenoiseOptions, Edge, FilterSpec, denoise_file};
 use gravical::escape::one_line;
-use gravical::report;
+use gravical_report::report;
 
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};

@@ -7,9 +7,9 @@ use gravical::Error;
 use gravical::calibration_file::InputFile;
 use gravical::inspect::inspect;
 use gravical::recording::join_gyroscope;
-use gravical::report;
 use gravical::segment::still::StillOptions;
 use gravical::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
+use gravical_report::report;
 
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};

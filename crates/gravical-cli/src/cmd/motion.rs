@@ -10,7 +10,6 @@ use anyhow::Context;
 
 use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
-use gravical::figure;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{
     Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, Table, motion, motion_into,
@@ -19,8 +18,9 @@ use gravical::motion::{
 use gravical::noise::read_noise;
 use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
-use gravical::report;
 use gravical::{Error, Result};
+use gravical_report::figure;
+use gravical_report::report;
 
 use crate::failure::QUALITY;
 use crate::report::{check_outputs, with_origin};

@@ -8,12 +8,12 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use gravical::escape::path_text;
 use gravical::export::kalibr;
-use gravical::figure::noise::figures;
 use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
 use gravical::output::write_atomic;
-use gravical::report;
 use gravical::segment::face::AxisMap;
 use gravical::{Error, Result};
+use gravical_report::figure::noise::figures;
+use gravical_report::report;
 
 use crate::each::EachArgs;
 use crate::figures::FigureArgs;

@@ -5,12 +5,12 @@ use std::process::ExitCode;
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::compare::Stability;
-use gravical::document::Document;
 use gravical::escape::path_text;
-use gravical::figure::history::figures;
-use gravical::report;
 use gravical::store::{Query, QueryTimeSource, Store, Stored, StoredCalibration};
 use gravical::utc::UtcTime;
+use gravical_report::document::Document;
+use gravical_report::figure::history::figures;
+use gravical_report::report;
 use serde::Serialize;
 
 use crate::failure::QUALITY;

@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use gravical::Error;
 use gravical::calibration_file::{CalibrationFile, InputFile, InputRole};
 use gravical::escape::one_line;
-use gravical::report;
 use gravical::wearable::{SummariseOptions, WearableSummary, Zone, summarise};
+use gravical_report::report;
 
 use crate::each::EachArgs;
 use crate::options::{RecordingArgs, read_calibration};

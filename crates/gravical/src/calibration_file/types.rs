@@ -302,7 +302,9 @@ pub struct PoseResult {
 
 impl PoseResult {
     /// Label with lines, since a face can occur several times.
-    pub(crate) fn called(&self) -> String {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn called(&self) -> String {
         match self.lines {
             Some([first, last]) => format!("{} in lines {first}-{last}", self.label),
             None => self.label.clone(),

@@ -6,7 +6,7 @@ use crate::numfmt::{digits, unit};
 
 /// A language, and how its functions are called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Language {
+pub enum Language {
     /// C in double precision.
     C,
     /// C or C++ in a header, in single precision.
@@ -23,7 +23,7 @@ pub(crate) enum Language {
 }
 
 /// One sensor: `out = matrix · (raw − bias − coupling · accel)`.
-pub(crate) struct Formula<'a> {
+pub struct Formula<'a> {
     /// What it measures.
     pub sensor: &'static str,
     /// Name of the function.
@@ -182,7 +182,7 @@ impl<'a> Formula<'a> {
 }
 
 /// A line of comment.
-pub(crate) fn comment(language: Language, text: &str) -> String {
+pub fn comment(language: Language, text: &str) -> String {
     match language {
         Language::C | Language::Header { .. } => format!("/* {text} */\n"),
         Language::Python | Language::NumPy => format!("# {text}\n"),

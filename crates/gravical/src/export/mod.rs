@@ -9,7 +9,8 @@ mod autopilot;
 mod code;
 mod diagonal;
 mod fixed;
-pub(crate) mod formula;
+#[doc(hidden)]
+pub mod formula;
 mod fusion;
 mod header;
 mod kalibr;

@@ -376,7 +376,9 @@ impl Recording {
 
     /// Rows that do not continue the row before: the breaks, and the places where rows of the
     /// file are left out.
-    pub(crate) fn discontinuities(&self) -> Vec<usize> {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn discontinuities(&self) -> Vec<usize> {
         let mut all = self.breaks.clone();
         if let Some(excerpt) = &self.excerpt {
             all.extend(excerpt.rows.starts().skip(1));

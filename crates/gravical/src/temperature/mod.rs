@@ -63,7 +63,8 @@ pub use crate::polynomial::evaluate;
 pub use attach::for_calibration;
 pub(crate) use attach::{cost_text, summary_finding};
 pub use from_poses::{enough_poses, from_poses};
-pub(crate) use reason::{in_unit, r2_text, short};
+pub(crate) use reason::in_unit;
+pub use reason::{r2_text, short};
 pub use tested::LEAST_R2;
 
 use channel::Common;

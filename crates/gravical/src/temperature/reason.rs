@@ -5,7 +5,7 @@ use crate::calibration_file::SweepDirection;
 use super::tested::{LEAST_R2, Tested};
 
 /// A value with three significant digits.
-pub(crate) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
@@ -27,7 +27,7 @@ pub(crate) fn in_unit(value: f64, unit: &str) -> String {
 }
 
 /// R² with two decimals, never rounded up to the limit.
-pub(crate) fn r2_text(r2: f64) -> String {
+pub fn r2_text(r2: f64) -> String {
     let rounded = if r2 < LEAST_R2 && r2 > LEAST_R2 - 0.01 {
         LEAST_R2 - 0.01
     } else {

@@ -19,7 +19,8 @@ use gravical::live::folder::calibrate_session;
 use gravical::numfmt::count;
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::Segmentation;
-use gravical::{Error, Result, figure, report};
+use gravical::{Error, Result};
+use gravical_report::{figure, report};
 
 use super::journal::{JournalFile, is_vital};
 use super::source::{Incoming, Source};

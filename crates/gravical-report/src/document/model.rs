@@ -1,0 +1,511 @@
+//! The parts of a document.
+
+use super::ROWS;
+use super::findings::Remark;
+use crate::figure::Figure;
+use gravical::finding::Finding;
+
+/// How much of a document is rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Detail {
+    /// For a terminal: the main blocks and columns, the first rows of long tables, the weightiest
+    /// findings.
+    Summary,
+    /// Everything.
+    Full,
+}
+
+/// The report of one result.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Document<'a> {
+    /// Title of a page.
+    pub title: String,
+    /// Subject in one or two lines; a text begins with them.
+    pub subject: Vec<String>,
+    /// Time and command; on pages only.
+    pub stamp: String,
+    /// How good it is. A page begins with it, a text ends with it.
+    pub verdict: Option<Verdict>,
+    /// The rest, in order.
+    pub sections: Vec<Section<'a>>,
+}
+
+/// How good a result is, why, and what to do next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// Its heading on a page.
+    pub heading: &'static str,
+    /// Which sign and colour it has.
+    pub grade: Grade,
+    /// The verdict in a word or two.
+    pub word: String,
+    /// One sentence that sums it up, for the top of a text; by default the first reason.
+    pub conclusion: Option<String>,
+    /// Why, in sentences.
+    pub reasons: Vec<String>,
+    /// The main numbers; on pages.
+    pub figures: Vec<KeyFigure>,
+    /// Next steps; on pages (the program prints them with file names).
+    pub next: Vec<String>,
+}
+
+/// Sign and colour of a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Grade {
+    /// ✓, green.
+    Good,
+    /// ~, amber.
+    Fair,
+    /// ✗, vermilion.
+    Poor,
+    /// ?, grey.
+    Unknown,
+}
+
+/// A main number with its meaning.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeyFigure {
+    /// The number.
+    pub quantity: Quantity,
+    /// Its unit; empty for none.
+    pub unit: &'static str,
+    /// What it is.
+    pub what: String,
+}
+
+/// A section with a heading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section<'a> {
+    /// Its anchor in a page.
+    pub id: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// Whether a text omits the heading, because the subject is right above.
+    pub opening: bool,
+    /// Its content, each block from this detail on.
+    pub blocks: Vec<(Detail, Block<'a>)>,
+}
+
+/// A piece of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Block<'a> {
+    /// Sentences.
+    Paragraph(String),
+    /// A note on the block above.
+    Note(String),
+    /// A heading inside the section.
+    Heading(&'static str),
+    /// One line each.
+    Equation(Vec<&'static str>),
+    /// Points.
+    List(Vec<String>),
+    /// Names and values.
+    Facts(Vec<(String, String)>),
+    /// Numbers.
+    Table(Table),
+    /// A figure.
+    Figure(&'a Figure),
+    /// Code in several languages, to copy.
+    Snippets(Vec<Snippet>),
+    /// Findings.
+    Findings(Vec<Remark>),
+}
+
+/// Code to copy.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Snippet {
+    /// Name of the language.
+    pub language: &'static str,
+    /// Its name after the fence of a Markdown block; empty for plain text.
+    pub fence: &'static str,
+    /// The code, in whole lines.
+    pub code: String,
+}
+
+/// Numbers and texts in rows. The first cell of a row names it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// What it shows.
+    pub caption: String,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The rows, [`ROWS`] at most.
+    pub rows: Vec<Row>,
+    /// Number of rows before [`ROWS`] cut them.
+    pub all: usize,
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Heading above this and the adjacent columns of the same group; empty for none.
+    pub group: String,
+    /// Quantity and unit.
+    pub name: String,
+    /// Whether it holds numbers, which are right-aligned.
+    pub numbers: bool,
+    /// Lowest detail that shows it.
+    pub detail: Detail,
+}
+
+/// A row of a table.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Row {
+    /// One cell for each column.
+    pub cells: Vec<Cell>,
+    /// A sentence below the row; empty for none.
+    pub note: String,
+    /// Whether it is the sum of the rows above.
+    pub sum: bool,
+    /// Whether it is kept when a long table is cut.
+    pub stays: bool,
+}
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Words.
+    Text(String),
+    /// Words that lead to a file: where it is, from the document or as a URL.
+    Link(String, String),
+    /// Machine-readable text: a checksum.
+    Code(String),
+    /// A number and its standard uncertainty.
+    Number(Quantity, Option<Quantity>),
+}
+
+/// A number of the result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantity {
+    /// Text with significant digits, with a hyphen as minus sign.
+    pub text: String,
+    /// All digits, in the unit of the JSON; `text` may be in another one.
+    pub value: f64,
+    /// Its JSON pointer (RFC 6901); empty if it is not in the JSON.
+    pub key: String,
+}
+
+impl<'a> Document<'a> {
+    /// A document without anything in it.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Document {
+            title: title.into(),
+            ..Document::default()
+        }
+    }
+
+    /// Subject and stamp below the title of a page: without the title where the subject repeats
+    /// it.
+    pub(crate) fn lead(&self) -> impl Iterator<Item = &str> {
+        let title = format!("{}: ", self.title);
+        let lines = self.subject.iter().chain([&self.stamp]);
+        let lines = lines.filter(|line| !line.is_empty());
+        lines.map(move |line| line.strip_prefix(title.as_str()).unwrap_or(line))
+    }
+
+    /// Adds a section, unless it is empty.
+    #[must_use]
+    pub fn with(mut self, section: Section<'a>) -> Self {
+        if !section.blocks.is_empty() {
+            self.sections.push(section);
+        }
+        self
+    }
+
+    /// With a section of findings, of one file or of several.
+    #[must_use]
+    pub fn with_findings(self, findings: &[Finding], several_files: bool) -> Self {
+        let section = Section::new("findings", "Findings");
+        let mut remarks = Remark::all(findings, several_files);
+        if remarks.is_empty() {
+            return self.with(section.with(Block::paragraph("None.")));
+        }
+        let more = remarks.len().saturating_sub(ROWS);
+        remarks.truncate(ROWS);
+        let section = section.with(Block::Findings(remarks));
+        self.with(match more {
+            0 => section,
+            n => section.with(Block::note(format!("… and {n} more; --json has all"))),
+        })
+    }
+}
+
+impl Verdict {
+    /// A verdict with its reasons alone.
+    #[must_use]
+    pub fn new(grade: Grade, word: &str, reasons: &[String]) -> Self {
+        Verdict {
+            heading: "Verdict",
+            grade,
+            word: word.to_owned(),
+            conclusion: None,
+            reasons: reasons.to_vec(),
+            figures: Vec::new(),
+            next: Vec::new(),
+        }
+    }
+}
+
+impl<'a> Section<'a> {
+    /// An empty section.
+    #[must_use]
+    pub fn new(id: &'static str, title: &'static str) -> Self {
+        Section {
+            id,
+            title,
+            opening: false,
+            blocks: Vec::new(),
+        }
+    }
+
+    /// Without its heading in a text.
+    #[must_use]
+    pub fn opening(mut self) -> Self {
+        self.opening = true;
+        self
+    }
+
+    /// With all of it only in a full rendering.
+    #[must_use]
+    pub fn only_full(mut self) -> Self {
+        for (detail, _) in &mut self.blocks {
+            *detail = Detail::Full;
+        }
+        self
+    }
+
+    /// With a block that every rendering has.
+    #[must_use]
+    pub fn with(mut self, block: impl Into<Block<'a>>) -> Self {
+        self.blocks.push((Detail::Summary, block.into()));
+        self
+    }
+
+    /// With a block that only a full rendering has.
+    #[must_use]
+    pub fn full(mut self, block: impl Into<Block<'a>>) -> Self {
+        self.blocks.push((Detail::Full, block.into()));
+        self
+    }
+
+    /// With figures.
+    #[must_use]
+    pub fn figures(mut self, figures: impl IntoIterator<Item = &'a Figure>) -> Self {
+        let blocks = figures.into_iter().map(Block::Figure);
+        self.blocks.extend(blocks.map(|b| (Detail::Full, b)));
+        self
+    }
+
+    /// The blocks of this detail.
+    pub(super) fn shown(&self, detail: Detail) -> impl Iterator<Item = &Block<'a>> {
+        self.blocks
+            .iter()
+            .filter(move |(from, _)| *from <= detail)
+            .map(|(_, block)| block)
+    }
+}
+
+impl Block<'_> {
+    /// Sentences.
+    #[must_use]
+    pub fn paragraph(text: impl Into<String>) -> Self {
+        Block::Paragraph(text.into())
+    }
+
+    /// Small print.
+    #[must_use]
+    pub fn note(text: impl Into<String>) -> Self {
+        Block::Note(text.into())
+    }
+}
+
+impl From<Table> for Block<'_> {
+    fn from(table: Table) -> Self {
+        Block::Table(table)
+    }
+}
+
+impl Table {
+    /// An empty table.
+    #[must_use]
+    pub fn new(caption: impl Into<String>) -> Self {
+        Table {
+            caption: caption.into(),
+            ..Table::default()
+        }
+    }
+
+    /// With these columns on the right of those that it has.
+    #[must_use]
+    pub fn columns(mut self, columns: impl IntoIterator<Item = Column>) -> Self {
+        self.columns.extend(columns);
+        self
+    }
+
+    /// With one more row.
+    #[must_use]
+    pub fn row(self, row: impl Into<Row>) -> Self {
+        self.rows([row.into()])
+    }
+
+    /// With more rows; beyond [`ROWS`] they are counted and not kept, unless they stay.
+    #[must_use]
+    pub fn rows(mut self, rows: impl IntoIterator<Item = Row>) -> Self {
+        for row in rows {
+            self.all += 1;
+            if self.all <= ROWS || row.stays {
+                self.rows.push(row);
+            }
+        }
+        self
+    }
+}
+
+impl Column {
+    /// A column of texts.
+    #[must_use]
+    pub fn left(name: impl Into<String>) -> Self {
+        Column {
+            group: String::new(),
+            name: name.into(),
+            numbers: false,
+            detail: Detail::Summary,
+        }
+    }
+
+    /// A column of numbers.
+    #[must_use]
+    pub fn number(name: impl Into<String>) -> Self {
+        Column {
+            numbers: true,
+            ..Column::left(name)
+        }
+    }
+
+    /// Three columns of numbers, for the axes.
+    #[must_use]
+    pub fn axes(group: &str) -> [Self; 3] {
+        ["x", "y", "z"].map(|axis| Column::number(axis).below(group))
+    }
+
+    /// Below a heading that it shares with its neighbours.
+    #[must_use]
+    pub fn below(mut self, group: &str) -> Self {
+        group.clone_into(&mut self.group);
+        self
+    }
+
+    /// Only where all is shown.
+    #[must_use]
+    pub fn full(mut self) -> Self {
+        self.detail = Detail::Full;
+        self
+    }
+}
+
+impl<C: IntoIterator<Item = Cell>> From<C> for Row {
+    fn from(cells: C) -> Self {
+        Row {
+            cells: cells.into_iter().collect(),
+            ..Row::default()
+        }
+    }
+}
+
+impl Row {
+    /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
+    #[must_use]
+    pub fn axes(
+        name: &str,
+        key: &str,
+        values: Option<[f64; 3]>,
+        text: impl Fn(usize, f64) -> String,
+    ) -> Self {
+        let cells = Cell::axes(key, values, text);
+        std::iter::once(Cell::text(name)).chain(cells).into()
+    }
+
+    /// With a sentence below it.
+    #[must_use]
+    pub fn noted(mut self, note: impl Into<String>) -> Self {
+        self.note = note.into();
+        self
+    }
+
+    /// As a sum of those above.
+    #[must_use]
+    pub fn sum(mut self) -> Self {
+        self.sum = true;
+        self
+    }
+}
+
+impl Cell {
+    /// Words.
+    #[must_use]
+    pub fn text(text: impl Into<String>) -> Self {
+        Cell::Text(text.into())
+    }
+
+    /// A number without an uncertainty.
+    #[must_use]
+    pub fn number(key: impl Into<String>, value: f64, text: impl Into<String>) -> Self {
+        Cell::Number(Quantity::new(key, value, text), None)
+    }
+
+    /// A number that may be missing.
+    #[must_use]
+    pub fn maybe(key: impl Into<String>, value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
+        match value {
+            Some(v) => Cell::number(key, v, text(v)),
+            None => Cell::none(),
+        }
+    }
+
+    /// Three numbers, for the axes.
+    pub fn axes(
+        key: &str,
+        values: Option<[f64; 3]>,
+        text: impl Fn(usize, f64) -> String,
+    ) -> [Self; 3] {
+        std::array::from_fn(|k| {
+            Cell::maybe(format!("{key}/{k}"), values.map(|v| v[k]), |v| text(k, v))
+        })
+    }
+
+    /// With its standard uncertainty, where that is known.
+    #[must_use]
+    pub fn plus_minus(self, sigma: Option<Quantity>) -> Self {
+        match self {
+            Cell::Number(quantity, _) => {
+                Cell::Number(quantity, sigma.filter(|s| s.value.is_finite()))
+            }
+            other => other,
+        }
+    }
+
+    /// Nothing is known.
+    #[must_use]
+    pub fn none() -> Self {
+        Cell::text("–")
+    }
+}
+
+impl Quantity {
+    /// A number of the result.
+    #[must_use]
+    pub fn new(key: impl Into<String>, value: f64, text: impl Into<String>) -> Self {
+        Quantity {
+            key: key.into(),
+            value,
+            text: text.into(),
+        }
+    }
+
+    /// A number that stands nowhere in the JSON by itself.
+    #[must_use]
+    pub fn loose(value: f64, text: impl Into<String>) -> Self {
+        Quantity::new("", value, text)
+    }
+}

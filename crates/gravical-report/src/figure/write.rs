@@ -1,0 +1,178 @@
+//! Figures as files, in a folder of their own.
+//!
+//! A run draws what its data allow. What an earlier run drew and this one does not would
+//! pass for one of its figures, so the folder is one run's: it holds figures and nothing
+//! else, and a run that may replace them takes all of them away. Nothing that is not
+//! called like a figure is ever touched.
+
+use std::path::{Path, PathBuf};
+
+use gravical::output::write_atomic;
+use gravical::{Error, Result};
+
+use super::{Figure, calibration, history, motion, noise, svg, write_csv};
+
+/// What is written of each figure besides the drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Formats {
+    /// Its numbers.
+    pub csv: bool,
+    /// A picture of dots; needs the feature `png`.
+    pub png: bool,
+}
+
+impl Formats {
+    fn endings(self) -> impl Iterator<Item = &'static str> {
+        let csv = self.csv.then_some("csv");
+        let png = self.png.then_some("png");
+        std::iter::once("svg").chain(csv).chain(png)
+    }
+}
+
+/// Whether figures can be written to `folder`, before the work that they need. The
+/// folder may be absent; the one that it is in may not.
+///
+/// # Errors
+///
+/// `exists` where there are figures and `force` is false, `foreign-files` where there
+/// is anything else, `no-folder`, `figures-target`, `no-png` (all usage).
+pub fn check_figures(folder: &Path, formats: Formats, force: bool) -> Result<()> {
+    if formats.png && !cfg!(feature = "png") {
+        return Err(
+            Error::usage("no-png", "this build of the program cannot write PNG").with_hint(
+                "leave --png out, or build with: cargo install gravical-cli --features png",
+            ),
+        );
+    }
+    if folder == Path::new("-") {
+        return Err(Error::usage(
+            "figures-target",
+            "--figures names a folder; standard output is for tables and JSON",
+        ));
+    }
+    if folder.exists() && !folder.is_dir() {
+        return Err(
+            Error::usage("no-folder", "figures go into a folder; this is a file").at(folder, None),
+        );
+    }
+    let parent = folder.parent().filter(|p| !p.as_os_str().is_empty());
+    if let Some(parent) = parent.filter(|p| !p.is_dir()) {
+        return Err(Error::usage(
+            "no-folder",
+            format!("there is no folder \"{}\"", parent.display()),
+        )
+        .at(folder, None)
+        .with_hint("make it first, or name another folder"));
+    }
+    let earlier = figures_in(folder)?;
+    if !earlier.is_empty() && !force {
+        return Err(
+            Error::usage("exists", "this folder holds the figures of an earlier run")
+                .at(folder, None)
+                .with_hint("name another folder, or add --force to replace all of them"),
+        );
+    }
+    Ok(())
+}
+
+/// The figures in a folder, which may be absent.
+///
+/// # Errors
+///
+/// `foreign-files` (usage) where there is anything else, and what the file system says.
+fn figures_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let io = |e| Error::io(folder, e);
+    let mut figures = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        let name = entry.file_name();
+        // A link is not what was written, whatever it leads to.
+        let is_file = entry.file_type().map_err(io)?.is_file();
+        if !is_file || !name.to_str().is_some_and(is_figure) {
+            return Err(Error::usage(
+                "foreign-files",
+                format!(
+                    "the figures of a run have a folder to themselves; in this one there is \"{}\"",
+                    name.to_string_lossy()
+                ),
+            )
+            .at(folder, None)
+            .with_hint("name another folder, which may be absent"));
+        }
+        figures.push(entry.path());
+    }
+    figures.sort();
+    Ok(figures)
+}
+
+/// Whether a file is called as the files of figures are.
+fn is_figure(name: &str) -> bool {
+    name.split_once('.').is_some_and(|(stem, ending)| {
+        let known = calibration::NAMES.iter().chain(&motion::NAMES);
+        let known = known.chain(&noise::NAMES).chain(&history::NAMES);
+        ["svg", "csv", "png"].contains(&ending) && known.into_iter().any(|n| *n == stem)
+    })
+}
+
+/// Writes each figure to `folder` as NAME.svg (and NAME.csv, NAME.png), each in one
+/// step, and says how many files these are. Makes the folder where it is absent. Figures
+/// of an earlier run that this one does not draw are taken away, which `force` allows.
+///
+/// # Errors
+///
+/// Those of [`check_figures`], and what the file system says.
+pub fn write_figures<'a>(
+    figures: impl IntoIterator<Item = &'a Figure>,
+    folder: &Path,
+    formats: Formats,
+    force: bool,
+) -> Result<usize> {
+    check_figures(folder, formats, force)?;
+    let mut earlier = figures_in(folder)?;
+    if !folder.is_dir() {
+        std::fs::create_dir(folder).map_err(|e| Error::io(folder, e))?;
+    }
+    let mut written = 0;
+    for figure in figures {
+        for ending in formats.endings() {
+            let path = folder.join(format!("{}.{ending}", figure.name));
+            let bytes = bytes(figure, ending).map_err(|e| Error::io(&path, e))?;
+            write_atomic(&path, force, |out| {
+                out.write_all(&bytes).map_err(|e| Error::io(&path, e))
+            })?;
+            earlier.retain(|p| *p != path);
+            written += 1;
+        }
+    }
+    for path in earlier {
+        std::fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
+    }
+    Ok(written)
+}
+
+fn bytes(figure: &Figure, ending: &str) -> std::io::Result<Vec<u8>> {
+    match ending {
+        "svg" => Ok(svg::standalone(figure).into_bytes()),
+        "csv" => {
+            let mut bytes = Vec::new();
+            write_csv(figure, &mut bytes)?;
+            Ok(bytes)
+        }
+        _ => png(figure),
+    }
+}
+
+#[cfg(feature = "png")]
+use super::png::png;
+
+/// [`check_figures`] has refused it.
+#[cfg(not(feature = "png"))]
+fn png(_: &Figure) -> std::io::Result<Vec<u8>> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(test)]
+mod tests;

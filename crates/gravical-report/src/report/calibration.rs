@@ -1,0 +1,489 @@
+//! Report of a calibration.
+
+use std::path::Path;
+
+use crate::document::{
+    self, Block, Cell, Column, Document, KeyFigure, Quantity, Row, Section, Table, Verdict,
+};
+use crate::figure::Figure;
+use gravical::calibration_file::{
+    CalibrationFile, Grade, GravitySource, InputFile, PoseKind, PoseResult, ReferenceSource,
+    TiltSource,
+};
+use gravical::escape::path_word;
+use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
+use gravical::temperature::short;
+
+use super::gyroscope::gyroscope;
+use super::matrices::matrices;
+use super::paste::snippets;
+use super::placements::{directions, placements};
+use super::provenance::Provenance;
+use super::temperature::drift;
+use super::{named, short_name};
+
+/// The document of a calibration, with its figures
+/// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
+/// of its file, if it was written.
+#[must_use]
+pub fn calibration<'a>(
+    file: &CalibrationFile,
+    saved: Option<&Path>,
+    figures: &'a [Figure],
+) -> Document<'a> {
+    let a = &file.accelerometer;
+    // A recording at rest determines no geometry: the summary leaves nominal values out.
+    let soak = a.method == "thermal";
+    let measured = |section: Section<'a>| if soak { section.only_full() } else { section };
+    let figure = |id, title, name| Section::new(id, title).figures(named(figures, &[name]));
+    let mut document = Document {
+        subject: if soak {
+            soak_subject(file)
+        } else {
+            subject(file)
+        },
+        verdict: Some(verdict(file, saved)),
+        ..Document::new(format!("Calibration{}", named_sensor(file)))
+    }
+    .with(measured(
+        parameters(file).figures(named(figures, &["parameters"])),
+    ));
+    if let Some(gyro) = &file.gyroscope {
+        document = document.with(measured(gyroscope(gyro)));
+    }
+    document = document.with(figure("magnitude", "Magnitude at rest", "norm"));
+    if !a.poses.is_empty() {
+        document = document
+            .with(placements(file).figures(named(figures, &["residuals"])))
+            .with(directions(file, named(figures, &["sphere", "tilt"])));
+    }
+    document
+        .with(figure("captures", "Recorded poses", "captures"))
+        .with(figure("noise", "Noise", "noise"))
+        .with(temperature(file, named(figures, &["temperature"])))
+        .with(method(file, named(figures, &["budget"])))
+        .with_findings(&file.findings, file.inputs.len() > 1)
+        .with_provenance(&Provenance {
+            tool: &file.tool,
+            command: file.command.as_deref(),
+            created: &file.created,
+            inputs: &file.inputs,
+        })
+}
+
+/// " of board 3 (MPU6050)", or the file name.
+fn named_sensor(file: &CalibrationFile) -> String {
+    let recordings: Vec<&InputFile> = file.recordings().collect();
+    match (&file.sensor.id, &file.sensor.model, &recordings[..]) {
+        (Some(id), Some(model), _) => format!(" of {id} ({model})"),
+        (Some(one), None, _) | (None, Some(one), _) => format!(" of {one}"),
+        (None, None, [one]) => format!(" of {}", short_name(&one.path)),
+        (None, None, _) => String::new(),
+    }
+}
+
+/// Input, poses, unit, gravity and tilt in two lines.
+fn subject(file: &CalibrationFile) -> Vec<String> {
+    let a = &file.accelerometer;
+    let recordings: Vec<&InputFile> = file.recordings().collect();
+    let inputs = match &recordings[..] {
+        [one] => short_name(&one.path),
+        several => format!("{} files", several.len()),
+    };
+    let gravity = match file.gravity_source {
+        GravitySource::Given => "given",
+        GravitySource::Latitude => "from latitude",
+        GravitySource::Standard => "assumed",
+    };
+    let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
+        let how = match t.source {
+            TiltSource::Given => "given",
+            TiltSource::Estimated => "estimated",
+            TiltSource::Assumed => "assumed",
+        };
+        format!(", tilt of the face poses {:.1}° ({how})", t.value)
+    });
+    let on_faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
+    let mut different: Vec<&str> = on_faces.map(|p| p.label.as_str()).collect();
+    let faces = different.len();
+    different.sort_unstable();
+    different.dedup();
+    let on = match different.len() {
+        6 => "six faces".to_owned(),
+        n => format!("{n} of six faces"),
+    };
+    let oblique = match a.poses.len() - faces {
+        0 => String::new(),
+        1 => " and 1 free pose".to_owned(),
+        n => format!(" and {n} free poses"),
+    };
+    let placed = match faces {
+        0 => format!("{} free poses", a.poses.len()),
+        n => format!("{n} poses on {on}{oblique}"),
+    };
+    let method = match a.method.as_str() {
+        "ferraris" => "Ferraris calibration".to_owned(),
+        "joint" => "Calibration".to_owned(),
+        other => format!("Calibration ({other})"),
+    };
+    let g = match file.gravity_source {
+        GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
+        GravitySource::Given | GravitySource::Standard => file.gravity_mps2.to_string(),
+    };
+    let unit = a.input_unit.name();
+    vec![
+        format!("{method} of {inputs}: {placed}"),
+        format!("raw in {unit}, g = {g} m/s² ({gravity}){tilt}"),
+    ]
+}
+
+/// The same for a temperature calibration alone.
+fn soak_subject(file: &CalibrationFile) -> Vec<String> {
+    let inputs: Vec<String> = file.recordings().map(|i| short_name(&i.path)).collect();
+    let mut lines = vec![format!(
+        "Temperature calibration of {}, raw in {}: scale nominal, bias of the accelerometer not determined",
+        inputs.join(", "),
+        file.accelerometer.input_unit.name()
+    )];
+    lines.extend(file.gyroscope.as_ref().map(|gyro| {
+        let [x, y, z] = gyro.bias.map(short);
+        let unit = gyro.input_unit.name();
+        format!("Gyroscope at rest: bias {x}, {y}, {z} {unit}")
+    }));
+    lines
+}
+
+fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
+    let a = &file.accelerometer;
+    let grade = match file.verdict.grade {
+        Grade::Good => document::Grade::Good,
+        Grade::Fair => document::Grade::Fair,
+        Grade::Poor => document::Grade::Poor,
+        Grade::NotVerifiable => document::Grade::Unknown,
+    };
+    let key = |key: String, value: Option<f64>, what: &str| {
+        value.map(|v| KeyFigure {
+            quantity: Quantity::new(key, v, mg(v)),
+            unit: "mg",
+            what: what.to_owned(),
+        })
+    };
+    // Only errors of poses left out of the fit: the fit makes the others small.
+    let left_out = a.poses.iter().enumerate();
+    let worst = left_out
+        .filter_map(|(i, p)| Some((i, p.left_out_error_mps2?)))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let (at, worst) = worst.unzip();
+    let at = at.unwrap_or(0);
+    let figures = [
+        key(
+            "/accelerometer/worst_direction/error_mps2".to_owned(),
+            a.worst_direction.as_ref().map(|w| w.error_mps2),
+            "error of ‖a‖ in the worst direction (2σ)",
+        ),
+        key(
+            "/accelerometer/predicted_norm_error_mps2".to_owned(),
+            a.predicted_norm_error_mps2,
+            "predicted error of ‖a‖ (1σ, over all directions)",
+        ),
+        key(
+            "/accelerometer/leave_one_out_rms_mps2".to_owned(),
+            a.leave_one_out_rms_mps2,
+            "leave-one-out error of ‖a‖ (rms)",
+        ),
+        key(
+            format!("/accelerometer/poses/{at}/left_out_error_mps2"),
+            worst,
+            "largest error of a pose left out",
+        ),
+    ];
+    Verdict {
+        conclusion: conclusion(file),
+        figures: figures.into_iter().flatten().collect(),
+        next: next(file, saved),
+        ..Verdict::new(grade, file.verdict.grade.name(), &file.verdict.reasons)
+    }
+}
+
+/// The verdict in one sentence; none where the first reason says it.
+fn conclusion(file: &CalibrationFile) -> Option<String> {
+    let error = mg(file.accelerometer.worst_direction.as_ref()?.error_mps2);
+    match file.verdict.grade {
+        Grade::Good | Grade::Fair => Some(format!(
+            "the magnitude at rest is within {error} mg (2σ) in every direction"
+        )),
+        Grade::NotVerifiable => Some(format!(
+            "predicted to be within {error} mg (2σ), but these poses cannot confirm it"
+        )),
+        Grade::Poor => None,
+    }
+}
+
+/// Next steps.
+fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
+    let a = &file.accelerometer;
+    let name = path_word(saved.unwrap_or(Path::new("cal.json")));
+    let save = saved
+        .is_none()
+        .then(|| "Save the calibration: the same command with `-o cal.json`.".to_owned());
+    let pose = a.next_poses.first().map(|p| {
+        format!(
+            "Record one more pose ({}) and calibrate with all recordings again.",
+            p.hint
+        )
+    });
+    let apply =
+        format!("Correct a recording: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
+    let check = format!(
+        "Later, test with a new recording at rest whether it still fits: `gravical check {name} RECORDING.csv`"
+    );
+    match file.verdict.grade {
+        Grade::Poor => vec!["Fix what is named above, then calibrate again.".to_owned()],
+        Grade::NotVerifiable => pose.into_iter().chain(save).chain([apply]).collect(),
+        Grade::Good | Grade::Fair => save.into_iter().chain([apply, check]).collect(),
+    }
+}
+
+/// Table, matrices, equation, block to paste.
+fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
+    let a = &file.accelerometer;
+    let raw = &unit(a.input_unit.name());
+    let sd = a.deviations;
+    let row = |i: usize| {
+        let at = |name: &str, i: usize| format!("/accelerometer/{name}/{i}");
+        // Without an uncertainty: the digits of the student report.
+        let value = |name: &str, v: f64, sd: Option<f64>, digits: i32| {
+            let n = sd.map_or_else(|| decimals_of(a.scale[i], digits), decimals_for);
+            let key = at(&format!("deviations/{name}"), i);
+            let sd = sd.map(|s| Quantity::new(key, s, fixed(s, n)));
+            Cell::number(at(name, i), v, fixed(v, n)).plus_minus(sd)
+        };
+        let off = a.scale_deviation_percent.map(|d| d[i]);
+        Row::from([
+            Cell::text(["x", "y", "z"][i]),
+            value("bias", a.bias[i], sd.map(|d| d.bias[i]), 6),
+            value("scale", a.scale[i], sd.map(|d| d.scale[i]), 7),
+            Cell::maybe(at("scale_deviation_percent", i), off, |v| signed(v, 2)),
+        ])
+    };
+    let uncertain = if sd.is_some() { ", ± 1σ" } else { "" };
+    let table = Table::new(format!("Bias and scale{uncertain}"))
+        .columns([
+            Column::left("axis"),
+            Column::number(format!("bias b, {raw}")),
+            Column::number(format!("scale K, {raw} per m/s²")),
+            Column::number("off nominal, %"),
+        ])
+        .rows((0..3).map(row));
+    let section = Section::new("parameters", "Accelerometer")
+        .with(Block::Equation(vec![
+            "raw = K R a + b",
+            "calibrated = matrix · (raw − b)",
+        ]))
+        .full(Block::paragraph(format!(
+            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
+        )))
+        .with(table)
+        .with(matrices(
+            "/accelerometer",
+            &a.orientation,
+            &a.matrix,
+            &format!("matrix, m/s² per {raw}"),
+        ));
+    let section = match sd {
+        None => section,
+        Some(d) => {
+            let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
+            let k = digits(d.coverage_factor_95, 3);
+            section.full(Block::paragraph(format!(
+                "Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°. The 95 % interval is ± {k} standard uncertainties."
+            )))
+        }
+    };
+    section
+        .full(Block::Heading("Code to copy"))
+        .full(Block::Snippets(snippets(file)))
+}
+
+fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+    let seen = match &file.temperature_c {
+        Some(t) => format!(
+            "Temperature of the poses: {} °C on average, from {} to {} °C.",
+            fixed(t.mean, 1),
+            fixed(t.min, 1),
+            fixed(t.max, 1)
+        ),
+        None => "The recordings contain no temperature.".to_owned(),
+    };
+    let section = Section::new("temperature", "Temperature and time")
+        .full(Block::Paragraph(seen))
+        .figures(figures);
+    let Some(model) = &file.temperature_model else {
+        let unknown = "Drift with temperature was not measured.";
+        return section.full(Block::paragraph(unknown));
+    };
+    let section = drift(section, model, "/temperature_model");
+    if !model.any_corrected() {
+        return section;
+    }
+    let how = match model.reference_source {
+        ReferenceSource::Session => "the mean of the poses",
+        ReferenceSource::Soak => "the middle of the temperature recording",
+    };
+    section.with(Block::paragraph(format!(
+        "The drift is relative to {} °C, {how}. Outside the measured range the value at its limit is used.",
+        fixed(model.reference_c, 1)
+    )))
+}
+
+/// Method, assumptions, poses left out, uncertainty budget.
+fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+    let section = Section::new("method", "Method and uncertainty")
+        .full(Block::paragraph(how(&file.accelerometer.method)))
+        .full(Block::List(assumptions(file)));
+    let rejected = rejected(file);
+    let section = match rejected.is_empty() {
+        true => section.full(Block::paragraph("All poses were used in the fit.")),
+        false => section
+            .full(Block::Heading("Poses not used"))
+            .full(Block::List(rejected)),
+    }
+    .figures(figures);
+    match budget(file) {
+        Some(table) => section.with(table),
+        None => section,
+    }
+}
+
+/// The method in words.
+fn how(method: &str) -> &'static str {
+    match method {
+        "joint" => {
+            "One fit of all poses: at a face pose the direction of gravity is known up to a tilt, which is estimated, too; at a free pose only the magnitude is used. Bias, scale and the angles between the axes are estimated with their covariance."
+        }
+        "ferraris" => {
+            "Six faces in closed form (Ferraris, Grimaldi and Parvis 1995): the faces are assumed exact, so a tilted pose changes the parameters."
+        }
+        "magnitude-9" | "magnitude9" => {
+            "Nine parameters from the magnitude of gravity alone, any poses: the frame is that of the sensor, not of its case."
+        }
+        "magnitude-6" | "magnitude6" => {
+            "Scale and bias from the magnitude of gravity alone; the axes are assumed perpendicular."
+        }
+        "linear-12" | "linear12" => {
+            "Linear least squares for twelve parameters with exact faces: for precise fixtures."
+        }
+        "thermal" => {
+            "Drift of each channel with temperature, from a recording at rest that warms or cools. Scale and axes are nominal."
+        }
+        _ => "The parameters are from another program; the method is unknown.",
+    }
+}
+
+fn assumptions(file: &CalibrationFile) -> Vec<String> {
+    let a = &file.accelerometer;
+    let mut lines = vec![format!(
+        "Local gravity is {} m/s²; an error of 0.1 % in it is an error of 0.1 % in the scale.",
+        file.gravity_mps2
+    )];
+    if let Some(tilt) = a.pose_tilt_deg {
+        lines.push(format!(
+            "The tilt of a face pose has a standard deviation of {}° in each of two directions.",
+            fixed(tilt.value, 1)
+        ));
+    }
+    if let Some(fit) = a.fit {
+        let prior = match fit.prior {
+            true => {
+                "Data sheet limits of scale, cross-axis terms and bias are used as weak prior knowledge."
+            }
+            false => "No data sheet limits are used.",
+        };
+        lines.push(prior.to_owned());
+        if let Some(chi2) = fit.chi2_per_freedom {
+            lines.push(format!(
+                "χ² per degree of freedom ({} of them): {}.",
+                digits(fit.freedom, 3),
+                digits(chi2, 2)
+            ));
+        }
+        if fit.model_error_mps2 > 0.0 {
+            lines.push(format!(
+                "Model misfit beyond noise: {} mm/s², included in the uncertainty.",
+                digits(1e3 * fit.model_error_mps2, 2)
+            ));
+        }
+        if !fit.oriented {
+            lines.push("Too few faces determine the orientation in the case: the matrix is triangular by convention.".to_owned());
+        }
+    }
+    lines.push(format!(
+        "Degrees of freedom of the magnitudes: {}.",
+        a.degrees_of_freedom
+    ));
+    lines
+}
+
+/// Poses that were not used, with the reason.
+fn rejected(file: &CalibrationFile) -> Vec<String> {
+    let left = file.accelerometer.poses.iter().filter(|p| !p.fitted);
+    let mut lines: Vec<String> = left.map(|p| rejection(p, file)).collect();
+    let more = lines.len().saturating_sub(document::ROWS);
+    if more > 0 {
+        lines.truncate(document::ROWS);
+        lines.push(format!("… and {more} more; --json has all."));
+    }
+    lines
+}
+
+fn rejection(pose: &PoseResult, file: &CalibrationFile) -> String {
+    // With its lines: several poses may have one label.
+    let own = format!("{}: ", pose.called());
+    let finding = file.findings.iter().find(|f| f.message.starts_with(&own));
+    match (finding, pose.kind) {
+        (Some(finding), _) => finding.message.clone(),
+        (None, PoseKind::Free) => format!(
+            "{own}it is on no face, and {} uses face poses only",
+            file.accelerometer.method
+        ),
+        (None, PoseKind::Face) => format!("{own}see the findings"),
+    }
+}
+
+fn budget(file: &CalibrationFile) -> Option<Table> {
+    let budget = file.accelerometer.budget.as_ref()?;
+    let base = "/accelerometer/budget";
+    // Digits according to the combined uncertainty.
+    let n = decimals_of(milli_g(budget.combined_mps2), 2);
+    let mg = |v: f64| fixed(milli_g(v), n);
+    let parts = budget.contributions.iter().enumerate();
+    let parts = parts.map(|(i, part)| {
+        let key = format!("{base}/contributions/{i}/norm_mps2");
+        Row::from([
+            Cell::text(part.source.replace('-', " ")),
+            Cell::maybe(key, part.norm_mps2, mg),
+            Cell::text(&part.basis),
+        ])
+    });
+    let sum = |name: &str, field: &str, value: f64, how: String| {
+        let value = Cell::number(format!("{base}/{field}"), value, mg(value));
+        Row::from([Cell::text(name), value, Cell::Text(how)]).sum()
+    };
+    let squares = "root sum of squares".to_owned();
+    let k = format!("k = {}", budget.coverage_factor);
+    let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
+        .columns([
+            Column::left("source"),
+            Column::number("mg"),
+            Column::left("from"),
+        ])
+        .rows(parts)
+        .row(sum(
+            "combined",
+            "combined_mps2",
+            budget.combined_mps2,
+            squares,
+        ))
+        .row(sum("expanded", "expanded_mps2", budget.expanded_mps2, k));
+    Some(table)
+}

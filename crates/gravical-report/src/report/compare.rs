@@ -1,0 +1,152 @@
+//! Report of a comparison of two calibrations.
+
+use crate::document::{
+    Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
+};
+use gravical::compare::{
+    Agreement, Comparison, GyroscopeDifference, ParameterDifference, ParameterKind,
+};
+use gravical::numfmt::{decimals_for, fixed, milli_g, signed, unit};
+
+use super::{direction, short_name};
+
+/// The document of a comparison.
+#[must_use]
+pub fn comparison(c: &Comparison) -> Document<'static> {
+    let of = |i: usize| {
+        let temperature =
+            c.temperature_c[i].map_or(String::new(), |t| format!(", {:.1} °C", t.mean));
+        format!(
+            "{}: g = {:.5} m/s²{temperature}",
+            c.files[i], c.gravity_mps2[i]
+        )
+    };
+    let facts = ["A", "B"]
+        .into_iter()
+        .map(str::to_owned)
+        .zip([of(0), of(1)]);
+    let judgement = c.verdict.judgement;
+    let grade = match judgement {
+        Agreement::Agree => Grade::Good,
+        Agreement::Differ => Grade::Poor,
+        Agreement::Undecided => Grade::Unknown,
+    };
+    let [a, b] = c.files.each_ref().map(|file| short_name(file));
+    let mut document = Document {
+        subject: vec![format!("{b} (B) against {a} (A)")],
+        verdict: Some(Verdict::new(grade, judgement.name(), &c.verdict.reasons)),
+        ..Document::new(format!("{b} against {a}"))
+    }
+    .with(
+        Section::new("calibrations", "Calibrations")
+            .opening()
+            .with(Block::Facts(facts.collect())),
+    )
+    .with(parameters(&c.parameters))
+    .with(magnitude(c));
+    if let Some(o) = &c.orientation {
+        let axis = o.axis.map(|v| signed(v, 2)).join(", ");
+        document = document.with(
+            Section::new("frame", "Rotation of frame B relative to frame A").with(
+                Block::paragraph(format!("{}° about ({axis})", fixed(o.angle_deg, 3))),
+            ),
+        );
+    }
+    if let Some(gyroscope) = &c.gyroscope {
+        document = document.with(gyroscopes(gyroscope));
+    }
+    document.with_findings(&c.findings, true)
+}
+
+fn parameters(list: &[ParameterDifference]) -> Section<'static> {
+    let columns = ["A", "B", "B − A", "z"].map(Column::number);
+    let table = Table::new("")
+        .columns([Column::left("")])
+        .columns(columns)
+        .rows(list.iter().enumerate().map(|(i, p)| parameter(i, p)));
+    Section::new("parameters", "Parameters").with(table)
+}
+
+fn parameter(i: usize, p: &ParameterDifference) -> Row {
+    // Three digits of what is judged, whether σ is known or not.
+    let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(match p.kind {
+        ParameterKind::Bias => 1e-3,
+        _ => 1e-2,
+    });
+    let n = decimals_for(worth);
+    let key = |field: &str| format!("/parameters/{i}/{field}");
+    let sigma = p.sigma.map(|s| Quantity::new(key("sigma"), s, fixed(s, n)));
+    let cells = [
+        Cell::text(format!("{}, {}", p.name.replace('_', " "), unit(&p.unit))),
+        Cell::maybe(key("a"), p.a, |v| fixed(v, n)),
+        Cell::maybe(key("b"), p.b, |v| fixed(v, n)),
+        Cell::number(key("difference"), p.difference, signed(p.difference, n)).plus_minus(sigma),
+        Cell::maybe(key("z"), p.z, |z| signed(z, 1)),
+    ];
+    cells.into()
+}
+
+fn magnitude(c: &Comparison) -> Section<'static> {
+    let m = &c.magnitude;
+    let row = |name: String, value: (&str, f64), predicted: (&str, Option<f64>)| {
+        let mg = |v: f64| fixed(milli_g(v), 2);
+        let key = |name: &str| format!("/magnitude/{name}");
+        Row::from([
+            Cell::text(name),
+            Cell::number(key(value.0), value.1, mg(value.1)),
+            Cell::maybe(key(predicted.0), predicted.1, mg),
+        ])
+    };
+    let table = Table::new("")
+        .columns([
+            Column::left(""),
+            Column::number("B − A, mg"),
+            Column::number("predicted, mg"),
+        ])
+        .row(row(
+            "RMS over all directions".to_owned(),
+            ("norm_rms_mps2", m.norm_rms_mps2),
+            ("predicted_rms_mps2", m.predicted_rms_mps2),
+        ))
+        .row(row(
+            format!("largest, at {}", direction(m.largest_at)),
+            ("norm_largest_mps2", m.norm_largest_mps2),
+            ("predicted_at_largest_mps2", m.predicted_at_largest_mps2),
+        ));
+    Section::new("magnitude", "Magnitude at rest").with(table)
+}
+
+fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
+    let row = |i: usize| {
+        let key = |field: &str| format!("/gyroscope/{field}/{i}");
+        let scale = g.scale_difference_percent.map(|s| s[i]);
+        Row::from([
+            Cell::text(format!("bias {}, °/s", ["x", "y", "z"][i])),
+            Cell::number(
+                key("bias_a_deg_s"),
+                g.bias_a_deg_s[i],
+                fixed(g.bias_a_deg_s[i], 4),
+            ),
+            Cell::number(
+                key("bias_b_deg_s"),
+                g.bias_b_deg_s[i],
+                fixed(g.bias_b_deg_s[i], 4),
+            ),
+            Cell::number(
+                key("bias_difference_deg_s"),
+                g.bias_difference_deg_s[i],
+                signed(g.bias_difference_deg_s[i], 4),
+            ),
+            Cell::maybe(key("scale_difference_percent"), scale, |v| signed(v, 3)),
+        ])
+    };
+    let table = Table::new("")
+        .columns([Column::left("")])
+        .columns(["A", "B", "B − A", "scale B/A, %"].map(Column::number))
+        .rows((0..3).map(row));
+    Section::new("gyroscope", "Gyroscope")
+        .with(table)
+        .with(Block::note(
+            "Shown, not tested: the bias of a gyroscope changes with every power-up.",
+        ))
+}

@@ -1,0 +1,151 @@
+//! Report of filters and their effect on noise.
+
+use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
+use gravical::denoise::{DenoiseSummary, FilterOutcome, Sigmas};
+use gravical::numfmt::{count, decimals_of, fixed, small, unit};
+
+use super::short_name;
+
+const NO_DRIFT: &str = "Smoothing does not reduce drift: the noise that it removes averages out in the integral anyway, and a bias passes a low-pass unchanged.";
+
+/// The document of filters: the effect of each on white noise, and on this recording at rest.
+#[must_use]
+pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
+    let rate = match summary.rate_hz {
+        Some(rate) => format!("{rate:.2} Hz"),
+        None => "rate unknown".to_owned(),
+    };
+    let stretches = count(summary.segments, "segment");
+    let edge = summary.edge.name();
+    let mut facts = vec![
+        ("read as".to_owned(), summary.description.clone()),
+        (
+            "sampling".to_owned(),
+            format!("{rate}, {stretches}; padding at the ends: {edge}"),
+        ),
+    ];
+    if summary.static_intervals > 0 {
+        let spans = count(summary.static_intervals, "static interval");
+        let rows = summary.static_rows;
+        facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
+    }
+    let mut filters = Section::new("filters", "Filters").with(white(summary));
+    for (name, key, unit, of) in [
+        (
+            "accelerometer",
+            "accelerometer",
+            summary.accel_unit,
+            accelerometer as Of,
+        ),
+        ("gyroscope", "gyroscope", summary.gyro_unit, gyroscope),
+    ] {
+        if of(&summary.recorded).is_some() {
+            filters = filters.with(at_rest(summary, name, key, unit, of));
+        }
+    }
+    let units: Vec<String> = summary.filters.iter().filter_map(derived).collect();
+    if !units.is_empty() {
+        filters = filters.with(Block::paragraph(units.join("; ")));
+    }
+    let reading = Section::new("reading", "How it was read").opening();
+    Document::new(format!("Filtering of {}", short_name(&summary.input)))
+        .with(reading.with(Block::Facts(facts)))
+        .with(filters.with(Block::paragraph(NO_DRIFT)))
+        .with_findings(&summary.findings, false)
+}
+
+/// σ of one sensor's axes.
+type Of = fn(&Sigmas) -> Option<[f64; 3]>;
+
+fn accelerometer(sigmas: &Sigmas) -> Option<[f64; 3]> {
+    sigmas.accelerometer
+}
+
+fn gyroscope(sigmas: &Sigmas) -> Option<[f64; 3]> {
+    sigmas.gyroscope
+}
+
+/// Effect on white noise.
+fn white(summary: &DenoiseSummary) -> Table {
+    let row = |(i, f): (usize, &FilterOutcome)| {
+        let gain = f.response.noise_gain;
+        let key = |field: &str| format!("/filters/{i}/{field}");
+        Row::from([
+            Cell::text(&f.filter),
+            Cell::number(
+                key("noise_gain"),
+                gain,
+                fixed(gain, decimals_of(gain, 3).min(4)),
+            ),
+            Cell::text(frequencies(f)),
+            Cell::maybe(key("replaced"), f.replaced.map(|n| n as f64), |n| {
+                fixed(n, 0)
+            }),
+        ])
+    };
+    let replaced = summary.filters.iter().any(|f| f.replaced.is_some());
+    let mut table = Table::new("Properties").columns([
+        Column::left("filter"),
+        Column::number("factor on white noise"),
+        Column::number("−3 dB, Hz"),
+    ]);
+    if replaced {
+        table = table.columns([Column::number("samples replaced")]);
+    }
+    let width = table.columns.len();
+    table.rows(summary.filters.iter().enumerate().map(row).map(|mut r| {
+        r.cells.truncate(width);
+        r
+    }))
+}
+
+/// Effect on this recording.
+fn at_rest(summary: &DenoiseSummary, name: &str, key: &str, of_unit: &str, of: Of) -> Table {
+    let of_unit = match of_unit {
+        "unknown" => "unit unknown".to_owned(),
+        known => unit(known),
+    };
+    let row = |name: &str, base: String, sigmas: &Sigmas| {
+        Row::axes(name, &base, of(sigmas), |_, v| small(v, 3))
+    };
+    let filters = summary.filters.iter().enumerate();
+    Table::new(format!("σ of {name} at rest, {of_unit}"))
+        .columns([Column::left("")])
+        .columns(Column::axes(""))
+        .row(row(
+            "as recorded",
+            format!("/recorded/{key}"),
+            &summary.recorded,
+        ))
+        .rows(filters.map(|(i, f)| {
+            let base = format!("/filters/{i}/sigma/{key}");
+            row(&format!("after {}", f.filter), base, &f.sigma)
+        }))
+}
+
+fn frequencies(filter: &FilterOutcome) -> String {
+    match &filter.response.minus_3db_hz {
+        Some(edges) if !edges.is_empty() => {
+            let texts = edges.iter().map(|f| fixed(*f, decimals_of(*f, 3)));
+            texts.collect::<Vec<_>>().join("–")
+        }
+        Some(_) => "–".to_owned(),
+        // Relative to the unknown sampling rate.
+        None => match filter.response.minus_3db_of_rate.first() {
+            Some(share) => format!("{share:.3} f_s"),
+            None => "–".to_owned(),
+        },
+    }
+}
+
+fn derived(filter: &FilterOutcome) -> Option<String> {
+    let power = match filter.derivative {
+        0 => return None,
+        1 => "s".to_owned(),
+        n => format!("s^{n}"),
+    };
+    Some(format!(
+        "after {}: unit per {power}; factor on white noise in 1/{power}",
+        filter.filter
+    ))
+}

@@ -1,0 +1,121 @@
+//! Report of the gyroscope of a calibration.
+
+use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use gravical::calibration_file::GyroscopeSection;
+use gravical::core::matrix3;
+use gravical::numfmt::{decimals_by, digits, fixed, unit};
+
+use super::matrices::{matrices, power_of_ten};
+
+/// Parameters and residuals.
+pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
+    let raw = &unit(g.input_unit.name());
+    let how = match g.method.as_str() {
+        "turns" => "From three known turns and the rests (Ferraris).",
+        "motion" => {
+            "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
+        }
+        "bias" => "Bias only, from the poses; the scale is nominal, because there is no rotation.",
+        _ => "The method is unknown.",
+    };
+    let sd = if g.method == "bias" {
+        bias_alone(g)
+    } else {
+        deviations(g)
+    };
+    let row = |i: usize| {
+        let value = |name: &str, v: f64, sd: Option<f64>| {
+            let n = decimals_by(sd, g.scale[i]);
+            // From the covariance; not a field of the JSON.
+            let sd = sd.map(|s| Quantity::loose(s, fixed(s, n)));
+            Cell::number(format!("/gyroscope/{name}/{i}"), v, fixed(v, n)).plus_minus(sd)
+        };
+        Row::from([
+            Cell::text(["x", "y", "z"][i]),
+            value("bias", g.bias[i], sd.map(|d| d.0[i])),
+            value("scale", g.scale[i], sd.map(|d| d.1[i])),
+        ])
+    };
+    let table = Table::new("Bias and scale, ± 1σ")
+        .columns([
+            Column::left("axis"),
+            Column::number(format!("bias b, {raw}")),
+            Column::number(format!("scale K, {raw} per rad/s")),
+        ])
+        .rows((0..3).map(row));
+    let matrix = matrices(
+        "/gyroscope",
+        &g.orientation,
+        &g.matrix,
+        &format!("matrix, rad/s per {raw}"),
+    );
+    let section = Section::new("gyroscope", "Gyroscope")
+        .with(Block::Equation(vec![
+            "raw = K R ω + b + S a",
+            "calibrated = matrix · (raw − b − S a)",
+        ]))
+        .with(Block::paragraph(how))
+        .full(Block::paragraph(format!(
+            "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}."
+        )))
+        .with(table);
+    let mut section = match g.method.as_str() {
+        "bias" => section.full(matrix),
+        _ => section.with(matrix),
+    };
+    if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
+        // Known to a few per cent.
+        let text = power_of_ten(&g.g_sensitivity, 2);
+        let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity).enumerate();
+        let rows = rows.map(|(i, (axis, row))| {
+            let key = format!("/gyroscope/g_sensitivity/{i}");
+            Row::axes(axis, &key, Some(*row), |_, v| text(v))
+        });
+        let coupling = Table::new(format!("S, {raw} per m/s²"))
+            .columns([Column::left("")])
+            .columns(Column::axes(""))
+            .rows(rows);
+        section = section.full(coupling);
+    }
+    if let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) {
+        let left_out = g.leave_one_out_deg.map_or_else(
+            || "too few motions for leave-one-out".to_owned(),
+            |d| format!("leave-one-out {}°", digits(d, 2)),
+        );
+        section = section.with(Block::paragraph(format!(
+            "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
+            motions.used,
+            motions.left_out,
+            digits(residual, 2)
+        )));
+    }
+    section
+}
+
+/// Standard deviations if the covariance is of the bias alone: the scale has none.
+fn bias_alone(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
+    let c = &g.covariance.as_ref()?.values;
+    let at = |i: usize| Some(c.get(i)?.get(i)?.sqrt());
+    Some(([at(0)?, at(1)?, at(2)?], [f64::NAN; 3]))
+}
+
+/// Standard deviations of bias and scale from the covariance of M and b: the scale is the norm
+/// of a row of M.
+fn deviations(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
+    let c = &g.covariance.as_ref()?.values;
+    let at = |i: usize, j: usize| c.get(i).and_then(|row| row.get(j)).copied();
+    let mut bias = [0.0; 3];
+    let mut scale = [0.0; 3];
+    for i in 0..3 {
+        bias[i] = at(9 + i, 9 + i)?.sqrt();
+        let row = g.orientation[i];
+        let mut block = [[0.0; 3]; 3];
+        for j in 0..3 {
+            for k in 0..3 {
+                block[j][k] = at(3 * i + j, 3 * i + k)?;
+            }
+        }
+        scale[i] = matrix3::dot(&row, &matrix3::mul_vec(&block, &row)).sqrt();
+    }
+    Some((bias, scale))
+}

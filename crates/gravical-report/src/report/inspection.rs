@@ -1,0 +1,202 @@
+//! Report of the content of a recording.
+
+use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
+use gravical::inspect::{Inspection, StillSpan};
+use gravical::numfmt::{decimals_of, fixed};
+use gravical::recording::Origin;
+use gravical::recording::units::{AccelUnit, GyroUnit};
+use gravical::segment::still::StillOptions;
+
+use super::short_name;
+use super::temperature::drift;
+
+/// Cells of the bar of static intervals.
+const BAR: usize = 64;
+
+/// The document of an inspection.
+#[must_use]
+pub fn inspection(inspection: &Inspection) -> Document<'static> {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
+    fact("format", inspection.description.clone());
+    if let Some(serial) = &inspection.serial {
+        fact("sensor", format!("serial number {serial}"));
+    }
+    fact("lines", inspection.row_counts.sum.clone());
+    fact("time", time(inspection));
+    fact("accel", accel(inspection));
+    if let Some(text) = gyro(inspection) {
+        fact("gyro", text);
+    }
+    if let Some([low, high]) = inspection.temperature_c {
+        fact("temp", format!("{low:.1} to {high:.1} °C"));
+    }
+    if !inspection.labels.is_empty() {
+        let labels = inspection.labels.iter().take(12);
+        let shown: Vec<String> = labels
+            .map(|(name, rows)| format!("{name} {rows}"))
+            .collect();
+        fact("labels", shown.join(", "));
+    }
+    fact("static", stillness(inspection));
+    fact("", bar(inspection));
+    if !inspection.turns.is_empty() {
+        let turns = inspection.turns.iter();
+        let about: Vec<String> = turns.map(|t| t.axis.to_string()).collect();
+        fact("turns", format!("full turns about {}", about.join(", ")));
+    }
+    let reading = Section::new("reading", "How it was read").opening();
+    let mut document = Document {
+        subject: vec![inspection.file.clone()],
+        ..Document::new(format!("Recording {}", short_name(&inspection.file)))
+    }
+    .with(reading.with(Block::Facts(facts)));
+    if !inspection.static_intervals.is_empty() {
+        document = document.with(stills(&inspection.static_intervals));
+    }
+    if let Some(model) = &inspection.temperature_drift {
+        document = document.with(drift(
+            Section::new("temperature", "Temperature"),
+            model,
+            "/temperature_drift",
+        ));
+    }
+    document.with_findings(&inspection.findings, false)
+}
+
+fn time(inspection: &Inspection) -> String {
+    let t = &inspection.timing;
+    let mut parts = Vec::new();
+    if let Some(duration) = t.duration_s {
+        parts.push(format!("{duration:.2} s"));
+    }
+    match (t.unit, t.median_rate_hz) {
+        (Some(unit), Some(rate)) => {
+            parts.push(format!("stamps in {}", unit.name()));
+            parts.push(format!("{rate:.2} Hz"));
+            if let Some(mean) = t.mean_rate_hz
+                && (mean / rate - 1.0).abs() > 0.002
+            {
+                parts.push(format!("{mean:.2} rows/s on average"));
+            }
+            if let Some(jitter) = t.jitter_s {
+                parts.push(format!("jitter {:.2} ms", 1000.0 * jitter));
+            }
+        }
+        _ => match t.nominal_rate_hz {
+            Some(rate) => parts.push(format!("no time stamps; {rate} Hz according to the file")),
+            None => parts.push("no time stamps, rate unknown (--rate)".to_owned()),
+        },
+    }
+    parts.join(", ")
+}
+
+fn origin(origin: Origin) -> &'static str {
+    match origin {
+        Origin::Given => "given",
+        Origin::Data => "from the data",
+        Origin::Header => "from the header",
+        Origin::Assumed => "unknown",
+    }
+}
+
+fn accel(inspection: &Inspection) -> String {
+    let a = &inspection.accelerometer;
+    let origin = origin(a.origin);
+    match (a.unit, a.lsb_per_g) {
+        (AccelUnit::Unknown, _) => "unit unknown: give --accel-unit".to_owned(),
+        (AccelUnit::Counts, Some(lsb)) => {
+            format!("counts, {lsb:.0} per g (±{:.0} g), {origin}", 32768.0 / lsb)
+        }
+        (AccelUnit::Counts, None) => format!("counts of unknown range, {origin}"),
+        (unit, _) => format!("{}, {origin}", unit.name()),
+    }
+}
+
+fn gyro(inspection: &Inspection) -> Option<String> {
+    let g = inspection.gyroscope?;
+    let origin = origin(g.origin);
+    Some(match (g.unit, g.lsb_per_deg_s) {
+        (GyroUnit::Unknown, _) => "unit unknown: give --gyro-unit".to_owned(),
+        (GyroUnit::Counts, Some(lsb)) => {
+            format!(
+                "counts, {lsb} per °/s (±{:.0} °/s), {origin}",
+                32768.0 / lsb
+            )
+        }
+        (unit, _) => format!("{}, {origin}", unit.name()),
+    })
+}
+
+fn stillness(inspection: &Inspection) -> String {
+    let share = 100.0 * inspection.static_share;
+    match inspection.static_intervals.len() {
+        0 if inspection.row_counts.rows < 40 => "too few rows".to_owned(),
+        0 => "never".to_owned(),
+        1 => format!("{share:.0} % of the rows, one interval"),
+        n => format!("{share:.0} % of the rows, {n} intervals"),
+    }
+}
+
+/// `█` where most of a cell is static, `▒` where some of it is, `·` where the sensor moves.
+fn bar(inspection: &Inspection) -> String {
+    let rows = inspection.row_counts.rows.max(1) as usize;
+    (0..BAR)
+        .map(|cell| {
+            let from = cell * rows / BAR;
+            let to = ((cell + 1) * rows / BAR).max(from + 1);
+            let held: usize = inspection
+                .static_intervals
+                .iter()
+                .map(|s| s.end_row.min(to).saturating_sub(s.start_row.max(from)))
+                .sum();
+            match held as f64 / (to - from) as f64 {
+                share if share > 0.6 => '█',
+                share if share > 0.05 => '▒',
+                _ => '·',
+            }
+        })
+        .collect()
+}
+
+fn stills(all: &[StillSpan]) -> Section<'static> {
+    let row = |(i, still): (usize, &StillSpan)| {
+        let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let n = decimals_of(largest, 4);
+        let key = |field: &str| format!("/static_intervals/{i}/{field}");
+        let seconds = |field: &str, v: Option<f64>| Cell::maybe(key(field), v, |v| fixed(v, 1));
+        let mut cells = vec![
+            Cell::text((i + 1).to_string()),
+            Cell::text(format!("{}–{}", still.lines[0], still.lines[1])),
+            seconds("start_s", still.start_s),
+            seconds("end_s", still.end_s),
+            Cell::text(still.face.as_deref().unwrap_or("–")),
+            Cell::number(
+                key("face_angle_deg"),
+                still.face_angle_deg,
+                fixed(still.face_angle_deg, 1),
+            ),
+        ];
+        cells.extend(Cell::axes(&key("mean"), Some(still.mean), |_, v| {
+            fixed(v, n)
+        }));
+        Row::from(cells)
+    };
+    let table = Table::new("")
+        .columns([
+            Column::left(""),
+            Column::left("lines"),
+            Column::number("from, s"),
+            Column::number("to, s"),
+            Column::left("face"),
+            Column::number("angle to face, °"),
+        ])
+        .columns(Column::axes("mean reading"))
+        .rows(all.iter().enumerate().map(row));
+    let shortest = StillOptions::default().shortest();
+    Section::new("intervals", "Static intervals")
+        .with(table)
+        .full(Block::note(format!(
+            "A static interval lasts at least {shortest}, as for `calibrate`; `check` and `motion` use shorter ones, too. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
+        )))
+}

@@ -1,0 +1,332 @@
+//! Report of a motion: timing, rests, moves, end point, uncertainty budget, comparison with a
+//! reference.
+
+use gravical::core::matrix3::norm;
+
+use crate::document::{
+    Block, Cell, Column, Document, Grade, KeyFigure, Quantity, Row, Section, Table, Verdict,
+};
+use crate::figure::Figure;
+use gravical::motion::{MotionJudgement, MotionResult, Span};
+use gravical::numfmt::{decimals_by, digits, fixed};
+use gravical::recording::{Origin, Recording};
+
+use super::moves::{budget, end, largest, moves, static_drift};
+use super::truth::truth;
+use super::{named, short_name};
+
+/// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
+#[must_use]
+pub fn motion<'a>(
+    result: &MotionResult,
+    recording: &Recording,
+    figures: &'a [Figure],
+) -> Document<'a> {
+    let figure = |id, title, names: &[&str]| Section::new(id, title).figures(named(figures, names));
+    let mut document = Document {
+        verdict: Some(verdict(result)),
+        ..Document::new(format!("Motion of {}", short_name(&result.input)))
+    }
+    .with(timing(result, recording))
+    .with(rests(result))
+    .with(figure(
+        "acceleration",
+        "Acceleration",
+        &["acceleration", "motion-acceleration"],
+    ))
+    .with(figure("velocity", "Velocity", &["velocity"]))
+    .with(figure(
+        "trajectory",
+        "Trajectory",
+        &["trajectory", "position-3d"],
+    ))
+    .with(figure("position", "Position", &["position"]));
+    // For a recording at rest the verdict says everything.
+    if !result.moves.is_empty() {
+        document = document
+            .with(moves(result).figures(named(figures, &["moves"])))
+            .with(end(result));
+        if let Some(b) = &result.budget_m {
+            document = document.with(budget(b).figures(named(figures, &["budget"])));
+        }
+    }
+    if let Some(drift) = &result.static_drift {
+        document = document.with(static_drift(drift).figures(named(figures, &["static-drift"])));
+    }
+    if let Some(comparison) = &result.truth {
+        document = document.with(truth(comparison));
+    }
+    document.with_findings(&result.findings, false)
+}
+
+/// What can be determined from the recording.
+fn verdict(result: &MotionResult) -> Verdict {
+    let all = result.moves.len();
+    let usable = result.moves.iter().filter(|m| m.usable).count();
+    let grade = match result.verdict.judgement {
+        MotionJudgement::Bounded => Grade::Good,
+        MotionJudgement::NotUsable => Grade::Poor,
+        MotionJudgement::AtRest => Grade::Unknown,
+        _ => Grade::Fair,
+    };
+    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
+    let duration = || KeyFigure {
+        quantity: Quantity::new(
+            "/duration_s",
+            result.duration_s,
+            fixed(result.duration_s, 2),
+        ),
+        unit: "s",
+        what: "duration".to_owned(),
+    };
+    let known = KeyFigure {
+        quantity: Quantity::loose(usable as f64, format!("{usable} of {all}")),
+        unit: "",
+        what: "usable moves".to_owned(),
+    };
+    let sigma = result.r#final.sigma_m.map(|s| {
+        let axis = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
+        let text = format!("± {}", digits(s[axis], 2));
+        KeyFigure {
+            quantity: Quantity::new(format!("/final/sigma_m/{axis}"), s[axis], text),
+            unit: "m",
+            what: "standard uncertainty of the end position, worst axis (1σ)".to_owned(),
+        }
+    });
+    let mut figures = vec![single(result).unwrap_or_else(duration), known];
+    figures.extend(sigma);
+    // One number for one move, the end for several.
+    let conclusion = match single(result) {
+        Some(f) if usable > 0 => Some(format!("displacement {} m (± 1σ)", f.quantity.text)),
+        _ if usable > 0 => result.r#final.sigma_m.map(|sigma| {
+            let sigma = digits(largest(sigma), 2);
+            format!("{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)")
+        }),
+        _ => None,
+    };
+    let doubt = misfit.map_or("", |_| "; the calibration does not fit");
+    Verdict {
+        heading: "Result",
+        conclusion: conclusion.map(|text| text + doubt),
+        figures,
+        ..Verdict::new(
+            grade,
+            result.verdict.judgement.name(),
+            &result.verdict.reasons,
+        )
+    }
+}
+
+/// Displacement of the only move, calibrated and uncalibrated.
+fn single(result: &MotionResult) -> Option<KeyFigure> {
+    let [only] = &result.moves[..] else {
+        return None;
+    };
+    let (displacement, sigma) = (only.displacement_m?, only.sigma_m);
+    let long = norm(&displacement);
+    // Uncertainty along the displacement; undefined if that is zero.
+    let sd = sigma.filter(|_| long > 0.0).map(|s| {
+        let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
+        norm(&parts)
+    });
+    let n = decimals_by(sd, long);
+    let text = match sd {
+        Some(sd) => format!("{} ± {}", fixed(long, n), digits(sd, 2)),
+        None => digits(long, 3),
+    };
+    let plain = only.uncalibrated_m.map_or(String::new(), |u| {
+        format!("; uncalibrated {} m", fixed(norm(&u), n))
+    });
+    Some(KeyFigure {
+        quantity: Quantity::loose(long, text),
+        unit: "m",
+        what: format!("displacement (± 1σ){plain}"),
+    })
+}
+
+/// How the recording was read and processed.
+fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
+    let mut facts: Vec<(String, String)> = Vec::new();
+    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
+    fact("read as", recording.description.clone());
+    // A finding reports a unit that is decided later.
+    let gyro = match &recording.gyro {
+        Some(_) => "; with a gyroscope",
+        None => "; no gyroscope",
+    };
+    let origin = match recording.accel_scale.origin {
+        Origin::Given => "given",
+        Origin::Data => "from the data",
+        Origin::Header => "from the header",
+        Origin::Assumed => "assumed",
+    };
+    let unit = recording.accel_scale.unit.name();
+    fact("unit", format!("accelerometer {unit} ({origin}){gyro}"));
+    let none = "none, nominal scale".to_owned();
+    let calibration = result.calibration.as_deref().map_or(none, short_name);
+    fact("calibration", calibration);
+    fact("procedure", result.procedure.clone());
+    fact("frame", result.frame.clone());
+    fact("time", time(result));
+    fact("rests", rest_list(&result.rests));
+    if let Some(noise) = &result.noise {
+        let three = |v: [f64; 3]| v.map(|s| digits(1e3 * s, 2)).join(" ");
+        let gyro = noise.gyro_sigma_rad_s.map_or(String::new(), |s| {
+            format!("; gyroscope {} mrad/s", three(s))
+        });
+        let accel = three(noise.accel_sigma_mps2);
+        fact(
+            "noise",
+            format!("accelerometer {accel} mm/s²{gyro} (1σ at rest)"),
+        );
+    }
+    let value = |name: &str, key: &str, value: Option<f64>, n: usize| {
+        value.map(|v| Row::from([Cell::text(name), Cell::number(key, v, fixed(v, n))]))
+    };
+    let t = &recording.timing;
+    let count = |rows: u64| Some(rows as f64);
+    let rows = [
+        value(
+            "rate from time stamps, Hz",
+            "/rate_hz/true",
+            result.rate_hz.r#true,
+            3,
+        ),
+        value(
+            "rate according to the file, Hz",
+            "/rate_hz/nominal",
+            result.rate_hz.nominal,
+            3,
+        ),
+        value("duration, s", "/duration_s", Some(result.duration_s), 3),
+        value("rows", "/rows", count(result.rows), 0),
+        value(
+            "rows skipped",
+            "/rows_left_out",
+            count(result.rows_left_out),
+            0,
+        ),
+        value(
+            "jitter of the time stamps, ms",
+            "",
+            t.jitter_s.map(|v| 1e3 * v),
+            2,
+        ),
+        value(
+            "missing samples, %",
+            "",
+            t.missing_share.map(|v| 100.0 * v),
+            2,
+        ),
+    ];
+    let table = Table::new("Timing")
+        .columns([Column::left(""), Column::number("value")])
+        .rows(rows.into_iter().flatten());
+    Section::new("timing", "Timing and procedure")
+        .opening()
+        .with(Block::Facts(facts))
+        .full(table)
+}
+
+fn time(result: &MotionResult) -> String {
+    let rate = match (result.rate_hz.r#true, result.rate_hz.nominal) {
+        (Some(t), Some(n)) if (t / n - 1.0).abs() > 0.002 => {
+            format!("{t:.2} Hz from time stamps; {n} Hz according to the file")
+        }
+        (Some(t), _) => format!("{t:.2} Hz from time stamps"),
+        (None, Some(n)) => format!("{n} Hz according to the file, no time stamps"),
+        (None, None) => "rate unknown".to_owned(),
+    };
+    let left_out = match result.rows_left_out {
+        0 => String::new(),
+        n => format!("; {n} incomplete rows skipped"),
+    };
+    format!("{:.2} s, {rate}{left_out}", result.duration_s)
+}
+
+fn rest_list(still: &[Span]) -> String {
+    let span = |s: &Span| format!("{:.2}–{:.2}", s.start_s, s.end_s);
+    let total: f64 = still.iter().map(|s| s.end_s - s.start_s).sum();
+    let list = |spans: &[Span]| spans.iter().map(span).collect::<Vec<_>>().join(", ");
+    match still {
+        [] => "none".to_owned(),
+        few @ ([_] | [_, _] | [_, _, _] | [_, _, _, _]) => format!("{} s", list(few)),
+        [first, second, .., last] => format!(
+            "{}, {total:.1} s in total: {}, … {} s",
+            still.len(),
+            list(&[*first, *second]),
+            span(last)
+        ),
+    }
+}
+
+fn rests<'a>(result: &MotionResult) -> Section<'a> {
+    let section = Section::new("rests", "Rests");
+    let spans = result.rests.iter().enumerate().map(|(i, span)| {
+        let key = |field: &str| format!("/rests/{i}/{field}");
+        Row::from([
+            Cell::text((i + 1).to_string()),
+            Cell::number(key("start_s"), span.start_s, fixed(span.start_s, 2)),
+            Cell::number(key("end_s"), span.end_s, fixed(span.end_s, 2)),
+            Cell::number(
+                "",
+                span.end_s - span.start_s,
+                fixed(span.end_s - span.start_s, 2),
+            ),
+        ])
+    });
+    let columns = ["from", "to", "duration"].map(Column::number);
+    let table = Table::new("Rests, s")
+        .columns([Column::left("rest")])
+        .columns(columns);
+    let section = match result.rests.is_empty() {
+        true => section.full(Block::paragraph("No rest was found.")),
+        false => section.full(table.rows(spans)),
+    };
+    let Some(n) = result.noise else {
+        return section;
+    };
+    let row = |name: &str, key: &str, sigma: [f64; 3], vif: f64| {
+        let mut row = Row::axes(name, &format!("/noise/{key}"), Some(sigma), |_, v| {
+            digits(1e3 * v, 2)
+        });
+        let at = format!("/noise/{}_vif", key.split('_').next().unwrap_or(""));
+        row.cells.push(Cell::number(at, vif, digits(vif, 2)));
+        row
+    };
+    let gyro = n.gyro_sigma_rad_s.zip(n.gyro_vif);
+    let table = Table::new("Noise of one sample at rest, 1σ")
+        .columns([Column::left("")])
+        .columns(Column::axes(""))
+        .columns([Column::number("variance inflation")])
+        .row(row(
+            "accelerometer, mm/s²",
+            "accel_sigma_mps2",
+            n.accel_sigma_mps2,
+            n.accel_vif,
+        ))
+        .rows(gyro.map(|(s, vif)| row("gyroscope, mrad/s", "gyro_sigma_rad_s", s, vif)));
+    section.full(table).full(Block::note(
+        "variance inflation: variance of a mean relative to that of independent samples.",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lists_of_rests_are_shortened() {
+        let span = |start_s: f64| Span {
+            start_s,
+            end_s: start_s + 1.0,
+        };
+        let all: Vec<Span> = (0..9).map(|i| span(2.0 * f64::from(i))).collect();
+        assert_eq!(
+            rest_list(&all),
+            "9, 9.0 s in total: 0.00–1.00, 2.00–3.00, … 16.00–17.00 s"
+        );
+        assert_eq!(rest_list(&all[..2]), "0.00–1.00, 2.00–3.00 s");
+        assert_eq!(rest_list(&[]), "none");
+    }
+}

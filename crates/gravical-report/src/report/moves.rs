@@ -1,0 +1,318 @@
+//! Report of the moves of a motion, its end point, error budget and drift at rest.
+
+use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use gravical::motion::{Ends, MotionResult, Move, PositionBudget, StaticDrift};
+use gravical::numfmt::{decimals_for, decimals_of, fixed};
+
+/// Drift over its predicted uncertainty above which the band does not explain it.
+const FAR: f64 = 3.0;
+
+/// Values beyond this are drift; they are shown with two digits and a power of ten.
+const ROUND: f64 = 1e6;
+
+/// Decimals of each axis for a length with this uncertainty, m: two digits of it;
+/// without one four digits of the largest value.
+pub(super) fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
+    sigma.map_or([decimals_of(largest(value).max(1e-3), 4); 3], |s| {
+        s.map(decimals_for)
+    })
+}
+
+pub(super) fn largest(value: [f64; 3]) -> f64 {
+    value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
+/// As [`fixed`]; beyond [`ROUND`] with two digits.
+fn far(v: f64, decimals: usize) -> String {
+    match v.abs() < ROUND || !v.is_finite() {
+        true => fixed(v, decimals),
+        false => format!("{v:.1e}"),
+    }
+}
+
+/// Lengths along the axes with their standard uncertainties, if known.
+pub(super) fn lengths(
+    (key, values): (&str, Option<[f64; 3]>),
+    (sigma_key, sigma): (&str, Option<[f64; 3]>),
+    n: [usize; 3],
+) -> Vec<Cell> {
+    let cells = Cell::axes(key, values, |k, v| far(v, n[k]));
+    let sigmas = (0..3)
+        .map(|k| sigma.map(|s| Quantity::new(format!("{sigma_key}/{k}"), s[k], far(s[k], n[k]))));
+    let cells = cells.into_iter().zip(sigmas);
+    cells.map(|(cell, sigma)| cell.plus_minus(sigma)).collect()
+}
+
+pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
+    let uncertain = result.moves.iter().any(|m| m.sigma_m.is_some());
+    let group = if uncertain {
+        "displacement ± 1σ, m"
+    } else {
+        "displacement, m"
+    };
+    let mut table = Table::new("")
+        .columns([
+            Column::left("move"),
+            Column::number("from, s"),
+            Column::number("to, s"),
+        ])
+        .columns(Column::axes(group));
+    let plain = result.moves.iter().any(|m| m.uncalibrated_m.is_some());
+    if plain {
+        table = table.columns(Column::axes("uncalibrated, m").map(Column::full));
+    }
+    let table = table
+        .columns([
+            Column::number("path, m"),
+            Column::number("speed, m/s"),
+            Column::left("rest at"),
+        ])
+        .rows(
+            result
+                .moves
+                .iter()
+                .enumerate()
+                .map(|(i, m)| one_move(i, m, plain)),
+        );
+    Section::new("moves", "Moves").with(table).with(Block::note(
+        "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
+    ))
+}
+
+fn one_move(i: usize, m: &Move, plain: bool) -> Row {
+    let key = |field: &str| format!("/moves/{i}/{field}");
+    let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
+    let finest = n.into_iter().max().unwrap_or(3).min(6);
+    let ends = match m.ends {
+        Ends::RestToRest => "both",
+        Ends::FromRest => "start",
+        Ends::ToRest => "end",
+        Ends::Free => "none",
+    };
+    let mut cells = vec![
+        Cell::text((i + 1).to_string()),
+        Cell::number(key("start_s"), m.start_s, fixed(m.start_s, 2)),
+        Cell::number(key("end_s"), m.end_s, fixed(m.end_s, 2)),
+    ];
+    cells.extend(lengths(
+        (&key("displacement_m"), m.displacement_m),
+        (&key("sigma_m"), m.sigma_m),
+        n,
+    ));
+    if plain {
+        cells.extend(Cell::axes(
+            &key("uncalibrated_m"),
+            m.uncalibrated_m,
+            |k, v| far(v, n[k]),
+        ));
+    }
+    cells.extend([
+        // At most the digits of the displacement.
+        Cell::maybe(key("path_m"), m.path_m, |v| {
+            far(v, decimals_of(v, 3).min(finest))
+        }),
+        Cell::maybe(key("peak_speed_mps"), m.peak_speed_mps, |v| {
+            far(v, decimals_of(v, 2).min(5))
+        }),
+        Cell::text(ends),
+    ]);
+    let row = Row::from(cells);
+    match (&m.reason, m.usable) {
+        (Some(reason), true) => row.noted(reason),
+        (Some(reason), false) => row.noted(format!("not usable: {reason}")),
+        (None, true) => row,
+        (None, false) => row.noted("not usable"),
+    }
+}
+
+pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
+    let section = Section::new("end", "End point");
+    let last = &result.r#final;
+    let Some(position) = last.position_m else {
+        return section.with(Block::paragraph(
+            "The end position is unknown because a move before it is not usable.",
+        ));
+    };
+    let n = decimals(last.sigma_m, position);
+    let row = |name: &str, cells: Vec<Cell>| {
+        Row::from(
+            std::iter::once(Cell::text(name))
+                .chain(cells)
+                .collect::<Vec<_>>(),
+        )
+    };
+    let none = ("", None);
+    let at_end = lengths(
+        ("/final/position_m", Some(position)),
+        ("/final/sigma_m", last.sigma_m),
+        n,
+    );
+    let mut rows = vec![row("position, m", at_end)];
+    let plain = result.uncalibrated;
+    if let Some(u) = plain {
+        let cells = lengths(("/uncalibrated/position_m", u.position_m), none, n);
+        rows.push(row("uncalibrated, m", cells));
+    }
+    let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
+    if let Some(velocity) = last.velocity_mps.filter(moving) {
+        let n = [decimals_of(largest(velocity), 2).min(3); 3];
+        let cells = lengths(("/final/velocity_mps", Some(velocity)), none, n);
+        rows.push(row("velocity, m/s", cells));
+        if let Some(u) = plain {
+            let cells = lengths(("/uncalibrated/velocity_mps", u.velocity_mps), none, n);
+            rows.push(row("uncalibrated, m/s", cells));
+        }
+    }
+    let uncertain = if last.sigma_m.is_some() {
+        " (± 1σ)"
+    } else {
+        ""
+    };
+    let table = Table::new(format!("Position relative to the start{uncertain}"))
+        .columns([Column::left("")])
+        .columns(Column::axes(""))
+        .rows(rows);
+    section.with(table)
+}
+
+pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
+    let section = Section::new("budget", "Error budget");
+    let parts = [
+        ("noise", b.noise, "noise of the accelerometer"),
+        (
+            "bias",
+            b.bias,
+            "bias of the accelerometer and correlated terms",
+        ),
+        (
+            "scale",
+            b.scale,
+            "scale and cross-axis terms of the accelerometer",
+        ),
+        ("clock", b.clock, "clock of the recorder"),
+        ("tilt", b.tilt, "attitude: gyroscope, levelling, yaw"),
+    ];
+    let total = parts.iter().map(|(_, v, _)| v * v).sum::<f64>().sqrt();
+    if total == 0.0 || !total.is_finite() {
+        return section;
+    }
+    let n = decimals_of(1e3 * total, 2).min(3);
+    let share = |v: f64| 100.0 * v * v / (total * total);
+    let parts = parts.map(|(key, value, what)| {
+        Row::from([
+            Cell::text(what),
+            Cell::number(format!("/budget_m/{key}"), value, far(1e3 * value, n)),
+            Cell::number("", share(value), fixed(share(value), 0)),
+        ])
+    });
+    let sum = |name: &str, factor: f64, share: Cell| {
+        let mm = factor * 1e3 * total;
+        Row::from([Cell::text(name), Cell::number("", mm, far(mm, n)), share]).sum()
+    };
+    let table = Table::new("Uncertainty of the end position, all axes together, 1σ")
+        .columns([Column::left("source")])
+        .columns(["mm", "% of the variance"].map(Column::number))
+        .rows(parts)
+        .row(sum(
+            "combined (root sum of squares)",
+            1.0,
+            Cell::number("", 100.0, "100"),
+        ))
+        .row(sum("expanded, k = 2", 2.0, Cell::text("")));
+    section.with(table)
+}
+
+pub(super) fn static_drift<'a>(d: &StaticDrift) -> Section<'a> {
+    let n = decimals(Some(d.predicted_sigma_m), d.position_m);
+    let over: [f64; 3] = std::array::from_fn(|k| d.position_m[k].abs() / d.predicted_sigma_m[k]);
+    let farthest = over.into_iter().fold(0.0, f64::max);
+    let row = |name: &str, key: &str, v: [f64; 3], factor: f64, n: [usize; 3]| {
+        let key = format!("/static_drift/{key}");
+        Row::axes(name, &key, Some(v), |k, v| far(factor * v, n[k]))
+    };
+    let table = Table::new("Drift at rest")
+        .columns([Column::left("")])
+        .columns(Column::axes(""))
+        .row(row("position, m", "position_m", d.position_m, 1.0, n))
+        .row(row(
+            "predicted, 1σ, m",
+            "predicted_sigma_m",
+            d.predicted_sigma_m,
+            1.0,
+            n,
+        ))
+        .row(row(
+            "velocity, mm/s",
+            "velocity_mps",
+            d.velocity_mps,
+            1e3,
+            [1; 3],
+        ))
+        .row(row(
+            "equivalent bias, mm/s²",
+            "bias_mps2",
+            d.bias_mps2,
+            1e3,
+            [1; 3],
+        ))
+        .row(row(
+            "its rate of change, mm/s³",
+            "slope_mps3",
+            d.slope_mps3,
+            1e3,
+            [2; 3],
+        ))
+        .row(row(
+            "not explained by these, m",
+            "unexplained_m",
+            d.unexplained_m,
+            1.0,
+            n,
+        ));
+    let judged = if !farthest.is_finite() {
+        "No band was predicted.".to_owned()
+    } else if farthest <= FAR {
+        let farthest = fixed(farthest, 1);
+        format!("The drift is within the predicted band (at most {farthest}σ).")
+    } else {
+        let farthest = fixed(farthest, 1);
+        format!(
+            "The drift is {farthest}σ, more than the band explains: the bias drifts, or the sensor was not at rest."
+        )
+    };
+    Section::new("drift", "Drift at rest")
+        .with(Block::paragraph(format!(
+            "Over {} s without correction, after levelling over the {} s before.",
+            fixed(d.duration_s, 1),
+            fixed(d.levelled_over_s, 1)
+        )))
+        .with(table)
+        .with(Block::Paragraph(format!(
+            "{judged} With zero-velocity updates it would be zero by construction."
+        )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_two_digits_of_their_uncertainty() {
+        let sigma = Some([0.0028, 0.31, 0.012]);
+        let n = decimals(sigma, [1.0; 3]);
+        let cells = lengths(("", Some([0.69934, -0.001, f64::NAN])), ("", sigma), n);
+        let texts: Vec<String> = cells
+            .iter()
+            .map(|c| match c {
+                Cell::Number(q, Some(sd)) => format!("{} {}", q.text, sd.text),
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(texts, ["0.6993 0.0028", "0.00 0.31", "– 0.012"]);
+        // Drift of a day fits its column.
+        assert_eq!(far(-2.484e9, 0), "-2.5e9");
+        assert_eq!(far(999_999.4, 0), "999999");
+        assert_eq!(decimals(None, [12.3, 0.1, 0.0]), [2; 3]);
+        assert_eq!(decimals(Some([f64::NAN; 3]), [0.0; 3]), [6; 3]);
+    }
+}

@@ -1,0 +1,148 @@
+//! Report of the poses of a calibration and of the best next ones.
+
+use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use crate::figure::Figure;
+use gravical::calibration_file::{CalibrationFile, PoseResult};
+use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed, unit};
+
+use super::direction;
+
+/// Every pose before and after calibration, and the error statistics.
+pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
+    let a = &file.accelerometer;
+    // The closed form has only errors of the vectors.
+    let exact = a.method == "ferraris";
+    let only = |there: bool, column: Column| if there { column } else { column.full() };
+    let raw = a.poses.iter().flat_map(|p| p.raw);
+    let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let decimals = decimals_of(largest, 5).min(4);
+    let rows = a.poses.iter().enumerate();
+    let table = Table::new("")
+        .columns([Column::left("pose")])
+        .columns(Column::axes(&format!(
+            "raw mean, {}",
+            unit(a.input_unit.name())
+        )))
+        .columns(Column::axes("calibrated, m/s²"))
+        .columns([
+            only(exact, Column::number("error, m/s²")),
+            only(!exact, Column::number("‖a‖ − g, mg")),
+            only(!exact, Column::number("left out, mg")),
+            Column::number("tilt, °"),
+            Column::number("rows").full(),
+        ])
+        .rows(rows.map(|(i, p)| row(i, p, decimals)));
+    let section = Section::new("poses", "Poses").with(table).full(Block::note(
+        "error: magnitude of calibrated − expected. left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
+    ));
+    let Some(e) = a.errors else {
+        return section;
+    };
+    let value =
+        |key: &str, v: f64| Cell::number(format!("/accelerometer/errors/{key}"), v, fixed(v, 5));
+    let errors = Table::new("Errors at the fitted faces, m/s²")
+        .columns([Column::left("")])
+        .columns(["RMS", "maximum", "mean norm"].map(Column::number))
+        .row([
+            Cell::text("faces"),
+            value("rms", e.rms),
+            value("max", e.max),
+            value("mean_norm", e.mean_norm),
+        ]);
+    let note = "The parameters were fitted to these poses: the errors are no measure of accuracy.";
+    match exact {
+        true => section.with(errors).with(Block::note(note)),
+        false => section.full(errors).full(Block::note(note)),
+    }
+}
+
+fn row(i: usize, p: &PoseResult, decimals: usize) -> Row {
+    let key = |field: &str| format!("/accelerometer/poses/{i}/{field}");
+    let mg = |v: f64| signed(milli_g(v), 2);
+    let label = match p.fitted {
+        true => p.label.clone(),
+        false => format!("{} (not used)", p.label),
+    };
+    let tilt_sd = p
+        .tilt_sd_deg
+        .map(|sd| Quantity::new(key("tilt_sd_deg"), sd, fixed(sd, 1)));
+    let mut cells = vec![Cell::Text(label)];
+    cells.extend(Cell::axes(&key("raw"), Some(p.raw), |_, v| {
+        fixed(v, decimals)
+    }));
+    cells.extend(Cell::axes(
+        &key("calibrated"),
+        Some(p.calibrated),
+        |_, v| fixed(v, 3),
+    ));
+    cells.extend([
+        Cell::number(key("error_norm"), p.error_norm, fixed(p.error_norm, 4)),
+        Cell::maybe(key("magnitude_error_mps2"), p.magnitude_error_mps2, mg),
+        Cell::maybe(key("left_out_error_mps2"), p.left_out_error_mps2, mg),
+        Cell::maybe(key("tilt_deg"), p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
+        Cell::number(key("rows"), p.rows as f64, p.rows.to_string()),
+    ]);
+    cells.into()
+}
+
+/// Directions of the poses, and the best next ones.
+pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+    let a = &file.accelerometer;
+    let mut section = Section::new("directions", "Directions and tilts").figures(figures);
+    if let Some(worst) = &a.least_consistent_pose {
+        section = section.full(Block::paragraph(format!(
+            "Least consistent pose: {} ({}).",
+            worst.label, worst.reason
+        )));
+    }
+    if let Some(known) = &a.known_gravity {
+        section = section.full(Block::paragraph(format!(
+            "Gravity was assumed, which is most of the uncertainty: with {} the standard uncertainty of the magnitude is {} mg. No pose determines gravity.",
+            known.hint,
+            mg(known.predicted_norm_error_mps2)
+        )));
+    }
+    if a.proposed_poses().is_empty() {
+        return section.full(Block::paragraph(
+            "No further pose is proposed: none would improve the result by more than a fifth.",
+        ));
+    }
+    if let Some(now) = a.predicted_norm_error_mps2 {
+        let undetected = a.undetected.as_ref().map_or_else(
+            || "an error of one pose would remain undetected, however large".to_owned(),
+            |u| {
+                format!(
+                    "an error of one pose could change it by {} mg without being detected",
+                    mg(u.effect_mps2)
+                )
+            },
+        );
+        section = section.full(Block::paragraph(format!(
+            "The standard uncertainty of the magnitude is {} mg; {undetected}. The table lists both after each of these poses, recorded in this order.",
+            mg(now)
+        )));
+    }
+    let poses = a.proposed_poses().iter().enumerate().map(|(i, next)| {
+        let then = next.predicted_norm_error_mps2;
+        let key = |field: &str| format!("/accelerometer/next_poses/{i}/{field}");
+        Row::from([
+            Cell::text((i + 1).to_string()),
+            Cell::text(&next.hint),
+            Cell::text(direction(next.direction)),
+            Cell::number(key("predicted_norm_error_mps2"), then, mg(then)),
+            Cell::maybe(
+                key("undetected_effect_mps2"),
+                next.undetected_effect_mps2,
+                mg,
+            ),
+        ])
+    });
+    let columns = [
+        Column::left(""),
+        Column::left("orientation"),
+        Column::left("direction"),
+        Column::number("uncertainty then, mg"),
+        Column::number("undetected then, mg"),
+    ];
+    section.full(Table::new("Best next poses").columns(columns).rows(poses))
+}

@@ -1,0 +1,54 @@
+//! Provenance of a result.
+
+use crate::document::{Block, Cell, Column, Document, Section, Table};
+use gravical::calibration_file::InputFile;
+
+/// Program, command, time and inputs of a result.
+#[derive(Debug, Clone, Copy)]
+pub struct Provenance<'a> {
+    /// The program.
+    pub tool: &'a str,
+    /// The command, if there was one.
+    pub command: Option<&'a str>,
+    /// Time, UTC.
+    pub created: &'a str,
+    /// All files read.
+    pub inputs: &'a [InputFile],
+}
+
+impl Document<'_> {
+    /// Adds the date below the title and a section with the provenance.
+    #[must_use]
+    pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
+        self.stamp = format!("{} · {}", origin.created, origin.tool);
+        let command = origin
+            .command
+            .map_or("–".to_owned(), |command| format!("`{command}`"));
+        let facts = [
+            ("program", origin.tool),
+            ("command", command.as_str()),
+            ("computed", origin.created),
+        ];
+        let facts = facts.map(|(name, text)| (name.to_owned(), text.to_owned()));
+        let section = Section::new("provenance", "Provenance").full(Block::Facts(facts.to_vec()));
+        self.with(match origin.inputs {
+            [] => section,
+            some => section.full(files(some)),
+        })
+    }
+}
+
+/// Files with their checksums.
+fn files(files: &[InputFile]) -> Table {
+    let row = |file: &InputFile| {
+        [
+            Cell::text(&file.path),
+            Cell::text(file.role.name()),
+            file.sha256.clone().map_or_else(Cell::none, Cell::Code),
+        ]
+        .into()
+    };
+    Table::new("Files")
+        .columns(["file", "used as", "SHA-256"].map(Column::left))
+        .rows(files.iter().map(row))
+}

@@ -1,0 +1,470 @@
+use std::collections::HashMap;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::*;
+use crate::document::{Block, Cell, Detail, Document, Quantity};
+use crate::figure::{Axis, Panel, Role, Series};
+use gravical::calibrate::soak_alone;
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibration_file::PoseKind;
+use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
+use gravical::check::CheckOptions;
+use gravical::compare::compare;
+use gravical::denoise::DenoiseOptions;
+use gravical::motion::truth::{TruthOptions, add_comparison, read_reference};
+use gravical::motion::{Calibrated, Motion, MotionOptions, Move};
+use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
+use gravical::segment::face::AxisMap;
+use gravical::simulate::{
+    PosesOptions, Scenario, SimulateOptions, SoakOptions, StaticOptions, simulate, write,
+};
+
+fn simulated(scenario: Scenario) -> Recording {
+    let folder = tempfile::tempdir().unwrap();
+    let made = simulate(&SimulateOptions::new(scenario)).unwrap();
+    let files = write(&made, folder.path(), false).unwrap();
+    read(&files[0], &ReadOptions::default()).unwrap()
+}
+
+fn poses() -> (CalibrationFile, Recording) {
+    let recording = simulated(Scenario::Poses(PosesOptions {
+        hold_s: 3.0,
+        ..PosesOptions::default()
+    }));
+    let options = CalibrateOptions::default();
+    let file = calibrate(std::slice::from_ref(&recording), &options)
+        .unwrap()
+        .file;
+    (file, recording)
+}
+
+/// Six faces alone.
+fn faces() -> CalibrationFile {
+    let folder = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/simulated-six-position"
+    );
+    let entries = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path());
+    let mut paths: Vec<_> = entries.collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "csv"));
+    paths.sort();
+    let read = |p| read(p, &ReadOptions::default()).unwrap();
+    let recordings: Vec<Recording> = paths.iter().map(|p| read(p)).collect();
+    calibrate(&recordings, &CalibrateOptions::default())
+        .unwrap()
+        .file
+}
+
+/// A push along x between two rests, or none.
+fn push(speed: f64) -> Recording {
+    let mut text = String::from("time_s,ax_mps2,ay_mps2,az_mps2,px_m,py_m,pz_m\n");
+    for i in 0..1200_u32 {
+        let t = f64::from(i) * 0.01;
+        let s = (t - 5.0).clamp(0.0, 2.0) * std::f64::consts::PI;
+        let noise = f64::from(i * 7919 % 13) * 1e-3;
+        text.push_str(&format!(
+            "{t:.2},{:.5},{noise:.5},{:.5},{:.4},0,0\n",
+            speed * s.sin() + noise,
+            9.8 + noise,
+            speed * (s - s.sin()) / std::f64::consts::PI.powi(2),
+        ));
+    }
+    read_bytes(
+        text.as_bytes(),
+        "push <script>.csv",
+        &ReadOptions::default(),
+    )
+    .unwrap()
+}
+
+fn moved(recording: &Recording, file: Option<&CalibrationFile>) -> Motion {
+    let calibrated = file.map(|file| Calibrated {
+        file,
+        name: "cal.json",
+    });
+    let options = MotionOptions {
+        keep_uncalibrated: true,
+        ..MotionOptions::default()
+    };
+    gravical::motion::motion(recording, calibrated, &options).unwrap()
+}
+
+/// Words of what is said, without what any of the formats adds.
+fn words(text: &str) -> HashMap<String, usize> {
+    let markup = |c: char| "\\`*|#:;,()".contains(c);
+    let text = text.replace('−', "-").replace('\\', "");
+    let mut all = HashMap::new();
+    for word in text.split(|c: char| c.is_whitespace() || markup(c)) {
+        *all.entry(word.to_owned()).or_insert(0) += 1;
+    }
+    all
+}
+
+/// Texts between the tags of a page, without its head and script.
+fn seen(page: &str) -> String {
+    let body = page.split("<main").nth(1).unwrap();
+    let header = page
+        .split("<header>")
+        .nth(1)
+        .unwrap()
+        .split("</header>")
+        .next()
+        .unwrap();
+    let body = format!("{header}<p {}", body.split("<script>").next().unwrap());
+    let texts = body.split('<').filter_map(|part| part.split_once('>'));
+    let text: String = texts.flat_map(|(_, text)| [text, " "]).collect();
+    let text = text.replace("&lt;", "<").replace("&gt;", ">");
+    text.replace("&quot;", "\"").replace("&amp;", "&")
+}
+
+/// Everything in the document is in each of its renderings, and every number that says
+/// where it stands in the JSON stands there.
+fn holds(document: &Document<'_>, json: &Value) -> usize {
+    let mut said: Vec<String> = document
+        .lead()
+        .filter(|line| *line != document.stamp)
+        .map(str::to_owned)
+        .collect();
+    let mut numbers = 0;
+    let mut quantity = |q: &Quantity| {
+        if !q.key.is_empty() {
+            let there = json.pointer(&q.key);
+            let there = there.unwrap_or_else(|| panic!("no {} in the JSON", q.key));
+            let same = there
+                .as_f64()
+                .map_or(!q.value.is_finite(), |v| v == q.value);
+            assert!(same, "{}: {} is not {there}", q.key, q.value);
+            numbers += 1;
+        }
+        q.text.clone()
+    };
+    if let Some(v) = &document.verdict {
+        said.push(v.word.clone());
+        said.extend(v.reasons.iter().chain(&v.next).cloned());
+        said.extend(v.figures.iter().map(|f| quantity(&f.quantity)));
+    }
+    for (_, block) in document.sections.iter().flat_map(|s| &s.blocks) {
+        match block {
+            Block::Paragraph(text) | Block::Note(text) => said.push(text.clone()),
+            Block::Heading(text) => said.push((*text).to_owned()),
+            Block::Equation(lines) => said.extend(lines.iter().map(|l| (*l).to_owned())),
+            Block::List(points) => said.extend(points.iter().cloned()),
+            Block::Facts(facts) => {
+                said.extend(facts.iter().flat_map(|(n, t)| [n.clone(), t.clone()]))
+            }
+            Block::Figure(_) => {}
+            Block::Snippets(all) => said.extend(all.iter().map(|s| s.code.clone())),
+            Block::Findings(all) => {
+                said.extend(all.iter().map(|r| format!("{} {}", r.text, r.kind)))
+            }
+            Block::Table(table) => {
+                assert!(
+                    table
+                        .rows
+                        .iter()
+                        .all(|r| r.cells.len() == table.columns.len()),
+                    "{table:?}"
+                );
+                let names = table.columns.iter().map(|c| c.name.clone());
+                said.extend(names.chain([table.caption.clone()]));
+                for row in &table.rows {
+                    said.push(row.note.clone());
+                    for cell in &row.cells {
+                        said.push(match cell {
+                            Cell::Text(text) | Cell::Code(text) | Cell::Link(text, _) => {
+                                text.clone()
+                            }
+                            Cell::Number(q, sd) => {
+                                let sd = sd.as_ref().map_or(String::new(), &mut quantity);
+                                format!("{} {sd}", quantity(q))
+                            }
+                        });
+                    }
+                }
+            }
+        }
+    }
+    let renderings = [
+        ("text", document.to_text(Detail::Full)),
+        ("page", seen(&document.to_html())),
+        ("Markdown", document.to_markdown(Some("figures"))),
+    ];
+    for (name, text) in renderings {
+        let there = words(&text);
+        for (word, count) in words(&said.join(" ")) {
+            let found = *there.get(&word).unwrap_or(&0);
+            // Long words are broken where a column is narrow.
+            assert!(
+                found >= count || word.len() > 20,
+                "{word}: {found} of {count} in {name}:\n{text}"
+            );
+        }
+    }
+    let summary = document.to_text(Detail::Summary);
+    assert!(
+        summary.lines().all(|l| l.chars().count() <= 80),
+        "{summary}"
+    );
+    numbers
+}
+
+#[test]
+fn a_calibration_says_the_same_everywhere() {
+    let (file, _) = poses();
+    let json: Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
+    let figures = crate::figure::calibration::figures(&file, None);
+    assert!(file.gyroscope.is_some() && !figures.is_empty());
+    let document = calibration(&file, Some(Path::new("my cal.json")), &figures);
+    assert!(holds(&document, &json) > 150);
+    let page = document.to_html();
+    for figure in &figures {
+        assert!(
+            page.contains(&format!("id=\"figure-{}\"", figure.name)),
+            "{}",
+            figure.name
+        );
+    }
+}
+
+#[test]
+fn six_faces_show_no_figure_that_proves_nothing() {
+    let mut file = faces();
+    let json: Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
+    let document = calibration(&file, None, &[]);
+    holds(&document, &json);
+    let verdict = document.verdict.unwrap();
+    let figures: Vec<&str> = verdict.figures.iter().map(|f| f.what.as_str()).collect();
+    assert_eq!(
+        figures,
+        [
+            "error of ‖a‖ in the worst direction (2σ)",
+            "predicted error of ‖a‖ (1σ, over all directions)"
+        ]
+    );
+    assert!(verdict.next[0].starts_with("Record one more pose"));
+    for grade in [Grade::Good, Grade::Fair, Grade::Poor, Grade::NotVerifiable] {
+        file.verdict.grade = grade;
+        assert!(
+            calibration(&file, None, &[])
+                .to_html()
+                .contains(grade.name())
+        );
+    }
+    // What may be missing.
+    file.accelerometer.poses.clear();
+    file.accelerometer.budget = None;
+    file.accelerometer.deviations = None;
+    file.gyroscope = None;
+    file.findings.clear();
+    file.inputs.clear();
+    let text = calibration(&file, None, &[]).to_text(Detail::Full);
+    assert!(text.contains("Findings\n  None.") && !text.contains("NaN"));
+}
+
+#[test]
+fn a_soak_says_the_same_everywhere() {
+    let soak = simulated(Scenario::Static(StaticOptions {
+        soak: Some(SoakOptions::default()),
+        duration_s: 300.0,
+    }));
+    let file = soak_alone(std::slice::from_ref(&soak), &CalibrateOptions::default()).unwrap();
+    let json: Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
+    let document = calibration(&file, None, &[]);
+    assert!(holds(&document, &json) > 50);
+    // What is nominal is not worth a terminal.
+    assert!(!document.to_text(Detail::Summary).contains("Accelerometer"));
+    let inspection = gravical::inspect::inspect(&soak, &AxisMap::default());
+    let json = serde_json::to_value(&inspection).unwrap();
+    assert!(inspection.temperature_drift.is_some());
+    assert!(holds(&super::inspection(&inspection), &json) > 10);
+}
+
+#[test]
+fn check_compare_and_denoise_say_the_same_everywhere() {
+    let (file, recording) = poses();
+    let recordings = std::slice::from_ref(&recording);
+    let report = gravical::check::check(&file, "cal.json", recordings, &CheckOptions::default());
+    let report = report.unwrap();
+    assert!(holds(&check(&report), &serde_json::to_value(&report).unwrap()) > 40);
+
+    let result = compare(&file, &faces(), ["a.json", "b.json"]).unwrap();
+    assert!(
+        holds(
+            &comparison(&result),
+            &serde_json::to_value(&result).unwrap()
+        ) > 40
+    );
+
+    let filters = [
+        "hampel:7,3",
+        "butter1:8,10.125-20.375Hz",
+        "savgol:21,4,2",
+        "mean:1",
+    ];
+    let options = DenoiseOptions::new(filters.map(|f| f.parse().unwrap()));
+    let summary = gravical::denoise::denoise(recording, &options)
+        .unwrap()
+        .summary;
+    assert!(holds(&denoise(&summary), &serde_json::to_value(&summary).unwrap()) > 20);
+}
+
+#[test]
+fn a_motion_says_the_same_everywhere() {
+    let recording = push(1.0);
+    let mut motion = moved(&recording, Some(&faces()));
+    let path = std::path::Path::new("push <script>.csv");
+    let folder = tempfile::tempdir().unwrap();
+    let truth = folder.path().join("truth.csv");
+    let rows = (0..1200).map(|i| {
+        format!(
+            "{:.2},{:.4},0,0\n",
+            0.01 * f64::from(i),
+            0.001 * f64::from((i - 500).clamp(0, 200))
+        )
+    });
+    std::fs::write(
+        &truth,
+        format!("t_s,px_m,py_m,pz_m\n{}", rows.collect::<String>()),
+    )
+    .unwrap();
+    let options = TruthOptions::default();
+    let reference = read_reference(&truth, None, &recording, path).unwrap();
+    add_comparison(&mut motion, &reference, &options).unwrap();
+    let figures = crate::figure::motion::figures(&motion);
+    let document = super::motion(&motion.result, &recording, &figures);
+    let json = serde_json::to_value(&motion.result).unwrap();
+    assert!(holds(&document, &json) > 40);
+    assert!(
+        document
+            .to_text(Detail::Summary)
+            .contains("Comparison with the reference")
+    );
+}
+
+#[test]
+fn at_rest_nothing_is_added_up_and_a_long_drift_is_round() {
+    let recording = push(0.0);
+    let mut motion = moved(&recording, None);
+    assert!(motion.result.moves.is_empty() && motion.result.budget_m.is_some());
+    let drift = motion.result.static_drift.as_mut().unwrap();
+    drift.position_m = [-2_484_252_593.0, 0.5, 12.0];
+    drift.predicted_sigma_m = [25_192_777_403.0, 0.1, 3.0];
+    let document = super::motion(&motion.result, &recording, &[]);
+    holds(&document, &serde_json::to_value(&motion.result).unwrap());
+    let text = document.to_text(Detail::Full);
+    // What the noise may hide is uncertain, and has no parts.
+    let mut headline = document.verdict.iter().flat_map(|v| &v.figures);
+    assert!(headline.any(|f| f.what.contains("worst axis")));
+    assert!(!text.contains("Error budget"));
+    assert!(text.contains("-2.5e9") && text.contains("2.5e10") && text.contains(" 0.50 "));
+}
+
+#[test]
+fn long_results_stay_small() {
+    let recording = push(1.0);
+    let mut motion = moved(&recording, None);
+    let one: Move = Move {
+        reason: Some("a reason of some length, as reasons are".to_owned()),
+        ..motion.result.moves[0].clone()
+    };
+    motion.result.moves = vec![one; 10_000];
+    motion.result.findings = vec![Finding::new(FindingKind::Gap, "x".repeat(300)); 10_000];
+    let page = super::motion(&motion.result, &recording, &[]).to_html();
+    assert!(page.len() < 1_000_000, "{} bytes", page.len());
+    assert_eq!(page.matches("… and 9800 more").count(), 2);
+}
+
+#[test]
+fn names_are_no_markup() {
+    let evil = "</script><img src=x onerror=alert(1)>\"'&|`\u{0}\n# a";
+    let recording = push(1.0);
+    let mut motion = moved(&recording, None);
+    let finding = Finding::warning(FindingKind::Other, evil).in_file(evil);
+    motion.result.findings.push(finding);
+    motion.result.frame = evil.to_owned();
+    motion.result.moves[0].reason = Some(evil.to_owned());
+    let panel = Panel::new(Axis::new(evil, "s"), Axis::new("y", evil))
+        .titled(evil)
+        .with(Series::line(
+            evil,
+            Role::Raw,
+            vec![0.0, 1.0],
+            vec![0.0, 1.0],
+        ));
+    let figures = [Figure::new("velocity", evil, evil).with(panel)];
+    let input = InputFile {
+        path: evil.to_owned(),
+        sha256: None,
+        role: InputRole::Reference,
+    };
+    let document =
+        super::motion(&motion.result, &recording, &figures).with_provenance(&Provenance {
+            tool: evil,
+            command: Some(evil),
+            created: evil,
+            inputs: &[input],
+        });
+    let page = document.to_html();
+    assert!(!page.contains("<img") && !page.contains("push <script>"));
+    assert_eq!(page.matches("</script>").count(), 1);
+    let text = document.to_markdown(Some("figures"));
+    assert!(
+        !text.contains("<img") || text.matches("<img").count() == text.matches("\\<img").count()
+    );
+    assert!(!text.contains("\n# a") && !text.contains('\0'), "{text}");
+    // A drawing of its own is XML whatever its names are, and a table has its columns.
+    let drawing = crate::figure::svg::standalone(&figures[0]);
+    assert!(!drawing.contains("<img"));
+    let options = roxmltree::ParsingOptions::default();
+    roxmltree::Document::parse_with_options(&drawing, options).unwrap();
+    let mut csv = Vec::new();
+    crate::figure::write_csv(&figures[0], &mut csv).unwrap();
+    let csv = String::from_utf8(csv).unwrap();
+    assert!(
+        !csv.contains("\n# a") || csv.contains("\"</script>"),
+        "{csv}"
+    );
+}
+
+#[test]
+fn a_pose_that_was_not_used_says_why() {
+    let mut file = faces();
+    let method = |file: &CalibrationFile| calibration(file, None, &[]).to_markdown(None);
+    assert!(method(&file).contains("All poses were used in the fit."));
+    for (at, lines, kind) in [
+        (0, Some([1, 40]), PoseKind::Face),
+        (1, Some([41, 80]), PoseKind::Face),
+        (2, None, PoseKind::Free),
+    ] {
+        let pose = &mut file.accelerometer.poses[at];
+        "+z".clone_into(&mut pose.label);
+        (pose.lines, pose.kind, pose.fitted) = (lines, kind, false);
+    }
+    let moved = "+z in lines 41-80: reads +52 mg off the magnitude that all others agree on";
+    file.findings = vec![
+        // That it is named says nothing of why it was not used.
+        Finding::new(FindingKind::MissingFace, "+z and -z were both up twice"),
+        Finding::new(FindingKind::BadPose, moved),
+    ];
+    let text = method(&file);
+    assert!(!text.contains("All poses were used in the fit."));
+    for line in [
+        "- +z in lines 1-40: see the findings\n".to_owned(),
+        format!("- {moved}\n"),
+        "- +z: it is on no face, and joint uses face poses only\n".to_owned(),
+    ] {
+        let escaped = line.replace("- +z", "- \\+z");
+        assert!(
+            text.contains(&line) || text.contains(&escaped),
+            "{line} in {text}"
+        );
+    }
+    // By the thousand they are cut.
+    let one = file.accelerometer.poses[0].clone();
+    file.accelerometer.poses = vec![one; 1000];
+    assert!(method(&file).contains("… and 800 more"));
+}
