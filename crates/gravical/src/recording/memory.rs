@@ -140,7 +140,7 @@ impl Recording {
         let rows = ColumnRows {
             slots: columns
                 .iter()
-                .filter_map(|(quantity, column)| Some((slot(*quantity)?, *column)))
+                .filter_map(|(quantity, column)| Some((quantity.slot()?, *column)))
                 .collect(),
             rows: samples.len(),
             ..ColumnRows::default()
@@ -183,7 +183,7 @@ impl Recording {
         let numbers = |field: usize| columns.get(field).and_then(|c| c.numbers());
         let mut slots = Vec::new();
         for (quantity, field) in &layout.fields {
-            match (slot(*quantity), numbers(*field)) {
+            match (quantity.slot(), numbers(*field)) {
                 (Some(slot), Some(column)) => slots.push((slot, column)),
                 (Some(_), None) => {
                     return Err(Error::input(
@@ -251,7 +251,7 @@ impl Recording {
         ];
         let (layout, _) = recognised(name, names, columns, options)?;
         let channel = |(quantity, field): &(Quantity, usize)| {
-            let slot = slot(*quantity)?;
+            let slot = quantity.slot()?;
             let at = SLOTS.iter().position(|s| *s == slot)?;
             Some((CHANNELS[at], *field))
         };
@@ -287,17 +287,6 @@ fn recognised(
 
 /// Number of rows by which columns without names are recognised, as of a file.
 const SAMPLE: usize = 200;
-
-/// The place of a channel among the values of a row.
-fn slot(quantity: Quantity) -> Option<usize> {
-    match quantity {
-        Quantity::Time => Some(TIME),
-        Quantity::Accel(i) => Some(ACCEL + i),
-        Quantity::Gyro(i) => Some(GYRO + i),
-        Quantity::Temperature => Some(TEMPERATURE),
-        _ => None,
-    }
-}
 
 fn collect(
     name: &str,
