@@ -9,7 +9,7 @@ use super::layout::{Layout, table_layout};
 use super::ledger::Aside;
 use super::monitor::RecordingClaims;
 use super::names::Quantity;
-use super::row::{ACCEL, GYRO, RowStamps, TEMPERATURE, TIME, Values};
+use super::row::{RowStamps, SLOTS, TIME, Values};
 use super::rows::{Item, Rows, Source, Text};
 use super::{ReadOptions, Recording};
 
@@ -238,23 +238,11 @@ impl Recording {
         columns: &[TableColumn<'_>],
         options: &ReadOptions,
     ) -> Result<Vec<(&'static str, usize)>> {
-        const CHANNELS: [&str; 8] = ["t", "ax", "ay", "az", "gx", "gy", "gz", "temperature"];
-        const SLOTS: [usize; 8] = [
-            TIME,
-            ACCEL,
-            ACCEL + 1,
-            ACCEL + 2,
-            GYRO,
-            GYRO + 1,
-            GYRO + 2,
-            TEMPERATURE,
-        ];
+        /// By slot.
+        const CHANNELS: [&str; SLOTS] = ["t", "ax", "ay", "az", "gx", "gy", "gz", "temperature"];
         let (layout, _) = recognised(name, names, columns, options)?;
-        let channel = |(quantity, field): &(Quantity, usize)| {
-            let slot = quantity.slot()?;
-            let at = SLOTS.iter().position(|s| *s == slot)?;
-            Some((CHANNELS[at], *field))
-        };
+        let channel =
+            |(quantity, field): &(Quantity, usize)| Some((CHANNELS[quantity.slot()?], *field));
         Ok(layout.fields.iter().filter_map(channel).collect())
     }
 }
