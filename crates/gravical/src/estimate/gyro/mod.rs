@@ -48,7 +48,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::{Placement, Segmentation};
+use crate::segment::{Placement, Segmentation, sum_of_rows};
 
 pub use bias::at_rest;
 
@@ -276,7 +276,7 @@ impl Prepared {
                 // Without a time the noise only weighs stills against each other.
                 let period_s = recording.working_rate_hz().0.recip();
                 // A still without a reading says nothing and parts two motions.
-                let read = |s: &&Still| rest::mean(gyro, s.rows.clone()).is_some();
+                let read = |s: &&Still| sum_of_rows(gyro, s.rows.clone()).is_some();
                 stills.extend(own.iter().filter(read).map(|still| rest::Rested {
                     still,
                     gyro,

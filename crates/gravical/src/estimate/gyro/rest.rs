@@ -6,6 +6,8 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::Still;
 use crate::segment::hold::pooled_noise;
+use crate::segment::sum_of_rows;
+use crate::stats::mean_of_finite;
 
 /// What the stills say about the gyroscope, in units of the file.
 #[derive(Debug, Clone)]
@@ -76,9 +78,9 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
     let means: Vec<PoseMean> = stills
         .iter()
         .map(|rested| {
-            let (rate, rows) = mean(rested.gyro, rested.still.rows.clone())?;
+            let (sum, rows) = sum_of_rows(rested.gyro, rested.still.rows.clone())?;
             Some(PoseMean {
-                rate,
+                rate: sum.map(|s| s / rows as f64),
                 seconds: rows as f64 * rested.period_s,
                 accel: rested.accel,
             })
@@ -135,22 +137,6 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
     Some(rest)
 }
 
-/// Mean of the rows that have all three values.
-pub(super) fn mean(
-    gyro: &[Vec<f64>; 3],
-    rows: std::ops::Range<usize>,
-) -> Option<([f64; 3], usize)> {
-    let (mut sum, mut count) = ([0.0; 3], 0);
-    for row in rows {
-        let rate = [gyro[0][row], gyro[1][row], gyro[2][row]];
-        if rate.iter().all(|v| v.is_finite()) {
-            (0..3).for_each(|i| sum[i] += rate[i]);
-            count += 1;
-        }
-    }
-    (count > 0).then(|| (sum.map(|s| s / count as f64), count))
-}
-
 /// Variance that rounding to `step` leaves in the mean of a still, each axis.
 fn left_by_rounding(stills: &[Rested<'_>], step: [f64; 3]) -> [f64; 3] {
     let holds: Vec<[&[f64]; 3]> = stills.iter().map(Rested::rates).collect();
@@ -168,9 +154,7 @@ fn allan_noise(stills: &[Rested<'_>], step: [f64; 3]) -> [f64; 3] {
             let block_s = width as f64 * rested.period_s;
             let mut before = f64::NAN;
             for block in rested.rates()[axis].chunks_exact(width) {
-                // Empty cells say nothing.
-                let there = block.iter().filter(|v| v.is_finite());
-                let now = there.clone().sum::<f64>() / there.count() as f64;
+                let now = mean_of_finite(block);
                 if (now - before).is_finite() {
                     squares += 0.5 * (now - before).powi(2) * block_s;
                     pairs += 1.0;
