@@ -68,7 +68,8 @@ const CHANCE: f64 = 1e-3;
 ///
 /// Model: mean of still k = b + S a_k + e_k + noise, e_k the slow drift of the
 /// bias with variance τ² (Paule and Mandel 1982 for its estimate), noise of
-/// variance N²/T_k. S is kept on an axis when an F test finds it at 1e-3.
+/// variance N²/T_k. S is kept on an axis when an F test finds it at 1e-3. What rounding leaves
+/// of b may be the same in all stills: their number does not average it away.
 pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
     if stills.is_empty() {
         return None;
@@ -99,7 +100,7 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
         let y = DVector::from_iterator(means.len(), means.iter().map(|m| m.rate[axis]));
         let own: Vec<f64> = means
             .iter()
-            .map(|m| noise[axis].powi(2) / m.seconds + left[axis])
+            .map(|m| noise[axis].powi(2) / m.seconds)
             .collect();
         let constant = DMatrix::from_element(means.len(), 1, 1.0);
         let mut fit = mixed(&constant, &y, &own)?;
@@ -123,16 +124,18 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
             }
         }
         rest.bias[axis] = fit.parameters[0];
-        rest.bias_error[axis] = (fit.variance * correlation(&fit.residuals)).sqrt();
-        let mut left = 0.0;
+        let variance = fit.variance * correlation(&fit.residuals);
+        rest.bias_error[axis] = (variance + left[axis]).sqrt();
+        let mut local_variance = 0.0;
         for (k, local) in rest.local.iter_mut().enumerate() {
-            let total = fit.drift + own[k];
+            let known = own[k] + left[axis];
+            let total = fit.drift + known;
             if total > 0.0 {
                 local[axis] = fit.drift / total * fit.residuals[k];
-                left += fit.drift * own[k] / total;
+                local_variance += fit.drift * known / total;
             }
         }
-        rest.local_sd[axis] = (left / means.len() as f64).sqrt();
+        rest.local_sd[axis] = (local_variance / means.len() as f64).sqrt();
     }
     Some(rest)
 }
