@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
 use gravical::output::write_atomic;
+use gravical::recording::Finding;
 use gravical::{Error, Result};
-use gravical_report::document::{Detail, Document};
+use gravical_report::document::{Block, Detail, Document, Remark, Section};
 use serde::Serialize;
 
 use crate::report::ReportArgs;
@@ -140,6 +141,17 @@ impl<'a> Target<'a> {
             Target::File(_) | Target::Stdout => "",
         }
     }
+}
+
+/// The summary of a table as a document: `facts` with their names, and what was found.
+pub fn how_it_was_read(facts: Vec<(String, String)>, findings: &[Finding]) -> Document<'static> {
+    let mut section = Section::new("reading", "How it was read")
+        .opening()
+        .with(Block::Facts(facts));
+    if !findings.is_empty() {
+        section = section.with(Block::Findings(Remark::all(findings, false)));
+    }
+    Document::default().with(section)
 }
 
 /// [`write_atomic`] with what `fill` returns.

@@ -36,6 +36,13 @@ pub fn norm<T: Real>(v: &[T; 3]) -> T {
     dot(v, v).sqrt()
 }
 
+/// The vector brought to length one; NaN for a vector without length.
+#[must_use]
+pub fn unit<T: Real>(v: &[T; 3]) -> [T; 3] {
+    let length = norm(v);
+    v.map(|x| x / length)
+}
+
 /// The Euclidean norms of the three rows of `m`.
 #[must_use]
 pub fn row_norms<T: Real>(m: &[[T; 3]; 3]) -> [T; 3] {

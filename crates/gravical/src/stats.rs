@@ -40,6 +40,13 @@ pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
     Some(sorted[low] + share * (next - sorted[low]))
 }
 
+/// Mean of the values that are finite; NaN without any.
+pub(crate) fn mean_of_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    let finite = values.into_iter().filter(|v| v.is_finite());
+    let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+    sum / count
+}
+
 /// Sample standard deviation; NaN for fewer than two values.
 pub(crate) fn standard_deviation(values: &[f64]) -> f64 {
     let n = values.len() as f64;

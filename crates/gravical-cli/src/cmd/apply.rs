@@ -10,13 +10,13 @@ use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply
 use gravical::escape::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
 use gravical::{Error, Result, numfmt};
-use gravical_report::document::{Block, Document, Remark, Section};
+use gravical_report::document::Document;
 
 use crate::each::EachArgs;
 use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};
 use crate::report::ReportArgs;
 use crate::store::StoreArgs;
-use crate::table::TableArgs;
+use crate::table::{TableArgs, how_it_was_read};
 
 /// Apply a calibration to a recording
 ///
@@ -193,13 +193,7 @@ fn document(summary: &ApplySummary) -> Document<'static> {
         lines.push_str(&format!(" + {} {}", aside.lines, aside.reason.name()));
     }
     fact("lines", lines);
-    let mut section = Section::new("reading", "How it was read")
-        .opening()
-        .with(Block::Facts(facts));
-    if !summary.findings.is_empty() {
-        section = section.with(Block::Findings(Remark::all(&summary.findings, false)));
-    }
-    Document::default().with(section)
+    how_it_was_read(facts, &summary.findings)
 }
 
 fn origin(origin: Origin) -> &'static str {

@@ -6,11 +6,11 @@ use std::process::ExitCode;
 use gravical::convert::{ConvertOptions, ConvertSummary, convert_file};
 use gravical::escape::one_line;
 use gravical::numfmt;
-use gravical_report::document::{Block, Document, Remark, Section};
+use gravical_report::document::Document;
 
 use crate::options::{OutputUnitArg, RecordingArgs};
 use crate::report::ReportArgs;
-use crate::table::TableArgs;
+use crate::table::{TableArgs, how_it_was_read};
 
 /// Write a recording of any format as a plain table in SI units
 ///
@@ -82,11 +82,5 @@ fn document(summary: &ConvertSummary) -> Document<'static> {
         fact("gyroscope", gyro.unit.name().to_owned());
     }
     fact("columns", summary.columns.join(", "));
-    let mut section = Section::new("reading", "How it was read")
-        .opening()
-        .with(Block::Facts(facts));
-    if !summary.findings.is_empty() {
-        section = section.with(Block::Findings(Remark::all(&summary.findings, false)));
-    }
-    Document::default().with(section)
+    how_it_was_read(facts, &summary.findings)
 }

@@ -6,6 +6,7 @@ use crate::recording::{Finding, FindingKind, Recording, full_scale};
 use crate::segment::hold::{HoldNoise, pooled_noise, robust_mean};
 use crate::segment::still::{StillOptions, find_calm, find_calmest};
 use crate::segment::{SegmentOptions, segment};
+use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
 /// A recording faster than this is averaged down to it when the correlation of
@@ -196,13 +197,7 @@ impl Noise {
 
 /// Means of `group` values each; what is left over at the end is dropped.
 fn averaged(values: &[f64], group: usize) -> Vec<f64> {
-    values
-        .chunks_exact(group)
-        .map(|c| {
-            let some = || c.iter().filter(|v| v.is_finite());
-            some().sum::<f64>() / some().count() as f64
-        })
-        .collect()
+    values.chunks_exact(group).map(mean_of_finite).collect()
 }
 
 fn gathered(channels: &[Vec<f64>; 3], rows: &[Range<usize>]) -> [Vec<f64>; 3] {
@@ -224,11 +219,6 @@ fn measure(draft: Draft, recordings: &[Recording], noise: &Noise, gyro_noise: &N
         let (mean, error, _) = gyro_noise.mean(&gathered(g, &draft.rows), recording);
         mean.iter().all(|m| m.is_finite()).then_some((mean, error))
     });
-    let temperature_c = recording.temperature_c.as_ref().and_then(|t| {
-        let rows = draft.rows.iter().flat_map(Clone::clone);
-        let some: Vec<f64> = rows.map(|r| t[r]).filter(|v| v.is_finite()).collect();
-        (!some.is_empty()).then(|| some.iter().sum::<f64>() / some.len() as f64)
-    });
     let (rate, assumed) = recording.working_rate_hz();
     Rest {
         duration_s: (!assumed && count > 1).then(|| count as f64 / rate),
@@ -238,7 +228,7 @@ fn measure(draft: Draft, recordings: &[Recording], noise: &Noise, gyro_noise: &N
         standard_error,
         gyro,
         count,
-        temperature_c,
+        temperature_c: recording.mean_temperature_c(&draft.rows),
         clipped,
         rows: draft.rows,
     }

@@ -1,9 +1,9 @@
 //! Which parameters poses leave open, and which pose would determine them, in words.
 
 use gravical_core::matrix3;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
-use crate::predicted::sensitivity;
+use crate::predicted::{read_along, sensitivity, variance};
 use crate::segment::face::{AXES, Face};
 
 use super::solve::singular_values;
@@ -79,38 +79,29 @@ pub(super) fn poses_to_add(
     faces_only: bool,
 ) -> Vec<String> {
     // In shares of the scale and of gravity all derivatives are of the size of one.
-    let derivatives = |n: [f64; 3]| {
-        let h = sensitivity(&matrix3::identity(), n, 1.0);
-        DVector::from_iterator(elements.len(), elements.iter().map(|&e| h[e]))
-    };
-    let row = |pose: [i8; 3]| {
-        let n = pose.map(f64::from);
-        derivatives(n.map(|v| v / matrix3::norm(&n)))
-    };
-    let size = elements.len();
-    let mut information = DMatrix::identity(size, size) / UNKNOWN.powi(2);
+    let along = |n: [f64; 3]| sensitivity(&matrix3::identity(), matrix3::unit(&n), 1.0);
+    let mut covariance = [[0.0; 12]; 12];
+    for &element in elements {
+        covariance[element][element] = UNKNOWN.powi(2);
+    }
     for n in directions {
-        let h = derivatives(*n);
-        information.ger(1.0, &h, &h, 1.0);
+        read_along(&mut covariance, &along(*n), 1.0);
     }
     let mut out = Vec::new();
     while out.len() < MOST_NAMED {
-        let Some(known) = information.clone().cholesky() else {
-            break;
-        };
         let (mut best, mut largest): (Option<[i8; 3]>, f64) = (None, OPEN);
         for pose in candidates(faces_only) {
-            let h = row(pose);
-            let error = h.dot(&known.solve(&h)).sqrt();
+            let error = variance(&covariance, &along(pose.map(f64::from))).sqrt();
             let harder = best.is_some_and(|other| axes(&pose) > axes(&other));
             if error > largest * if harder { HARDER } else { 1.0 + 1e-6 } {
                 (best, largest) = (Some(pose), error);
             }
         }
-        let Some(pose) = best else { break };
-        let h = row(pose);
-        information.ger(1.0, &h, &h, 1.0);
-        out.push(in_words(pose.map(f64::from)));
+        let Some(pose) = best.map(|pose| pose.map(f64::from)) else {
+            break;
+        };
+        read_along(&mut covariance, &along(pose), 1.0);
+        out.push(in_words(pose));
     }
     out
 }

@@ -67,111 +67,64 @@ pub(crate) fn open_rows(
     options: &ReadOptions,
     facts: Option<Facts>,
 ) -> Result<OpenFile> {
+    let here = Path::new(name);
+    let io = |e| Error::io(here, e);
     let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let begun = peek(reader, wearable::MAGIC);
-    let (magic, reader) = begun.map_err(|e| Error::io(Path::new(name), e))?;
+    let (magic, reader) = peek(reader, wearable::MAGIC).map_err(io)?;
     let mut findings = Vec::new();
-    let begun = match Device::of(&magic) {
-        Some(device) => begin_device(reader, device, &input, name, role, options, &mut findings)?,
-        None => begin_text(reader, &input, name, role, options, &mut findings)?,
-    };
-    let claims = RecordingClaims {
-        metadata_rate_hz: metadata::rate_hz(&begun.format.dialect.metadata),
-        layout: begun.format.layout.clone(),
+    let claims = |format: &Format| RecordingClaims {
+        metadata_rate_hz: metadata::rate_hz(&format.dialect.metadata),
+        layout: format.layout.clone(),
         options: options.clone(),
     };
-    let head = match &begun.device {
-        Some((device, opened)) => {
-            let rows = opened.rows(*device, &begun.head[..], &begun.head, name, !begun.whole);
-            let rows = rows.map_err(|e| e.about(Path::new(name)))?;
-            Head::read(rows, &claims)
+    let (format, head_bytes, whole, head, rows) = match Device::of(&magic) {
+        Some(device) => {
+            let (bytes, reader) = peek(reader, input.head_bytes).map_err(io)?;
+            let whole = bytes.len() < input.head_bytes;
+            let opened = Opened::of(device, &bytes).map_err(|e| e.about(here))?;
+            let request = layout::Request {
+                columns: options.columns.as_ref(),
+                sensor: options.sensor.as_deref(),
+                file: name,
+            };
+            let format = Format {
+                layout: layout::find(role, &opened.dialect, request, &mut findings)
+                    .map_err(|e| e.at(here, None))?,
+                description: opened.description.clone(),
+                dialect: opened.dialect.clone(),
+                role,
+                options: options.clone(),
+            };
+            let first = opened.rows(device, &bytes[..], &bytes, name, !whole);
+            let head = Head::read(first.map_err(|e| e.about(here))?, &claims(&format));
+            let all = opened.rows(device, reader, &bytes, name, false);
+            let all = all.map_err(|e| e.about(here))?;
+            (format, bytes, whole, head, FileRows::Device(Box::new(all)))
         }
         None => {
-            let lines = Lines::new(&begun.head[..]).with_terminator(terminator(&begun.head));
-            Head::read(
-                TextRows::new(lines, name, &begun.format, !begun.whole),
-                &claims,
-            )
+            let mut lines = Lines::new(reader);
+            let bytes = lines.peek(input.head_bytes).map_err(io)?.to_vec();
+            let whole = bytes.len() < input.head_bytes;
+            let clean: Vec<u8> = bytes.iter().copied().filter(|b| *b != 0).collect();
+            let format = find_format(&clean, whole, name, role, options, &mut findings)?;
+            let first = Lines::new(&clean[..]).with_terminator(terminator(&clean));
+            let first = TextRows::new(first, name, &format, !whole);
+            let head = Head::read(first, &claims(&format));
+            let lines = lines.with_terminator(terminator(&clean));
+            let all = TextRows::new(lines, name, &format, false);
+            (format, clean, whole, head, FileRows::Text(Box::new(all)))
         }
     };
     let facts = facts.unwrap_or_else(|| head.facts());
-    let expected = head.expected(begun.head.len(), input.size);
+    let expected = head.expected(head_bytes.len(), input.size);
     Ok(OpenFile {
-        rows: Rows::new(begun.rows, name, claims, facts).expecting(expected),
-        format: begun.format,
+        rows: Rows::new(rows, name, claims(&format), facts).expecting(expected),
+        format,
         findings,
         head,
-        whole: begun.whole,
-        head_bytes: begun.head,
-        input,
-    })
-}
-
-/// A file whose format is known.
-struct Begun {
-    rows: FileRows<Box<dyn Read>>,
-    format: Format,
-    device: Option<(Device, Opened)>,
-    head: Vec<u8>,
-    whole: bool,
-}
-
-fn begin_text(
-    reader: Box<dyn Read>,
-    input: &Input,
-    name: &str,
-    role: Role,
-    options: &ReadOptions,
-    findings: &mut Vec<Finding>,
-) -> Result<Begun> {
-    let mut lines = Lines::new(reader);
-    let head = lines.peek(input.head_bytes);
-    let head = head.map_err(|e| Error::io(Path::new(name), e))?.to_vec();
-    let whole = head.len() < input.head_bytes;
-    let lines = lines.with_terminator(terminator(&head));
-    let clean: Vec<u8> = head.iter().copied().filter(|b| *b != 0).collect();
-    let format = find_format(&clean, whole, name, role, options, findings)?;
-    Ok(Begun {
-        rows: FileRows::Text(Box::new(TextRows::new(lines, name, &format, false))),
-        format,
-        device: None,
-        head: clean,
         whole,
-    })
-}
-
-fn begin_device(
-    reader: Box<dyn Read>,
-    device: Device,
-    input: &Input,
-    name: &str,
-    role: Role,
-    options: &ReadOptions,
-    findings: &mut Vec<Finding>,
-) -> Result<Begun> {
-    let here = Path::new(name);
-    let (head, reader) = peek(reader, input.head_bytes).map_err(|e| Error::io(here, e))?;
-    let opened = Opened::of(device, &head).map_err(|e| e.about(here))?;
-    let request = layout::Request {
-        columns: options.columns.as_ref(),
-        sensor: options.sensor.as_deref(),
-        file: name,
-    };
-    let layout = layout::find(role, &opened.dialect, request, findings);
-    let rows = opened.rows(device, reader, &head, name, false);
-    let rows = rows.map_err(|e| e.about(here))?;
-    Ok(Begun {
-        format: Format {
-            description: opened.description.clone(),
-            layout: layout.map_err(|e| e.at(here, None))?,
-            dialect: opened.dialect.clone(),
-            role,
-            options: options.clone(),
-        },
-        device: Some((device, opened)),
-        rows: FileRows::Device(Box::new(rows)),
-        whole: head.len() < input.head_bytes,
-        head,
+        head_bytes,
+        input,
     })
 }
 

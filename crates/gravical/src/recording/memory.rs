@@ -9,7 +9,7 @@ use super::layout::{Layout, table_layout};
 use super::ledger::Aside;
 use super::monitor::RecordingClaims;
 use super::names::Quantity;
-use super::row::{ACCEL, GYRO, RowStamps, TEMPERATURE, TIME, Values};
+use super::row::{RowStamps, SLOTS, TIME, Values};
 use super::rows::{Item, Rows, Source, Text};
 use super::{ReadOptions, Recording};
 
@@ -140,7 +140,7 @@ impl Recording {
         let rows = ColumnRows {
             slots: columns
                 .iter()
-                .filter_map(|(quantity, column)| Some((slot(*quantity)?, *column)))
+                .filter_map(|(quantity, column)| Some((quantity.slot()?, *column)))
                 .collect(),
             rows: samples.len(),
             ..ColumnRows::default()
@@ -183,7 +183,7 @@ impl Recording {
         let numbers = |field: usize| columns.get(field).and_then(|c| c.numbers());
         let mut slots = Vec::new();
         for (quantity, field) in &layout.fields {
-            match (slot(*quantity), numbers(*field)) {
+            match (quantity.slot(), numbers(*field)) {
                 (Some(slot), Some(column)) => slots.push((slot, column)),
                 (Some(_), None) => {
                     return Err(Error::input(
@@ -238,23 +238,11 @@ impl Recording {
         columns: &[TableColumn<'_>],
         options: &ReadOptions,
     ) -> Result<Vec<(&'static str, usize)>> {
-        const CHANNELS: [&str; 8] = ["t", "ax", "ay", "az", "gx", "gy", "gz", "temperature"];
-        const SLOTS: [usize; 8] = [
-            TIME,
-            ACCEL,
-            ACCEL + 1,
-            ACCEL + 2,
-            GYRO,
-            GYRO + 1,
-            GYRO + 2,
-            TEMPERATURE,
-        ];
+        /// By slot.
+        const CHANNELS: [&str; SLOTS] = ["t", "ax", "ay", "az", "gx", "gy", "gz", "temperature"];
         let (layout, _) = recognised(name, names, columns, options)?;
-        let channel = |(quantity, field): &(Quantity, usize)| {
-            let slot = slot(*quantity)?;
-            let at = SLOTS.iter().position(|s| *s == slot)?;
-            Some((CHANNELS[at], *field))
-        };
+        let channel =
+            |(quantity, field): &(Quantity, usize)| Some((CHANNELS[quantity.slot()?], *field));
         Ok(layout.fields.iter().filter_map(channel).collect())
     }
 }
@@ -287,17 +275,6 @@ fn recognised(
 
 /// Number of rows by which columns without names are recognised, as of a file.
 const SAMPLE: usize = 200;
-
-/// The place of a channel among the values of a row.
-fn slot(quantity: Quantity) -> Option<usize> {
-    match quantity {
-        Quantity::Time => Some(TIME),
-        Quantity::Accel(i) => Some(ACCEL + i),
-        Quantity::Gyro(i) => Some(GYRO + i),
-        Quantity::Temperature => Some(TEMPERATURE),
-        _ => None,
-    }
-}
 
 fn collect(
     name: &str,

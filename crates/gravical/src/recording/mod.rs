@@ -67,7 +67,10 @@ pub mod units;
 mod unpacking;
 mod wearable;
 
+use std::ops::Range;
+
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
+use crate::stats::mean_of_finite;
 use crate::utc::UtcTime;
 pub use collect::{read, read_bytes, read_head};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
@@ -400,6 +403,13 @@ impl Recording {
                 [l.min(*t), h.max(*t)]
             });
         (low <= high).then_some([low, high])
+    }
+
+    /// Mean temperature over these rows, °C; `None` without any.
+    pub(crate) fn mean_temperature_c(&self, rows: &[Range<usize>]) -> Option<f64> {
+        let all = self.temperature_c.as_ref()?;
+        let mean = mean_of_finite(rows.iter().flat_map(|rows| &all[rows.clone()]));
+        mean.is_finite().then_some(mean)
     }
 
     /// True if there are columns with the names that `gravical apply` writes, whether they are

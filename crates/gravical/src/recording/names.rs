@@ -6,6 +6,7 @@
 //! the axis; the rest may be a unit or the name of the sensor. The words are listed in one table,
 //! `WORDS`.
 
+use super::row::{ACCEL, GYRO, TEMPERATURE, TIME};
 use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
 
@@ -37,6 +38,19 @@ pub enum Quantity {
     Temperature,
     /// Label of the section of the row.
     Label,
+}
+
+impl Quantity {
+    /// Slot of its values in a row; `None` if they are no values of a sample.
+    pub(super) fn slot(self) -> Option<usize> {
+        match self {
+            Quantity::Time => Some(TIME),
+            Quantity::Accel(i) => Some(ACCEL + i),
+            Quantity::Gyro(i) => Some(GYRO + i),
+            Quantity::Temperature => Some(TEMPERATURE),
+            Quantity::TimeStep | Quantity::Index | Quantity::Instance | Quantity::Label => None,
+        }
+    }
 }
 
 /// Meaning of a column name.

@@ -31,8 +31,9 @@ pub(crate) struct TextRows<R> {
     scanner: RowScanner,
     stamps: RowStamps,
     later: LaterHeaders,
-    /// The current row was rewritten.
-    rewritten: bool,
+    /// The current row as under the first header, if it is under another one and its text is
+    /// requested; otherwise empty.
+    rewritten: Vec<u8>,
     /// Byte ranges of the fields are requested.
     with_spans: bool,
     spans: Vec<Span>,
@@ -96,7 +97,7 @@ impl<R: Read> TextRows<R> {
             stamps: format.layout.stamps(),
             format: format.clone(),
             later: LaterHeaders::default(),
-            rewritten: false,
+            rewritten: Vec::new(),
             with_spans: false,
             spans: Vec::with_capacity(scanner.fields()),
             scanner,
@@ -160,27 +161,33 @@ impl<R: Read> Source for TextRows<R> {
             self.nul_lines.push(line.number);
         }
         if line.number >= self.format.dialect.first_data_line {
-            let mut bytes = line.bytes;
-            let mut read = Ok(false);
+            let bytes = line.bytes;
+            let mut columns = None;
             if !self.later.is_idle() {
+                self.rewritten.clear();
                 let (format, name) = (&self.format, &self.name);
-                read = self.later.line(bytes, format, name, self.with_spans)?;
-                self.rewritten = read == Ok(true);
-                if self.rewritten {
-                    bytes = self.later.rewritten();
-                }
+                columns = self
+                    .later
+                    .columns_of(bytes, format, name, self.with_spans)?;
             }
-            let scanned = read.and_then(|_| match self.with_spans {
-                true => self.scanner.scan_spans(bytes, values, &mut self.spans),
-                false => self.scanner.scan(bytes, values, &mut self.label),
-            });
+            let scanned = match (columns, self.with_spans) {
+                (None, true) => self.scanner.scan_spans(bytes, values, &mut self.spans),
+                (None, false) => self.scanner.scan(bytes, values, &mut self.label),
+                (Some(columns), true) => columns.rewrite(
+                    bytes,
+                    &self.format.dialect,
+                    values,
+                    &mut self.rewritten,
+                    &mut self.spans,
+                ),
+                (Some(columns), false) => columns.scan(bytes, values, &mut self.label),
+            };
             match scanned {
                 Ok(()) => {
                     self.stamps.stamp(values);
                     return Ok(Some(Item::Row));
                 }
                 Err(defect) => {
-                    self.rewritten = false;
                     if std::str::from_utf8(line.bytes).is_err() {
                         self.foreign_lines.push(line.number);
                     }
@@ -226,9 +233,9 @@ impl<R: Read> Source for TextRows<R> {
 
     #[inline]
     fn text(&self) -> Text<'_> {
-        let bytes = match self.rewritten {
-            true => self.later.rewritten(),
-            false => self.lines.current(),
+        let bytes = match &self.rewritten[..] {
+            [] => self.lines.current(),
+            row => row,
         };
         let (from, to) = self.label;
         Text {

@@ -7,7 +7,7 @@ use std::ops::Range;
 use gravical_core::rounding;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::stats::median;
+use crate::stats::{mean_of_finite, median};
 
 /// Fewer blocks than these say nothing about their own scatter.
 const LEAST_BLOCKS: usize = 8;
@@ -132,21 +132,12 @@ fn cut(rows: usize, noise: &HoldNoise, rate_hz: f64) -> Vec<Range<usize>> {
         .collect()
 }
 
-fn mean_of(values: &[f64]) -> f64 {
-    let (mut n, mut sum) = (0.0, 0.0);
-    for v in values.iter().filter(|v| v.is_finite()) {
-        n += 1.0;
-        sum += v;
-    }
-    sum / n
-}
-
 fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut out = vec![false; blocks.len()];
     for channel in channels {
         let means: Vec<f64> = blocks
             .iter()
-            .map(|b| mean_of(&channel[b.clone()]))
+            .map(|b| mean_of_finite(&channel[b.clone()]))
             .collect();
         let Some(centre) = median(&mut means.clone()) else {
             continue;
@@ -194,7 +185,7 @@ fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &HoldNoise) -> H
             let count = blocks.len() as f64;
             let squares: f64 = blocks
                 .iter()
-                .map(|b| (mean_of(&channels[axis][b.clone()]) - mean[axis]).powi(2))
+                .map(|b| (mean_of_finite(&channels[axis][b.clone()]) - mean[axis]).powi(2))
                 .sum();
             (squares / (count - 1.0) / count).sqrt() * widening(blocks.len() - 1)
         };

@@ -433,27 +433,11 @@ fn measure(
     let clipped = (0..3)
         .map(|i| full_scale::clipped_count(&gathered[i], &recording.accel_scale))
         .sum();
-    let gyro_sum = recording.gyro.as_ref().map(|gyro| {
-        let mut sum = [0.0; 3];
-        let mut rows = 0;
-        for row in draft.rows.iter().flat_map(Clone::clone) {
-            let rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row]);
-            if rate.iter().all(|v| v.is_finite()) {
-                rows += 1;
-                (0..3).for_each(|i| sum[i] += rate[i]);
-            }
-        }
-        (sum, rows)
-    });
-    let temperature_c = recording.temperature_c.as_ref().and_then(|t| {
-        let some: Vec<f64> = draft
-            .rows
-            .iter()
-            .flat_map(|r| t[r.clone()].iter().copied())
-            .filter(|v| v.is_finite())
-            .collect();
-        (!some.is_empty()).then(|| some.iter().sum::<f64>() / some.len() as f64)
-    });
+    let gyro_sum = recording
+        .gyro
+        .as_ref()
+        .and_then(|gyro| sum_of_rows(gyro, draft.rows.iter().flat_map(Clone::clone)));
+    let temperature_c = recording.mean_temperature_c(&draft.rows);
     let in_case = options.axes.to_case(mean.mean);
     let (nearest, angle) = Face::nearest(in_case);
     let lines = draft
@@ -472,13 +456,29 @@ fn measure(
         mean: mean.mean,
         standard_error: mean.standard_error,
         count: mean.rows,
-        gyro_sum: gyro_sum.filter(|(_, n)| *n > 0),
+        gyro_sum,
         temperature_c,
         face: (angle <= MOST_FACE_ANGLE_DEG).then_some(nearest),
         angle_deg: angle,
         claim: draft.claim,
         clipped,
     }
+}
+
+/// Sum of the rows of a sensor that have all three values, and their number; none without any.
+pub(crate) fn sum_of_rows(
+    sensor: &[Vec<f64>; 3],
+    rows: impl IntoIterator<Item = usize>,
+) -> Option<([f64; 3], usize)> {
+    let (mut sum, mut count) = ([0.0; 3], 0);
+    for row in rows {
+        let values = sensor.each_ref().map(|channel| channel[row]);
+        if values.iter().all(|v| v.is_finite()) {
+            (0..3).for_each(|i| sum[i] += values[i]);
+            count += 1;
+        }
+    }
+    (count > 0).then_some((sum, count))
 }
 
 /// A placement that a section or label names may have rows, but no value of

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use gravical_core::matrix3::norm;
 use gravical_core::rounding;
 
 use super::block::Block;
@@ -287,7 +288,7 @@ pub(crate) fn step_of_means(floor: f64, step: &[f64]) -> f64 {
 
 fn typical_magnitude<'a>(blocks: impl Iterator<Item = &'a Block>) -> f64 {
     let mut norms: Vec<f64> = blocks
-        .map(|b| b.mean.iter().map(|m| m * m).sum::<f64>().sqrt())
+        .map(|b| norm(&b.mean))
         .filter(|n| n.is_finite())
         .collect();
     crate::stats::median(&mut norms).unwrap_or(0.0)

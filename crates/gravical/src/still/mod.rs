@@ -34,6 +34,7 @@ mod turning;
 
 use std::ops::Range;
 
+use gravical_core::matrix3::{norm, sub};
 use gravical_core::rounding;
 
 pub(crate) use block::Block;
@@ -229,9 +230,5 @@ pub(crate) fn floors(step: &[f64]) -> f64 {
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(x, y)| (x - y).powi(2))
-        .sum::<f64>()
-        .sqrt()
+    norm(&sub(&a, &b))
 }

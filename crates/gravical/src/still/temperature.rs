@@ -3,7 +3,7 @@
 //! Static intervals cannot be used to find temperature drift, since their means must agree.
 
 use super::block::Block;
-use crate::stats::Thinned;
+use crate::stats::{Thinned, mean_of_finite};
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 3.0;
@@ -69,8 +69,7 @@ impl TemperatureCutter {
         let (temperature, accel, gyro) = (&self.temperature, &self.accel, self.gyro.as_ref());
         let (number, segment) = (self.number, self.segment);
         self.blocks.push_with(|| {
-            let known = temperature.iter().filter(|t| t.is_finite());
-            let t_c = known.clone().sum::<f64>() / known.count() as f64;
+            let t_c = mean_of_finite(temperature);
             let rows = 0..temperature.len();
             let block = Block::of(accel, gyro, rows.clone(), rows);
             let whole = t_c.is_finite() && block.mean.iter().all(|v| v.is_finite());

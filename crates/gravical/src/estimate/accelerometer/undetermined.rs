@@ -1,5 +1,7 @@
 //! Why the joint fit failed, and what to do next.
 
+use gravical_core::matrix3;
+
 use crate::Error;
 use crate::estimate::joint::{Elements, JointError};
 use crate::estimate::observability::{coverage, in_words, poses_to_add, span};
@@ -23,11 +25,7 @@ pub(super) fn explain(
     let directions: Vec<[f64; 3]> = placements
         .iter()
         .filter(|p| p.mean.iter().all(|v| v.is_finite()))
-        .map(|p| {
-            let n = session.axes.to_case(p.mean);
-            let length = n.iter().map(|v| v * v).sum::<f64>().sqrt();
-            n.map(|v| v / length)
-        })
+        .map(|p| matrix3::unit(&session.axes.to_case(p.mean)))
         .collect();
     let count = directions.len();
     let error = match error {

@@ -48,9 +48,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::{Placement, Segmentation};
-
-pub use bias::at_rest;
+use crate::segment::{Placement, Segmentation, sum_of_rows};
 
 /// One still of a continuous recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,11 +110,33 @@ const MISFIT_DEG: f64 = 3.0;
 /// A recording and its stills.
 type Part<'a> = (&'a Recording, &'a [Still]);
 
-/// Fits one gyroscope to the motions of all `parts`; without a nominal `scale` the motions give
-/// it.
+/// The gyroscope of a session without three known turns: from the motions of all
+/// its recordings, or the bias alone where they do not determine more: what cannot be
+/// determined is a finding. Neither section nor finding where there is no gyroscope.
+///
+/// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to
+/// m/s²; its axes become those of the gyroscope.
 ///
 /// The covariance is that of noise, drift and what else the residuals show; an error of the
 /// accelerometer's calibration is in it only as far as the residuals show it.
+#[must_use]
+pub fn of_session(
+    recordings: &[Recording],
+    session: &Segmentation,
+    accelerometer: &Calibration<f64>,
+) -> GyroFit {
+    let stills: Vec<Vec<Still>> = (0..recordings.len())
+        .map(|index| Still::of(&session.placements, index))
+        .collect();
+    let parts: Vec<Part<'_>> = recordings
+        .iter()
+        .zip(&stills)
+        .map(|(recording, stills)| (recording, &stills[..]))
+        .collect();
+    fit_of(&parts, accelerometer, session.gyro_scale)
+}
+
+/// The same for the stills of `parts`; without a nominal `scale` the motions give it.
 fn fit_of(
     parts: &[Part<'_>],
     accelerometer: &Calibration<f64>,
@@ -205,43 +225,6 @@ fn fit_of(
     out
 }
 
-/// The gyroscope of a session without three known turns: from the motions of all
-/// its recordings, or the bias alone where they do not determine more: what cannot be
-/// determined is a finding. Neither section nor finding where there is no gyroscope.
-///
-/// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to
-/// m/s²; its axes become those of the gyroscope.
-#[must_use]
-pub fn of_session(
-    recordings: &[Recording],
-    session: &Segmentation,
-    accelerometer: &Calibration<f64>,
-) -> GyroFit {
-    let scale = session.gyro_scale;
-    let stills: Vec<Vec<Still>> = (0..recordings.len())
-        .map(|index| Still::of(&session.placements, index))
-        .collect();
-    let parts = recordings
-        .iter()
-        .zip(&stills)
-        .map(|(recording, stills)| (recording, &stills[..]));
-    if recordings.len() == 1 {
-        return fit_of(&parts.collect::<Vec<_>>(), accelerometer, scale);
-    }
-    // Files of one placement each, or of two that blank rows part, hold no motions:
-    // nothing is missing in them.
-    let moving: Vec<Part<'_>> = parts.filter(|part| moves(*part)).collect();
-    let mut fit = fit_of(&moving, accelerometer, scale);
-    if fit.section.as_ref().is_none_or(|s| s.method != "motion") {
-        let bias = at_rest(recordings, &session.placements, session.gyro_scale);
-        fit.findings
-            .retain(|f| f.kind != FindingKind::GyroScaleUnknown);
-        fit.findings.extend(bias.findings);
-        fit.section = bias.section;
-    }
-    fit
-}
-
 /// True where a still follows another without a break between them.
 fn moves((recording, stills): Part<'_>) -> bool {
     let between = |pair: &[Still]| pair[0].rows.end.saturating_sub(1)..pair[1].rows.start + 1;
@@ -276,7 +259,7 @@ impl Prepared {
                 // Without a time the noise only weighs stills against each other.
                 let period_s = recording.working_rate_hz().0.recip();
                 // A still without a reading says nothing and parts two motions.
-                let read = |s: &&Still| rest::mean(gyro, s.rows.clone()).is_some();
+                let read = |s: &&Still| sum_of_rows(gyro, s.rows.clone()).is_some();
                 stills.extend(own.iter().filter(read).map(|still| rest::Rested {
                     still,
                     gyro,
@@ -297,6 +280,11 @@ impl Prepared {
             let Some(gyro) = &recording.gyro else {
                 continue;
             };
+            // Files of one placement each, or of two that blank rows part, hold no motions:
+            // nothing is missing in them.
+            if parts.len() > 1 && !moves(parts[index]) {
+                continue;
+            }
             if let Some(rate_hz) = recording.timing.rate_hz() {
                 let source = motions::Source {
                     recording,

@@ -6,6 +6,8 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::Still;
 use crate::segment::hold::pooled_noise;
+use crate::segment::sum_of_rows;
+use crate::stats::mean_of_finite;
 
 /// What the stills say about the gyroscope, in units of the file.
 #[derive(Debug, Clone)]
@@ -66,7 +68,8 @@ const CHANCE: f64 = 1e-3;
 ///
 /// Model: mean of still k = b + S a_k + e_k + noise, e_k the slow drift of the
 /// bias with variance τ² (Paule and Mandel 1982 for its estimate), noise of
-/// variance N²/T_k. S is kept on an axis when an F test finds it at 1e-3.
+/// variance N²/T_k. S is kept on an axis when an F test finds it at 1e-3. What rounding leaves
+/// of b may be the same in all stills: their number does not average it away.
 pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
     if stills.is_empty() {
         return None;
@@ -76,9 +79,9 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
     let means: Vec<PoseMean> = stills
         .iter()
         .map(|rested| {
-            let (rate, rows) = mean(rested.gyro, rested.still.rows.clone())?;
+            let (sum, rows) = sum_of_rows(rested.gyro, rested.still.rows.clone())?;
             Some(PoseMean {
-                rate,
+                rate: sum.map(|s| s / rows as f64),
                 seconds: rows as f64 * rested.period_s,
                 accel: rested.accel,
             })
@@ -97,7 +100,7 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
         let y = DVector::from_iterator(means.len(), means.iter().map(|m| m.rate[axis]));
         let own: Vec<f64> = means
             .iter()
-            .map(|m| noise[axis].powi(2) / m.seconds + left[axis])
+            .map(|m| noise[axis].powi(2) / m.seconds)
             .collect();
         let constant = DMatrix::from_element(means.len(), 1, 1.0);
         let mut fit = mixed(&constant, &y, &own)?;
@@ -121,34 +124,20 @@ pub(super) fn at_rest(stills: &[Rested<'_>], step: [f64; 3]) -> Option<Rest> {
             }
         }
         rest.bias[axis] = fit.parameters[0];
-        rest.bias_error[axis] = (fit.variance * correlation(&fit.residuals)).sqrt();
-        let mut left = 0.0;
+        let variance = fit.variance * correlation(&fit.residuals);
+        rest.bias_error[axis] = (variance + left[axis]).sqrt();
+        let mut local_variance = 0.0;
         for (k, local) in rest.local.iter_mut().enumerate() {
-            let total = fit.drift + own[k];
+            let known = own[k] + left[axis];
+            let total = fit.drift + known;
             if total > 0.0 {
                 local[axis] = fit.drift / total * fit.residuals[k];
-                left += fit.drift * own[k] / total;
+                local_variance += fit.drift * known / total;
             }
         }
-        rest.local_sd[axis] = (left / means.len() as f64).sqrt();
+        rest.local_sd[axis] = (local_variance / means.len() as f64).sqrt();
     }
     Some(rest)
-}
-
-/// Mean of the rows that have all three values.
-pub(super) fn mean(
-    gyro: &[Vec<f64>; 3],
-    rows: std::ops::Range<usize>,
-) -> Option<([f64; 3], usize)> {
-    let (mut sum, mut count) = ([0.0; 3], 0);
-    for row in rows {
-        let rate = [gyro[0][row], gyro[1][row], gyro[2][row]];
-        if rate.iter().all(|v| v.is_finite()) {
-            (0..3).for_each(|i| sum[i] += rate[i]);
-            count += 1;
-        }
-    }
-    (count > 0).then(|| (sum.map(|s| s / count as f64), count))
 }
 
 /// Variance that rounding to `step` leaves in the mean of a still, each axis.
@@ -168,9 +157,7 @@ fn allan_noise(stills: &[Rested<'_>], step: [f64; 3]) -> [f64; 3] {
             let block_s = width as f64 * rested.period_s;
             let mut before = f64::NAN;
             for block in rested.rates()[axis].chunks_exact(width) {
-                // Empty cells say nothing.
-                let there = block.iter().filter(|v| v.is_finite());
-                let now = there.clone().sum::<f64>() / there.count() as f64;
+                let now = mean_of_finite(block);
                 if (now - before).is_finite() {
                     squares += 0.5 * (now - before).powi(2) * block_s;
                     pairs += 1.0;

@@ -10,7 +10,6 @@ use crate::segment::face::angle_deg;
 use super::Held;
 use super::fit::{Fit, Pose, rough_fit};
 use super::leave_out::NEIGHBOUR_DEG;
-use super::model::unit;
 use super::reduced::Reduced;
 
 /// A pose is bad when one as far off is rarer than this among all poses.
@@ -154,7 +153,7 @@ fn square_off(work: &[Pose], fit: &Fit, of: &[usize]) -> Option<f64> {
     for pose in of.iter().map(|&k| &work[k]) {
         let force = fit.force(&inverse, pose);
         error += (matrix3::norm(&force) - fit.model.gravity) / count;
-        let own = predicted::sensitivity(&inverse, unit(force), fit.model.gravity);
+        let own = predicted::sensitivity(&inverse, matrix3::unit(&force), fit.model.gravity);
         for (sum, own) in h.iter_mut().zip(own) {
             *sum += own / count;
         }

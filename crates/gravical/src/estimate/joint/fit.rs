@@ -8,7 +8,7 @@ use gravical_core::matrix3;
 use crate::estimate::solve::{Covariance, Factor, Options, Problem, solve};
 use crate::segment::face::Face;
 
-use super::model::{Direction, Elements, Model, Place, Reading, State, unit};
+use super::model::{Direction, Elements, Model, Place, Reading, State};
 
 /// A mean reading and what it is taken for, in axes of the board.
 #[derive(Debug, Clone, Copy)]
@@ -199,7 +199,7 @@ fn placed(poses: &[Pose], held: &Held, start: &Start) -> Option<Placed> {
                 (Some(_), Some(Direction::Tilted(d))) => Direction::Tilted(d),
                 (Some(_), _) => Direction::Tilted([0.0; 2]),
                 (None, Some(Direction::Any(n))) => Direction::Any(n),
-                (None, _) => Direction::Any(unit(matrix3::mul_vec(
+                (None, _) => Direction::Any(matrix3::unit(&matrix3::mul_vec(
                     &inverse,
                     &matrix3::sub(&pose.mean, &b),
                 ))),

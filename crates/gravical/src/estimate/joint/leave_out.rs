@@ -53,7 +53,7 @@ pub(super) fn errors(
             let inverse = matrix3::inverse(&parameters.m)?;
             let offset = parameters.offset(work[k].warmer_c);
             let force = matrix3::mul_vec(&inverse, &matrix3::sub(&work[k].mean, &offset));
-            let h = predicted::sensitivity(&inverse, model::unit(force), held.gravity);
+            let h = predicted::sensitivity(&inverse, matrix3::unit(&force), held.gravity);
             // The last three are the derivatives by b, and by the reading.
             let reading = work[k].sd.map(|s| s.hypot(held.model_error));
             let noise: f64 = (0..3).map(|i| (h[9 + i] * reading[i]).powi(2)).sum();

@@ -349,7 +349,7 @@ impl<'a> Search<'a> {
     /// What the poses leave open.
     fn open(&self, work: &[Pose]) -> JointError {
         let there = work.iter().filter(|p| !p.left_out);
-        let directions: Vec<[f64; 3]> = there.map(|p| model::unit(p.mean)).collect();
+        let directions: Vec<[f64; 3]> = there.map(|p| matrix3::unit(&p.mean)).collect();
         JointError::Undetermined {
             direction: span(&directions).1,
             sd: f64::INFINITY,
@@ -387,7 +387,7 @@ impl<'a> Search<'a> {
                 let place = found.place_of[k];
                 let direction = match place {
                     Some(place) => found.model.direction(&found.state, place),
-                    None => model::unit(matrix3::mul_vec(
+                    None => matrix3::unit(&matrix3::mul_vec(
                         &inverse,
                         &matrix3::sub(&pose.mean, &found.state.offset(pose.warmer_c)),
                     )),

@@ -127,13 +127,8 @@ pub(super) fn tangents(n: [f64; 3]) -> [[f64; 3]; 2] {
     let mut a = [0.0; 3];
     a[axis] = 1.0;
     let along = n[axis];
-    let t = unit(std::array::from_fn(|i| a[i] - along * n[i]));
+    let t = matrix3::unit(&std::array::from_fn(|i| a[i] - along * n[i]));
     [t, matrix3::cross(&n, &t)]
-}
-
-pub(super) fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = matrix3::norm(&v);
-    v.map(|x| x / length)
 }
 
 /// Direction that is turned from `face` by the angles `d` (exponential map), and
@@ -419,7 +414,7 @@ impl Problem for Model {
                 }
                 Direction::Any(n) => {
                     let t = tangents(*n);
-                    *n = unit(std::array::from_fn(|i| {
+                    *n = matrix3::unit(&std::array::from_fn(|i| {
                         n[i] + step[0] * t[0][i] + step[1] * t[1][i]
                     }));
                 }
@@ -466,7 +461,7 @@ mod tests {
             drift: [0.003, 0.0, -0.002],
             at: vec![
                 Direction::Tilted([0.05, -0.03]),
-                Direction::Any(unit([0.5, 0.6, 0.55])),
+                Direction::Any(matrix3::unit(&[0.5, 0.6, 0.55])),
             ],
         };
         (model, state)

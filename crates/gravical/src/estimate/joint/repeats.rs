@@ -5,7 +5,6 @@ use gravical_core::matrix3;
 use crate::segment::face::Face;
 
 use super::fit::{Fit, Pose};
-use super::model;
 
 /// Twice the gain of the log-likelihood that repeats which lay the same way have
 /// to bring: χ² of two parameters exceeds it in 1 % of sessions without any.
@@ -109,7 +108,7 @@ fn likeliest(pairs: &[Pair], scatter: f64, tilt: f64) -> (f64, f64) {
 fn pairs(work: &[Pose], found: &Fit) -> Option<Vec<Pair>> {
     let inverse = matrix3::inverse(&found.state.m)?;
     let length = matrix3::norm(&found.state.m[0]) * found.model.gravity;
-    let direction = |k: usize| model::unit(found.force(&inverse, &work[k]));
+    let direction = |k: usize| matrix3::unit(&found.force(&inverse, &work[k]));
     // Mean square of a component over the length of the reading.
     let noise = |k: usize| {
         let place = &found.model.places[found.place_of[k]?];

@@ -41,7 +41,7 @@ impl Sensor {
 }
 
 fn free(rng: &mut ChaCha8Rng) -> [f64; 3] {
-    model::unit(std::array::from_fn(|_| normal(rng)))
+    matrix3::unit(&std::array::from_fn(|_| normal(rng)))
 }
 
 fn session(sensor: &Sensor, frees: usize, tilt: f64, rng: &mut ChaCha8Rng) -> Vec<JointPose> {

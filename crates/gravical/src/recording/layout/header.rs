@@ -10,7 +10,7 @@ use crate::recording::units::{AccelUnit, GyroUnit};
 
 /// Columns with known names, with their fields. If no name gives the sensor that is needed, bare
 /// axes (`x`, `Y (m/s^2)`) are assigned to it, unless their unit or the file name contradicts.
-pub(super) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Named> {
+pub(in crate::recording) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Named> {
     let mut columns: Vec<Named> = header
         .names
         .iter()

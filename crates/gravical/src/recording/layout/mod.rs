@@ -4,7 +4,6 @@
 mod clock;
 mod content;
 mod header;
-pub(super) mod later;
 mod several;
 mod spec;
 mod stream;
@@ -18,7 +17,7 @@ use super::dialect::Dialect;
 use super::metadata::{is_day_first, range_g};
 use super::names::Role;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
-use super::row::{ACCEL, GYRO, RowScanner, RowStamps, TEMPERATURE, TIME};
+use super::row::{RowScanner, RowStamps};
 use super::timing::TimeUnit;
 use super::unit_choice::AccelClaim;
 use super::units::{AccelUnit, GyroUnit};
@@ -27,14 +26,14 @@ use crate::stats::median;
 
 use clock::Clock;
 use content::{by_content, guessed};
-use header::understand_all;
+pub(super) use header::understand_all;
 pub use spec::{Column, ColumnsSpec};
 use spec::{Given, list_columns};
 pub use stream::stream_layout;
 pub(super) use stream::table_layout;
 
 /// Field and meaning of a column.
-type Named = (usize, ColumnName);
+pub(super) type Named = (usize, ColumnName);
 
 /// The columns that are read, and what their names claim.
 #[derive(Debug, Clone, Default)]
@@ -129,13 +128,10 @@ impl Layout {
     pub fn scanner(&self, dialect: &Dialect) -> RowScanner {
         let mut scanner = RowScanner::new(dialect.delimiter, dialect.decimal_comma, dialect.fields);
         for &(quantity, field) in &self.fields {
-            match quantity {
-                Quantity::Time => scanner.assign(field, TIME),
-                Quantity::Accel(i) => scanner.assign(field, ACCEL + i),
-                Quantity::Gyro(i) => scanner.assign(field, GYRO + i),
-                Quantity::Temperature => scanner.assign(field, TEMPERATURE),
-                Quantity::Label => scanner.assign_label(field),
-                Quantity::TimeStep | Quantity::Index | Quantity::Instance => {}
+            if quantity == Quantity::Label {
+                scanner.assign_label(field);
+            } else if let Some(slot) = quantity.slot() {
+                scanner.assign(field, slot);
             }
         }
         scanner.set_day_first(is_day_first(&dialect.metadata));
@@ -346,7 +342,11 @@ fn no_gyroscope(columns: &[Named], names: &[String]) -> Error {
 }
 
 /// Adds what the names, and the row of units below them, claim about the chosen columns.
-fn with_claims(fields: Vec<(Quantity, usize)>, dialect: &Dialect, columns: &[Named]) -> Layout {
+pub(super) fn with_claims(
+    fields: Vec<(Quantity, usize)>,
+    dialect: &Dialect,
+    columns: &[Named],
+) -> Layout {
     let texts = |of: Quantity| -> Vec<String> {
         let Some((_, field)) = fields.iter().find(|(q, _)| *q == of) else {
             return Vec::new();

@@ -11,6 +11,7 @@ mod unit;
 
 use std::path::Path;
 
+use gravical_core::matrix3;
 use serde::{Deserialize, Serialize};
 
 use super::cells::{CellCounts, CellRules, Channels};
@@ -249,7 +250,7 @@ impl Monitor {
         self.quiet.push(accel);
         self.watch.observe(accel, line);
         if let Some(norms) = &mut self.norms {
-            norms.push_with(|| accel.iter().map(|v| v * v).sum::<f64>().sqrt());
+            norms.push_with(|| matrix3::norm(&accel));
         }
         let rate = [values[GYRO], values[GYRO + 1], values[GYRO + 2]];
         if self.channels.gyro {

@@ -1,6 +1,8 @@
 //! Unit of the values: the magnitude of the quietest values is gravity, and counts are whole
 //! numbers.
 
+use gravical_core::matrix3;
+
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::unit_choice::is_whole_number;
 use crate::stats::{Thinned, median};
@@ -113,10 +115,9 @@ fn block(rows: &[[f64; 3]]) -> Block {
     }
     // The mean of the magnitudes, not the magnitude of the mean: in a table of means every row is
     // another pose.
-    let length = |r: &[f64; 3]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
     Block {
         variance,
-        norm: rows.iter().map(length).sum::<f64>() / n,
+        norm: rows.iter().map(matrix3::norm).sum::<f64>() / n,
         integers: rows.iter().flatten().all(|v| is_whole_number(*v)),
     }
 }
@@ -225,10 +226,7 @@ impl UnitWatch {
     /// Line of the first row whose magnitude is nearer to `norm` than to the magnitude before.
     fn begin(&self, norm: f64) -> u64 {
         let between = self.norm.map_or(0.0, |before| (before * norm).sqrt());
-        let is_new = |(a, _): &([f64; 3], u64)| {
-            let size = a.iter().map(|v| v * v).sum::<f64>().sqrt();
-            (size > between) == (norm > between)
-        };
+        let is_new = |(a, _): &([f64; 3], u64)| (matrix3::norm(a) > between) == (norm > between);
         let rows = self.last.iter().chain(&self.rows).filter(|r| r.1 > 0);
         let new = rows.rev().take_while(|r| is_new(r)).last();
         new.map_or(self.rows[0].1, |r| r.1)

@@ -7,7 +7,7 @@
 use std::io::{self, BufRead, Read as _};
 
 use super::order::{Block, Event, Order, Place};
-use super::{OpenError, Opened, Sample};
+use super::{OpenError, Sample};
 use crate::recording::ledger::Aside;
 use crate::recording::timing::parse_date;
 
@@ -38,18 +38,23 @@ pub(super) fn is_one(head: &[u8]) -> bool {
 
 /// What the header tells.
 #[derive(Debug)]
-struct Info {
-    rate_hz: f64,
+pub(super) struct Info {
+    pub rate_hz: f64,
     /// Counts of 12 bits are `(100 count − offset) / gain` in g, axis by axis.
     gain: [f64; 3],
     offset: [f64; 3],
-    serial: String,
+    pub serial: String,
     /// In words.
-    description: String,
+    pub description: String,
 }
 
 impl Info {
-    fn of(head: &[u8]) -> Result<Self, OpenError> {
+    /// From the first bytes of a file.
+    ///
+    /// # Errors
+    ///
+    /// What they lack.
+    pub fn of(head: &[u8]) -> Result<Self, OpenError> {
         let lines = head.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
         let header: Vec<_> = lines.take_while(|line| *line != PAGE).collect();
         let value = |key: &str| {
@@ -96,22 +101,6 @@ fn value_of(line: &[u8], key: &str) -> Option<String> {
 fn number(text: &str) -> Option<f64> {
     let number: f64 = text.split(' ').next()?.replace(',', ".").parse().ok()?;
     number.is_finite().then_some(number)
-}
-
-/// What the first bytes of a file tell.
-///
-/// # Errors
-///
-/// What is missing in them.
-pub(super) fn open(head: &[u8]) -> Result<Opened, OpenError> {
-    let info = Info::of(head)?;
-    Ok(Opened::new(
-        info.description,
-        &info.serial,
-        info.rate_hz,
-        false,
-        true,
-    ))
 }
 
 /// The pages of a file.

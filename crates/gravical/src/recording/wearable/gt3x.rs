@@ -12,7 +12,7 @@ use std::ops::Range;
 use memchr::memchr;
 
 use super::order::{Block, Event, Order, Place};
-use super::{OpenError, Opened, Sample};
+use super::{OpenError, Sample};
 use crate::finding::{Finding, FindingKind};
 use crate::recording::ledger::Aside;
 
@@ -71,18 +71,23 @@ fn info_of(head: &[u8], begun: bool) -> Option<Range<usize>> {
 
 /// What the stream tells besides the samples.
 #[derive(Debug)]
-struct Info {
+pub(super) struct Info {
     /// Where `log.bin` begins.
     log: usize,
-    rate_hz: f64,
+    pub rate_hz: f64,
     counts_per_g: f64,
-    serial: String,
+    pub serial: String,
     /// In words.
-    description: String,
+    pub description: String,
 }
 
 impl Info {
-    fn of(head: &[u8]) -> Result<Self, OpenError> {
+    /// From the first bytes of a file.
+    ///
+    /// # Errors
+    ///
+    /// What they lack.
+    pub fn of(head: &[u8]) -> Result<Self, OpenError> {
         let at = info_of(head, false).ok_or(OpenError::Incomplete("info.txt"))?;
         let text = String::from_utf8_lossy(&head[at.clone()]);
         let value = |key: &str| {
@@ -120,22 +125,6 @@ impl Info {
             description: parts.join(", "),
         })
     }
-}
-
-/// What the first bytes of a stream tell.
-///
-/// # Errors
-///
-/// What is missing in them.
-pub(super) fn open(head: &[u8]) -> Result<Opened, OpenError> {
-    let info = Info::of(head)?;
-    Ok(Opened::new(
-        info.description,
-        &info.serial,
-        info.rate_hz,
-        false,
-        false,
-    ))
 }
 
 /// The scale in the parameters, which are among the first records.

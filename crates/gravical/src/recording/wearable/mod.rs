@@ -19,7 +19,7 @@ use crate::scan::{write_fixed, write_trimmed};
 use crate::{Error, Result};
 
 use super::dialect::{Dialect, Header as Names};
-use super::row::{ACCEL, Delimiter, GYRO, Span, TEMPERATURE, TIME, Values};
+use super::row::{ACCEL, Delimiter, GYRO, SLOTS, Span, TEMPERATURE, TIME, Values};
 use super::rows::{Item, Source, Text};
 
 use clock::RunClock;
@@ -37,8 +37,8 @@ type Sample = [f64; 6];
 /// Number of rows by which columns are recognised, as of a text.
 const SAMPLE: usize = 200;
 
-/// Columns of the samples as text.
-const COLUMNS: [&str; 8] = [
+/// Columns of the samples as text, by slot.
+const COLUMNS: [&str; SLOTS] = [
     "time_s",
     "ax_g",
     "ay_g",
@@ -47,17 +47,6 @@ const COLUMNS: [&str; 8] = [
     "gy_deg_s",
     "gz_deg_s",
     "temperature_c",
-];
-/// Slots of these columns.
-const SLOTS: [usize; 8] = [
-    TIME,
-    ACCEL,
-    ACCEL + 1,
-    ACCEL + 2,
-    GYRO,
-    GYRO + 1,
-    GYRO + 2,
-    TEMPERATURE,
 ];
 
 /// Decimals of the time in a text, s, and of the samples: of Axivity, a 2048th of a g, a 32768th of
@@ -181,6 +170,7 @@ pub(super) struct Opened {
     pub description: String,
     /// The samples as a table.
     pub dialect: Dialect,
+    /// Slots of its columns.
     columns: Vec<usize>,
 }
 
@@ -192,11 +182,11 @@ impl Opened {
         with_gyro: bool,
         with_temperature: bool,
     ) -> Self {
-        let is_there = |column: &usize| match SLOTS[*column] {
+        let is_there = |slot: &usize| match *slot {
             TEMPERATURE => with_temperature,
             slot => with_gyro || !(GYRO..GYRO + 3).contains(&slot),
         };
-        let columns: Vec<usize> = (0..COLUMNS.len()).filter(is_there).collect();
+        let columns: Vec<usize> = (0..SLOTS).filter(is_there).collect();
         Opened {
             description,
             dialect: Dialect {
@@ -205,7 +195,10 @@ impl Opened {
                 fields: columns.len(),
                 header: Some(Names {
                     lines: [0, 0],
-                    names: columns.iter().map(|c| COLUMNS[*c].to_owned()).collect(),
+                    names: columns
+                        .iter()
+                        .map(|slot| COLUMNS[*slot].to_owned())
+                        .collect(),
                     units: Vec::new(),
                     texts: Vec::new(),
                 }),
@@ -230,16 +223,22 @@ impl Opened {
     pub fn of(device: Device, head: &[u8]) -> Result<Self, OpenError> {
         let mut opened = match device {
             Device::Axivity => axivity::open(head).ok_or(OpenError::Incomplete("its start"))?,
-            Device::ActiGraph => gt3x::open(head)?,
-            Device::GeneActiv => geneactiv::open(head)?,
+            Device::ActiGraph => {
+                let info = gt3x::Info::of(head)?;
+                Opened::new(info.description, &info.serial, info.rate_hz, false, false)
+            }
+            Device::GeneActiv => {
+                let info = geneactiv::Info::of(head)?;
+                Opened::new(info.description, &info.serial, info.rate_hz, false, true)
+            }
         };
         let mut rows = opened.rows(device, head, head, "", true)?;
-        let mut values = [f64::NAN; super::row::SLOTS];
+        let mut values = [f64::NAN; SLOTS];
         while let Ok(Some(item)) = rows.next(&mut values)
             && opened.dialect.sample.len() < SAMPLE
         {
             if item == Item::Row {
-                let row = opened.columns.iter().map(|c| values[SLOTS[*c]]);
+                let row = opened.columns.iter().map(|slot| values[*slot]);
                 opened.dialect.sample.push(row.collect());
             }
         }
@@ -265,7 +264,7 @@ impl Opened {
             blocks: device.blocks(reader, head)?,
             cut,
             name: name.to_owned(),
-            with_gyro: self.columns.iter().any(|c| SLOTS[*c] == GYRO),
+            with_gyro: self.columns.contains(&GYRO),
             columns: self.columns.clone(),
             ahead: VecDeque::new(),
             ended: false,
@@ -287,7 +286,7 @@ pub(crate) struct DeviceRows<R> {
     /// The input is the beginning of a longer file.
     cut: bool,
     name: String,
-    /// Those of [`COLUMNS`] that there are.
+    /// Slots of the columns of the text.
     columns: Vec<usize>,
     with_gyro: bool,
     /// Blocks, read ahead for the stamp of the next one.
@@ -396,12 +395,11 @@ impl<R: Read> DeviceRows<R> {
     fn write_text(&mut self, values: &Values) {
         self.text.clear();
         self.spans.clear();
-        for &column in &self.columns {
+        for &slot in &self.columns {
             let from = self.text.len() as u32;
-            let value = values[SLOTS[column]];
-            match SLOTS[column] {
-                TIME => write_fixed(&mut self.text, value, TIME_DECIMALS),
-                _ => write_trimmed(&mut self.text, value, DECIMALS),
+            match slot {
+                TIME => write_fixed(&mut self.text, values[slot], TIME_DECIMALS),
+                _ => write_trimmed(&mut self.text, values[slot], DECIMALS),
             }
             self.spans.push((from, self.text.len() as u32));
             self.text.push(b',');
