@@ -180,5 +180,8 @@ fn a_second_interrupt_skips_the_findings() {
     }
     let (_, ended) = log.ended();
     assert_eq!(ended["stored"], 50, "{ended}");
-    assert!(ended.get("findings").is_none(), "200 MB were read within 0.2 s");
+    assert!(
+        ended.get("findings").is_none(),
+        "200 MB were read within 0.2 s"
+    );
 }
