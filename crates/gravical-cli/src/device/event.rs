@@ -117,10 +117,10 @@ pub enum Event {
         free_poses: Option<u64>,
         /// Counts of rows and lines.
         #[serde(flatten)]
-        counts: RowCounts,
+        counts: Box<RowCounts>,
         /// What the file holds; none if it cannot be read as a recording, or the user did not wait.
         #[serde(flatten)]
-        content: Option<FileContent>,
+        content: Option<Box<FileContent>>,
     },
 }
 

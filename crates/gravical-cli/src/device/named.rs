@@ -6,7 +6,7 @@ use gravical::recording::row::is_missing_value;
 use gravical::recording::units::is_unit;
 use gravical::scan::scan_number;
 
-use super::shape::FIELDS;
+use super::item::FIELDS;
 
 /// The texts around the numbers of a line in which each number follows a name with `:` or
 /// `=`, and the numbers as they are written (`nan` too), separated by commas; none for any other

@@ -9,7 +9,7 @@ use gravical::recording::names::{Quantity, understand};
 use gravical::recording::row::{Delimiter, RowDefect};
 use gravical::recording::{ColumnsSpec, stream_layout};
 
-use super::item::{Reason, Row};
+use super::item::{FIELDS, Reason, Row};
 use super::named::{column_names, unnamed};
 
 /// The column of arrival times, where the board sends no time.
@@ -17,9 +17,6 @@ pub const HOST_TIME: &str = "t_host_ms";
 
 /// Rows of one form that are needed where nothing names the columns.
 pub const LEAST_ROWS: usize = 5;
-
-/// Numbers of a row: fewer are messages of a sketch, more are no IMU.
-pub const FIELDS: std::ops::RangeInclusive<usize> = 3..=32;
 
 /// The rows of a board.
 #[derive(Debug, Clone)]

@@ -58,7 +58,7 @@ pub enum Recorded {
     /// Lines of text.
     Text {
         /// What their numbers are.
-        shape: RowShape,
+        shape: Box<RowShape>,
         /// The board can send frames: the sketch of another author cannot.
         has_frames: bool,
     },

@@ -431,12 +431,12 @@ impl Session<'_> {
     }
 
     /// What the file holds, as `inspect` reads it; none where it does not.
-    fn file_content(&mut self, path: &Path, interrupted: &AtomicBool) -> Option<FileContent> {
+    fn file_content(&mut self, path: &Path, interrupted: &AtomicBool) -> Option<Box<FileContent>> {
         if self.recorder.counts().stored == 0 || !path.is_file() {
             return None;
         }
         match inspected(path, self.reporter, interrupted) {
-            Ok(inspection) => Some(inspection?.into()),
+            Ok(inspection) => Some(Box::new(inspection?.into())),
             Err(error) => {
                 let text = format!("gravical inspect cannot read the file: {error}");
                 self.reporter.report(&Event::Warning { text });
@@ -467,7 +467,7 @@ impl Session<'_> {
             elapsed_s,
             free_poses: poses.as_ref().map(Poses::free),
             poses: poses.as_ref().map(Poses::faces),
-            counts,
+            counts: Box::new(counts),
             content,
         };
         self.reporter.report(&ended);

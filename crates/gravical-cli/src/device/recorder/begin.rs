@@ -157,7 +157,7 @@ impl Recorder {
         let mut run = Run::new(now_s, header, settings, self.wire.coding);
         self.wire.record(match shape {
             Some(shape) => Recorded::Text {
-                shape,
+                shape: Box::new(shape),
                 has_frames: settings.is_some(),
             },
             None => Recorded::Frames,
