@@ -1,5 +1,6 @@
 //! `gravical log`: record from a serial board to a file.
 
+mod content;
 pub mod files;
 mod keys;
 pub mod reporter;

@@ -1,26 +1,19 @@
 //! The file of a recording: complete batches only, even if the disk fails.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek as _, SeekFrom, Write as _};
-use std::path::Path;
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
 
 /// A last line without an end is looked for in this many bytes; lines of a board are far
 /// shorter.
 const TAIL: u64 = 1 << 16;
 
-/// Bytes that are copied at once.
-const COPIED_AT_ONCE: usize = 1 << 20;
+/// The beginning of a file is held up to this length, bytes: rows without their header are no
+/// recording.
+const HEAD: u64 = 1 << 16;
 
-/// What happened to a file while it was written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Loss {
-    /// It was deleted or moved.
-    Gone,
-    /// Another file has its name.
-    Replaced,
-    /// Its end is missing.
-    Cut,
-}
+/// The line in place of what was cut off.
+const CUT: &[u8] = b"# gap: another program cut the file: rows are missing\n";
 
 #[cfg(unix)]
 fn is_same(a: &std::fs::Metadata, b: &std::fs::Metadata) -> bool {
@@ -34,12 +27,16 @@ fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
     true
 }
 
-/// A file to which lines are appended, locked against other instances of this program.
+/// A file to which lines are appended, locked against other instances of this program. If it is
+/// deleted, moved, replaced or cut meanwhile, it continues in a new file beside it.
 #[derive(Debug)]
-pub struct Growing {
+pub struct LineFile {
+    path: PathBuf,
     file: File,
     /// End of the last complete batch.
     length: u64,
+    /// Its first lines.
+    head: Vec<u8>,
 }
 
 /// Every write goes to the end of the file.
@@ -80,7 +77,7 @@ fn busy(error: io::Error) -> io::Error {
     error
 }
 
-impl Growing {
+impl LineFile {
     /// Creates a file; a device is written to.
     ///
     /// # Errors
@@ -93,7 +90,12 @@ impl Growing {
         } else {
             lock(options().create_new(true).open(path).map_err(busy)?)?
         };
-        Ok(Growing { file, length: 0 })
+        Ok(LineFile {
+            path: path.to_owned(),
+            file,
+            length: 0,
+            head: Vec::new(),
+        })
     }
 
     /// Creates a file, or empties the one that exists.
@@ -106,6 +108,7 @@ impl Growing {
         if growing.file.metadata()?.is_file() {
             growing.file.set_len(0)?;
             growing.length = 0;
+            growing.head.clear();
         }
         Ok(growing)
     }
@@ -118,9 +121,17 @@ impl Growing {
     pub fn continued(path: &Path) -> io::Result<Self> {
         let file = lock(options().create(true).open(path).map_err(busy)?)?;
         let length = file.metadata()?.len();
-        let mut growing = Growing { file, length };
+        let mut growing = LineFile {
+            path: path.to_owned(),
+            file,
+            length,
+            head: Vec::new(),
+        };
         // A device may have no end.
         if length > 0 {
+            (&growing.file).take(HEAD).read_to_end(&mut growing.head)?;
+            let whole = growing.head.iter().rposition(|b| *b == b'\n');
+            growing.head.truncate(whole.map_or(0, |at| at + 1));
             growing.file.seek(SeekFrom::End(0))?;
         }
         growing.sync()?;
@@ -133,53 +144,75 @@ impl Growing {
         opened.is_err_and(|e| e.kind() == io::ErrorKind::ResourceBusy)
     }
 
-    /// What happened to the file `path` since it was opened; none if it is as it was
-    /// written, or a device.
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its first lines.
+    pub fn head(&self) -> &[u8] {
+        &self.head
+    }
+
+    /// Checks that the file is as it was written. Otherwise all that is left of it is copied into
+    /// a new file beside it, in which it continues; returns the path that it had.
     ///
     /// # Errors
     ///
-    /// The system's error.
-    pub fn loss(&self, path: &Path) -> io::Result<Option<Loss>> {
+    /// The system's error; then nothing is changed.
+    pub fn mend(&mut self) -> io::Result<Option<PathBuf>> {
         let own = self.file.metadata()?;
         if !own.is_file() {
             return Ok(None);
         }
-        if own.len() < self.length {
-            return Ok(Some(Loss::Cut));
+        let is_there = match std::fs::metadata(&self.path) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => false,
+            there => is_same(&own, &there?),
+        };
+        if is_there && own.len() >= self.length {
+            return Ok(None);
         }
-        match std::fs::metadata(path) {
-            Ok(there) if is_same(&own, &there) => Ok(None),
-            Ok(_) => Ok(Some(Loss::Replaced)),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(Some(Loss::Gone)),
-            Err(e) => Err(e),
+        let mut new = Self::beside(&self.path)?;
+        if let Err(e) = self.copy_to(&mut new) {
+            let _ = std::fs::remove_file(&new.path);
+            return Err(e);
+        }
+        Ok(Some(std::mem::replace(self, new).path))
+    }
+
+    /// Creates a file beside `path`: NAME.kept.csv, NAME.kept.kept.csv ….
+    fn beside(path: &Path) -> io::Result<Self> {
+        let mut name = path.file_stem().unwrap_or_default().to_owned();
+        name.push(".kept");
+        if let Some(ending) = path.extension() {
+            name.push(".");
+            name.push(ending);
+        }
+        let path = path.with_file_name(name);
+        match Self::create(&path) {
+            // A name that is too long ends this.
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Self::beside(&path),
+            made => made,
         }
     }
 
-    /// Appends all complete lines that are left in the file to `to`.
-    ///
-    /// # Errors
-    ///
-    /// The system's error.
-    pub fn copy_to(&mut self, to: &mut Growing) -> io::Result<()> {
-        use std::io::Read as _;
-        let mut left = self.file.metadata()?.len().min(self.length);
-        let mut block = vec![0; COPIED_AT_ONCE];
+    /// Copies all complete lines that are left to the new file `to`, at least the first ones.
+    fn copy_to(&mut self, to: &mut Self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
-        while left > 0 {
-            let n = (&self.file).take(left).read(&mut block)?;
-            if n == 0 {
-                break;
-            }
-            to.append(block.get(..n).unwrap_or_default())?;
-            left -= n as u64;
+        let copied = io::copy(&mut (&self.file).take(self.length), &mut to.file);
+        self.file.seek(SeekFrom::End(0))?;
+        to.length = copied?;
+        let torn = to.torn()?.len() as u64;
+        to.cut(torn)?;
+        to.head.clone_from(&self.head);
+        if to.length < to.head.len() as u64 {
+            to.cut(to.length)?;
+            to.write(&self.head)?;
         }
-        let torn = to.torn()?.len();
-        to.cut(torn)
-    }
-
-    /// Bytes that were written.
-    pub fn length(&self) -> u64 {
-        self.length
+        if to.length < self.length {
+            to.write(CUT)?;
+        }
+        to.sync()
     }
 
     /// The last line, if it has no line end.
@@ -188,7 +221,6 @@ impl Growing {
     ///
     /// The system's error.
     pub fn torn(&mut self) -> io::Result<Vec<u8>> {
-        use std::io::Read as _;
         let mut tail = Vec::new();
         if self.length == 0 {
             return Ok(tail);
@@ -209,8 +241,8 @@ impl Growing {
     /// # Errors
     ///
     /// The system's error.
-    pub fn cut(&mut self, bytes: usize) -> io::Result<()> {
-        self.length = self.length.saturating_sub(bytes as u64);
+    pub fn cut(&mut self, bytes: u64) -> io::Result<()> {
+        self.length = self.length.saturating_sub(bytes);
         self.file.set_len(self.length)?;
         self.file.seek(SeekFrom::End(0))?;
         self.sync()
@@ -222,6 +254,14 @@ impl Growing {
     ///
     /// The system's error, a full disk for instance.
     pub fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.write(bytes)?;
+        if (self.head.len() as u64) < HEAD {
+            self.head.extend_from_slice(bytes);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self.file.write_all(bytes) {
             Ok(()) => {
                 self.length += bytes.len() as u64;
@@ -258,28 +298,31 @@ mod tests {
     fn nothing_is_overwritten_and_only_one_instance_writes() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut disk = Growing::create(&path).unwrap();
+        let mut disk = LineFile::create(&path).unwrap();
         disk.append(b"1,2\n3,").unwrap();
         disk.sync().unwrap();
-        let kind = |file: io::Result<Growing>| file.unwrap_err().kind();
-        assert_eq!(kind(Growing::create(&path)), io::ErrorKind::AlreadyExists);
-        assert_eq!(kind(Growing::continued(&path)), io::ErrorKind::ResourceBusy);
+        let kind = |file: io::Result<LineFile>| file.unwrap_err().kind();
+        assert_eq!(kind(LineFile::create(&path)), io::ErrorKind::AlreadyExists);
+        assert_eq!(
+            kind(LineFile::continued(&path)),
+            io::ErrorKind::ResourceBusy
+        );
         drop(disk);
-        let mut disk = Growing::continued(&path).unwrap();
+        let mut disk = LineFile::continued(&path).unwrap();
         assert_eq!(disk.torn().unwrap(), b"3,");
         disk.cut(2).unwrap();
         assert_eq!(disk.torn().unwrap(), b"");
         disk.append(b"4\n").unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "1,2\n4\n");
         let other = folder.path().join("b.csv");
-        assert_eq!(Growing::continued(&other).unwrap().torn().unwrap(), b"");
+        assert_eq!(LineFile::continued(&other).unwrap().torn().unwrap(), b"");
         assert_eq!(std::fs::read_to_string(&other).unwrap(), "");
     }
 
     #[test]
     #[cfg(target_os = "linux")]
     fn a_full_disk_is_an_error_each_time() {
-        let mut full = Growing::create(Path::new("/dev/full")).unwrap();
+        let mut full = LineFile::create(Path::new("/dev/full")).unwrap();
         for _ in 0..2 {
             let error = full.append(b"1,2\n").unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::StorageFull);

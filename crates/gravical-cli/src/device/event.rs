@@ -1,5 +1,7 @@
 //! Events of a recording, for people and for scripts.
 
+use gravical::inspect::Inspection;
+use gravical::recording::{AccelScale, Finding, GyroScale, Timing};
 use serde::Serialize;
 
 use super::gap::Gap;
@@ -80,6 +82,8 @@ pub enum Event {
     },
     /// Rows are missing; the gap is named in the recording.
     Gap(Gap),
+    /// Something is odd in the samples: an axis is frozen, a limit of the range is reached.
+    Finding(Finding),
     /// The port is lost.
     Lost {
         /// What the system says.
@@ -113,8 +117,35 @@ pub enum Event {
         free_poses: Option<u64>,
         /// Counts of rows and lines.
         #[serde(flatten)]
-        counts: RowCounts,
+        counts: Box<RowCounts>,
+        /// What the file holds; none if it cannot be read as a recording, or the user did not wait.
+        #[serde(flatten)]
+        content: Option<Box<FileContent>>,
     },
+}
+
+/// The part of [`Inspection`] that is not in the counts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FileContent {
+    /// Unit of the accelerometer.
+    pub accelerometer: AccelScale,
+    /// Unit of the gyroscope.
+    pub gyroscope: Option<GyroScale>,
+    /// Rates, duration, jitter.
+    pub timing: Timing,
+    /// Faults of the file.
+    pub findings: Vec<Finding>,
+}
+
+impl From<Inspection> for FileContent {
+    fn from(inspection: Inspection) -> Self {
+        FileContent {
+            accelerometer: inspection.accelerometer,
+            gyroscope: inspection.gyroscope,
+            timing: inspection.timing,
+            findings: inspection.findings,
+        }
+    }
 }
 
 /// Why it ended.

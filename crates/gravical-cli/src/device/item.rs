@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+/// Numbers of a row: fewer are messages of a sketch, more are no IMU.
+pub const FIELDS: std::ops::RangeInclusive<usize> = 3..=32;
+
 /// A row in the board's own units, as far as its columns are known.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Row {

@@ -1,8 +1,7 @@
 //! Text from a board: bytes to lines, however they are split, and lines to messages.
 
-use super::form::{Form, header_names};
 use super::item::{Item, Kind, Reason, Row};
-use super::shape::RowShape;
+use super::shape::{RowShape, check_row, header_names};
 
 /// A longer line is not a row of a board (32 numbers of 15 digits): it is passed on in
 /// pieces.
@@ -93,7 +92,7 @@ fn is_complete(line: &[u8], shape: Option<&RowShape>) -> bool {
 fn row(text: &[u8], shape: Option<&RowShape>) -> Result<(Vec<u8>, Row), Reason> {
     match shape {
         Some(shape) => shape.row(text),
-        None => Form::of(text).map(|_| (text.to_vec(), Row::default())),
+        None => check_row(text).map(|()| (text.to_vec(), Row::default())),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Boards: which ports there are, and what a board sends.
 //!
 //! Pure, without clock and without I/O, so that it can be tested row by row: [`wire`]
-//! (bytes to messages) over [`lines`] (text) and [`frames`] (the binary format); [`form`]
-//! and [`shape`] (how rows are written and what their numbers are); [`board`] (settings and
+//! (bytes to messages) over [`lines`] (text) and [`frames`] (the binary format); [`shape`]
+//! (what the rows are, by the rules for files) with [`named`] (numbers behind names); [`board`] (settings and
 //! commands), [`stamps`] (the board's clock), [`row_counts`], [`live`] (rate, rest, poses)
 //! and [`recorder`], the state machine over all of them.
 //!
@@ -12,12 +12,12 @@
 pub mod board;
 pub mod disk;
 pub mod event;
-pub mod form;
 pub mod frames;
 pub mod gap;
 pub mod item;
 pub mod lines;
 pub mod live;
+pub mod named;
 pub mod ports;
 pub mod recorder;
 pub mod row_counts;

@@ -1,13 +1,16 @@
 //! What the rows of a board are: how they are written, and which number is what. Learned
-//! once, from a header, from the names in the rows or from the first rows.
+//! once, from a header, from the names in the rows or from the first rows, by the same rules as
+//! the format and the columns of a file.
 
 use gravical::Result;
+use gravical::recording::dialect::{Dialect, Header, names_alone, sniff, without_last_delimiter};
 use gravical::recording::layout::Layout;
 use gravical::recording::names::{Quantity, understand};
+use gravical::recording::row::{Delimiter, RowDefect};
 use gravical::recording::{ColumnsSpec, stream_layout};
 
-use super::form::{Form, header_names};
-use super::item::{Reason, Row};
+use super::item::{FIELDS, Reason, Row};
+use super::named::{column_names, unnamed};
 
 /// The column of arrival times, where the board sends no time.
 pub const HOST_TIME: &str = "t_host_ms";
@@ -18,12 +21,47 @@ pub const LEAST_ROWS: usize = 5;
 /// The rows of a board.
 #[derive(Debug, Clone)]
 pub struct RowShape {
-    form: Form,
+    /// The texts around the numbers, where each has its name.
+    texts: Option<Vec<String>>,
+    dialect: Dialect,
     layout: Layout,
     columns: Vec<u8>,
     notes: Vec<String>,
     /// The board sends no time: the file has a column of arrival times.
     pub host_time: bool,
+}
+
+/// The texts around the numbers of a line, if they have names, and its numbers as a row of a file.
+fn plain(text: &[u8]) -> (Option<Vec<String>>, Vec<u8>) {
+    match unnamed(text) {
+        Some((texts, numbers)) => (Some(texts), numbers),
+        None => (None, without_last_delimiter(text).to_vec()),
+    }
+}
+
+fn reason(defect: RowDefect) -> Reason {
+    match defect {
+        RowDefect::NotANumber(_) => Reason::NotANumber,
+        _ => Reason::FieldCount,
+    }
+}
+
+/// The names in a header, and what separates them.
+pub fn header_names(text: &[u8]) -> Option<(Delimiter, Vec<String>)> {
+    names_alone(text).filter(|(_, names)| FIELDS.contains(&names.len()))
+}
+
+/// Checks that a line is a row of some form.
+///
+/// # Errors
+///
+/// Why it is none.
+pub fn check_row(text: &[u8]) -> std::result::Result<(), Reason> {
+    let (_, line) = plain(text);
+    let dialect = sniff(&line, true, *FIELDS.start());
+    let dialect = dialect.filter(|dialect| FIELDS.contains(&dialect.fields));
+    let numbers = dialect.ok_or(Reason::FieldCount)?.numbers(&line);
+    numbers.map(drop).map_err(reason)
 }
 
 impl RowShape {
@@ -33,10 +71,11 @@ impl RowShape {
     ///
     /// `columns-missing` (usage) when `spec` names a column that the header does not have.
     pub fn of_header(header: &[u8], spec: Option<&ColumnsSpec>) -> Result<Option<Self>> {
-        let Some((form, names)) = header_names(header) else {
+        let Some((delimiter, names)) = header_names(header) else {
             return Ok(None);
         };
-        Self::new(form, Some((names, header)), &[], spec).map(Some)
+        let dialect = Dialect::of_columns(delimiter, names.len(), Some(names), Vec::new());
+        Self::new(None, dialect, Some(header), spec).map(Some)
     }
 
     /// By rows: the form of most of them, at least [`LEAST_ROWS`]; none where there are
@@ -46,50 +85,52 @@ impl RowShape {
     ///
     /// As [`of_header`](Self::of_header).
     pub fn of_rows<'a>(
-        rows: impl Iterator<Item = &'a [u8]> + Clone,
+        rows: impl Iterator<Item = &'a [u8]>,
         header: Option<&[u8]>,
         spec: Option<&ColumnsSpec>,
     ) -> Result<Option<Self>> {
-        let mut forms: Vec<(Form, usize)> = Vec::new();
-        for form in rows.clone().filter_map(|row| Form::of(row).ok()) {
-            match forms.iter_mut().find(|(known, _)| *known == form) {
-                Some((_, n)) => *n += 1,
-                None => forms.push((form, 1)),
+        // Rows by the texts around their numbers.
+        let mut forms: Vec<(Option<Vec<String>>, usize, Vec<u8>)> = Vec::new();
+        for (texts, line) in rows.map(plain) {
+            let line = [&line[..], b"\n"].concat();
+            match forms.iter_mut().find(|(known, ..)| *known == texts) {
+                Some((_, n, lines)) => (*n, *lines) = (*n + 1, [&lines[..], &line].concat()),
+                None => forms.push((texts, 1, line)),
             }
         }
         // Of equals the first: the last of the reversed.
-        let most = forms.into_iter().rev().max_by_key(|(_, n)| *n);
-        let Some((form, _)) = most.filter(|(_, n)| *n >= LEAST_ROWS) else {
+        let most = forms.into_iter().rev().max_by_key(|(_, n, _)| *n);
+        let Some((texts, _, lines)) = most else {
             return Ok(None);
         };
-        let sample: Vec<Vec<f64>> = rows
-            .filter_map(|row| Some(form.numbers(row).ok()?.values))
-            .collect();
-        let named = |header| {
-            let (own, names) = header_names(header)?;
-            (own == form).then_some((names, header))
+        let dialect = sniff(&lines, true, *FIELDS.start());
+        let Some(mut dialect) = dialect.filter(|d| d.sample.len() >= LEAST_ROWS) else {
+            return Ok(None);
         };
-        let names = header.and_then(named);
-        Self::new(form, names, &sample, spec).map(Some)
+        let fits = |(delimiter, names): &(Delimiter, Vec<String>)| {
+            texts.is_none() && *delimiter == dialect.delimiter && names.len() == dialect.fields
+        };
+        let named = header.and_then(header_names).filter(fits);
+        let header = header.filter(|_| named.is_some());
+        let names = texts.as_deref().map(column_names);
+        let names = names.or(named.map(|(_, names)| names));
+        dialect.header = names.map(Header::of_names);
+        Self::new(texts, dialect, header, spec).map(Some)
     }
 
+    /// `header`: the line with the names of `dialect`, if they are not in the rows.
     fn new(
-        form: Form,
-        header: Option<(Vec<String>, &[u8])>,
-        sample: &[Vec<f64>],
+        texts: Option<Vec<String>>,
+        dialect: Dialect,
+        header: Option<&[u8]>,
         spec: Option<&ColumnsSpec>,
     ) -> Result<Self> {
-        let fields = form.fields();
-        let (names, header) = match (form.names(), header) {
-            (Some(names), _) => (Some(names), None),
-            (None, Some((names, header))) => (Some(names), Some(header)),
-            (None, None) => (None, None),
-        };
-        let layout = stream_layout(fields, names.as_deref(), sample, spec)?;
+        let layout = stream_layout(&dialect, spec)?;
         let host_time = layout.field(Quantity::Time).is_none();
-        let named = file_names(&layout, fields, names.as_deref(), spec.is_some());
+        let names = dialect.header.as_ref().map(|header| &header.names[..]);
+        let named = file_names(&layout, dialect.fields, names, spec.is_some());
         let mut notes = Vec::new();
-        match (&names, header) {
+        match (names, header) {
             (None, _) => {
                 let how = match spec {
                     Some(_) => "as given with --columns",
@@ -105,8 +146,8 @@ impl RowShape {
             }
             _ => {}
         }
-        let separator = char::from(form.separator()).to_string();
-        let unchanged = header.filter(|_| names.as_ref() == Some(&named));
+        let separator = char::from(separator(&dialect)).to_string();
+        let unchanged = header.filter(|_| names == Some(&named));
         let mut columns = match unchanged {
             Some(header) => header.to_vec(),
             None => named.join(&separator).into_bytes(),
@@ -118,9 +159,10 @@ impl RowShape {
             ));
         }
         Ok(RowShape {
-            columns,
-            form,
+            texts,
+            dialect,
             layout,
+            columns,
             notes,
             host_time,
         })
@@ -144,7 +186,9 @@ impl RowShape {
 
     /// Whether a header is written as the rows are, with a name for each number.
     pub fn fits(&self, header: &[u8]) -> bool {
-        header_names(header).is_some_and(|(form, _)| form == self.form)
+        let own = (self.dialect.delimiter, self.dialect.fields);
+        let named = header_names(header);
+        self.texts.is_none() && named.is_some_and(|(by, names)| (by, names.len()) == own)
     }
 
     /// A row, and the line of it for the file.
@@ -153,11 +197,12 @@ impl RowShape {
     ///
     /// Why the line is none.
     pub fn row(&self, text: &[u8]) -> std::result::Result<(Vec<u8>, Row), Reason> {
-        let numbers = self.form.numbers(text)?;
-        let value = |quantity| {
-            let field = self.layout.field(quantity)?;
-            numbers.values.get(field).copied()
-        };
+        let (texts, line) = plain(text);
+        if texts != self.texts {
+            return Err(Reason::FieldCount);
+        }
+        let numbers = self.dialect.numbers(&line).map_err(reason)?;
+        let value = |quantity| numbers.get(self.layout.field(quantity)?).copied();
         let axes = [0, 1, 2].map(|axis| value(Quantity::Accel(axis)));
         // Differences and parts of a stamp are no clock by themselves.
         let is_clock = !self.layout.sums_time && self.layout.fraction.is_none();
@@ -170,7 +215,7 @@ impl RowShape {
             temperature: value(Quantity::Temperature),
             sequence: None,
         };
-        Ok((numbers.line, row))
+        Ok((line, row))
     }
 
     /// A line of the file with its arrival time in front, where the board sends none.
@@ -179,20 +224,27 @@ impl RowShape {
             return line;
         }
         let mut stamped = format!("{:.1}", time_s * 1e3).into_bytes();
-        stamped.push(self.form.separator());
+        stamped.push(separator(&self.dialect));
         stamped.extend(line);
         stamped
+    }
+}
+
+/// What separates the columns of the file.
+fn separator(dialect: &Dialect) -> u8 {
+    match dialect.delimiter {
+        Delimiter::Byte(byte) => byte,
+        Delimiter::Whitespace => b' ',
     }
 }
 
 /// Whether a header can be used before the first row: it names an accelerometer, and not
 /// just with the words of a sentence.
 pub fn is_certain(header: &[u8]) -> bool {
-    let names = header_names(header).filter(|(form, _)| form.separator() != b' ');
-    names.is_some_and(|(form, names)| {
-        let layout = stream_layout(form.fields(), Some(&names), &[], None);
-        layout.is_ok_and(|layout| layout.field(Quantity::Accel(0)).is_some())
-    })
+    let is_sentence = header_names(header).is_none_or(|(by, _)| by == Delimiter::Whitespace);
+    let shape = RowShape::of_header(header, None);
+    let layout = shape.ok().flatten().map(|shape| shape.layout);
+    !is_sentence && layout.is_some_and(|layout| layout.field(Quantity::Accel(0)).is_some())
 }
 
 /// The names of the columns in the file: those of the board, unless `--columns` says
@@ -280,6 +332,68 @@ mod tests {
             ("t,foo,bar", false),
         ] {
             assert_eq!(is_certain(header.as_bytes()), certain, "{header}");
+        }
+    }
+
+    #[test]
+    fn a_row_has_numbers_only() {
+        for (text, expected) in [
+            ("0.1,-0.2,9.81", Ok(())),
+            ("16;0.1;.2;-9.", Ok(())),
+            ("1\t2\t3\t4\t5\t6", Ok(())),
+            ("1   2.5 -3e-2", Ok(())),
+            ("1,\t2,\t3", Ok(())),
+            ("1,2,3,", Ok(())),
+            ("0,1;-0,2;9,81", Ok(())),
+            ("x:0.1 y:0.2 z:9.8", Ok(())),
+            (&vec!["1"; 32].join(","), Ok(())),
+            (&vec!["1"; 33].join(","), Err(Reason::FieldCount)),
+            ("1,2", Err(Reason::FieldCount)),
+            ("garbage", Err(Reason::FieldCount)),
+            ("Hello, world, again", Err(Reason::FieldCount)),
+            ("rate: 100 Hz", Err(Reason::FieldCount)),
+            ("10:20:30", Err(Reason::FieldCount)),
+            ("1,2,3,nan", Err(Reason::NotANumber)),
+            ("1,2,3,1e999", Err(Reason::NotANumber)),
+            ("1,2,,4", Err(Reason::NotANumber)),
+            ("1,2,4.1.2", Err(Reason::NotANumber)),
+            ("x:0.1 y:nan z:9.8 w:1", Err(Reason::NotANumber)),
+        ] {
+            assert_eq!(check_row(text.as_bytes()), expected, "{text}");
+        }
+        let names = of_rows(&["x:0.1 y:0.2 z:9.8"; 5], None, None);
+        // Padding does not matter, names do.
+        let line = |text: &str| names.row(text.as_bytes()).map(|(line, _)| line);
+        assert_eq!(line("x:  1.1 y: 0.2 z:   -9.8").unwrap(), b"1.1,0.2,-9.8");
+        assert_eq!(line("x:0.1 y:0.2 w:9.8"), Err(Reason::FieldCount));
+        assert_eq!(line("x:0.1 y:0.2"), Err(Reason::FieldCount));
+        assert_eq!(line("x:0.1 y:nan z:9.8"), Err(Reason::NotANumber));
+        assert_eq!(line("0.1,0.2,9.8"), Err(Reason::FieldCount));
+    }
+
+    #[test]
+    fn headers_have_names_only() {
+        let names = |text: &[u8]| header_names(text).map(|(_, names)| names.join("|"));
+        for (text, expected) in [
+            (&b"t,ax,ay,az"[..], "t|ax|ay|az"),
+            (b"t,ax,ay,az,", "t|ax|ay|az"),
+            (b"aX (g)\taY (g)\taZ (g)", "aX (g)|aY (g)|aZ (g)"),
+            (b"ax ay az", "ax|ay|az"),
+            (b"aX (g),aY,gX (\xb0/s)", "aX (g)|aY|gX (\u{b0}/s)"),
+        ] {
+            assert_eq!(names(text).unwrap(), expected);
+        }
+        for text in [
+            "1,2,3",
+            "nan,nan,nan",
+            "ovf,ovf,ovf",
+            "a,b",
+            "ax,1,2",
+            "",
+            "a,,c",
+            "a:1 b:2 c:3",
+        ] {
+            assert_eq!(names(text.as_bytes()), None, "{text}");
         }
     }
 

@@ -52,6 +52,36 @@ impl Coding {
     }
 }
 
+/// The rows with which a recording began.
+#[derive(Debug, Clone)]
+pub enum Recorded {
+    /// Lines of text.
+    Text {
+        /// What their numbers are.
+        shape: Box<RowShape>,
+        /// The board can send frames: the sketch of another author cannot.
+        has_frames: bool,
+    },
+    /// Frames.
+    Frames,
+}
+
+impl Recorded {
+    fn coding(&self) -> Coding {
+        match self {
+            Recorded::Text { .. } => Coding::Text,
+            Recorded::Frames => Coding::Frames,
+        }
+    }
+
+    fn shape(&self) -> Option<&RowShape> {
+        match self {
+            Recorded::Text { shape, .. } => Some(shape),
+            Recorded::Frames => None,
+        }
+    }
+}
+
 /// Decodes bytes, in one coding at a time.
 #[derive(Debug, Clone, Default)]
 pub struct Wire {
@@ -61,13 +91,10 @@ pub struct Wire {
     pub coding: Coding,
     lines: Lines,
     frames: Frames,
-    /// What the rows of text are; none before the recording begins.
-    shape: Option<RowShape>,
     /// The port is being set to the baud rate of this coding.
     target: Option<Coding>,
-    /// The coding in which the recording began, and whether its board can change it: the
-    /// sketch of another author has no frames.
-    recorded: Option<(Coding, bool)>,
+    /// The rows of the recording; none before it begins.
+    recorded: Option<Recorded>,
     /// A valid message has arrived since the baud rate was set.
     pub understood: bool,
     /// Time from the opening to the first byte, s.
@@ -117,11 +144,20 @@ impl Wire {
         self.silence_s.is_some_and(|s| s >= START_UP_S)
     }
 
-    /// A recording begins in this coding, with these rows of text. `changes`: its board can
-    /// change the coding.
-    pub fn record(&mut self, shape: Option<RowShape>, changes: bool) {
-        self.shape = shape;
-        self.recorded = Some((self.coding, changes || self.coding == Coding::Frames));
+    /// A recording begins.
+    pub fn record(&mut self, rows: Recorded) {
+        self.recorded = Some(rows);
+    }
+
+    /// What the rows of text in the recording are; none for frames.
+    pub fn shape(&self) -> Option<&RowShape> {
+        self.recorded.as_ref().and_then(Recorded::shape)
+    }
+
+    /// The board sends another coding than at the beginning of the recording.
+    pub fn has_changed(&self) -> bool {
+        let recorded = self.recorded.as_ref();
+        recorded.is_some_and(|rows| rows.coding() != self.coding)
     }
 
     /// The board restarted: the next stamp is of another clock.
@@ -157,7 +193,10 @@ impl Wire {
         self.bytes += bytes.len();
         let pause_s = now_s - std::mem::replace(&mut self.last_bytes_s, now_s);
         let items = match self.coding {
-            Coding::Text => self.lines.push(bytes, self.shape.as_ref()),
+            Coding::Text => {
+                let shape = self.recorded.as_ref().and_then(Recorded::shape);
+                self.lines.push(bytes, shape)
+            }
             Coding::Frames => {
                 if !self.understood && pause_s >= CHANGES_S {
                     self.frames.cut();
@@ -179,9 +218,7 @@ impl Wire {
             (self.last_valid_s, self.bytes, self.odd) = (now_s, 0, 0);
             return Some(item);
         }
-        if let Some((coding, _)) = self.recorded
-            && coding != self.coding
-        {
+        if self.has_changed() {
             // The board will be set back to the other coding.
             return None;
         }
@@ -219,13 +256,12 @@ impl Wire {
             && self.bytes >= GARBAGE_BYTES
             && !self.is_plain()
             && now_s - self.last_bytes_s < OFTEN_S;
-        match (self.coding, self.recorded) {
-            (Coding::Frames, _) => (nothing_s >= NO_FRAME_S).then_some(Coding::Text),
-            (Coding::Text, Some((_, false))) => None,
-            (Coding::Text, Some((Coding::Frames, _))) => {
-                (garbage || nothing_s >= NO_LINE_S).then_some(Coding::Frames)
-            }
-            (Coding::Text, _) => garbage.then_some(Coding::Frames),
-        }
+        let gives_up = match (self.coding, &self.recorded) {
+            (Coding::Frames, _) => return (nothing_s >= NO_FRAME_S).then_some(Coding::Text),
+            (Coding::Text, Some(Recorded::Text { has_frames, .. })) => garbage && *has_frames,
+            (Coding::Text, Some(Recorded::Frames)) => garbage || nothing_s >= NO_LINE_S,
+            (Coding::Text, None) => garbage,
+        };
+        gives_up.then_some(Coding::Frames)
     }
 }

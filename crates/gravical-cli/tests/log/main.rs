@@ -10,6 +10,7 @@ mod any_board;
 mod binary;
 mod board;
 mod closed;
+mod content;
 mod disk;
 mod fast;
 mod file_changes;

@@ -11,8 +11,8 @@ use crate::stats::standard_deviation;
 use crate::still::moments;
 
 use super::event::Rejection;
-use super::reader::Sample;
 use super::{LiveOptions, Pose, mg};
+use crate::recording::growing::Sample;
 
 /// Share of the rows of a capture that may be missing.
 const MOST_MISSING: f64 = 0.05;

@@ -38,7 +38,6 @@ pub mod event;
 mod fit;
 pub mod folder;
 mod judge;
-mod reader;
 mod rows;
 mod session;
 mod words;

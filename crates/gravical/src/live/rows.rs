@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::Result;
 use crate::recording::collect::Columns;
 
-use super::reader::{Sample, keep};
+use crate::recording::growing::{Sample, keep};
 
 /// Motions longer than this are not kept, s.
 pub(super) const LONGEST_S: f64 = 60.0;

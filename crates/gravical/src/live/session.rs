@@ -12,12 +12,12 @@ use std::ops::Range;
 
 use gravical_core::matrix3::{mul_vec, norm};
 
-use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
 use crate::recording::Recording;
 use crate::segment::face::Face;
 use crate::still::{LiveState, LiveStills};
+use crate::{Error, Result};
 
 use super::attitude::Attitude;
 use super::event::{
@@ -25,9 +25,9 @@ use super::event::{
 };
 use super::fit::FULL_FIT;
 use super::judge::{Accepted, Units, mean};
-use super::reader::{Reader, Sample};
 use super::rows::SessionRows;
 use super::{LiveOptions, mg};
+use crate::recording::growing::{Growing, Sample};
 
 /// Direction and magnitude are means over this time, s.
 const SMOOTH_S: f64 = 0.2;
@@ -48,7 +48,7 @@ struct Hold {
 /// A guided calibration. It belongs to one thread.
 pub struct Session {
     options: LiveOptions,
-    reader: Reader,
+    reader: Growing,
     rows: SessionRows,
     detector: Option<LiveStills>,
     /// What the last block said; none after rows that are missing.
@@ -89,7 +89,7 @@ impl Session {
     #[must_use]
     pub fn new(name: &str, options: LiveOptions) -> Self {
         Session {
-            reader: Reader::new(name, options.read.clone()),
+            reader: Growing::new(name, options.read.clone()),
             options,
             rows: SessionRows::default(),
             detector: None,
@@ -157,6 +157,13 @@ impl Session {
     /// Those of reading: no rows of a sensor. A faulty line is no error.
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<Vec<Message>> {
         self.reader.push(bytes)?;
+        if self.reader.is_calibrated_by_board() {
+            return Err(Error::input(
+                "already-calibrated",
+                "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones",
+            )
+            .with_hint("gravical live --format si: with it the sketch sends raw values"));
+        }
         while let Some(sample) = self.reader.next()? {
             self.fit_if_due();
             self.sample(sample)?;

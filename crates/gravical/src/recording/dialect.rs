@@ -2,11 +2,12 @@
 //! of the file.
 
 use std::borrow::Cow;
+use std::cmp::Ordering;
 
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
 use super::names::{Quantity, understand};
-use super::row::{Delimiter, is_missing_value, quoted_end};
+use super::row::{Delimiter, RowDefect, is_missing_value, quoted_end};
 use super::timing::parse_date;
 use super::units::is_unit;
 
@@ -39,6 +40,49 @@ pub struct Dialect {
 }
 
 impl Dialect {
+    /// Of rows that do not come from a file, without a header or with the `names` of one; `sample`
+    /// as the field.
+    #[must_use]
+    pub fn of_columns(
+        delimiter: Delimiter,
+        fields: usize,
+        names: Option<Vec<String>>,
+        sample: Vec<Vec<f64>>,
+    ) -> Self {
+        Dialect {
+            delimiter,
+            decimal_comma: false,
+            fields,
+            header: names.map(Header::of_names),
+            first_data_line: 1,
+            metadata: Vec::new(),
+            regular_blanks: 0,
+            misfit: None,
+            sample,
+        }
+    }
+
+    /// The numbers of a line that is a row in a strict sense: every field is a finite number.
+    ///
+    /// # Errors
+    ///
+    /// Why it is not.
+    pub fn numbers(&self, line: &[u8]) -> Result<Vec<f64>, RowDefect> {
+        let fields = split(line, self.delimiter);
+        match fields.len().cmp(&self.fields) {
+            Ordering::Less => return Err(RowDefect::TooFewFields),
+            Ordering::Greater => return Err(RowDefect::TooManyFields),
+            Ordering::Equal => {}
+        }
+        let number = |(i, field): (usize, &Cow<'_, [u8]>)| {
+            let comma = self.decimal_comma.then(|| parse_field_decimal_comma(field));
+            let value = comma.flatten().or_else(|| parse_field(field));
+            let finite = value.filter(|value| value.is_finite());
+            finite.ok_or(RowDefect::NotANumber(i))
+        };
+        fields.iter().enumerate().map(number).collect()
+    }
+
     /// The last line of the header, if it is in the file.
     pub fn header_line(&self) -> Option<u64> {
         let line = self.header.as_ref()?.lines[1];
@@ -81,6 +125,17 @@ pub struct Header {
 }
 
 impl Header {
+    /// Names that are not those of a line of a file.
+    #[must_use]
+    pub fn of_names(names: Vec<String>) -> Self {
+        Header {
+            lines: [1, 1],
+            names,
+            units: Vec::new(),
+            texts: Vec::new(),
+        }
+    }
+
     /// True if rows with this number of fields fit: one column may be unnamed.
     pub(super) fn fits(&self, fields: usize) -> bool {
         (self.names.len()..=self.names.len() + 1).contains(&fields)
@@ -663,6 +718,37 @@ pub(super) fn strip_comment(text: &[u8]) -> &[u8] {
         .find_map(|sign| text.strip_prefix(sign.as_bytes()))
         .unwrap_or(text)
         .trim_ascii()
+}
+
+/// The names in a line that is a header by itself, whatever follows it, and what separates them:
+/// at least three, each of which begins with a letter and is no word for a missing value. A
+/// delimiter behind the last one makes no further name.
+#[must_use]
+pub fn names_alone(line: &[u8]) -> Option<(Delimiter, Vec<String>)> {
+    let is_name = |name: &Cow<'_, [u8]>| {
+        name.first().is_some_and(u8::is_ascii_alphabetic)
+            && !name.iter().any(|b| matches!(b, b':' | b'='))
+            && !is_missing_value(name)
+    };
+    let line = without_last_delimiter(line);
+    let tried = DELIMITERS.into_iter().filter(|(_, comma)| !comma);
+    tried.map(|(delimiter, _)| delimiter).find_map(|delimiter| {
+        let names: Vec<Cow<'_, [u8]>> = split(line, delimiter)
+            .into_iter()
+            .map(|name| Cow::Owned(name.trim_ascii().to_vec()))
+            .collect();
+        let all = names.len() >= 3 && names.iter().all(is_name);
+        all.then(|| (delimiter, names.iter().map(|name| decode(name)).collect()))
+    })
+}
+
+/// A line without the delimiter behind its last field.
+#[must_use]
+pub fn without_last_delimiter(line: &[u8]) -> &[u8] {
+    match line.trim_ascii_end() {
+        [rest @ .., b',' | b';' | b'|'] => rest,
+        _ => line,
+    }
 }
 
 /// Decodes text of a header: UTF-8, otherwise Windows-1252 (for the degree sign of Latin-1).

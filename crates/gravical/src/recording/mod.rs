@@ -37,6 +37,8 @@ pub(crate) mod format;
 #[doc(hidden)]
 pub mod frame;
 pub(crate) mod full_scale;
+#[doc(hidden)]
+pub mod growing;
 mod head;
 #[doc(hidden)]
 pub mod join;

@@ -413,8 +413,9 @@ pub(super) fn quoted_end(line: &[u8], from: usize, delimiter: u8) -> usize {
     memchr::memchr(delimiter, &line[from..]).map_or(line.len(), |n| from + n)
 }
 
-/// Words that programs write for a missing value.
-pub(super) fn is_missing_value(text: &[u8]) -> bool {
+/// Words that programs and boards write for a missing value.
+#[must_use]
+pub fn is_missing_value(text: &[u8]) -> bool {
     [
         "nan",
         "na",
@@ -425,6 +426,7 @@ pub(super) fn is_missing_value(text: &[u8]) -> bool {
         "inf",
         "-inf",
         "+inf",
+        "ovf",
         "-nan",
         "nan(ind)",
         "-nan(ind)",

@@ -7,7 +7,7 @@ use gravical::escape::path_text;
 use gravical::{Error, Result};
 
 use crate::device::board::{Settings, Wanted};
-use crate::device::disk::{Growing, Loss};
+use crate::device::disk::LineFile;
 use crate::device::item::Kind;
 use crate::device::lines::Lines;
 
@@ -29,11 +29,8 @@ pub enum Existing {
 
 /// The files of rows and of rejected lines.
 pub struct Files {
-    path: PathBuf,
-    main: Growing,
-    /// Its first lines up to the header.
-    head: Vec<u8>,
-    rejected: Option<(Growing, PathBuf)>,
+    main: LineFile,
+    rejected: Option<LineFile>,
 }
 
 impl Files {
@@ -64,7 +61,7 @@ impl Files {
             .at(path, None)
             .with_hint("create it first, or name another file with -o"));
         }
-        if any && Growing::is_busy(path) {
+        if any && LineFile::is_busy(path) {
             return Err(in_use(path));
         }
         Ok(())
@@ -80,38 +77,29 @@ impl Files {
     /// As [`check`](Self::check); the system's errors.
     pub fn open(path: &Path, existing: Existing) -> Result<(Self, Option<String>)> {
         Self::check(path, existing)?;
-        let append = existing == Existing::Append;
         let main = match existing {
-            Existing::Append => Growing::continued(path),
-            Existing::Replace => Growing::replaced(path),
-            Existing::Refuse => Growing::create(path),
+            Existing::Append => LineFile::continued(path),
+            Existing::Replace => LineFile::replaced(path),
+            Existing::Refuse => LineFile::create(path),
         };
         let main = main.map_err(|e| match e.kind() {
             io::ErrorKind::ResourceBusy => in_use(path),
             _ => Error::io(path, e),
         })?;
         let mut files = Files {
-            path: path.to_path_buf(),
             main,
-            head: Vec::new(),
             rejected: None,
         };
-        if append {
-            let mut head = Vec::new();
-            let file = std::fs::File::open(path).map_err(|e| Error::io(path, e))?;
-            if file.metadata().is_ok_and(|m| m.is_file()) {
-                io::Read::read_to_end(&mut io::Read::take(file, HEAD), &mut head)
-                    .map_err(|e| Error::io(path, e))?;
-            }
-            files.note_head(&head);
-        }
-        let torn = if append { files.mend()? } else { None };
+        let torn = match existing {
+            Existing::Append => files.end_last_line()?,
+            _ => None,
+        };
         Ok((files, torn))
     }
 
     /// Ends the last line, or moves it to the rejected lines.
-    fn mend(&mut self) -> Result<Option<String>> {
-        let path = self.path.clone();
+    fn end_last_line(&mut self) -> Result<Option<String>> {
+        let path = self.path().to_owned();
         let io = |e| Error::io(&path, e);
         let torn = self.main.torn().map_err(io)?;
         if torn.is_empty() {
@@ -131,7 +119,7 @@ impl Files {
         let rejected = rejected_path(&path);
         let kept = self.rejects(&line).and_then(|()| self.sync());
         kept.map_err(|e| Error::io(&rejected, e))?;
-        self.main.cut(torn.len()).map_err(io)?;
+        self.main.cut(torn.len() as u64).map_err(io)?;
         let text = String::from_utf8_lossy(&torn);
         let shown: String = text.chars().filter(|c| !c.is_control()).take(80).collect();
         Ok(Some(format!(
@@ -143,164 +131,72 @@ impl Files {
 
     /// Passes rows to the system.
     pub fn rows(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.main.append(bytes)?;
-        self.note_head(bytes);
-        Ok(())
+        self.main.append(bytes)
     }
 
-    /// Keeps the first lines up to the header.
-    fn note_head(&mut self, bytes: &[u8]) {
-        let comment = |line: &[u8]| line.starts_with(b"#") || line.trim_ascii().is_empty();
-        let ends = |head: &[u8]| {
-            let last = head.trim_ascii_end().rsplit(|b| *b == b'\n').next();
-            !last.is_none_or(comment)
-        };
-        for line in bytes.split_inclusive(|b| *b == b'\n') {
-            if ends(&self.head) || self.head.len() as u64 > HEAD {
-                return;
-            }
-            self.head.extend_from_slice(line);
-        }
-    }
-
-    /// Checks that the files are as they were written. If one was deleted, replaced or cut
-    /// meanwhile, the recording continues in a new file beside it, with all rows that are
-    /// left, and a warning is returned.
+    /// Continues a file that another program removed, replaced or cut in a new one beside it, with
+    /// all that is left of it; then a warning is returned.
     ///
     /// # Errors
     ///
     /// The system's error; then nothing is changed.
-    pub fn mend_loss(&mut self) -> io::Result<Option<String>> {
-        if let Some((rejected, path)) = &mut self.rejected
-            && let Some(loss) = rejected.loss(path)?
-        {
-            let was = path.clone();
-            continue_beside(rejected, path, loss, b"")?;
-            return Ok(Some(loss_text(&was, loss, path)));
+    pub fn mend(&mut self) -> io::Result<Option<String>> {
+        for file in self.rejected.iter_mut().chain([&mut self.main]) {
+            if let Some(was) = file.mend()? {
+                let (was, now) = (path_text(&was), path_text(file.path()));
+                return Ok(Some(format!(
+                    "{was} was deleted, moved, replaced or cut by another program: what is left of it is in {now}, where it continues"
+                )));
+            }
         }
-        let Some(loss) = self.main.loss(&self.path)? else {
-            return Ok(None);
-        };
-        let was = self.path.clone();
-        continue_beside(&mut self.main, &mut self.path, loss, &self.head)?;
-        Ok(Some(loss_text(&was, loss, &self.path)))
+        Ok(None)
     }
 
     /// Passes rejected lines to the system; their file is created with the first.
     pub fn rejects(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let (disk, _) = match &mut self.rejected {
-            Some(disk) => disk,
-            none => {
-                let path = rejected_path(&self.path);
-                none.insert((Growing::continued(&path)?, path))
-            }
+        let file = match &mut self.rejected {
+            Some(file) => file,
+            none => none.insert(LineFile::continued(&rejected_path(self.main.path()))?),
         };
-        disk.append(bytes)
+        file.append(bytes)
     }
 
     /// The file of the rows.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.main.path()
+    }
+
+    /// The first lines of the file.
+    pub fn head(&self) -> &[u8] {
+        self.main.head()
     }
 
     /// The file of the rejected lines, once it exists.
-    pub fn rejected_file(&self) -> Option<PathBuf> {
-        self.rejected.as_ref().map(|(_, path)| path.clone())
+    pub fn rejected_file(&self) -> Option<&Path> {
+        self.rejected.as_ref().map(LineFile::path)
     }
 
     /// The path for rejected lines.
     pub fn rejected_target(&self) -> PathBuf {
-        self.rejected_file()
-            .unwrap_or_else(|| rejected_path(&self.path))
+        let own = || rejected_path(self.path());
+        self.rejected_file().map_or_else(own, Path::to_owned)
     }
 
     /// Removes the file if nothing was recorded.
     pub fn discard(&self) {
-        let empty = std::fs::metadata(&self.path).is_ok_and(|m| m.is_file() && m.len() == 0);
+        let empty = std::fs::metadata(self.path()).is_ok_and(|m| m.is_file() && m.len() == 0);
         if empty {
-            let _ = std::fs::remove_file(&self.path);
+            let _ = std::fs::remove_file(self.path());
         }
     }
 
     /// Makes what was written safe on the disk.
     pub fn sync(&mut self) -> io::Result<()> {
-        if let Some((disk, _)) = &mut self.rejected {
-            disk.sync()?;
+        if let Some(file) = &mut self.rejected {
+            file.sync()?;
         }
         self.main.sync()
     }
-}
-
-/// Continues `disk` in a new file, which begins with `head` where that was lost.
-fn continue_beside(
-    disk: &mut Growing,
-    path: &mut PathBuf,
-    loss: Loss,
-    head: &[u8],
-) -> io::Result<()> {
-    let (mut new, at) = beside(path)?;
-    let moved = disk.copy_to(&mut new).and_then(|()| {
-        if new.length() < head.len() as u64 {
-            new.cut(usize::try_from(new.length()).unwrap_or(usize::MAX))?;
-            new.append(head)?;
-        }
-        match loss {
-            Loss::Cut if !head.is_empty() => new.append(CUT),
-            _ => Ok(()),
-        }?;
-        new.sync()
-    });
-    if let Err(e) = moved {
-        let _ = std::fs::remove_file(&at);
-        return Err(e);
-    }
-    (*disk, *path) = (new, at);
-    Ok(())
-}
-
-/// The line in place of rows that were cut off.
-const CUT: &[u8] = b"# gap: another program cut the file: rows are missing\n";
-
-/// A new file beside `path`: NAME.kept.csv, NAME.kept-2.csv ….
-fn beside(path: &Path) -> io::Result<(Growing, PathBuf)> {
-    let stem = path.file_stem().unwrap_or_default();
-    let base = match stem.to_str().and_then(|text| text.rsplit_once(".kept")) {
-        Some((base, _)) => base.into(),
-        None => stem.to_owned(),
-    };
-    let mut n = 1;
-    loop {
-        let mut name = base.clone();
-        name.push(".kept");
-        if n > 1 {
-            name.push(format!("-{n}"));
-        }
-        if let Some(ending) = path.extension() {
-            name.push(".");
-            name.push(ending);
-        }
-        let at = path.with_file_name(name);
-        match Growing::create(&at) {
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists && n < MOST_KEPT => n += 1,
-            made => return Ok((made?, at)),
-        }
-    }
-}
-
-/// New files beside one that is removed again and again.
-const MOST_KEPT: u32 = 100;
-
-fn loss_text(was: &Path, loss: Loss, now: &Path) -> String {
-    let (what, rows) = match loss {
-        Loss::Gone => ("deleted or moved", "all of it"),
-        Loss::Replaced => ("replaced", "all of it"),
-        Loss::Cut => ("cut by another program", "the rest of it"),
-    };
-    format!(
-        "{} was {what} during the recording: {rows} is in {}, where the recording continues",
-        path_text(was),
-        path_text(now)
-    )
 }
 
 /// The error `exists` with the options of this command.
@@ -455,7 +351,7 @@ mod tests {
         files.rejects(b"x\n").unwrap();
         files.sync().unwrap();
         let rejected = folder.path().join("x.csv.rejected.txt");
-        assert_eq!(files.rejected_file().as_deref(), Some(&*rejected));
+        assert_eq!(files.rejected_file(), Some(&*rejected));
         assert_eq!(std::fs::read_to_string(rejected).unwrap(), "x\n");
         let exists = Files::open(&path, Existing::Refuse)
             .map(|_| ())
@@ -481,35 +377,61 @@ mod tests {
         let (mut files, _) = Files::open(&at("x.csv"), Existing::Refuse).unwrap();
         files.rows(head.as_bytes()).unwrap();
         files.rows(b"1\n2\n").unwrap();
-        assert_eq!(files.mend_loss().unwrap(), None);
+        assert_eq!(files.mend().unwrap(), None);
         std::fs::remove_file(at("x.csv")).unwrap();
-        let text = files.mend_loss().unwrap().unwrap();
+        let text = files.mend().unwrap().unwrap();
         assert!(
-            text.contains("x.csv was deleted") && text.contains("x.kept.csv"),
+            text.starts_with("x.csv was") || text.contains("/x.csv was"),
             "{text}"
         );
+        assert!(text.contains("x.kept.csv"), "{text}");
         files.rows(b"3\n").unwrap();
         assert_eq!(read("x.kept.csv"), format!("{head}1\n2\n3\n"));
         // Replaced: the file there now belongs to somebody else.
         std::fs::write(at("y"), "other").unwrap();
         std::fs::rename(at("y"), at("x.kept.csv")).unwrap();
-        assert!(files.mend_loss().unwrap().unwrap().contains("replaced"));
+        assert!(files.mend().unwrap().is_some());
         assert_eq!(read("x.kept.csv"), "other");
-        assert_eq!(read("x.kept-2.csv"), format!("{head}1\n2\n3\n"));
-        // Cut: the rest is still a recording.
-        std::fs::write(at("x.kept-2.csv"), "").unwrap();
-        assert!(files.mend_loss().unwrap().unwrap().contains("cut by"));
+        assert_eq!(read("x.kept.kept.csv"), format!("{head}1\n2\n3\n"));
+        // Moved: the one with the new name stays as it was.
+        std::fs::rename(at("x.kept.kept.csv"), at("mine.csv")).unwrap();
+        assert!(files.mend().unwrap().is_some());
         files.rows(b"4\n").unwrap();
-        let gap = String::from_utf8(CUT.to_vec()).unwrap();
-        assert_eq!(read("x.kept-3.csv"), format!("{head}{gap}4\n"));
+        assert_eq!(read("mine.csv"), format!("{head}1\n2\n3\n"));
+        assert_eq!(read("x.kept.kept.kept.csv"), format!("{head}1\n2\n3\n4\n"));
         // Rejected lines likewise.
         files.rejects(b"bad\n").unwrap();
-        let rejected = files.rejected_file().unwrap();
-        std::fs::remove_file(&rejected).unwrap();
-        assert!(files.mend_loss().unwrap().is_some());
-        let kept = files.rejected_file().unwrap();
-        assert_eq!(std::fs::read_to_string(kept).unwrap(), "bad\n");
-        assert_eq!(files.mend_loss().unwrap(), None);
+        std::fs::remove_file(files.rejected_file().unwrap()).unwrap();
+        assert!(files.mend().unwrap().is_some());
+        let kept = std::fs::read_to_string(files.rejected_file().unwrap());
+        assert_eq!(kept.unwrap(), "bad\n");
+        assert_eq!(files.mend().unwrap(), None);
+    }
+
+    /// What is left is a recording, and says that rows are missing, if any are.
+    #[test]
+    #[cfg(unix)]
+    fn a_file_that_is_cut_continues_with_its_head() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let (mut files, _) = Files::open(&path, Existing::Refuse).unwrap();
+        files.rows(b"t,ax,ay,az\n").unwrap();
+        files.rows(b"1,2,3,4\n").unwrap();
+        std::fs::write(&path, "t,ax,ay,az\n1,2").unwrap();
+        assert!(files.mend().unwrap().is_some());
+        let text = std::fs::read_to_string(files.path()).unwrap();
+        assert_eq!(text, "t,ax,ay,az\n1,2,3,4\n");
+        let rows = "5,6,7,8\n".repeat(20_000);
+        files.rows(rows.as_bytes()).unwrap();
+        files.rows(rows.as_bytes()).unwrap();
+        let file = std::fs::File::options().write(true).open(files.path());
+        file.unwrap().set_len(5).unwrap();
+        assert!(files.mend().unwrap().is_some());
+        files.rows(b"9,9,9,9\n").unwrap();
+        let text = std::fs::read_to_string(files.path()).unwrap();
+        let gap = "# gap: another program cut the file: rows are missing\n";
+        let held = format!("t,ax,ay,az\n1,2,3,4\n{rows}{gap}9,9,9,9\n");
+        assert!(text == held, "{} bytes", text.len());
     }
 
     #[test]

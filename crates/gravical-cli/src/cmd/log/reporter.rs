@@ -4,7 +4,10 @@
 use std::io::{self, IsTerminal as _};
 use std::process::ExitCode;
 
+use gravical::core::unit::STANDARD_GRAVITY_MPS2;
 use gravical::escape::{shown, shown_json};
+use gravical::numfmt;
+use gravical::recording::{AccelScale, AccelUnit};
 use gravical::segment::face::{AXES, Face};
 
 use crate::device::board::Settings;
@@ -27,8 +30,10 @@ pub struct Reporter {
     in_status: bool,
     out: Outlet,
     err: Outlet,
-    /// Settings of the board, for units.
+    /// Settings of the board, for temperatures in counts.
     pub settings: Option<Settings>,
+    /// Unit of the accelerometer, once it is known.
+    pub accel: Option<AccelScale>,
     /// Events are kept for the caller and not shown.
     kept: Option<Vec<Event>>,
 }
@@ -45,6 +50,7 @@ impl Reporter {
             out: Outlet::new(io::stdout()),
             err: Outlet::new(io::stderr()),
             settings: None,
+            accel: None,
             kept: None,
         }
     }
@@ -136,9 +142,16 @@ impl Reporter {
         self.err.send(format!("{clear}{text}{end}").into_bytes());
     }
 
+    /// One line on standard error of what takes time, unless it is not wanted.
+    pub fn progress(&mut self, text: &str) {
+        if !self.json && !self.quiet {
+            self.line(text);
+        }
+    }
+
     fn status(&mut self, event: &Event) {
         if self.terminal && !self.quiet {
-            let line = status_line(event, self.settings.as_ref());
+            let line = status_line(event, self.accel.as_ref(), self.settings.as_ref());
             self.err.status(format!("\r{line}\x1b[K").into_bytes());
             self.in_status = true;
         }
@@ -183,6 +196,7 @@ fn is_warning(event: &Event) -> bool {
     matches!(
         event,
         Event::Gap(_)
+            | Event::Finding(_)
             | Event::Lost { .. }
             | Event::Shared { .. }
             | Event::Silent { .. }
@@ -225,6 +239,7 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
             format!("! rejected: {}: \"{shown}\"", reason.text())
         }
         Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ").trim_end()),
+        Event::Finding(finding) => format!("! {}: {}", finding.kind, finding.message),
         Event::Lost { text } => {
             format!(
                 "! the port is lost ({text}); plug the board in again, the recording resumes by itself"
@@ -252,7 +267,7 @@ struct Part {
 const MOST_COLUMNS: usize = 79;
 
 /// One line of at most 79 columns.
-fn status_line(event: &Event, settings: Option<&Settings>) -> String {
+fn status_line(event: &Event, accel: Option<&AccelScale>, settings: Option<&Settings>) -> String {
     let Event::Status {
         rows,
         elapsed_s,
@@ -270,7 +285,7 @@ fn status_line(event: &Event, settings: Option<&Settings>) -> String {
     add(9, Some(format!("{elapsed_s:.1} s")));
     add(9, Some(format!("{rows} rows")));
     add(3, live.rate_hz.map(|rate| format!("{rate:.1} Hz")));
-    add(6, live.norm.map(|norm| norm_text(norm, settings)));
+    add(6, live.norm.map(|norm| norm_text(norm, accel)));
     let temperature = live.temperature.map(|t| temperature_text(t, settings));
     add(2, temperature);
     let state = match (paused, live.still) {
@@ -320,15 +335,17 @@ fn shortened(faces: &[String]) -> String {
     axes.join(" ")
 }
 
-/// The unit is that of the firmware's settings, otherwise unknown.
-fn norm_text(norm: f64, settings: Option<&Settings>) -> String {
-    match settings {
-        Some(s) if s.is_counts() => {
-            let norm_g = norm / s.lsb_per_g();
-            format!("‖a‖ {norm_g:.3} g")
+/// In the unit of the recording, once that is known; counts in g.
+fn norm_text(norm: f64, accel: Option<&AccelScale>) -> String {
+    let Some(accel) = accel.filter(|accel| accel.unit != AccelUnit::Unknown) else {
+        return format!("‖a‖ {norm:.2}");
+    };
+    match (accel.unit, accel.nominal()) {
+        (AccelUnit::Counts, Some(lsb)) => {
+            format!("‖a‖ {:.3} g", norm / lsb / STANDARD_GRAVITY_MPS2)
         }
-        Some(_) => format!("‖a‖ {norm:.2} m/s²"),
-        None => format!("‖a‖ {norm:.2}"),
+        (AccelUnit::StandardGravity, _) => format!("‖a‖ {norm:.3} g"),
+        (unit, _) => format!("‖a‖ {norm:.2} {}", numfmt::unit(unit.name())),
     }
 }
 
@@ -343,6 +360,8 @@ fn temperature_text(temperature: f64, settings: Option<&Settings>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gravical::recording::Origin;
+
     use crate::device::gap::{Cause, Gap};
     use crate::device::live::Status;
 
@@ -367,8 +386,14 @@ mod tests {
         };
         let line = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0";
         let si = Settings::parse(line).unwrap();
+        let unit = |unit, lsb_per_g| AccelScale {
+            unit,
+            lsb_per_g,
+            origin: Origin::Header,
+        };
+        let metric = unit(AccelUnit::MetrePerSecondSquared, None);
         assert_eq!(
-            status_line(&status(false, live.clone()), Some(&si)),
+            status_line(&status(false, live.clone()), Some(&metric), Some(&si)),
             "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 9.81 m/s²  25.5 °C  at rest"
         );
         let counts = Settings { format: 1, ..si };
@@ -379,14 +404,18 @@ mod tests {
             ..live.clone()
         };
         assert_eq!(
-            status_line(&status(true, raw), Some(&counts)),
+            status_line(
+                &status(true, raw),
+                Some(&unit(AccelUnit::Counts, Some(8192.0))),
+                Some(&counts)
+            ),
             "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 1.001 g  25.5 °C  PAUSED"
         );
         assert_eq!(
-            status_line(&status(false, live), None),
+            status_line(&status(false, live), None, None),
             "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 9.81  T 25.5  at rest"
         );
-        let empty = status_line(&status(false, Status::default()), None);
+        let empty = status_line(&status(false, Status::default()), None, None);
         assert_eq!(empty, "1234.6 s  123456 rows");
     }
 
@@ -401,7 +430,7 @@ mod tests {
                 up: Some("-x".to_owned()),
                 done: Some(done.iter().map(|face| (*face).to_owned()).collect()),
             };
-            let line = status_line(&status(false, live), None);
+            let line = status_line(&status(false, live), None, None);
             assert!(line.chars().count() <= MOST_COLUMNS);
             line
         };

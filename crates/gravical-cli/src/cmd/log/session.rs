@@ -1,5 +1,6 @@
 //! The loop between port, keyboard, clock and disk and the recorder.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,13 +9,14 @@ use std::time::{Duration, Instant};
 use gravical::Error;
 
 use super::Args;
+use super::content::{Content, inspected};
 use super::files::{Continued, Files, continued};
 use super::keys::{Key, Keys};
 use super::reporter::Reporter;
 use super::summary::summary;
 use super::target::{LOOK_FOR_S, target};
 use crate::device::board::MOST_BINARY_HZ;
-use crate::device::event::{End, Event};
+use crate::device::event::{End, Event, FileContent};
 use crate::device::live::Poses;
 use crate::device::ports::{Target, list};
 use crate::device::recorder::{Action, Options, Recorder};
@@ -44,9 +46,11 @@ pub fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> 
     let keys = Keys::new();
     session.reporter.raw = keys.is_some();
     let failed = session.run(keys.as_ref(), &interrupted);
+    // The next one is for the summary.
+    interrupted.store(false, Ordering::SeqCst);
     session.reporter.close();
     drop(keys);
-    session.end(args, failed)
+    session.end(args, failed, &interrupted)
 }
 
 /// Opens port and file; none when the user ended the waiting.
@@ -105,11 +109,15 @@ pub fn open<'a>(
         continues: before.header,
         baud: args.board.baud,
     };
+    // Those who read along read the rows themselves.
+    let content = args.write_every_s.is_none();
+    let content = content.then(|| Content::new(&path.display().to_string(), files.head()));
     let mut session = Session {
         started: Instant::now(),
         recorder: Recorder::new(options),
         reporter,
         files,
+        content,
         source,
         target,
         baud: args.board.baud,
@@ -134,6 +142,8 @@ pub struct Session<'a> {
     recorder: Recorder,
     reporter: &'a mut Reporter,
     files: Files,
+    /// What the rows in the file show; none for those who read along.
+    content: Option<Content>,
     source: Option<Serial>,
     target: Target,
     baud: u32,
@@ -318,7 +328,15 @@ impl Session<'_> {
                     self.write(now_s);
                     self.sync(now_s);
                 }
-                Action::Report(event) => self.reporter.report(&event),
+                Action::Report(event) => {
+                    if let (Event::Status { .. }, Some(content)) = (&event, &mut self.content) {
+                        self.reporter.accel = content.accel_scale();
+                        for finding in content.new_findings() {
+                            self.reporter.report(&Event::Finding(finding));
+                        }
+                    }
+                    self.reporter.report(&event);
+                }
             }
         }
     }
@@ -337,7 +355,7 @@ impl Session<'_> {
     /// Passes rows to the system; true when nothing waits any more.
     fn write(&mut self, now_s: f64) -> bool {
         let mut done = true;
-        match self.files.mend_loss() {
+        match self.files.mend() {
             Ok(None) => {}
             Ok(Some(text)) => {
                 self.reporter.report(&Event::Warning { text: text.clone() });
@@ -354,6 +372,9 @@ impl Session<'_> {
                 Ok(()) => {
                     self.recorder.stored();
                     self.disk_error = None;
+                    if let Some(content) = &mut self.content {
+                        content.observe(&batch);
+                    }
                     if let Some(written) = &mut self.written {
                         written.extend_from_slice(&batch);
                     }
@@ -409,8 +430,28 @@ impl Session<'_> {
         self.act(now_s);
     }
 
+    /// What the file holds, as `inspect` reads it; none where it does not.
+    fn file_content(&mut self, path: &Path, interrupted: &AtomicBool) -> Option<Box<FileContent>> {
+        if self.recorder.counts().stored == 0 || !path.is_file() {
+            return None;
+        }
+        match inspected(path, self.reporter, interrupted) {
+            Ok(inspection) => Some(Box::new(inspection?.into())),
+            Err(error) => {
+                let text = format!("gravical inspect cannot read the file: {error}");
+                self.reporter.report(&Event::Warning { text });
+                None
+            }
+        }
+    }
+
     /// Writes everything that waits, and reports the summary.
-    fn end(mut self, args: &Args, failed: Option<Error>) -> anyhow::Result<ExitCode> {
+    fn end(
+        mut self,
+        args: &Args,
+        failed: Option<Error>,
+        interrupted: &AtomicBool,
+    ) -> anyhow::Result<ExitCode> {
         let unplugged = self.source.is_none() && self.recorder.is_started();
         let elapsed_s = self.recorder.elapsed_s(self.now_s());
         self.close(failed.is_some());
@@ -418,6 +459,7 @@ impl Session<'_> {
         let poses = self.recorder.poses();
         let reason = self.recorder.ended().unwrap_or(End::User);
         let path = self.files.path().to_owned();
+        let content = self.file_content(&path, interrupted);
         let ended = Event::Ended {
             file: path.display().to_string(),
             rejected_file: self.files.rejected_file().map(|p| p.display().to_string()),
@@ -425,7 +467,8 @@ impl Session<'_> {
             elapsed_s,
             free_poses: poses.as_ref().map(Poses::free),
             poses: poses.as_ref().map(Poses::faces),
-            counts,
+            counts: Box::new(counts),
+            content,
         };
         self.reporter.report(&ended);
         if self.recorder.is_started() && !args.json && !args.quiet {

@@ -1,10 +1,12 @@
 //! The summary at the end, for people.
 
 use gravical::escape::shell_word;
+use gravical::numfmt;
+use gravical_report::document::Remark;
 
 use crate::device::event::Event;
 
-/// Counts of rows and lines, and the poses.
+/// Counts of rows and lines, the poses, and what the file holds.
 pub fn summary(file: &str, ended: &Event) -> String {
     let Event::Ended {
         rejected_file,
@@ -12,6 +14,7 @@ pub fn summary(file: &str, ended: &Event) -> String {
         poses,
         free_poses,
         counts: c,
+        content,
         ..
     } = ended
     else {
@@ -70,6 +73,17 @@ pub fn summary(file: &str, ended: &Event) -> String {
         .collect();
     if !poses.is_empty() {
         text.push_str(&format!("  recorded poses: {}\n", poses.join(", ")));
+    }
+    if let Some(content) = content {
+        let unit = numfmt::unit(content.accelerometer.unit.name());
+        let range = content.accelerometer.lsb_per_g.map(|lsb| 32768.0 / lsb);
+        let range = range.map_or_else(String::new, |g| format!(" of ±{g:.0} g"));
+        let rate = content.timing.rate_hz();
+        let rate = rate.map_or_else(String::new, |hz| format!(", {hz:.2} Hz"));
+        text.push_str(&format!("  accelerometer in {unit}{range}{rate}\n"));
+        for remark in Remark::all(&content.findings, false) {
+            text.push_str(&remark.to_text());
+        }
     }
     text.push_str(&format!("Next: gravical inspect {}", shell_word(file)));
     text

@@ -11,7 +11,7 @@ use crate::device::gap::Cause;
 use crate::device::item::Reason;
 use crate::device::live::Live;
 use crate::device::shape::{LEAST_ROWS, RowShape};
-use crate::device::wire::Coding;
+use crate::device::wire::{Coding, Recorded};
 
 /// A board that has sent no header for this time sends none, s.
 const NO_HEADER_S: f64 = 6.0;
@@ -25,7 +25,7 @@ impl Recorder {
         };
         let wanted = self.options.wanted;
         let set = wanted.is_empty()
-            || (start.settings).is_some_and(|settings| wanted.is_met_by(&settings));
+            || (start.settings()).is_some_and(|settings| wanted.is_met_by(settings));
         let Some(header) = start.columns.clone().filter(|_| set) else {
             return;
         };
@@ -153,10 +153,15 @@ impl Recorder {
         for line in start.messages().chain(notes) {
             head.push_str(&format!("{line}\n"));
         }
-        let settings = start.settings;
-        let changes = settings.is_some();
-        self.wire.record(shape.clone(), changes);
-        let mut run = Run::new(now_s, header, shape, settings, self.wire.coding);
+        let settings = start.settings().copied();
+        let mut run = Run::new(now_s, header, settings, self.wire.coding);
+        self.wire.record(match shape {
+            Some(shape) => Recorded::Text {
+                shape: Box::new(shape),
+                has_frames: settings.is_some(),
+            },
+            None => Recorded::Frames,
+        });
         if self.options.continues.is_some() {
             run.open_gap(now_s, Cause::Continued);
             run.comments = head.into_bytes();

@@ -2,7 +2,6 @@
 
 use gravical::Error;
 
-use super::run::Run;
 use super::start::Setup;
 use super::{Recorder, State};
 use crate::device::board::Settings;
@@ -19,8 +18,7 @@ const MOST_REJECTS_BEFORE_ROWS: u64 = 50;
 
 impl Recorder {
     pub(super) fn item(&mut self, now_s: f64, item: Item) {
-        let turned = |run: &Run| run.coding != self.wire.coding;
-        if !matches!(item.kind, Kind::Rejected(_)) && self.state.run().is_some_and(turned) {
+        if !matches!(item.kind, Kind::Rejected(_)) && self.wire.has_changed() {
             self.board_restarted(now_s);
         }
         match item.kind {
@@ -42,7 +40,7 @@ impl Recorder {
             return;
         }
         if let State::Storing(run) | State::Restoring(run, _) = &mut self.state
-            && run.coding == self.wire.coding
+            && !self.wire.has_changed()
             && run.follow(now_s, &row, &mut self.counts)
         {
             self.restore(Setup::default());
@@ -66,8 +64,11 @@ impl Recorder {
                 let gap = run.close_gap(now_s);
                 let comments = std::mem::take(&mut run.comments);
                 let resumed = std::mem::take(&mut run.resumed);
-                run.has_rows = true;
-                let line = run.file_line(now_s, bytes);
+                let time_s = run.store_row(now_s);
+                let line = match self.wire.shape() {
+                    Some(shape) => shape.with_host_time(bytes, time_s),
+                    None => bytes,
+                };
                 self.close_gap(gap);
                 self.queue.push_comment(comments);
                 if resumed {
@@ -125,7 +126,10 @@ impl Recorder {
             }
             State::Storing(_) if known => {}
             _ if !certain => self.reject(bytes, Reason::FieldCount),
-            State::Storing(run) if run.header.is_none() && run.fits(&bytes) => {
+            State::Storing(run)
+                if run.header.is_none()
+                    && self.wire.shape().is_some_and(|shape| shape.fits(&bytes)) =>
+            {
                 // Its columns were recognised by their numbers.
                 run.header = Some(bytes.clone());
                 let text = String::from_utf8_lossy(&bytes);

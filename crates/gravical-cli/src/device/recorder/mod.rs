@@ -189,7 +189,7 @@ impl Recorder {
     /// The settings of the board at the beginning.
     pub fn settings(&self) -> Option<&Settings> {
         match &self.state {
-            State::Starting(start) => start.settings.as_ref(),
+            State::Starting(start) => start.settings(),
             begun => begun.run()?.settings.as_ref(),
         }
     }

@@ -27,10 +27,8 @@ pub struct Queue {
     comments: usize,
     /// Time from which the disk fails, s, and the gap of rows that are dropped.
     failing: Option<(f64, Gap)>,
-    last_failure_s: f64,
     dropped: u64,
     rejects: Vec<u8>,
-    reject_lines: u64,
 }
 
 impl Queue {
@@ -69,7 +67,6 @@ impl Queue {
         if room {
             self.rejects.extend_from_slice(bytes);
             self.rejects.push(b'\n');
-            self.reject_lines += 1;
         }
         room
     }
@@ -86,7 +83,8 @@ impl Queue {
         }
         let mut bytes = Vec::new();
         // Dropped rows are missing before the first one that is left.
-        let mut dropped = self.dropped_gap().filter(|gap| gap.rows > 0);
+        let failing = self.failing.as_ref().map(|(_, gap)| gap);
+        let mut dropped = failing.filter(|gap| gap.rows > 0);
         for item in &self.items {
             match item {
                 Item::Lines(lines) => bytes.extend_from_slice(lines),
@@ -105,31 +103,21 @@ impl Queue {
         Some(bytes)
     }
 
-    /// The gap of the rows that were dropped while the disk fails.
-    fn dropped_gap(&self) -> Option<Gap> {
-        let (since_s, gap) = self.failing.as_ref()?;
-        Some(Gap {
-            duration_s: self.last_failure_s - since_s,
-            ..gap.clone()
-        })
-    }
-
     /// The batch was written: the number of its rows, and the gap before them.
     pub fn written(&mut self) -> (u64, Option<Gap>) {
         self.items.clear();
         self.comments = 0;
-        let gap = self.dropped_gap();
-        self.failing = None;
+        let gap = self.failing.take().map(|(_, gap)| gap);
         (std::mem::take(&mut self.rows), gap)
     }
 
     /// The batch was not written: drops rows beyond the limit. True for the first of
     /// successive failures.
     pub fn failed(&mut self, now_s: f64) -> bool {
-        self.last_failure_s = now_s;
         let first = self.failing.is_none();
-        self.failing
-            .get_or_insert((now_s, Gap::new(Cause::DiskFull)));
+        let begins = (now_s, Gap::new(Cause::DiskFull));
+        let (since_s, gap) = self.failing.get_or_insert(begins);
+        gap.duration_s = now_s - *since_s;
         self.drop_rows_over(MOST_ROWS);
         first
     }
@@ -137,8 +125,9 @@ impl Queue {
     /// Drops everything; returns the number of rejected lines that are lost.
     pub fn give_up(&mut self) -> u64 {
         self.drop_rows_over(0);
+        let lines = self.rejects.iter().filter(|b| **b == b'\n').count();
         self.rejects.clear();
-        std::mem::take(&mut self.reject_lines)
+        lines as u64
     }
 
     fn drop_rows_over(&mut self, most: u64) {
@@ -164,6 +153,5 @@ impl Queue {
     /// Rejected lines were written.
     pub fn rejects_written(&mut self) {
         self.rejects.clear();
-        self.reject_lines = 0;
     }
 }

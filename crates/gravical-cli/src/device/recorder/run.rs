@@ -4,7 +4,6 @@ use crate::device::board::{Settings, Wanted};
 use crate::device::gap::{Cause, Gap};
 use crate::device::item::Row;
 use crate::device::row_counts::RowCounts;
-use crate::device::shape::RowShape;
 use crate::device::stamps::{Stamps, Step};
 use crate::device::wire::Coding;
 
@@ -28,13 +27,10 @@ struct OpenGap {
 pub struct Run {
     /// The header of the board; none where it sent none.
     pub header: Option<Vec<u8>>,
-    /// What the rows of text are; none for frames.
-    shape: Option<RowShape>,
-    /// Arrival of the first row, s.
+    /// Arrival of the first row in the file, s.
     first_row_s: Option<f64>,
-    /// Settings and coding of the board at the beginning.
+    /// Settings of the board at the beginning.
     pub settings: Option<Settings>,
-    pub coding: Coding,
     started_s: f64,
     paused_from_s: Option<f64>,
     paused_s: f64,
@@ -52,8 +48,6 @@ pub struct Run {
     last_row_s: f64,
     last_row_elapsed_s: f64,
     row_step_s: f64,
-    /// A row was stored, or waits for the disk.
-    pub has_rows: bool,
     /// A row has arrived, stored or not.
     pub has_arrived_rows: bool,
     pub last_status_s: f64,
@@ -67,16 +61,13 @@ impl Run {
     pub fn new(
         now_s: f64,
         header: Option<Vec<u8>>,
-        shape: Option<RowShape>,
         settings: Option<Settings>,
         coding: Coding,
     ) -> Self {
         let mut run = Run {
             header,
-            shape,
             first_row_s: None,
             settings,
-            coding,
             started_s: now_s,
             paused_from_s: None,
             paused_s: 0.0,
@@ -89,7 +80,6 @@ impl Run {
             last_row_s: now_s,
             last_row_elapsed_s: 0.0,
             row_step_s: 0.0,
-            has_rows: false,
             has_arrived_rows: false,
             last_status_s: now_s,
             silent: false,
@@ -118,18 +108,13 @@ impl Run {
         self.stamps.steps_are(Some(second / settings.rate_hz));
     }
 
-    /// Whether a header has a name for each number of the rows.
-    pub fn fits(&self, header: &[u8]) -> bool {
-        self.shape.as_ref().is_some_and(|shape| shape.fits(header))
+    /// A row goes into the file; returns the time since the first one, s.
+    pub fn store_row(&mut self, now_s: f64) -> f64 {
+        now_s - *self.first_row_s.get_or_insert(now_s)
     }
 
-    /// The line of a row in the file.
-    pub fn file_line(&mut self, now_s: f64, line: Vec<u8>) -> Vec<u8> {
-        let first_s = *self.first_row_s.get_or_insert(now_s);
-        match &self.shape {
-            Some(shape) => shape.with_host_time(line, now_s - first_s),
-            None => line,
-        }
+    fn has_rows(&self) -> bool {
+        self.first_row_s.is_some()
     }
 
     /// Seconds since the first row, or since the beginning where there is none, without
@@ -147,7 +132,7 @@ impl Run {
         match self.paused_from_s.take() {
             Some(from_s) => {
                 self.paused_s += now_s - from_s;
-                self.resumed = self.has_rows;
+                self.resumed = self.has_rows();
             }
             None => self.paused_from_s = Some(now_s),
         }
@@ -157,7 +142,7 @@ impl Run {
     /// outside of a pause: a board may wait between header and rows.
     pub fn saw_row(&mut self, now_s: f64) {
         self.has_arrived_rows = true;
-        if !self.has_rows && !self.is_paused() {
+        if !self.has_rows() && !self.is_paused() {
             (self.started_s, self.paused_s) = (now_s, 0.0);
         }
         self.row_step_s = now_s - self.last_row_s;
@@ -240,7 +225,7 @@ impl Run {
 
     /// Rows are missing from the last one on, or from earlier.
     pub fn open_gap(&mut self, now_s: f64, cause: Cause) -> &mut Gap {
-        let since_s = if self.has_rows {
+        let since_s = if self.has_rows() {
             self.last_row_s
         } else {
             now_s

@@ -105,9 +105,9 @@ impl Recorder {
         let (mut unmet, mut silent) = (true, false);
         if let State::Starting(start) = &self.state {
             let wanted = &self.options.wanted;
-            unmet =
-                !(start.settings).map_or(wanted.is_empty(), |settings| wanted.is_met_by(&settings));
-            silent = start.settings.is_none() && start.held.is_empty();
+            unmet = !(start.settings())
+                .map_or(wanted.is_empty(), |settings| wanted.is_met_by(settings));
+            silent = start.settings().is_none() && start.held.is_empty();
             if !unmet || silent {
                 self.start_without_header(now_s);
             }

@@ -97,8 +97,7 @@ pub struct Start {
     pub opened_s: f64,
     pub setup: Setup,
     /// The settings that the board reports, and the line in which it does.
-    pub settings: Option<Settings>,
-    settings_line: Option<String>,
+    reported: Option<(Settings, String)>,
     /// The header.
     pub columns: Option<Vec<u8>>,
     /// A line that is the header if rows of its form follow.
@@ -134,8 +133,8 @@ impl Start {
 
     /// The board sent the message `text`, with its settings or without.
     pub fn add_message(&mut self, text: &str, settings: Option<Settings>) {
-        if settings.is_some() {
-            (self.settings, self.settings_line) = (settings, Some(text.to_owned()));
+        if let Some(settings) = settings {
+            self.reported = Some((settings, text.to_owned()));
             return;
         }
         // A message may be repeated once a second.
@@ -146,9 +145,15 @@ impl Start {
         self.messages.push(text.to_owned());
     }
 
+    /// The settings that the board reports.
+    pub fn settings(&self) -> Option<&Settings> {
+        self.reported.as_ref().map(|(settings, _)| settings)
+    }
+
     /// The messages of the board, for the head of the file.
-    pub fn messages(&self) -> impl Iterator<Item = &String> {
-        self.messages.iter().chain(&self.settings_line)
+    pub fn messages(&self) -> impl DoubleEndedIterator<Item = &String> {
+        let settings = self.reported.as_ref().map(|(_, line)| line);
+        self.messages.iter().chain(settings)
     }
 
     /// The error if the recording cannot begin: nothing arrived, or other lines than rows.
@@ -158,7 +163,7 @@ impl Start {
             |text: String, hint: &str| Error::device("no-samples-from-board", text).with_hint(hint);
         let words = self.possible_header.as_deref().map(String::from_utf8_lossy);
         let words = words.map(|words| words.into_owned());
-        let message = self.messages.last().or(self.settings_line.as_ref());
+        let message = self.messages.last().or(self.messages().next_back());
         let last = message.or(words.as_ref());
         match (self.held.len(), last, invalid) {
             (0, Some(last), _) => none(

@@ -8,8 +8,8 @@ use crate::Result;
 use crate::live::event::{Event, Pose, Rejection, State, Undone, WarningKind, Welcome};
 use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
-use crate::live::reader::Sample;
 use crate::live::words;
+use crate::recording::growing::Sample;
 use crate::segment::face::{Face, angle_deg};
 
 use super::{Hold, Session};

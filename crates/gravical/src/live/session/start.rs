@@ -7,8 +7,8 @@ use gravical_core::matrix3::norm;
 use crate::calibration_file::GravitySource;
 use crate::live::event::{Event, Rejection, State, WarningKind};
 use crate::live::judge::{Fault, Means, Units, scatter};
-use crate::live::reader::Sample;
 use crate::recording::Recording;
+use crate::recording::growing::Sample;
 use crate::recording::units::{AccelUnit, GyroScale};
 use crate::still::{LiveState, LiveStills, MOST_NOISE_AT_REST};
 

@@ -10,7 +10,7 @@ use crate::segment::face::Face;
 
 use super::Session;
 use crate::live::event::{Event, State, Status, Tile, Welcome};
-use crate::live::reader::Sample;
+use crate::recording::growing::Sample;
 
 impl Session {
     /// Reports the state.

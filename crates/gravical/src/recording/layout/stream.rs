@@ -6,14 +6,13 @@ use super::{ColumnsSpec, Layout, Request, find, understand_all};
 use crate::Result;
 use crate::finding::Finding;
 use crate::recording::ReadOptions;
-use crate::recording::dialect::{Dialect, Header};
+use crate::recording::dialect::Dialect;
 use crate::recording::names::{Quantity, Role};
 use crate::recording::row::Delimiter;
 
-/// The columns of rows of `fields` numbers that a program receives, as [`Layout`] has them
-/// for a file: by `columns`, else by the `names` of a header, else by the numbers of
-/// `sample` (rows of `fields` values; some hundred make it certain). A header may come
-/// before the first row: then the names alone decide.
+/// The columns of rows that a program receives, as [`Layout`] has them for a file: by `columns`,
+/// else by the names of a header, else by the numbers of the sample (some hundred rows make it
+/// certain). A header may come before the first row: then the names alone decide.
 ///
 /// Unlike a file, a stream need not have an accelerometer: where none is recognised, the
 /// layout holds the time alone, or nothing.
@@ -21,20 +20,14 @@ use crate::recording::row::Delimiter;
 /// # Errors
 ///
 /// `columns-missing` (usage) when `columns` names a column that does not exist.
-pub fn stream_layout(
-    fields: usize,
-    names: Option<&[String]>,
-    sample: &[Vec<f64>],
-    columns: Option<&ColumnsSpec>,
-) -> Result<Layout> {
-    let dialect = of_columns(fields, names, sample.to_vec());
+pub fn stream_layout(dialect: &Dialect, columns: Option<&ColumnsSpec>) -> Result<Layout> {
     let request = Request {
         columns,
         ..Request::default()
     };
-    match find(Role::Recording, &dialect, request, &mut Vec::new()) {
+    match find(Role::Recording, dialect, request, &mut Vec::new()) {
         Err(error) if error.is_usage() => Err(error),
-        Err(_) => time_alone(&dialect, columns),
+        Err(_) => time_alone(dialect, columns),
         found => found,
     }
 }
@@ -52,7 +45,8 @@ pub(in crate::recording) fn table_layout(
     findings: &mut Vec<Finding>,
 ) -> Result<Layout> {
     let fields = sample.first().map_or(names.len(), Vec::len);
-    let dialect = of_columns(fields, Some(names).filter(|n| !n.is_empty()), sample);
+    let names = (!names.is_empty()).then(|| names.to_vec());
+    let dialect = Dialect::of_columns(Delimiter::Byte(b','), fields, names, sample);
     let request = Request {
         columns: options.columns.as_ref(),
         sensor: options.sensor.as_deref(),
@@ -60,26 +54,6 @@ pub(in crate::recording) fn table_layout(
     };
     let found = find(Role::Recording, &dialect, request, findings);
     found.map_err(|error| error.in_file(file.as_ref()))
-}
-
-/// What is not read from a file.
-fn of_columns(fields: usize, names: Option<&[String]>, sample: Vec<Vec<f64>>) -> Dialect {
-    Dialect {
-        delimiter: Delimiter::Byte(b','),
-        decimal_comma: false,
-        fields,
-        header: names.map(|names| Header {
-            lines: [1, 1],
-            names: names.to_vec(),
-            units: Vec::new(),
-            texts: Vec::new(),
-        }),
-        first_data_line: 1,
-        metadata: Vec::new(),
-        regular_blanks: 0,
-        misfit: None,
-        sample,
-    }
 }
 
 /// The layout of rows in which no accelerometer is recognised.
@@ -125,7 +99,12 @@ mod tests {
 
     #[test]
     fn names_alone_decide_before_the_first_row() {
-        let of = |text: &str| stream_layout(names(text).len(), Some(&names(text)), &[], None);
+        let of = |text: &str| {
+            let names = names(text);
+            let comma = Delimiter::Byte(b',');
+            let dialect = Dialect::of_columns(comma, names.len(), Some(names), Vec::new());
+            stream_layout(&dialect, None)
+        };
         let layout = of("ms,ax,ay,az,mx,my,mz").unwrap();
         use Quantity::{Accel, Time};
         assert_eq!(
@@ -152,18 +131,25 @@ mod tests {
             };
             (0..50).map(row).collect()
         };
+        let stream_layout = |fields, sample: &[Vec<f64>], spec| {
+            let comma = Delimiter::Byte(b',');
+            stream_layout(
+                &Dialect::of_columns(comma, fields, None, sample.to_vec()),
+                spec,
+            )
+        };
         let stamped = rows(|i| 10.0 * i as f64, 7);
-        let layout = stream_layout(7, None, &stamped, None).unwrap();
+        let layout = stream_layout(7, &stamped, None).unwrap();
         assert_eq!(layout.field(Quantity::Time), Some(0));
         assert_eq!(layout.field(Quantity::Accel(2)), Some(3));
         // Eleven numbers have no meaning of their own, but the first is a clock.
         let eleven = rows(|i| 10.0 * i as f64, 11);
-        let layout = stream_layout(11, None, &eleven, None).unwrap();
+        let layout = stream_layout(11, &eleven, None).unwrap();
         assert_eq!(fields(&layout), [(Quantity::Time, 0)]);
         let spec: ColumnsSpec = "t,gx,gy,gz,ax,ay,az".parse().unwrap();
-        let layout = stream_layout(11, None, &eleven, Some(&spec)).unwrap();
+        let layout = stream_layout(11, &eleven, Some(&spec)).unwrap();
         assert_eq!(layout.field(Quantity::Accel(0)), Some(4));
-        let error = stream_layout(3, None, &[], Some(&spec)).unwrap_err();
+        let error = stream_layout(3, &[], Some(&spec)).unwrap_err();
         assert_eq!(error.code(), "columns-missing");
     }
 }

@@ -5,14 +5,16 @@ use std::collections::VecDeque;
 use std::io::{self, Read};
 use std::rc::Rc;
 
-use crate::recording::collect::{About, Collected, Columns};
-use crate::recording::file::{OpenFile, open_rows};
-use crate::recording::monitor::MonitorSummary;
-use crate::recording::names::Role;
-use crate::recording::open::Input;
-use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
-use crate::recording::rows::{Finished, Row, Text};
-use crate::recording::{ReadOptions, Recording, metadata};
+use super::collect::{About, Collected, Columns};
+use super::file::{OpenFile, open_rows};
+use super::monitor::MonitorSummary;
+use super::names::Role;
+use super::open::Input;
+use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
+use super::rows::{Finished, Row, Text};
+use super::units::AccelScale;
+use super::{ReadOptions, Recording, metadata};
+use crate::finding::Finding;
 use crate::{Error, Result};
 
 /// The format is first determined from this many rows.
@@ -24,9 +26,13 @@ const UNTIMED_ROWS: usize = 100;
 /// Without a recognised format after this many rows there is none.
 const MOST_ROWS: usize = 800;
 
-/// A row of the session.
+/// In a shorter recording nothing is said of the samples: a channel is first frozen when it keeps
+/// its value in this many rows, unless the recording ends there.
+const SAID_ROWS: usize = 100;
+
+/// A row of the recording.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     /// Its number, from 0.
     pub row: usize,
     /// Line of the recording, from 1.
@@ -82,8 +88,21 @@ impl Read for Queue {
     }
 }
 
-/// Reads a recording while it grows.
-pub(super) struct Reader {
+/// Reads a recording while it grows, in memory that does not.
+///
+/// ```
+/// use gravical::recording::{ReadOptions, growing::Growing};
+///
+/// let mut growing = Growing::new("desk.csv", ReadOptions::default());
+/// growing.observe(b"t_ms,ax,ay,az\n")?;
+/// for i in 0..300_u32 {
+///     let noise = 1e-3 * f64::from(i * 7919 % 61);
+///     growing.observe(format!("{},{noise:.3},0.5,{:.3}\n", 10 * i, 9.8 - noise).as_bytes())?;
+/// }
+/// assert!(growing.sample_findings()[0].message.starts_with("ay keeps exactly one value"));
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub struct Growing {
     name: String,
     options: ReadOptions,
     queue: Queue,
@@ -97,10 +116,11 @@ pub(super) struct Reader {
     last_s: f64,
 }
 
-impl Reader {
+impl Growing {
     /// `name` is used in messages.
+    #[must_use]
     pub fn new(name: &str, options: ReadOptions) -> Self {
-        Reader {
+        Growing {
             name: name.to_owned(),
             options,
             queue: Queue::default(),
@@ -119,7 +139,7 @@ impl Reader {
     /// # Errors
     ///
     /// Those of reading, once enough rows show that it is not a recording.
-    pub fn push(&mut self, bytes: &[u8]) -> Result<()> {
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> Result<()> {
         if self.file.is_some() {
             self.queue.extend(bytes);
             return Ok(());
@@ -161,13 +181,6 @@ impl Reader {
             self.next_try = enough;
             return Ok(false);
         }
-        if file.format.layout.calibrated_by_board {
-            return Err(Error::input(
-                "already-calibrated",
-                "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones",
-            )
-            .with_hint("gravical live --format si: with it the sketch sends raw values"));
-        }
         queue.extend(&self.head[self.examined..]);
         self.queue = queue;
         self.file = Some(Box::new(file));
@@ -175,12 +188,45 @@ impl Reader {
         Ok(true)
     }
 
+    /// Takes the next bytes of the recording and reads all rows in them.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading, once enough rows show that it is not a recording.
+    pub fn observe(&mut self, bytes: &[u8]) -> Result<()> {
+        self.push(bytes)?;
+        while self.next()?.is_some() {}
+        Ok(())
+    }
+
+    /// What is odd in the samples so far: frozen axes, limits of the range, repeated rows. None as
+    /// long as the rows contradict what the first of them said of clock and units.
+    #[must_use]
+    pub fn sample_findings(&self) -> Vec<Finding> {
+        let file = self.file.as_ref().filter(|_| self.rows >= SAID_ROWS);
+        let summary = file.map(|file| (file, file.rows.monitor().finish()));
+        let sound = summary.filter(|(file, summary)| file.rows.facts().agrees(&summary.facts));
+        sound.map_or_else(Vec::new, |(_, summary)| summary.found.values)
+    }
+
+    /// Unit of the accelerometer by the first rows, once it is known.
+    #[must_use]
+    pub fn accel_scale(&self) -> Option<AccelScale> {
+        Some(self.file.as_ref()?.rows.facts().accel)
+    }
+
+    /// The line with the board's settings says that it calibrates.
+    pub(crate) fn is_calibrated_by_board(&self) -> bool {
+        let file = self.file.as_ref();
+        file.is_some_and(|file| file.format.layout.calibrated_by_board)
+    }
+
     /// The next row; none until more bytes arrive.
     ///
     /// # Errors
     ///
     /// Those of reading.
-    pub fn next(&mut self) -> Result<Option<Sample>> {
+    pub(crate) fn next(&mut self) -> Result<Option<Sample>> {
         let Some(file) = &mut self.file else {
             return Ok(None);
         };
@@ -212,33 +258,33 @@ impl Reader {
     }
 
     /// What all rows so far say of units, clock and faults.
-    pub fn summary(&self) -> Option<MonitorSummary> {
+    pub(crate) fn summary(&self) -> Option<MonitorSummary> {
         let file = self.file.as_ref()?;
         Some(file.rows.monitor().finish())
     }
 
     /// Resolution of ax … gz, in their units.
-    pub fn resolution(&self) -> [f64; 6] {
+    pub(crate) fn resolution(&self) -> [f64; 6] {
         let file = self.file.as_ref();
         file.map_or([0.0; 6], |f| f.rows.monitor().resolution())
     }
 
     /// Value subtracted from the accelerometer's counts.
-    pub fn zero_offset(&self) -> f64 {
+    pub(crate) fn zero_offset(&self) -> f64 {
         self.file
             .as_ref()
             .map_or(0.0, |f| f.rows.facts().zero_offset)
     }
 
     /// Names of the columns.
-    pub fn column_names(&self) -> Vec<String> {
+    pub(crate) fn column_names(&self) -> Vec<String> {
         let header = self.file.as_ref().map(|f| &f.format.dialect.header);
         let names = header.and_then(|h| h.as_ref()).map(|h| h.names.clone());
         names.unwrap_or_default()
     }
 
     /// No rows, with the channels of the recording.
-    pub fn columns(&self) -> Option<Columns> {
+    pub(crate) fn columns(&self) -> Option<Columns> {
         let file = self.file.as_ref()?;
         Some(Columns::new(&file.format.layout, file.rows.facts()))
     }
@@ -248,7 +294,7 @@ impl Reader {
     /// # Errors
     ///
     /// `no-rows` before the format is known.
-    pub fn recording(&self, columns: Columns) -> Result<Recording> {
+    pub(crate) fn recording(&self, columns: Columns) -> Result<Recording> {
         let Some(file) = &self.file else {
             return Err(Error::input("no-rows", "no row was received yet"));
         };
@@ -279,7 +325,7 @@ impl Reader {
 /// # Errors
 ///
 /// `no-memory` if there is not enough.
-pub(super) fn keep(columns: &mut Columns, sample: &Sample, is_break: bool) -> Result<()> {
+pub(crate) fn keep(columns: &mut Columns, sample: &Sample, is_break: bool) -> Result<()> {
     let row = Row {
         line: sample.line,
         text: Text::default(),
@@ -295,7 +341,7 @@ pub(super) fn keep(columns: &mut Columns, sample: &Sample, is_break: bool) -> Re
 mod tests {
     use super::*;
 
-    fn rows_of(reader: &mut Reader) -> Result<usize> {
+    fn rows_of(reader: &mut Growing) -> Result<usize> {
         let mut rows = 0;
         while reader.next()?.is_some() {
             rows += 1;
@@ -307,7 +353,7 @@ mod tests {
     /// "no row yet".
     #[test]
     fn an_error_in_the_last_bytes_is_an_error() {
-        let mut reader = Reader::new("board", ReadOptions::default());
+        let mut reader = Growing::new("board", ReadOptions::default());
         reader.push(b"t_s,ax_g,ay_g,az_g\n").unwrap();
         for i in 0..300 {
             let row = format!("{},0.0{},0.01,1.0{}\n", f64::from(i) / 100.0, i % 7, i % 3);

@@ -1,0 +1,105 @@
+//! What the rows of the recording show: while it grows, and of the file at the end, as `inspect`.
+
+use std::collections::HashSet;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use gravical::Result;
+use gravical::inspect::{Inspection, inspect};
+use gravical::recording::growing::Growing;
+use gravical::recording::{AccelScale, Finding, ReadOptions, Severity};
+use gravical::segment::face::AxisMap;
+use gravical::segment::still::StillOptions;
+use gravical::session::read_for;
+
+use super::reporter::Reporter;
+
+/// Time after which it is said that the file is being read.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Time between two looks at the flag of the user.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// The rows that were written, read by the ordinary reader.
+pub struct Content {
+    /// None once it turned out that the rows are not those of an accelerometer.
+    rows: Option<Growing>,
+    /// Findings that were returned: their kinds, and their messages without numbers.
+    said: HashSet<String>,
+}
+
+impl Content {
+    /// Of a file with this name, which begins with `head` if it is continued.
+    pub fn new(name: &str, head: &[u8]) -> Self {
+        let mut content = Content {
+            rows: Some(Growing::new(name, ReadOptions::default())),
+            said: HashSet::new(),
+        };
+        content.observe(head);
+        content
+    }
+
+    /// Reads the next bytes of the file.
+    pub fn observe(&mut self, bytes: &[u8]) {
+        if let Some(rows) = &mut self.rows
+            && rows.observe(bytes).is_err()
+        {
+            // The end of the recording gives the error of the file.
+            self.rows = None;
+        }
+    }
+
+    /// The unit of the accelerometer, once it is known.
+    pub fn accel_scale(&self) -> Option<AccelScale> {
+        self.rows.as_ref()?.accel_scale()
+    }
+
+    /// What may spoil the samples, and was not returned before.
+    pub fn new_findings(&mut self) -> Vec<Finding> {
+        let findings = self.rows.as_ref().map(Growing::sample_findings);
+        let mut findings = findings.unwrap_or_default();
+        findings.retain(|finding| {
+            if finding.severity != Severity::Warning {
+                return false;
+            }
+            let words = finding.message.replace(|c: char| c.is_ascii_digit(), "");
+            self.said.insert(format!("{} {words}", finding.kind.name()))
+        });
+        findings
+    }
+}
+
+/// What `gravical inspect` says of the file; none if the user does not want to wait for it: a long
+/// file takes a while.
+///
+/// # Errors
+///
+/// Those of reading.
+pub fn inspected(
+    path: &Path,
+    reporter: &mut Reporter,
+    interrupted: &AtomicBool,
+) -> Result<Option<Inspection>> {
+    let (sender, result) = channel();
+    let file = path.to_owned();
+    thread::spawn(move || {
+        let still = StillOptions::default();
+        let recording = read_for(&file, &ReadOptions::default(), Some(&still));
+        // Without a receiver nobody waits.
+        let _ = sender.send(recording.map(|recording| inspect(&recording, &AxisMap::default())));
+    });
+    let begun = Instant::now();
+    let mut is_said = false;
+    loop {
+        match result.recv_timeout(LOOK) {
+            Ok(inspection) => return inspection.map(Some),
+            Err(RecvTimeoutError::Timeout) if !interrupted.load(Ordering::SeqCst) => {}
+            Err(_) => return Ok(None),
+        }
+        if begun.elapsed() >= PATIENCE && !std::mem::replace(&mut is_said, true) {
+            reporter.progress("all rows are safe; reading them for the summary (Ctrl-C skips it)");
+        }
+    }
+}
