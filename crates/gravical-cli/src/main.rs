@@ -44,7 +44,6 @@ enum Verb {
     Convert(Box<cmd::convert::Args>),
     Motion(Box<cmd::motion::Args>),
     Noise(Box<cmd::noise::Args>),
-    Summarise(Box<cmd::summarise::Args>),
     Demo(cmd::demo::Args),
     Check(Box<cmd::check::Args>),
     Collect(cmd::collect::Args),

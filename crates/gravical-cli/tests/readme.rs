@@ -10,7 +10,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 15] = [
+const DOCUMENTS: [&str; 14] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
@@ -22,7 +22,6 @@ const DOCUMENTS: [&str; 15] = [
     "docs/noise.md",
     "docs/store.md",
     "docs/wearables.md",
-    "docs/summarise.md",
     "docs/file-formats.md",
     "docs/exports.md",
     "examples/simulated-six-position/README.md",

@@ -17,7 +17,6 @@
 //!    tests whether a sensor changed.
 //! 6. [`denoise`] filters a recording and reports the effect on its noise; [`noise`] determines the
 //!    noise itself.
-//! 7. [`wearable`] summarises what a worn sensor recorded over days in epochs of a few seconds.
 //!
 //! What is not shown here serves the program `gravical` and may change with every release.
 //!
@@ -98,7 +97,6 @@ pub mod uncertainty;
 pub mod utc;
 #[doc(hidden)]
 pub mod validate;
-pub mod wearable;
 
 /// Name and version of the program, as results state it.
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));

@@ -1,6 +1,5 @@
 //! The files of a session: as they are named, or all recordings of a folder.
 
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -105,9 +104,7 @@ pub fn calibrate_recordings(
 }
 
 /// Endings of files in a folder that may be recordings.
-pub const ENDINGS: [&str; 9] = [
-    "csv", "txt", "tsv", "log", "dat", "gz", "cwa", "gt3x", "bin",
-];
+pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 
 /// Files of a folder that may be recordings, in the order of their names.
 ///
@@ -136,17 +133,7 @@ pub fn may_be_recording(path: &Path) -> bool {
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))
     };
-    // Programs and memories of boards have this ending, too.
-    ENDINGS.into_iter().any(is) && (!is("bin") || is_geneactiv(path))
-}
-
-fn is_geneactiv(path: &Path) -> bool {
-    const HEADER: &[u8] = b"Device Identity";
-    let mut begin = Vec::new();
-    let file = File::open(path).map(|file| file.take(HEADER.len() as u64));
-    file.and_then(|mut file| file.read_to_end(&mut begin))
-        .is_ok()
-        && begin == HEADER
+    ENDINGS.into_iter().any(is)
 }
 
 fn no_recordings(folder: &Path) -> Error {
@@ -157,8 +144,9 @@ fn no_recordings(folder: &Path) -> Error {
             "folders inside are not read; name one: {}",
             path_word(Path::new(inside))
         ),
-        None => "recordings are files that end in .csv, .txt, .tsv, .log, .dat, .gz, .cwa, .gt3x or .bin"
-            .to_owned(),
+        None => {
+            "recordings are files that end in .csv, .txt, .tsv, .log, .dat, .gz or .cwa".to_owned()
+        }
     };
     Error::input("no-recordings", "there is no recording in this folder")
         .at(folder, None)

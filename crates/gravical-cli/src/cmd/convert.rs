@@ -24,7 +24,7 @@ Examples:
   gravical convert wrist.cwa --absolute-time --output-unit g -o wrist.csv.gz
 How a recording is read (units, columns, rate): options in `gravical convert --help`.")]
 pub struct Args {
-    /// Recording: text, .cwa, .gt3x or .bin, plain or .gz; - reads standard input
+    /// Recording: text or .cwa, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]

@@ -19,7 +19,6 @@ pub mod noise;
 pub mod ports;
 pub mod simulate;
 pub mod store;
-pub mod summarise;
 
 use std::process::ExitCode;
 
@@ -58,7 +57,6 @@ impl Verb {
             Verb::Denoise(args) => denoise::run(args),
             Verb::Motion(args) => motion::run(args),
             Verb::Noise(args) => noise::run(args),
-            Verb::Summarise(args) => summarise::run(args),
             Verb::Demo(args) => demo::run(args),
             Verb::Check(args) => check::run(args),
             Verb::Collect(args) => collect::run(args),
@@ -84,7 +82,6 @@ impl Verb {
             Verb::Denoise(args) => args.output.json,
             Verb::Motion(args) => args.json,
             Verb::Noise(args) => args.json,
-            Verb::Summarise(args) => args.output.json,
             Verb::Demo(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Collect(args) => args.json,

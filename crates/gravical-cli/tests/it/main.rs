@@ -39,7 +39,6 @@ mod reports;
 mod sessions;
 mod shell;
 mod store;
-mod summarise;
 mod support;
 mod terminal;
 mod thermal;

@@ -15,7 +15,6 @@ const VERBS: [&str; 13] = [
     "compare",
     "export",
     "simulate",
-    "summarise",
     "completions",
     "man",
 ];

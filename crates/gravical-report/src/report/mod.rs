@@ -18,7 +18,6 @@ mod provenance;
 mod store;
 mod temperature;
 mod truth;
-mod wearable;
 
 #[cfg(test)]
 mod tests;
@@ -35,7 +34,6 @@ pub use motion::motion;
 pub use noise::noise;
 pub use provenance::Provenance;
 pub use store::{choice, history, store_list, stored};
-pub use wearable::wearable;
 
 use crate::document::short_name;
 

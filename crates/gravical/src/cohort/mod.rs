@@ -28,5 +28,5 @@ pub use names::{Ending, ending_of, named};
 pub use row::{COMMON, Columns, Outcome, Row, SEPARATOR, Status, columns, kinds};
 pub use values::{
     ApplyValues, AxisColumns, COMMANDS, CalibrationValues, CheckValues, ColumnUnit, CommandColumns,
-    NoiseValues, SummaryValues,
+    NoiseValues,
 };

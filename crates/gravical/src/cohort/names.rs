@@ -15,13 +15,12 @@ pub fn ending_of(command: &str) -> Option<Ending> {
     match command {
         "calibrate" | "noise" => Some(|_| ".json".to_owned()),
         "apply" => Some(unpacked),
-        "summarise" => Some(|_| ".csv".to_owned()),
         _ => None,
     }
 }
 
 /// Endings of recordings that are no table.
-const BINARY: [&str; 3] = ["cwa", "gt3x", "bin"];
+const BINARY: [&str; 1] = ["cwa"];
 
 /// The ending of the recording, unpacked.
 fn unpacked(path: &Path) -> String {
@@ -131,7 +130,6 @@ mod tests {
             ("a.csv.gz", ".csv"),
             ("a.cwa", ".csv"),
             ("a.CWA.gz", ".csv"),
-            ("a.gt3x", ".csv"),
             ("a.gz", ".csv"),
             ("a", ".csv"),
         ] {

@@ -10,7 +10,6 @@ use crate::check::{CheckReport, Judgement};
 use crate::finding::Finding;
 use crate::noise::{NoiseResult, Term, duration_text};
 use crate::numfmt::unit;
-use crate::wearable::WearableSummary;
 
 /// A type with columns whose names are those of its fields.
 macro_rules! columns {
@@ -207,48 +206,6 @@ impl From<&NoiseResult> for NoiseValues {
     }
 }
 
-columns! {
-    /// The sums over the epochs of a worn sensor.
-    SummaryValues {
-        input_unit: String,
-        calibrated: bool,
-        rate_hz: Option<f64>,
-        start: String,
-        end: String,
-        epochs: u64,
-        epochs_empty: u64,
-        samples: u64,
-        missing: u64,
-        wear_s: u64,
-        nonwear_s: u64,
-        unjudged_s: u64,
-        enmo_mg: Option<f64>,
-        findings: String,
-    }
-}
-
-impl From<&WearableSummary> for SummaryValues {
-    fn from(summary: &WearableSummary) -> Self {
-        let worn = &summary.worn;
-        SummaryValues {
-            input_unit: summary.accelerometer.unit.name().to_owned(),
-            calibrated: summary.calibrated,
-            rate_hz: summary.rate_hz,
-            start: summary.start.clone(),
-            end: summary.end.clone(),
-            epochs: worn.epochs,
-            epochs_empty: worn.epochs_empty,
-            samples: summary.samples,
-            missing: summary.missing,
-            wear_s: worn.wear_s,
-            nonwear_s: worn.nonwear_s,
-            unjudged_s: worn.unjudged_s,
-            enmo_mg: worn.enmo_mg,
-            findings: kinds(&summary.findings),
-        }
-    }
-}
-
 impl From<&CalibrationFile> for Outcome<CalibrationValues> {
     fn from(file: &CalibrationFile) -> Self {
         Outcome {
@@ -294,19 +251,6 @@ impl From<&NoiseResult> for Outcome<NoiseValues> {
             is_poor: false,
             reasons: vec![with_kinds(used, &result.findings)],
             values: result.into(),
-        }
-    }
-}
-
-impl From<&WearableSummary> for Outcome<SummaryValues> {
-    fn from(summary: &WearableSummary) -> Self {
-        let worn = duration_text(summary.worn.wear_s as f64);
-        let epochs = format!("{} epochs, {worn} worn", summary.worn.epochs);
-        Outcome {
-            verdict: "done".to_owned(),
-            is_poor: false,
-            reasons: vec![with_kinds(epochs, &summary.findings)],
-            values: summary.into(),
         }
     }
 }
@@ -391,7 +335,7 @@ impl CommandColumns {
 }
 
 /// The tables of all commands that work on many items.
-pub const COMMANDS: [CommandColumns; 5] = [
+pub const COMMANDS: [CommandColumns; 4] = [
     CommandColumns {
         command: "calibrate",
         names: CalibrationValues::NAMES,
@@ -447,13 +391,6 @@ pub const COMMANDS: [CommandColumns; 5] = [
             },
         ],
     },
-    CommandColumns {
-        command: "summarise",
-        names: SummaryValues::NAMES,
-        worst: "missing",
-        worst_unit: "",
-        axes: &[],
-    },
 ];
 
 #[cfg(test)]
@@ -470,7 +407,6 @@ mod tests {
             serde_json::to_value(CheckValues::default()).unwrap(),
             serde_json::to_value(ApplyValues::default()).unwrap(),
             serde_json::to_value(NoiseValues::default()).unwrap(),
-            serde_json::to_value(SummaryValues::default()).unwrap(),
         ] {
             let fields = value.as_object().unwrap();
             assert!(fields.values().all(|v| !v.is_object() && !v.is_array()));

@@ -122,7 +122,7 @@ kinds! {
             "read as Windows-1252 or UTF-16"
             "nothing";
         TruncatedFile "truncated-file" Warning
-            "a truncated gzip file, or a damaged `.gt3x` archive"
+            "a truncated gzip file"
             "the part that can be unpacked is used"
             "copy the file again";
         CorruptBlock "corrupt-block" Warning
@@ -142,17 +142,13 @@ kinds! {
             "skipped"
             "nothing";
         MissingBlocks "missing-blocks" Warning
-            "blocks of such a file are missing by their sequence numbers, or the time stamps jump; of a `.gt3x` file: seconds without a record"
+            "blocks of such a file are missing by their sequence numbers, or the time stamps jump"
             "a break; no sample is stretched over it"
             "nothing for a mean; copy the file again if it is long";
         SeveralSessions "several-sessions" Warning
             "several sessions in one such file"
             "a break between them"
             "check that one person wore it in one setting";
-        OtherRecords "other-records" Note
-            "records of a `.gt3x` file without samples at the connection of a cable, or of kinds that its description does not have (or a second sensor: kinds 17, 18, 22, 25)"
-            "not read"
-            "nothing; if samples are missing, export the recording as CSV";
     }
     "Columns and files" {
         FirstRowsDiffer "first-rows-differ" Warning
@@ -779,24 +775,6 @@ kinds! {
             "`motion --noise`: N of the Allan deviation is used in place of the noise at rest"
             "the message gives both"
             "nothing";
-    }
-    "Epochs" {
-        EpochsUncalibrated "epochs-uncalibrated" Warning
-            "`summarise`: no calibration was applied, and the values are not calibrated"
-            "the nominal scale is used; ENMO holds the error of ‖a‖ at rest"
-            "calibrate the sensor, and give the file with `--calibration`";
-        EpochsEmpty "epochs-empty" Note
-            "`summarise`: epochs without a sample: the recorder was off, or rows are lost"
-            "rows with empty cells"
-            "nothing";
-        EpochsJump "epochs-jump" Warning
-            "`summarise`: the clock was set back, or ahead by more than a week"
-            "the table goes on with the new time, so that its rows are not in order, or a gap is not filled"
-            "look at the lines; a clock in local time is set back each autumn";
-        EpochRowsUntimed "epoch-rows-untimed" Warning
-            "`summarise`: rows before the first time stamp"
-            "in no epoch"
-            "nothing, if they are few";
     }
     "Check and compare" {
         CovarianceMissing "covariance-missing" Warning

@@ -20,7 +20,7 @@ use super::open::{Input, peek};
 use super::row::Values;
 use super::rows::{Finished, Item, Rows, Source, Text};
 use super::text::{TextRows, find_format};
-use super::wearable::{self, Device, DeviceRows, Opened};
+use super::wearable::{self, DeviceRows, Opened};
 
 /// Rows of a file: lines of text, or samples of a binary format.
 pub(crate) enum FileRows<R> {
@@ -77,11 +77,11 @@ pub(crate) fn open_rows(
         layout: format.layout.clone(),
         options: options.clone(),
     };
-    let (format, head_bytes, whole, head, rows) = match Device::of(&magic) {
-        Some(device) => {
+    let (format, head_bytes, whole, head, rows) = match wearable::is_one(&magic) {
+        true => {
             let (bytes, reader) = peek(reader, input.head_bytes).map_err(io)?;
             let whole = bytes.len() < input.head_bytes;
-            let opened = Opened::of(device, &bytes).map_err(|e| e.about(here))?;
+            let opened = Opened::of(&bytes, here)?;
             let request = layout::Request {
                 columns: options.columns.as_ref(),
                 sensor: options.sensor.as_deref(),
@@ -95,13 +95,12 @@ pub(crate) fn open_rows(
                 role,
                 options: options.clone(),
             };
-            let first = opened.rows(device, &bytes[..], &bytes, name, !whole);
-            let head = Head::read(first.map_err(|e| e.about(here))?, &claims(&format));
-            let all = opened.rows(device, reader, &bytes, name, false);
-            let all = all.map_err(|e| e.about(here))?;
+            let first = opened.rows(&bytes[..], name, !whole).map_err(io)?;
+            let head = Head::read(first, &claims(&format));
+            let all = opened.rows(reader, name, false).map_err(io)?;
             (format, bytes, whole, head, FileRows::Device(Box::new(all)))
         }
-        None => {
+        false => {
             let mut lines = Lines::new(reader);
             let bytes = lines.peek(input.head_bytes).map_err(io)?.to_vec();
             let whole = bytes.len() < input.head_bytes;
@@ -130,8 +129,8 @@ pub(crate) fn open_rows(
 
 /// Length of the complete rows of `head`, the beginning of a longer file.
 pub(crate) fn complete_rows(head: &[u8]) -> usize {
-    if let Some(device) = Device::of(head) {
-        return wearable::complete_blocks(device, head);
+    if wearable::is_one(head) {
+        return wearable::complete_blocks(head);
     }
     let end = head.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
     end.map_or(head.len(), |at| at + 1)
@@ -180,10 +179,7 @@ impl OpenFile {
         description.push(self.format.description);
         match self.rows.source() {
             FileRows::Text(rows) => findings.extend(rows.odd_bytes(&self.input.unpacked)),
-            FileRows::Device(rows) => {
-                findings.extend(rows.findings());
-                description.extend(rows.battery());
-            }
+            FileRows::Device(rows) => findings.extend(rows.findings()),
         }
         Ok(ReadFile {
             finished,

@@ -23,7 +23,6 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
-mod archive;
 #[doc(hidden)]
 pub mod board;
 pub(crate) mod cells;

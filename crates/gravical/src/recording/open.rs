@@ -1,4 +1,4 @@
-//! Opening of files: plain, gzip, a `.gt3x` archive or standard input, in any encoding.
+//! Opening of files: plain, gzip or standard input, in any encoding.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -9,10 +9,13 @@ use std::sync::{Arc, Mutex};
 use encoding_rs::{Decoder, Encoding};
 use sha2::{Digest, Sha256};
 
+use super::ReadOptions;
 use super::unpacking::Unpacking;
-use super::{ReadOptions, archive};
 use crate::hash::hex;
 use crate::{Error, Result};
+
+/// First bytes of a ZIP archive.
+const ZIP: &[u8] = b"PK\x03\x04";
 
 /// Number of bytes that are examined to determine the format.
 pub(crate) const HEAD: usize = 1 << 18;
@@ -23,9 +26,7 @@ pub(crate) fn stem(name: &str) -> String {
         .file_name()
         .map_or_else(|| name.into(), |f| f.to_string_lossy());
     let mut stem = file.as_ref();
-    for ending in [
-        ".gz", ".csv", ".txt", ".tsv", ".log", ".dat", ".cwa", ".gt3x",
-    ] {
+    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat", ".cwa"] {
         stem = stem.strip_suffix(ending).unwrap_or(stem);
     }
     stem.to_owned()
@@ -235,13 +236,14 @@ fn from_file(
     };
     let mut input = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
     input.size = total.filter(|_| input.unpacked.is_empty());
-    let (magic, reader) =
-        peek(input.reader, archive::MAGIC.len()).map_err(|e| Error::io(path, e))?;
+    let (magic, reader) = peek(input.reader, ZIP.len()).map_err(|e| Error::io(path, e))?;
     input.reader = reader;
-    if magic == archive::MAGIC {
-        let (stream, size) = archive::gt3x(&mut input.reader, path)?;
-        input.reader = Box::new(UntilCut::new(stream, &input.cut_off));
-        input.size = Some(size);
+    if magic == ZIP {
+        return Err(
+            Error::input("is-an-archive", "this is a ZIP archive, not a recording")
+                .at(path, None)
+                .with_hint("unpack it and give the recording in it"),
+        );
     }
     Ok(input)
 }

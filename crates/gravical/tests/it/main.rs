@@ -3,7 +3,6 @@
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod actigraph;
 mod axivity;
 mod compare_check;
 #[path = "../../../../tests/support/axivity.rs"]
@@ -12,11 +11,6 @@ mod dialects;
 mod export;
 mod file_format;
 mod formats;
-mod geneactiv;
-#[path = "../../../../tests/support/geneactiv.rs"]
-mod geneactiv_bin;
-#[path = "../../../../tests/support/actigraph.rs"]
-mod gt3x;
 #[path = "../../examples/live_sessions/hand.rs"]
 #[allow(dead_code, reason = "the example uses more of it")]
 mod hand;

@@ -1,17 +1,16 @@
-//! Files of worn devices as a source of rows: blocks of samples, each with one time stamp.
+//! Files of a worn device (Axivity, `.cwa`) as a source of rows: blocks of samples, each with one
+//! time stamp.
 //!
-//! Each format has a module that decodes; [`order`] tells which blocks follow one another, [`clock`]
-//! gives each sample its time. A "line" of such a file is a sample, or a block that is skipped,
+//! [`axivity`] decodes; [`order`] tells which blocks follow one another, [`clock`] gives each sample
+//! its time. A "line" of such a file is a sample, or a block that is skipped,
 //! counted from 1 in the order of the file.
 
 mod axivity;
 mod clock;
-mod geneactiv;
-pub(super) mod gt3x;
 mod order;
 
 use std::collections::VecDeque;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 
 use crate::finding::{Finding, LineSpans};
@@ -23,7 +22,7 @@ use super::row::{ACCEL, Delimiter, GYRO, SLOTS, Span, TEMPERATURE, TIME, Values}
 use super::rows::{Item, Source, Text};
 
 use clock::RunClock;
-use order::{Event, Order, Placed};
+use order::{Event, Placed};
 
 /// Bytes that tell the files of devices from others.
 pub(super) const MAGIC: usize = axivity::MAGIC;
@@ -54,109 +53,14 @@ const COLUMNS: [&str; SLOTS] = [
 const TIME_DECIMALS: u32 = 6;
 const DECIMALS: u32 = 12;
 
-/// The formats.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Device {
-    Axivity,
-    ActiGraph,
-    GeneActiv,
-}
-
-impl Device {
-    /// The device whose file begins with `head`, of [`MAGIC`] bytes or more.
-    pub fn of(head: &[u8]) -> Option<Self> {
-        if axivity::is_one(head) {
-            return Some(Device::Axivity);
-        }
-        if gt3x::is_one(head) {
-            return Some(Device::ActiGraph);
-        }
-        geneactiv::is_one(head).then_some(Device::GeneActiv)
-    }
-
-    fn blocks<R: BufRead>(self, reader: R, head: &[u8]) -> Result<Blocks<R>, OpenError> {
-        Ok(match self {
-            Device::Axivity => Blocks::Axivity(axivity::Blocks::new(reader)?),
-            Device::ActiGraph => Blocks::ActiGraph(gt3x::Records::new(reader, head)?),
-            Device::GeneActiv => Blocks::GeneActiv(geneactiv::Pages::new(reader, head)?),
-        })
-    }
-}
-
-/// Why a file cannot be read.
-#[derive(Debug)]
-pub(super) enum OpenError {
-    Io(io::Error),
-    /// The header lacks this.
-    Incomplete(&'static str),
-}
-
-impl From<io::Error> for OpenError {
-    fn from(e: io::Error) -> Self {
-        OpenError::Io(e)
-    }
-}
-
-impl OpenError {
-    /// The error about the file `name`.
-    pub fn about(self, name: &Path) -> Error {
-        match self {
-            OpenError::Io(e) => Error::io(name, e),
-            OpenError::Incomplete(what) => Error::input(
-                "header-incomplete",
-                format!("the header of the file lacks {what}"),
-            )
-            .at(name, None)
-            .with_hint("export the recording as CSV with the program of its maker, and read that"),
-        }
-    }
-}
-
-/// Blocks of a file.
-#[derive(Debug)]
-enum Blocks<R> {
-    Axivity(axivity::Blocks<R>),
-    ActiGraph(gt3x::Records<R>),
-    GeneActiv(geneactiv::Pages<R>),
-}
-
-impl<R: BufRead> Blocks<R> {
-    fn next(&mut self, cut: bool) -> io::Result<Option<(Option<Event>, Event)>> {
-        match self {
-            Blocks::Axivity(blocks) => blocks.next(cut),
-            Blocks::ActiGraph(records) => records.next(cut),
-            Blocks::GeneActiv(pages) => pages.next(cut),
-        }
-    }
-
-    /// Bytes of the file up to the end of the last whole block.
-    fn bytes(&self) -> u64 {
-        match self {
-            Blocks::Axivity(blocks) => blocks.bytes(),
-            Blocks::ActiGraph(records) => records.bytes(),
-            Blocks::GeneActiv(pages) => pages.bytes(),
-        }
-    }
-
-    fn order(&self) -> &Order {
-        match self {
-            Blocks::Axivity(blocks) => &blocks.order,
-            Blocks::ActiGraph(records) => &records.order,
-            Blocks::GeneActiv(pages) => &pages.order,
-        }
-    }
-
-    fn finding(&self) -> Option<Finding> {
-        match self {
-            Blocks::Axivity(_) | Blocks::GeneActiv(_) => None,
-            Blocks::ActiGraph(records) => records.finding(),
-        }
-    }
+/// True if a file that begins with `head`, of [`MAGIC`] bytes or more, is a `.cwa` file.
+pub(super) fn is_one(head: &[u8]) -> bool {
+    axivity::is_one(head)
 }
 
 /// Length of the complete blocks of `head`, the beginning of a file.
-pub(super) fn complete_blocks(device: Device, head: &[u8]) -> usize {
-    let Ok(mut blocks) = device.blocks(head, head) else {
+pub(super) fn complete_blocks(head: &[u8]) -> usize {
+    let Ok(mut blocks) = axivity::Blocks::new(head) else {
         return head.len();
     };
     while let Ok(Some(_)) = blocks.next(true) {}
@@ -215,24 +119,23 @@ impl Opened {
         }
     }
 
-    /// `head` are the first bytes of a file of this device.
+    /// `head` are the first bytes of a file.
     ///
     /// # Errors
     ///
-    /// What the header lacks.
-    pub fn of(device: Device, head: &[u8]) -> Result<Self, OpenError> {
-        let mut opened = match device {
-            Device::Axivity => axivity::open(head).ok_or(OpenError::Incomplete("its start"))?,
-            Device::ActiGraph => {
-                let info = gt3x::Info::of(head)?;
-                Opened::new(info.description, &info.serial, info.rate_hz, false, false)
-            }
-            Device::GeneActiv => {
-                let info = geneactiv::Info::of(head)?;
-                Opened::new(info.description, &info.serial, info.rate_hz, false, true)
-            }
-        };
-        let mut rows = opened.rows(device, head, head, "", true)?;
+    /// `header-incomplete` about the file `name`.
+    pub fn of(head: &[u8], name: &Path) -> Result<Self> {
+        let mut opened = axivity::open(head).ok_or_else(|| {
+            Error::input(
+                "header-incomplete",
+                "the header of the file lacks its start",
+            )
+            .at(name, None)
+            .with_hint("export the recording as CSV with the program of its maker, and read that")
+        })?;
+        let mut rows = opened
+            .rows(head, "", true)
+            .map_err(|e| Error::io(name, e))?;
         let mut values = [f64::NAN; SLOTS];
         while let Ok(Some(item)) = rows.next(&mut values)
             && opened.dialect.sample.len() < SAMPLE
@@ -245,23 +148,16 @@ impl Opened {
         Ok(opened)
     }
 
-    /// The rows of `reader`, which is at the start of the file that begins with `head`; with `cut`
-    /// it is the beginning of a longer file.
+    /// The rows of `reader`, which is at the start of the file; with `cut` it is the beginning of a
+    /// longer file.
     ///
     /// # Errors
     ///
     /// Errors of reading.
-    pub fn rows<R: Read>(
-        &self,
-        device: Device,
-        reader: R,
-        head: &[u8],
-        name: &str,
-        cut: bool,
-    ) -> Result<DeviceRows<R>, OpenError> {
+    pub fn rows<R: Read>(&self, reader: R, name: &str, cut: bool) -> io::Result<DeviceRows<R>> {
         let reader = BufReader::with_capacity(1 << 18, reader);
         Ok(DeviceRows {
-            blocks: device.blocks(reader, head)?,
+            blocks: axivity::Blocks::new(reader)?,
             cut,
             name: name.to_owned(),
             with_gyro: self.columns.contains(&GYRO),
@@ -282,7 +178,7 @@ impl Opened {
 
 /// Samples of a file as rows.
 pub(crate) struct DeviceRows<R> {
-    blocks: Blocks<BufReader<R>>,
+    blocks: axivity::Blocks<BufReader<R>>,
     /// The input is the beginning of a longer file.
     cut: bool,
     name: String,
@@ -313,15 +209,7 @@ impl<R: Read> DeviceRows<R> {
 
     /// Findings about blocks.
     pub fn findings(&self) -> Vec<Finding> {
-        let mut findings = self.blocks.order().findings(&self.breaks);
-        findings.extend(self.blocks.finding());
-        findings
-    }
-
-    /// The battery in words.
-    pub fn battery(&self) -> Option<String> {
-        let [from, to] = self.blocks.order().battery_v()?;
-        Some(format!("battery {from:.2} to {to:.2} V"))
+        self.blocks.order.findings(&self.breaks)
     }
 
     /// Continues with what follows the current block: a block, whose samples are rows, or what is

@@ -12,7 +12,7 @@ use crate::recording::ledger::Aside;
 const RATE_TOLERANCE: f64 = 0.1;
 const STAMP_TOLERANCE_S: f64 = 0.1;
 
-/// A block of samples, whatever its format.
+/// A block of samples.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Block {
     /// Number of the recording among several in a file.
@@ -28,8 +28,6 @@ pub(super) struct Block {
     pub rate_hz: f64,
     /// Temperature of the device, °C; NaN without one.
     pub temperature_c: f64,
-    /// Voltage of the battery, V; NaN if it is unknown.
-    pub battery_v: f64,
     /// At least one.
     pub samples: Vec<Sample>,
 }
@@ -63,8 +61,6 @@ impl Skipped {
 /// A block of a file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// What the format calls it.
-    pub noun: &'static str,
     /// Its number, from 1.
     pub number: u64,
     /// Where it begins.
@@ -73,7 +69,7 @@ pub(super) struct Place {
 
 impl Place {
     fn text(&self) -> String {
-        format!("{} {} at byte {}", self.noun, self.number, self.byte)
+        format!("block {} at byte {}", self.number, self.byte)
     }
 }
 
@@ -108,17 +104,13 @@ struct Last {
 }
 
 /// The order of the blocks of a file.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Order {
-    /// What has a sequence number, and how a missing one shows.
-    noun: &'static str,
-    by: &'static str,
     last: Option<Last>,
     /// Blocks skipped since then.
     skipped: u64,
     missing: Missing,
     sessions: u64,
-    battery_v: Option<[f64; 2]>,
 }
 
 /// Places where blocks are missing.
@@ -130,19 +122,6 @@ struct Missing {
 }
 
 impl Order {
-    /// For messages: `2 {noun}s missing {by}`.
-    pub fn new(noun: &'static str, by: &'static str) -> Self {
-        Order {
-            noun,
-            by,
-            last: None,
-            skipped: 0,
-            missing: Missing::default(),
-            sessions: 0,
-            battery_v: None,
-        }
-    }
-
     /// A block that cannot be used, and why.
     pub fn skip(&mut self, place: Place, reason: Aside, why: &'static str) -> Event {
         // Repeated and late blocks take no number of those that are missing.
@@ -197,10 +176,6 @@ impl Order {
             stamp_sample: first + block.stamp_sample,
             samples: first + block.samples.len() as i64,
         });
-        if block.battery_v.is_finite() {
-            let battery_v = self.battery_v.get_or_insert([block.battery_v; 2]);
-            battery_v[1] = block.battery_v;
-        }
         (gap, Event::Block(Box::new(Placed { block, first })))
     }
 
@@ -229,20 +204,18 @@ impl Order {
         } = &self.missing;
         let mut findings = Vec::new();
         if let Some(first) = first {
-            let plural = |n: u64, noun: &str| match n {
-                1 => format!("1 {noun}"),
-                n => format!("{n} {noun}s"),
+            let plural = |n: u64, noun: &str| {
+                let s = if n == 1 { "" } else { "s" };
+                format!("{n} {noun}{s}")
             };
             let mut what = Vec::new();
             if *blocks > 0 {
-                let missing = plural(*blocks, self.noun);
-                what.push(format!("{missing} missing {}", self.by));
+                let missing = plural(*blocks, "block");
+                what.push(format!("{missing} missing by the sequence numbers"));
             }
             if *jumps > 0 {
-                let (jumps, noun) = (plural(*jumps, "jump"), self.noun);
-                what.push(format!(
-                    "{jumps} of the time stamps without missing {noun}s"
-                ));
+                let jumps = plural(*jumps, "jump");
+                what.push(format!("{jumps} of the time stamps without missing blocks"));
             }
             findings.push(
                 Finding::new(
@@ -269,11 +242,6 @@ impl Order {
             );
         }
         findings
-    }
-
-    /// Voltage of the battery at the first and the last block, V.
-    pub fn battery_v(&self) -> Option<[f64; 2]> {
-        self.battery_v
     }
 }
 

@@ -137,8 +137,6 @@ pub(crate) struct Block {
     pub stamp_sample: i64,
     /// Temperature of the device, °C.
     pub temperature_c: f64,
-    /// Voltage of the battery, V.
-    pub battery_v: f64,
     /// Nominal sampling rate, Hz.
     pub rate_hz: f64,
     /// Number of samples.
@@ -199,7 +197,6 @@ impl Block {
             stamp_sample: i64::from(stamp_sample) + in_fraction,
             temperature_c: temperature_c(u16_at(bytes, 20) & 1023),
             // The upper half of a converter of 10 bits, over 6 V.
-            battery_v: (f64::from(bytes[23]) + 512.0) * 6.0 / 1024.0,
             rate_hz,
             samples,
             coding,

@@ -81,7 +81,7 @@ impl<R: Read> Blocks<R> {
         Ok(Blocks {
             reader,
             read: 0,
-            order: Order::new("block", "by the sequence numbers"),
+            order: Order::default(),
         })
     }
 
@@ -98,7 +98,6 @@ impl<R: Read> Blocks<R> {
             return Ok(None);
         }
         let place = Place {
-            noun: "block",
             number: self.read + 1,
             byte: self.bytes(),
         };
@@ -134,7 +133,6 @@ impl From<Block> for order::Block {
             stamp_sample: block.stamp_sample,
             rate_hz: block.rate_hz,
             temperature_c: block.temperature_c,
-            battery_v: block.battery_v,
             samples: block.samples(),
         }
     }
