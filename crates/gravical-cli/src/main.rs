@@ -46,7 +46,6 @@ enum Verb {
     Noise(Box<cmd::noise::Args>),
     Demo(cmd::demo::Args),
     Check(Box<cmd::check::Args>),
-    Collect(cmd::collect::Args),
     Compare(cmd::compare::Args),
     Store(cmd::store::Args),
     Export(cmd::export::Args),

@@ -46,21 +46,9 @@ impl ReportArgs {
         }
     }
 
-    /// Whether everything is printed.
-    pub fn is_verbose(&self) -> bool {
-        self.verbose
-    }
-
     /// Whether a report is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()
-    }
-
-    /// The folder that the report is going to be in.
-    pub fn folder(&self) -> Option<PathBuf> {
-        let folder = self.report.as_deref()?.parent()?;
-        let here = folder.as_os_str().is_empty();
-        Some(if here { ".".into() } else { folder.to_owned() })
     }
 
     /// # Errors

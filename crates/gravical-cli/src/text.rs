@@ -34,13 +34,6 @@ pub fn print_line(line: &str) -> Result<()> {
     })
 }
 
-/// Prints `text` on stderr while a progress bar stays.
-pub fn note(text: &str) {
-    progress::aside(|| {
-        let _ = writeln!(io::stderr(), "{}", shown(text));
-    });
-}
-
 fn not_printed(error: io::Error) -> Error {
     Error::io(Path::new("standard output"), error)
 }

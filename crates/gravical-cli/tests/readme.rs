@@ -10,7 +10,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 14] = [
+const DOCUMENTS: [&str; 13] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
@@ -18,7 +18,6 @@ const DOCUMENTS: [&str; 14] = [
     "docs/method.md",
     "docs/denoise.md",
     "docs/many.md",
-    "docs/cohorts.md",
     "docs/noise.md",
     "docs/store.md",
     "docs/wearables.md",

@@ -50,8 +50,6 @@ pub mod apply;
 pub mod calibrate;
 pub mod calibration_file;
 pub mod check;
-#[doc(hidden)]
-pub mod cohort;
 pub mod compare;
 pub mod convert;
 pub mod denoise;

@@ -1,7 +1,5 @@
 //! `gravical apply`: a calibrated recording.
 
-mod each;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,11 +10,11 @@ use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, 
 use gravical::{Error, Result, numfmt};
 use gravical_report::document::Document;
 
-use crate::each::EachArgs;
-use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};
+use crate::each::{self, EachArgs, Outcome, Plan};
+use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED, read_calibration};
 use crate::report::ReportArgs;
 use crate::store::StoreArgs;
-use crate::table::{TableArgs, how_it_was_read};
+use crate::table::{TableArgs, how_it_was_read, write_file};
 
 /// Apply a calibration to a recording
 ///
@@ -36,8 +34,7 @@ Many recordings: gravical apply cal.json rides/*.csv -o calibrated/
 With --each a folder stands for its recordings. Each result has the name of its
 recording; one that fails does not stop the others. After Ctrl-C, --resume continues.
 
-Exit codes: 0 done, 3 bad input; of many recordings: 4 one of them failed, 130
-interrupted.",
+Exit codes: 0 done, 3 bad input; of many recordings: 4 one of them failed.",
     override_usage = "gravical apply [OPTIONS] <CAL> <INPUT>...
        gravical apply [OPTIONS] --store <DIR> <INPUT>"
 )]
@@ -87,7 +84,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             args.each.refuse_alone()?;
             one
         }
-        _ => return each::run(args),
+        _ => return apply_each(args),
     };
     let mut inputs = vec![path.as_path()];
     inputs.extend(named);
@@ -120,6 +117,67 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let output = &args.output;
     output.print_summary(&taken.with(&summary), &done, &document, detail)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Runs the command for each of its recordings.
+///
+/// # Errors
+///
+/// What concerns all of them: options, the calibration, targets; `each-option` (usage) without a
+/// folder for the results.
+fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
+    EachArgs::refuse_beside(&[
+        ("--gyro", args.gyro.is_some()),
+        ("--json", args.output.json),
+        ("--store", args.store.is_given()),
+    ])?;
+    let Some(output) = args.output.output.as_deref() else {
+        return Err(Error::usage(
+            "each-option",
+            "several recordings need a folder for their results",
+        )
+        .with_hint("give -o DIR")
+        .into());
+    };
+    let options = args.options(&ReadOptions {
+        meter: None,
+        ..args.recording.read_options(false)
+    });
+    options.read.validate()?;
+    let first = args.inputs.first().map(PathBuf::as_path);
+    let (calibration, _) = read_calibration(&args.calibration, first, SWAPPED)?;
+    let plan = Plan {
+        each: &args.each,
+        inputs: &args.inputs,
+        folders: false,
+        output: Some(output),
+        ending: |_| ".csv".to_owned(),
+        numbers: &["rows"],
+        force: args.output.force,
+        quiet: args.output.quiet,
+    };
+    let apply = |recording: &Path, result: Option<&Path>| {
+        let result = result.context("no result is wanted")?;
+        let name = recording.display().to_string();
+        let input = open::open(recording, &options.read)?;
+        let summary = write_file(result, true, |out| {
+            apply(&calibration, input, &name, out, &options)
+        })?;
+        Ok(Outcome {
+            grade: "done".to_owned(),
+            is_poor: false,
+            reason: String::new(),
+            numbers: vec![summary.rows.to_string()],
+        })
+    };
+    each::run(&plan, apply, |_| {
+        Ok(Outcome {
+            grade: "done before".to_owned(),
+            is_poor: false,
+            reason: String::new(),
+            numbers: Vec::new(),
+        })
+    })
 }
 
 impl Args {

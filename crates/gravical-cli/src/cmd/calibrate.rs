@@ -1,7 +1,5 @@
 //! `gravical calibrate`: a calibration from recordings of static poses.
 
-mod each;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -22,7 +20,7 @@ use gravical_report::figure;
 use gravical_report::figure::calibration::Session;
 use gravical_report::report;
 
-use crate::each::EachArgs;
+use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::command_line;
@@ -46,13 +44,13 @@ blank rows between the two directions, one file with a label column, one file
 with --sections, or one continuous recording in which the poses are found.
 
 Many sessions: gravical calibrate --each sessions/ -o calibrations/ --summary all.csv
-Each path is a session then; of a folder, each of its entries. A pattern in quotes
-stands for its paths, @LIST for those in a file. A line for each session, in order;
-a session that fails does not stop the others. After Ctrl-C, --resume continues.
+Each path is a session then; of a folder, each of its entries; @LIST stands for the
+paths in a file. A session that fails is a row and does not stop the others. After
+Ctrl-C, --resume continues.
 
 Exit codes: 0 calibrated; 3 the parameters cannot be determined (nothing is
 written); 4 calibrated, but the verdict is poor (the file is still written); with
---each: 4 a session is poor or has no result, 130 interrupted."
+--each: 4 a session is poor or has no result."
 )]
 pub struct Args {
     /// Recordings of the session: files, or one folder; - reads standard input. With --each, sessions
@@ -186,7 +184,7 @@ enum FacesFrom {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.each.each {
-        return each::run(args);
+        return calibrate_each(args);
     }
     args.each.refuse_alone()?;
     // Checked before the work starts.
@@ -253,6 +251,106 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Grade::Poor => ExitCode::from(QUALITY),
         _ => ExitCode::SUCCESS,
     })
+}
+
+/// Runs the command for each of its sessions.
+///
+/// # Errors
+///
+/// What concerns all of them: options, `--noise`, `--sections`, targets.
+fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
+    EachArgs::refuse_beside(&[
+        ("--gyro", args.gyro.is_some()),
+        ("--report", args.report.is_wanted()),
+        ("--figures", args.figures.figures.is_some()),
+        ("--json", args.json),
+        ("--store, --recorded", args.store.is_given()),
+    ])?;
+    let options = args.options()?;
+    options.validate()?;
+    let read = ReadOptions {
+        meter: None,
+        ..args.recording.read_options(true)
+    };
+    read.validate()?;
+    let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
+    let plan = Plan {
+        each: &args.each,
+        inputs: &args.inputs,
+        folders: true,
+        output: args.output.as_deref(),
+        ending: |_| ".json".to_owned(),
+        numbers: &NUMBERS,
+        force: args.force,
+        quiet: args.quiet,
+    };
+    let calibrate = |session: &Path, result: Option<&Path>| {
+        let input = [session.to_owned()];
+        let file = compute(args, &input, &read, &options, noise.as_ref())?.file;
+        if let Some(result) = result {
+            save(result, true, &file)?;
+        }
+        Ok(outcome(&file))
+    };
+    each::run(&plan, calibrate, |result| {
+        CalibrationFile::read(result).map(|file| outcome(&file))
+    })
+}
+
+/// Columns of the summary of `--each`, in the units of each calibration.
+const NUMBERS: [&str; 20] = [
+    "sensor_id",
+    "input_unit",
+    "bias_x",
+    "bias_y",
+    "bias_z",
+    "bias_x_sd",
+    "bias_y_sd",
+    "bias_z_sd",
+    "scale_x",
+    "scale_y",
+    "scale_z",
+    "scale_x_sd",
+    "scale_y_sd",
+    "scale_z_sd",
+    "worst_direction_error_mps2",
+    "predicted_norm_error_mps2",
+    "leave_one_out_rms_mps2",
+    "poses",
+    "temperature_c",
+    "sha256",
+];
+
+fn outcome(file: &CalibrationFile) -> Outcome {
+    let a = &file.accelerometer;
+    let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+    let mut numbers = vec![
+        file.sensor.id.clone().unwrap_or_default(),
+        a.input_unit.name().to_owned(),
+    ];
+    let sd = a.deviations.as_ref();
+    for (values, sd) in [(a.bias, sd.map(|d| d.bias)), (a.scale, sd.map(|d| d.scale))] {
+        numbers.extend(values.map(|v| number(Some(v))));
+        numbers.extend([0, 1, 2].map(|axis| number(sd.map(|sd| sd[axis]))));
+    }
+    numbers.extend([
+        number(a.worst_direction.as_ref().map(|w| w.error_mps2)),
+        number(a.predicted_norm_error_mps2),
+        number(a.leave_one_out_rms_mps2),
+        a.poses.len().to_string(),
+        number(file.temperature_c.map(|t| t.mean)),
+    ]);
+    let sums = file
+        .inputs
+        .iter()
+        .filter_map(|input| input.sha256.as_deref());
+    numbers.push(sums.collect::<Vec<_>>().join(" "));
+    Outcome {
+        grade: file.verdict.grade.name().to_owned(),
+        is_poor: file.verdict.grade == Grade::Poor,
+        reason: file.verdict.reasons.join(" / "),
+        numbers,
+    }
 }
 
 /// The calibration of one session.

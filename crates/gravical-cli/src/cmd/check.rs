@@ -1,21 +1,19 @@
 //! `gravical check`: test whether a calibration still fits.
 
-mod each;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use gravical::Result;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::recording::{ReadOptions, Recording};
 use gravical::session::read_session;
+use gravical::{Error, Result};
 use gravical_report::report;
 
-use crate::each::EachArgs;
+use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::QUALITY;
-use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
+use crate::options::{GravityArgs, RecordingArgs, SWAPPED, read_calibration};
 use crate::report::{ReportArgs, with_origin};
 use crate::store::StoreArgs;
 use crate::text;
@@ -40,11 +38,11 @@ One static interval in any pose is enough; more poses test more of the calibrati
 
 Many recordings, such as those of a production line:
   gravical check cal.json --each tests/ --summary tests.csv
-A line for each of them; one that cannot be tested does not stop the others.
+One that cannot be tested is a row and does not stop the others.
 
 Exit codes: 0 fits, or cannot be decided; 3 no static interval, or another unit;
 4 does not fit any more (p < 0.01); with --each: 4 one of them does not fit or cannot
-be tested, 130 interrupted.",
+be tested.",
     override_usage = "gravical check [OPTIONS] <CAL> <RECORDING>...
        gravical check [OPTIONS] --store <DIR> <RECORDING>..."
 )]
@@ -83,7 +81,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.each.each {
-        return each::run(args);
+        return check_each(args);
     }
     args.each.refuse_alone()?;
     let options = args.options()?;
@@ -122,6 +120,64 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(match result.verdict.judgement {
         Judgement::DoesNotFit => ExitCode::from(QUALITY),
         Judgement::Fits | Judgement::Undecided => ExitCode::SUCCESS,
+    })
+}
+
+/// Runs the command for each of its sessions, as on a production line.
+///
+/// # Errors
+///
+/// What concerns all of them: options, the calibration, targets.
+fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
+    EachArgs::refuse_beside(&[
+        ("--gyro", args.gyro.is_some()),
+        ("--report", args.report.is_wanted()),
+        ("--json", args.json),
+        ("--resume", args.each.resume),
+        ("--store", args.store.is_given()),
+    ])?;
+    let options = args.options()?;
+    let read = ReadOptions {
+        meter: None,
+        ..args.recording.read_options(true)
+    };
+    read.validate()?;
+    let first = args.recordings.first().map(PathBuf::as_path);
+    let (calibration, _) = read_calibration(&args.calibration, first, SWAPPED)?;
+    let plan = Plan {
+        each: &args.each,
+        inputs: &args.recordings,
+        folders: true,
+        output: None,
+        ending: |_| String::new(),
+        numbers: &[
+            "static_intervals",
+            "rms_mps2",
+            "predicted_rms_mps2",
+            "p_value",
+        ],
+        force: args.force,
+        quiet: args.quiet,
+    };
+    let path = &args.calibration;
+    let check = |session: &Path, _: Option<&Path>| {
+        let input = [session.to_owned()];
+        let (report, _) = compute(args, &calibration, path, &input, &read, &options)?;
+        let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+        Ok(Outcome {
+            grade: report.verdict.judgement.name().to_owned(),
+            is_poor: report.verdict.judgement == Judgement::DoesNotFit,
+            reason: report.verdict.reasons.join(" / "),
+            numbers: vec![
+                report.static_intervals.len().to_string(),
+                number(Some(report.rms_mps2)),
+                number(report.predicted_rms_mps2),
+                number(report.p_value),
+            ],
+        })
+    };
+    each::run(&plan, check, |path| {
+        Err(Error::io(path, std::io::ErrorKind::NotFound.into()))
     })
 }
 

@@ -3,7 +3,6 @@
 pub mod apply;
 pub mod calibrate;
 pub mod check;
-pub mod collect;
 pub mod compare;
 pub mod completions;
 pub mod convert;
@@ -24,23 +23,7 @@ use std::process::ExitCode;
 
 use clap::CommandFactory;
 
-use crate::each::Words;
 use crate::{Cli, Verb};
-
-/// The options of this run in words.
-///
-/// # Errors
-///
-/// None: they were parsed before.
-fn words() -> anyhow::Result<Words> {
-    let command = Cli::command();
-    let matches = command.clone().try_get_matches_from(std::env::args_os())?;
-    let parsed = matches.subcommand().and_then(|(name, options)| {
-        let verb = command.find_subcommand(name)?;
-        Some(Words::of(verb, options))
-    });
-    parsed.ok_or_else(|| anyhow::anyhow!("no command"))
-}
 
 impl Verb {
     /// Runs the command.
@@ -59,7 +42,6 @@ impl Verb {
             Verb::Noise(args) => noise::run(args),
             Verb::Demo(args) => demo::run(args),
             Verb::Check(args) => check::run(args),
-            Verb::Collect(args) => collect::run(args),
             Verb::Compare(args) => compare::run(args),
             Verb::Store(args) => store::run(args),
             Verb::Export(args) => export::run(args),
@@ -84,7 +66,6 @@ impl Verb {
             Verb::Noise(args) => args.json,
             Verb::Demo(args) => args.json,
             Verb::Check(args) => args.json,
-            Verb::Collect(args) => args.json,
             Verb::Compare(args) => args.json,
             Verb::Store(args) => args.json(),
             Verb::Log(args) => args.json,

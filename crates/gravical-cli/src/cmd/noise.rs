@@ -1,7 +1,5 @@
 //! `gravical noise`: the Allan deviation of a recording at rest.
 
-mod each;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -15,7 +13,6 @@ use gravical::{Error, Result};
 use gravical_report::figure::noise::figures;
 use gravical_report::report;
 
-use crate::each::EachArgs;
 use crate::figures::FigureArgs;
 use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, check_outputs, with_origin};
@@ -36,21 +33,18 @@ Examples:
   gravical noise desk.csv --part mpu6050 --report noise.html
   gravical noise desk.csv -o noise.json
   gravical noise desk.csv --to kalibr -o imu.yaml
-  gravical noise --each nights -o noise --summary noise.csv
 
 Two hours at a constant temperature show N and B; K takes longer. Exit codes: 0 analysed, 3 cannot
 be read, or never at rest."
 )]
 pub struct Args {
-    /// Recording of a sensor at rest, plain or .gz; - reads standard input. With --each, many
-    #[arg(value_name = "INPUT", required = true, num_args = 1..)]
-    inputs: Vec<PathBuf>,
+    /// Recording of a sensor at rest, plain or .gz; - reads standard input
+    #[arg(value_name = "INPUT")]
+    input: PathBuf,
     /// File to write: the result as JSON, which `calibrate --noise` and `motion --noise` take, or
-    /// that of --to; a folder with --each
+    /// that of --to
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    #[command(flatten)]
-    each: EachArgs,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
@@ -128,21 +122,6 @@ fn part(name: &str) -> std::result::Result<&'static Part, String> {
 /// errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     check_axes(args)?;
-    if args.each.each {
-        return each::run(args);
-    }
-    args.each.refuse_alone()?;
-    let [input] = &args.inputs[..] else {
-        return Err(Error::usage(
-            "one-recording",
-            format!(
-                "noise analyses one recording, and {} are given",
-                args.inputs.len()
-            ),
-        )
-        .with_hint("add --each: then each of them is analysed")
-        .into());
-    };
     let output = args.output.as_deref();
     if args.to.is_some() && args.json && output.is_none() {
         return Err(Error::usage(
@@ -156,13 +135,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         output,
         &args.report,
         Some(&args.figures),
-        &[input],
+        &[&args.input],
         args.force,
     )?;
     let read = args
         .recording
         .read_options(args.report.is_wanted() || output.is_some());
-    let result = noise(input, &read, &options_of(args))?;
+    let result = noise(&args.input, &read, &options_of(args))?;
     let figures = figures(&result);
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
     args.report.write(args.force, &document)?;

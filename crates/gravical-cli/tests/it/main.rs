@@ -8,7 +8,6 @@
 
 mod bad_input;
 mod calibrated_board;
-mod cohort;
 mod compare_check;
 mod control;
 mod convert;

@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 13] = [
+const VERBS: [&str; 12] = [
     "inspect",
     "calibrate",
     "apply",

@@ -24,8 +24,6 @@
 //! ```
 
 pub mod calibration;
-#[doc(hidden)]
-pub mod cohort;
 mod csv;
 pub mod history;
 mod model;

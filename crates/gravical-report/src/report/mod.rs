@@ -3,7 +3,6 @@
 
 mod calibration;
 mod check;
-mod cohort;
 mod compare;
 mod denoise;
 mod gyroscope;
@@ -26,7 +25,6 @@ use crate::figure::Figure;
 
 pub use calibration::calibration;
 pub use check::check;
-pub use cohort::cohort;
 pub use compare::comparison;
 pub use denoise::denoise;
 pub use inspection::inspection;

@@ -1,0 +1,466 @@
+//! Many inputs in one run: `--each`, and `apply` with several recordings.
+//!
+//! Each input is what the command alone would do with it. One that fails is a row of the summary
+//! and does not stop the others.
+
+use std::collections::{BTreeMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::str::FromStr;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use gravical::escape::one_line;
+use gravical::live::folder::is_session;
+use gravical::output::{check_targets, make_folder, write_atomic};
+use gravical::session::{ENDINGS, may_be_recording};
+use gravical::{Error, Result};
+
+use crate::failure::QUALITY;
+use crate::{crash, progress, text};
+
+#[derive(Debug, Default, clap::Args)]
+#[command(next_help_heading = "Many sessions")]
+pub struct EachArgs {
+    /// Take each path as a session of its own; of a folder, each of its entries
+    #[arg(long)]
+    pub each: bool,
+    /// Table to write (CSV), one row for each session
+    #[arg(long, hide_short_help = true, value_name = "FILE")]
+    pub summary: Option<PathBuf>,
+    /// Skip sessions whose result is newer than the session
+    #[arg(long, hide_short_help = true)]
+    pub resume: bool,
+    /// Take every N-th session, from the I-th: 1/8 to 8/8 are eight runs over all
+    #[arg(long, hide_short_help = true, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// Number of sessions at a time [default: one for each core]
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..)
+    )]
+    pub threads: Option<u16>,
+}
+
+/// One run of several over the same inputs.
+#[derive(Debug, Clone, Copy)]
+pub struct Shard {
+    index: usize,
+    count: usize,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/');
+        let parts = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        match parts {
+            Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
+            _ => Err("1/8 to 8/8 are the eight parts of a run".to_owned()),
+        }
+    }
+}
+
+impl EachArgs {
+    /// Refuses options of `--each` without it.
+    ///
+    /// # Errors
+    ///
+    /// `each-option` (usage).
+    pub fn refuse_alone(&self) -> Result<()> {
+        let given = [
+            ("--summary", self.summary.is_some()),
+            ("--resume", self.resume),
+            ("--shard", self.shard.is_some()),
+            ("--threads", self.threads.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(each_option(
+                option,
+                "this belongs to a run over many sessions",
+                "add --each: then each path is a session of its own",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses options that have no meaning for many sessions.
+    ///
+    /// # Errors
+    ///
+    /// `each-option` (usage).
+    pub fn refuse_beside(options: &[(&str, bool)]) -> Result<()> {
+        match options.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(each_option(
+                option,
+                "this belongs to one session, not to many",
+                "leave it out, or run the command for one session without --each",
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
+fn each_option(option: &str, why: &str, hint: &str) -> Error {
+    Error::usage("each-option", format!("{option}: {why}")).with_hint(hint)
+}
+
+/// A run over many inputs.
+pub struct Plan<'a> {
+    pub each: &'a EachArgs,
+    pub inputs: &'a [PathBuf],
+    /// A folder inside of a folder is an input, too.
+    pub folders: bool,
+    /// Folder of the results.
+    pub output: Option<&'a Path>,
+    /// Ending of a result, with the dot, from the path of its input.
+    pub ending: fn(&Path) -> String,
+    /// Columns of the summary behind the common ones.
+    pub numbers: &'static [&'static str],
+    pub force: bool,
+    pub quiet: bool,
+}
+
+/// What the command found of one input.
+pub struct Outcome {
+    /// Its verdict.
+    pub grade: String,
+    /// The verdict fails the quality gate.
+    pub is_poor: bool,
+    pub reason: String,
+    /// Values of [`Plan::numbers`].
+    pub numbers: Vec<String>,
+}
+
+/// One input: its path, and where its result goes.
+struct Item {
+    path: PathBuf,
+    result: Option<PathBuf>,
+}
+
+/// A row of the summary.
+struct Row {
+    grade: String,
+    is_poor: bool,
+    reason: String,
+    error_code: String,
+    hint: String,
+    numbers: Vec<String>,
+}
+
+/// Calls `work` for every input, with the target of its result, on several threads. `read` is the
+/// outcome that a result of an earlier run holds, for `--resume`.
+///
+/// # Errors
+///
+/// What concerns all inputs: none at all, targets, the summary.
+pub fn run(
+    plan: &Plan<'_>,
+    work: impl Fn(&Path, Option<&Path>) -> anyhow::Result<Outcome> + Sync,
+    read: impl Fn(&Path) -> Result<Outcome> + Sync,
+) -> anyhow::Result<ExitCode> {
+    let outputs: Vec<&Path> = plan
+        .output
+        .into_iter()
+        .chain(plan.each.summary.as_deref())
+        .collect();
+    let paths = paths(plan, &outputs)?;
+    let force = plan.force || plan.each.resume;
+    let mut items = named(paths.clone(), plan);
+    if let Some(Shard { index, count }) = plan.each.shard {
+        items = items.into_iter().skip(index - 1).step_by(count).collect();
+    }
+    if let Some(folder) = plan.output {
+        make_folder(folder)?;
+        let results: Vec<PathBuf> = items.iter().filter_map(|i| i.result.clone()).collect();
+        check_targets(&results, &paths, force)?;
+    }
+    if let Some(summary) = &plan.each.summary {
+        check_targets(std::slice::from_ref(summary), &paths, force)?;
+    }
+    let width = items
+        .iter()
+        .map(|i| shown_path(&i.path).chars().count())
+        .max();
+    let width = width.unwrap_or(0).min(40);
+    progress::count(items.len() as u64);
+    let next = AtomicUsize::new(0);
+    let rows: Mutex<BTreeMap<usize, Row>> = Mutex::default();
+    let one = |item: &Item| {
+        let before = item.result.as_deref().filter(|_| plan.each.resume);
+        if let Some(result) = before.filter(|result| is_newer(result, &item.path)) {
+            return row(read(result).map_err(Into::into));
+        }
+        let done = crash::guarded(|| work(&item.path, item.result.as_deref()));
+        row(done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}"))))
+    };
+    std::thread::scope(|scope| {
+        let work = || {
+            loop {
+                let at = next.fetch_add(1, Ordering::Relaxed);
+                let Some(item) = items.get(at) else { return };
+                let row = one(item);
+                progress::counted(row.is_poor);
+                if !plan.quiet || row.is_poor {
+                    // A reader who has gone does not end the work.
+                    let _ = text::print_line(&row.line(&item.path, width));
+                }
+                if let Ok(mut rows) = rows.lock() {
+                    rows.insert(at, row);
+                }
+            }
+        };
+        for _ in 0..threads(plan.each).clamp(1, items.len().max(1)) {
+            scope.spawn(work);
+        }
+    });
+    let rows = rows
+        .into_inner()
+        .map_err(|_| anyhow::anyhow!("a thread ended early"))?;
+    if let Some(path) = &plan.each.summary {
+        write_summary(path, plan, &items, &rows)?;
+    }
+    if !plan.quiet {
+        text::say(&tally(&rows));
+    }
+    Ok(match rows.values().any(|row| row.is_poor) {
+        true => ExitCode::from(QUALITY),
+        false => ExitCode::SUCCESS,
+    })
+}
+
+fn threads(each: &EachArgs) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    each.threads.map_or_else(cores, usize::from)
+}
+
+/// The paths of `arguments`: files, entries of folders, lines of `@LIST`, each once. `outputs` are
+/// no inputs.
+///
+/// # Errors
+///
+/// `each-input` (usage) for standard input; `no-recordings` (input); errors of reading a list.
+fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
+    let canonical = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
+    let outputs: Vec<PathBuf> = outputs.iter().map(|p| canonical(p)).collect();
+    let mut found = Vec::new();
+    for argument in plan.inputs {
+        if argument == Path::new("-") {
+            return Err(Error::usage(
+                "each-input",
+                "standard input is one recording, and many are read here",
+            )
+            .with_hint("give files or folders, or @LIST for the paths in a file"));
+        }
+        let text = argument.to_string_lossy();
+        match text.strip_prefix('@').filter(|_| !argument.exists()) {
+            Some(list) => {
+                let list = Path::new(list);
+                let text = std::fs::read_to_string(list).map_err(|e| Error::io(list, e))?;
+                let lines = text.lines().map(str::trim);
+                let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
+                found.extend(lines.map(PathBuf::from));
+            }
+            None => found.push(argument.clone()),
+        }
+    }
+    let mut paths = Vec::new();
+    for path in found {
+        if !path.is_dir() || is_session(&path) {
+            paths.push(path);
+            continue;
+        }
+        let entries = std::fs::read_dir(&path).map_err(|e| Error::io(&path, e))?;
+        let mut entries: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
+        entries.sort();
+        let is_input = |p: &PathBuf| match p.is_dir() {
+            true => plan.folders && !outputs.contains(&canonical(p)),
+            false => may_be_recording(p) && !outputs.contains(&canonical(p)),
+        };
+        paths.extend(entries.into_iter().filter(is_input));
+    }
+    let mut seen = HashSet::new();
+    paths.retain(|p| seen.insert(canonical(p)));
+    if paths.is_empty() {
+        let error = Error::input("no-recordings", "there is no session among these paths");
+        return Err(error.with_hint(format!(
+            "give files, or a folder that holds them; recordings end in .{}",
+            ENDINGS.join(", .")
+        )));
+    }
+    Ok(paths)
+}
+
+/// Each path with its result: its name without endings, that of its folder in front where several
+/// would share one, and a number where that does not help.
+fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Vec<Item> {
+    let stems: Vec<String> = paths.iter().map(|p| stem(p)).collect();
+    let mut taken = HashSet::new();
+    let items = paths.into_iter().zip(&stems).map(|(path, stem)| {
+        let is_it = |other: &&String| other.eq_ignore_ascii_case(stem);
+        let mut name = stem.clone();
+        if stems.iter().filter(is_it).count() > 1
+            && let Some(folder) = path.parent().and_then(Path::file_name)
+        {
+            name = format!("{}-{name}", folder.to_string_lossy());
+        }
+        let plain = name.clone();
+        let mut number = 1;
+        // File systems that ignore case take `A.json` and `a.json` for one file.
+        while !taken.insert(name.to_lowercase()) {
+            number += 1;
+            name = format!("{plain}-{number}");
+        }
+        let ending = (plan.ending)(&path);
+        let result = plan
+            .output
+            .map(|folder| folder.join(format!("{name}{ending}")));
+        Item { path, result }
+    });
+    items.collect()
+}
+
+/// Name of a recording without its endings (`x.csv.gz` has two); a folder keeps all of its name.
+fn stem(path: &Path) -> String {
+    let name = path
+        .file_name()
+        .map_or("session".into(), |n| n.to_string_lossy());
+    let mut stem: &str = &name;
+    for _ in 0..2 {
+        let (front, ending) = stem.rsplit_once('.').unwrap_or((stem, ""));
+        let is_known = ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e));
+        if is_known && !front.is_empty() && !path.is_dir() {
+            stem = front;
+        }
+    }
+    stem.to_owned()
+}
+
+/// True if the result was written after everything of the session.
+fn is_newer(result: &Path, session: &Path) -> bool {
+    let time = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
+    let inside = std::fs::read_dir(session).into_iter().flatten();
+    let inside = inside
+        .filter_map(|e| Some(e.ok()?.path()))
+        .filter_map(|p| time(&p));
+    let last = inside.chain(time(session)).max();
+    matches!((time(result), last), (Some(result), Some(last)) if result > last)
+}
+
+fn row(outcome: anyhow::Result<Outcome>) -> Row {
+    let (code, error) = match outcome {
+        Ok(Outcome {
+            grade,
+            is_poor,
+            reason,
+            numbers,
+        }) => {
+            let (error_code, hint) = (String::new(), String::new());
+            return Row {
+                grade,
+                is_poor,
+                reason,
+                error_code,
+                hint,
+                numbers,
+            };
+        }
+        Err(error) => match error.downcast_ref::<Error>() {
+            Some(known) => (
+                known.code().to_owned(),
+                (known.in_flags(), known.hint().map(str::to_owned)),
+            ),
+            None => ("internal".to_owned(), (format!("{error:#}"), None)),
+        },
+    };
+    Row {
+        grade: "failed".to_owned(),
+        is_poor: true,
+        reason: error.0,
+        error_code: code,
+        hint: error.1.unwrap_or_default(),
+        numbers: Vec::new(),
+    }
+}
+
+fn shown_path(path: &Path) -> String {
+    one_line(&path.display().to_string()).into_owned()
+}
+
+impl Row {
+    fn line(&self, path: &Path, width: usize) -> String {
+        let code = match self.error_code.as_str() {
+            "" => String::new(),
+            code => format!("{code}: "),
+        };
+        let (path, reason) = (shown_path(path), one_line(&self.reason));
+        format!("{:<14}  {path:<width$}  {code}{reason}", self.grade)
+    }
+}
+
+/// Columns of every summary.
+const COMMON: [&str; 6] = ["path", "grade", "reason", "error_code", "hint", "result"];
+
+fn write_summary(
+    path: &Path,
+    plan: &Plan<'_>,
+    items: &[Item],
+    rows: &BTreeMap<usize, Row>,
+) -> Result<()> {
+    write_atomic(path, plan.force || plan.each.resume, |out| {
+        let failed = |e: csv::Error| Error::io(path, e.into());
+        let mut table = csv::Writer::from_writer(out);
+        table
+            .write_record(COMMON.iter().chain(plan.numbers))
+            .map_err(failed)?;
+        for (item, row) in items.iter().zip(rows.values()) {
+            let result = item.result.as_deref().filter(|r| r.exists());
+            let common = [
+                item.path.display().to_string(),
+                row.grade.clone(),
+                row.reason.clone(),
+                row.error_code.clone(),
+                row.hint.clone(),
+                result.map_or_else(String::new, |r| r.display().to_string()),
+            ];
+            let mut cells: Vec<String> =
+                common.iter().chain(&row.numbers).map(|c| cell(c)).collect();
+            cells.resize(COMMON.len() + plan.numbers.len(), String::new());
+            table.write_record(cells).map_err(failed)?;
+        }
+        table.flush().map_err(|e| Error::io(path, e))
+    })
+}
+
+/// A text that a spreadsheet would take for a formula is quoted.
+fn cell(text: &str) -> String {
+    match text.starts_with(['=', '@', '+']) {
+        true => format!("'{text}"),
+        false => text.to_owned(),
+    }
+}
+
+/// `50 sessions: 19 good, 27 not verifiable, 4 failed`.
+fn tally(rows: &BTreeMap<usize, Row>) -> String {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for row in rows.values() {
+        match counts.iter_mut().find(|(grade, _)| *grade == row.grade) {
+            Some((_, n)) => *n += 1,
+            None => counts.push((&row.grade, 1)),
+        }
+    }
+    counts.sort_by_key(|(grade, n)| (*grade == "failed", std::cmp::Reverse(*n)));
+    let counts: Vec<String> = counts
+        .iter()
+        .map(|(grade, n)| format!("{n} {grade}"))
+        .collect();
+    let noun = if rows.len() == 1 {
+        "session"
+    } else {
+        "sessions"
+    };
+    format!("{} {noun}: {}", rows.len(), counts.join(", "))
+}
