@@ -10,19 +10,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 15] = [
+const DOCUMENTS: [&str; 11] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
     "docs/recording.md",
     "docs/method.md",
     "docs/denoise.md",
-    "docs/many.md",
-    "docs/cohorts.md",
     "docs/noise.md",
-    "docs/store.md",
     "docs/wearables.md",
-    "docs/summarise.md",
     "docs/file-formats.md",
     "docs/exports.md",
     "examples/simulated-six-position/README.md",
