@@ -2,7 +2,7 @@
 """Speed and memory of the Python package beside imucal, gaitmap, scipy, allantools and pandas.
 
     pip install ./crates/gravical-python -r benches/python/requirements.txt
-    python benches/python/compare.py             the table of docs/benchmarks.md
+    python benches/python/compare.py             a table of CPU time and memory
     python benches/python/compare.py --rows 1e5  smaller recordings
 
 All in one run on one machine, each in a process of its own: the best of three times, and by how much

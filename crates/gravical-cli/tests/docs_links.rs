@@ -9,10 +9,10 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// README, DESIGN, CHANGELOG and everything in `docs`.
+/// README, DESIGN, CHANGELOG, CONTRIBUTING and everything in `docs`.
 fn documents() -> Vec<(PathBuf, String)> {
     let root = root();
-    let mut paths: Vec<PathBuf> = ["README.md", "DESIGN.md", "CHANGELOG.md"]
+    let mut paths: Vec<PathBuf> = ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"]
         .map(|name| root.join(name))
         .to_vec();
     let docs = fs::read_dir(root.join("docs")).unwrap();

@@ -10,16 +10,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 13] = [
+const DOCUMENTS: [&str; 11] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
     "docs/recording.md",
     "docs/method.md",
     "docs/denoise.md",
-    "docs/many.md",
     "docs/noise.md",
-    "docs/store.md",
     "docs/wearables.md",
     "docs/file-formats.md",
     "docs/exports.md",

@@ -4,7 +4,7 @@
     tests/browser/live/measure.py GRAVICAL [SECONDS]
 
 A scripted board sends 500 rows a second to a pseudo-terminal; its clock is that of this computer. The figures are in
-docs/benchmarks.md; nothing is judged here.
+CONTRIBUTING.md; nothing is judged here.
 """
 
 import os

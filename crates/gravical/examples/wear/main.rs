@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release --example wear -- FILE [HOURS] [packed|plain|gyro] [SECONDS [SEED]]
 //!
-//! SECONDS is the longest rest, 1800. A week at 100 Hz for docs/benchmarks.md: `wear week.cwa 168`; the file of
+//! SECONDS is the longest rest, 1800. A week at 100 Hz, as in CONTRIBUTING.md: `wear week.cwa 168`; the file of
 //! docs/wearables.md: `wear examples/simulated-wear/wrist.cwa 0.05 packed 30`. The errors of the sensor
 //! stand in tests/support/wear.rs.
 
