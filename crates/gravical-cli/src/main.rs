@@ -1,5 +1,6 @@
 //! The program `gravical`: its commands. Each has a file in `cmd`; the work is done by the library.
 
+mod calibration;
 mod cmd;
 mod colour;
 mod crash;
@@ -11,7 +12,6 @@ mod options;
 mod outlet;
 mod progress;
 mod report;
-mod store;
 mod table;
 mod text;
 
@@ -47,7 +47,6 @@ enum Verb {
     Demo(cmd::demo::Args),
     Check(Box<cmd::check::Args>),
     Compare(cmd::compare::Args),
-    Store(cmd::store::Args),
     Export(cmd::export::Args),
     Live(Box<cmd::live::Args>),
     Log(Box<cmd::log::Args>),

@@ -1,14 +1,11 @@
 //! Options that several commands share.
 
-use std::path::Path;
-
 use clap::{Args, ValueEnum};
 use gravical::apply::OutputUnit;
-use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::gravity::Gravity;
 use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
 use gravical::segment::face::AxisMap;
-use gravical::{Category, Error, Result};
+use gravical::{Error, Result};
 
 use crate::progress;
 
@@ -199,27 +196,6 @@ impl RecordingArgs {
             meter: Some(progress::meter()),
         }
     }
-}
-
-/// Reads a calibration. If the file is none but `recording` is, the hint says that the two are
-/// swapped.
-///
-/// # Errors
-///
-/// Those of [`CalibrationFile::read_with_input`].
-pub fn read_calibration(
-    path: &Path,
-    recording: Option<&Path>,
-    swap: &str,
-) -> Result<(CalibrationFile, InputFile)> {
-    CalibrationFile::read_with_input(path).map_err(|error| {
-        let swapped = error.category() == Category::Input
-            && recording.is_some_and(|r| r.is_file() && CalibrationFile::read(r).is_ok());
-        match swapped {
-            true => error.with_hint(swap),
-            false => error,
-        }
-    })
 }
 
 /// Units of acceleration in a table, as options.

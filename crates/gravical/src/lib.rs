@@ -13,9 +13,7 @@
 //!    [`check`] determines whether one still fits new recordings, [`compare`] whether two of them
 //!    differ by more than their uncertainty; [`export`] writes them as code or parameters for
 //!    other programs.
-//! 5. [`store`] keeps the calibrations of many sensors, chooses the one that fits a recording, and
-//!    tests whether a sensor changed.
-//! 6. [`denoise`] filters a recording and reports the effect on its noise; [`noise`] determines the
+//! 5. [`denoise`] filters a recording and reports the effect on its noise; [`noise`] determines the
 //!    noise itself.
 //!
 //! What is not shown here serves the program `gravical` and may change with every release.
@@ -87,7 +85,6 @@ pub mod simulate;
 pub mod stats;
 #[doc(hidden)]
 pub mod still;
-pub mod store;
 #[doc(hidden)]
 pub mod temperature;
 #[doc(hidden)]

@@ -105,28 +105,6 @@ pub(crate) fn chi_square(
     Some((test, outside.sqrt()))
 }
 
-/// The inverse of a covariance in the directions that it determines, by the rank decision of
-/// [`chi_square`], and their number; a direction without variance carries no information. None
-/// when the covariance is zero or not finite.
-pub(crate) fn information(covariance: &DMatrix<f64>) -> Option<(DMatrix<f64>, u32)> {
-    if covariance.is_empty() || covariance.iter().any(|v| !v.is_finite()) {
-        return None;
-    }
-    let eigen = SymmetricEigen::new((covariance + covariance.transpose()) * 0.5);
-    let largest = eigen.eigenvalues.max();
-    if largest <= 0.0 {
-        return None;
-    }
-    let mut rank = 0;
-    let inverse = eigen.eigenvalues.map(|value| {
-        let determined = value > RANK_TOLERANCE * largest;
-        rank += u32::from(determined);
-        if determined { 1.0 / value } else { 0.0 }
-    });
-    let v = &eigen.eigenvectors;
-    Some((v * DMatrix::from_diagonal(&inverse) * v.transpose(), rank))
-}
-
 /// P(χ² ≥ `chi2`), or with the scale of the covariance known by `covariance_freedom`
 /// degrees of freedom P(F ≥ `chi2`/`degrees_of_freedom`).
 pub(crate) fn upper_tail(

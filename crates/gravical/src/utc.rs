@@ -70,11 +70,6 @@ impl UtcTime {
         let text: String = self.0.to_string().chars().take(16).collect();
         text.replace('T', " ")
     }
-
-    /// For the name of a file: `2026-03-09T10-15-00Z`.
-    pub(crate) fn in_file_name(self) -> String {
-        self.0.to_string().replace(':', "-")
-    }
 }
 
 /// Whole seconds are enough.

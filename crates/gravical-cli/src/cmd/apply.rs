@@ -10,10 +10,10 @@ use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, 
 use gravical::{Error, Result, numfmt};
 use gravical_report::document::Document;
 
+use crate::calibration::{OriginArgs, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
-use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED, read_calibration};
+use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};
 use crate::report::ReportArgs;
-use crate::store::StoreArgs;
 use crate::table::{TableArgs, how_it_was_read, write_file};
 
 /// Apply a calibration to a recording
@@ -28,22 +28,20 @@ How a recording is read (units, columns, rate): options in `gravical apply --hel
     after_long_help = "\
 Examples:
   gravical apply cal.json ride.csv -o ride-calibrated.csv
-  gravical apply --store cals ride.csv -o ride-calibrated.csv
+  gravical apply cals/ ride.csv --sensor-id left-foot -o ride-calibrated.csv
 
 Many recordings: gravical apply cal.json rides/*.csv -o calibrated/
 With --each a folder stands for its recordings. Each result has the name of its
 recording; one that fails does not stop the others. After Ctrl-C, --resume continues.
 
-Exit codes: 0 done, 3 bad input; of many recordings: 4 one of them failed.",
-    override_usage = "gravical apply [OPTIONS] <CAL> <INPUT>...
-       gravical apply [OPTIONS] --store <DIR> <INPUT>"
+Exit codes: 0 done, 3 bad input; of many recordings: 4 one of them failed."
 )]
 pub struct Args {
-    /// Calibration file, of `gravical calibrate` or imucal; left out with --store
+    /// Calibration file, of `gravical calibrate` or imucal, or a folder of them
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
     /// Recording, plain or .gz; - reads standard input. Several recordings need -o DIR
-    #[arg(required_unless_present = "store", value_name = "INPUT")]
+    #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time; its calibrated rate is appended.
     /// The recording is then held in memory
@@ -63,7 +61,7 @@ pub struct Args {
     #[command(flatten)]
     each: EachArgs,
     #[command(flatten)]
-    store: StoreArgs,
+    origin: OriginArgs,
     #[command(flatten)]
     recording: RecordingArgs,
 }
@@ -74,28 +72,23 @@ pub struct Args {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    // With a store the only argument is the recording.
-    let (named, recordings) = match &args.inputs[..] {
-        [] => (None, std::slice::from_ref(&args.calibration)),
-        inputs => (Some(args.calibration.as_path()), inputs),
-    };
-    let path = match recordings {
+    let path = match &args.inputs[..] {
         [one] if !args.each.each => {
             args.each.refuse_alone()?;
             one
         }
         _ => return apply_each(args),
     };
-    let mut inputs = vec![path.as_path()];
-    inputs.extend(named);
+    let mut inputs = vec![path.as_path(), &args.calibration];
     inputs.extend(args.gyro.as_deref());
     args.output.check(&ReportArgs::default(), &inputs)?;
     let read_options = args.recording.read_options(false);
-    let taken = args.store.take(named, recordings, &read_options, SWAPPED)?;
-    let taken = taken.context("neither a calibration nor a store is given")?;
-    inputs.push(&taken.path);
-    args.output.check(&ReportArgs::default(), &inputs)?;
-    let calibration = &taken.file;
+    let quiet = args.output.quiet;
+    let recordings = std::slice::from_ref(path);
+    let found = args
+        .origin
+        .read(&args.calibration, recordings, &read_options, SWAPPED, quiet)?;
+    let calibration = &found.file;
     let options = args.options(&read_options);
     options.read.validate()?;
     let joined = args
@@ -111,11 +104,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     })?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows calibrated");
-    let mut document = document(&summary);
-    taken.add_to(&mut document);
     let detail = ReportArgs::detail_of(args.verbose);
-    let output = &args.output;
-    output.print_summary(&taken.with(&summary), &done, &document, detail)?;
+    let document = document(&summary);
+    args.output
+        .print_summary(&summary, &done, &document, detail)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -129,7 +121,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.gyro.is_some()),
         ("--json", args.output.json),
-        ("--store", args.store.is_given()),
+        ("CAL as a folder", args.calibration.is_dir()),
     ])?;
     let Some(output) = args.output.output.as_deref() else {
         return Err(Error::usage(
@@ -145,7 +137,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     });
     options.read.validate()?;
     let first = args.inputs.first().map(PathBuf::as_path);
-    let (calibration, _) = read_calibration(&args.calibration, first, SWAPPED)?;
+    let calibration = read_file(&args.calibration, first, SWAPPED)?.file;
     let plan = Plan {
         each: &args.each,
         inputs: &args.inputs,

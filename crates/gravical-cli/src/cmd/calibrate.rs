@@ -15,6 +15,7 @@ use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections_with_input;
 use gravical::segment::still::StillOptions;
 use gravical::session::{self, SessionCalibration};
+use gravical::utc::UtcTime;
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::figure::calibration::Session;
@@ -26,7 +27,6 @@ use crate::figures::FigureArgs;
 use crate::options::command_line;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::{ReportArgs, check_outputs};
-use crate::store::{StoreTarget, filed};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -62,8 +62,9 @@ pub struct Args {
     /// Calibration file to write (JSON); with --each, a folder for one of each session
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    #[command(flatten)]
-    store: StoreTarget,
+    /// When the session was recorded (UTC), stored in the calibration [default: by its time stamps]
+    #[arg(long, hide_short_help = true, value_name = "DATE")]
+    recorded: Option<UtcTime>,
     #[command(flatten)]
     report: ReportArgs,
     /// Overwrite existing files
@@ -211,13 +212,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         segmentation,
         recordings,
     } = computed;
-    args.store.check(&file)?;
     if let Some(path) = &args.output {
         save(path, args.force, &file)?;
     }
-    let added = args.store.add(&file)?;
-    let stored = added.as_ref().map(|added| added.path.as_path());
-    let saved = args.output.as_deref().or(stored);
     let session = segmentation.as_ref().map(|segmentation| Session {
         recordings: &recordings,
         segmentation,
@@ -228,11 +225,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         false => Vec::new(),
     };
     args.figures.write(&figures, args.force, args.quiet)?;
-    let document = report::calibration(&file, saved, &figures);
+    let document = report::calibration(&file, args.output.as_deref(), &figures);
     args.report.write(args.force, &document)?;
     if !args.quiet {
         args.report.say();
-        added.iter().for_each(|added| text::say(&filed(added)));
     }
     if args.json {
         text::print_json(&file)?;
@@ -264,7 +260,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         ("--report", args.report.is_wanted()),
         ("--figures", args.figures.figures.is_some()),
         ("--json", args.json),
-        ("--store, --recorded", args.store.is_given()),
+        ("--recorded", args.recorded.is_some()),
     ])?;
     let options = args.options()?;
     options.validate()?;
@@ -423,7 +419,7 @@ impl Args {
                 id: m.sensor_id.clone(),
                 model: m.sensor_model.clone(),
             },
-            recorded: self.store.recorded,
+            recorded: self.recorded,
             command: Some(command_line()),
             other_inputs: list.into_iter().collect(),
             thermal: self.thermal()?,
@@ -466,17 +462,14 @@ fn next_step(args: &Args, file: &CalibrationFile) -> String {
         Grade::Poor => " (but fix what the verdict names first)",
         _ => "",
     };
-    match (&args.output, args.store.next(file)) {
-        (Some(path), _) => {
-            format!(
-                "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
-                p = path_word(path)
-            )
-        }
-        (None, Some(next)) => format!("\nNext: {next}{caution}\n"),
-        (None, None) if file.verdict.grade == Grade::Poor => {
+    match &args.output {
+        Some(path) => format!(
+            "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
+            p = path_word(path)
+        ),
+        None if file.verdict.grade == Grade::Poor => {
             "\nNothing was saved. Fix what the verdict names first;\n-o cal.json saves it anyway.\n".to_owned()
         }
-        (None, None) => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
+        None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
     }
 }

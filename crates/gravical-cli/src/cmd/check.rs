@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context as _;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::recording::{ReadOptions, Recording};
@@ -11,11 +10,11 @@ use gravical::session::read_session;
 use gravical::{Error, Result};
 use gravical_report::report;
 
+use crate::calibration::{OriginArgs, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::QUALITY;
-use crate::options::{GravityArgs, RecordingArgs, SWAPPED, read_calibration};
+use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
 use crate::report::{ReportArgs, with_origin};
-use crate::store::StoreArgs;
 use crate::text;
 
 /// Test whether a calibration still fits new recordings at rest
@@ -32,7 +31,7 @@ Exit codes: 0 fits or cannot be decided, 3 bad input, 4 does not fit (p < 0.01).
     after_long_help = "\
 Examples:
   gravical check cal.json today.csv
-  gravical check --store cals today.csv
+  gravical check cals/ today.csv --sensor-id left-foot
 
 One static interval in any pose is enough; more poses test more of the calibration.
 
@@ -42,17 +41,15 @@ One that cannot be tested is a row and does not stop the others.
 
 Exit codes: 0 fits, or cannot be decided; 3 no static interval, or another unit;
 4 does not fit any more (p < 0.01); with --each: 4 one of them does not fit or cannot
-be tested.",
-    override_usage = "gravical check [OPTIONS] <CAL> <RECORDING>...
-       gravical check [OPTIONS] --store <DIR> <RECORDING>..."
+be tested."
 )]
 pub struct Args {
-    /// Calibration file, of `gravical calibrate` or imucal; left out with --store
+    /// Calibration file, of `gravical calibrate` or imucal, or a folder of them
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
     /// Recordings of the sensor at rest: files, or one folder; - reads standard input. With --each,
     /// sessions
-    #[arg(required_unless_present = "store", value_name = "RECORDING")]
+    #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
@@ -71,7 +68,7 @@ pub struct Args {
     #[command(flatten)]
     each: EachArgs,
     #[command(flatten)]
-    store: StoreArgs,
+    origin: OriginArgs,
     #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
@@ -91,28 +88,24 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report
         .check(None, &files.collect::<Vec<_>>(), args.force)?;
     let read_options = args.recording.read_options(true);
-    // With a store the first argument is a recording, too.
-    let (named, inputs) = match args.store.is_given() {
-        true => (None, &inputs[..]),
-        false => (Some(args.calibration.as_path()), &args.recordings[..]),
-    };
-    let taken = args.store.take(named, inputs, &read_options, SWAPPED)?;
-    let taken = taken.context("neither a calibration nor a store is given")?;
+    let inputs = &args.recordings;
+    let calibration =
+        args.origin
+            .read(&args.calibration, inputs, &read_options, SWAPPED, args.json)?;
     let (result, recordings) = compute(
         args,
-        &taken.file,
-        &taken.path,
+        &calibration.file,
+        &calibration.path,
         inputs,
         &read_options,
         &options,
     )?;
     let mut inputs = InputFile::of(&recordings);
-    inputs.push(taken.input.clone());
-    let mut document = with_origin(report::check(&result), &inputs);
-    taken.add_to(&mut document);
+    inputs.push(calibration.input);
+    let document = with_origin(report::check(&result), &inputs);
     args.report.write(args.force, &document)?;
     if args.json {
-        text::print_json(&taken.with(&result))?;
+        text::print_json(&result)?;
     } else {
         text::print_report(&document.to_text(args.report.detail()))?;
     }
@@ -134,7 +127,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
         ("--report", args.report.is_wanted()),
         ("--json", args.json),
         ("--resume", args.each.resume),
-        ("--store", args.store.is_given()),
+        ("CAL as a folder", args.calibration.is_dir()),
     ])?;
     let options = args.options()?;
     let read = ReadOptions {
@@ -143,7 +136,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     read.validate()?;
     let first = args.recordings.first().map(PathBuf::as_path);
-    let (calibration, _) = read_calibration(&args.calibration, first, SWAPPED)?;
+    let calibration = read_file(&args.calibration, first, SWAPPED)?.file;
     let plan = Plan {
         each: &args.each,
         inputs: &args.recordings,

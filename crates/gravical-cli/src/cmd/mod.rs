@@ -17,7 +17,6 @@ pub mod motion;
 pub mod noise;
 pub mod ports;
 pub mod simulate;
-pub mod store;
 
 use std::process::ExitCode;
 
@@ -43,7 +42,6 @@ impl Verb {
             Verb::Demo(args) => demo::run(args),
             Verb::Check(args) => check::run(args),
             Verb::Compare(args) => compare::run(args),
-            Verb::Store(args) => store::run(args),
             Verb::Export(args) => export::run(args),
             Verb::Live(args) => live::run(args),
             Verb::Log(args) => Ok(log::run(args)),
@@ -67,7 +65,6 @@ impl Verb {
             Verb::Demo(args) => args.json,
             Verb::Check(args) => args.json,
             Verb::Compare(args) => args.json,
-            Verb::Store(args) => args.json(),
             Verb::Log(args) => args.json,
             Verb::Ports(args) => args.json,
             Verb::Simulate(args) => args.json(),

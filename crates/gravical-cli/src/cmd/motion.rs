@@ -3,7 +3,7 @@
 mod args;
 mod causal;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -24,7 +24,6 @@ use gravical_report::report;
 
 use crate::failure::QUALITY;
 use crate::report::{check_outputs, with_origin};
-use crate::store::{Taken, WithChoice};
 use crate::table::Target;
 use crate::text;
 
@@ -55,19 +54,19 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let truth = args.truth()?;
     // A report lists the checksum of its input.
     let read_options = args.recording.read_options(args.report.is_wanted());
-    let taken = args.store.take(
-        args.calibration.as_deref(),
-        std::slice::from_ref(&args.input),
-        &read_options,
-        "the arguments are swapped: the recording is the argument, the calibration belongs to -c",
-    )?;
-    let calibrated = taken.as_ref().map(|taken| Calibrated {
-        file: &taken.file,
-        name: &taken.input.path,
+    let inputs = std::slice::from_ref(&args.input);
+    let swap =
+        "the arguments are swapped: the recording is the argument, the calibration belongs to -c";
+    let quiet = args.quiet;
+    let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, swap, quiet);
+    let calibration = args.calibration.as_ref().map(find).transpose()?;
+    let calibrated = calibration.as_ref().map(|found| Calibrated {
+        file: &found.file,
+        name: &found.input.path,
     });
 
     if args.causal {
-        return causal::run(args, target, calibrated, taken.as_ref(), &options);
+        return causal::run(args, target, calibrated, &options);
     }
     let mut recording = match &args.gyro {
         Some(path) => {
@@ -80,12 +79,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let whole = truth.is_some() || args.report.is_wanted() || args.figures.figures.is_some();
     if !whole {
         let result = samples_away(args, target, &mut recording, calibrated, &options)?;
-        return tell(args, &result, taken.as_ref(), &recording);
+        return tell(args, &result, &recording);
     }
     let mut motion = motion(&recording, calibrated, &options)?;
-    let calibration = taken.iter().map(|taken| taken.input.clone());
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
-    inputs.extend(calibration);
+    inputs.extend(calibration.iter().map(|found| found.input.clone()));
     inputs.extend(noise.map(|(_, input)| input));
     if let Some((path, truth)) = truth {
         let reference = read_reference(path, truth.columns.as_ref(), &recording, &args.input)?;
@@ -105,12 +103,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     args.figures.write(&figures, args.force, args.quiet)?;
     if args.report.is_wanted() {
-        let mut document = report::motion(&motion.result, &recording, &figures);
-        taken.iter().for_each(|taken| taken.add_to(&mut document));
+        let document = report::motion(&motion.result, &recording, &figures);
         args.report
             .write(args.force, &with_origin(document, &inputs))?;
     }
-    tell(args, &motion.result, taken.as_ref(), &recording)
+    tell(args, &motion.result, &recording)
 }
 
 /// The result, its table written sample by sample without keeping the track.
@@ -160,15 +157,9 @@ pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
 }
 
 /// Prints the result.
-fn tell(
-    args: &Args,
-    result: &MotionResult,
-    taken: Option<&Taken>,
-    recording: &Recording,
-) -> anyhow::Result<ExitCode> {
+fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Result<ExitCode> {
     if args.json {
-        let store = taken.and_then(|taken| taken.choice.as_ref());
-        text::print_json(&WithChoice { result, store })?;
+        text::print_json(result)?;
     }
     if !args.quiet {
         let target = Target::of(args.output.as_deref());
@@ -178,8 +169,7 @@ fn tell(
         };
         let input = one_line(&result.input);
         text::say(&format!("{input}: {} rows{to}", result.rows));
-        let mut document = report::motion(result, recording, &[]);
-        taken.iter().for_each(|taken| taken.add_to(&mut document));
+        let document = report::motion(result, recording, &[]);
         text::say_report(document.to_text(args.report.detail()).trim_end());
         if target == Target::Nowhere && !args.json {
             text::say(target.hint().trim_end());

@@ -25,7 +25,6 @@
 
 pub mod calibration;
 mod csv;
-pub mod history;
 mod model;
 pub mod motion;
 pub mod noise;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use gravical::output::write_atomic;
 use gravical::{Error, Result};
 
-use super::{Figure, calibration, history, motion, noise, svg, write_csv};
+use super::{Figure, calibration, motion, noise, svg, write_csv};
 
 /// What is written of each figure besides the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -112,7 +112,7 @@ fn figures_in(folder: &Path) -> Result<Vec<PathBuf>> {
 fn is_figure(name: &str) -> bool {
     name.split_once('.').is_some_and(|(stem, ending)| {
         let known = calibration::NAMES.iter().chain(&motion::NAMES);
-        let known = known.chain(&noise::NAMES).chain(&history::NAMES);
+        let known = known.chain(&noise::NAMES);
         ["svg", "csv", "png"].contains(&ending) && known.into_iter().any(|n| *n == stem)
     })
 }

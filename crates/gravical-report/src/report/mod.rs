@@ -14,7 +14,6 @@ mod noise;
 mod paste;
 mod placements;
 mod provenance;
-mod store;
 mod temperature;
 mod truth;
 
@@ -31,7 +30,6 @@ pub use inspection::inspection;
 pub use motion::motion;
 pub use noise::noise;
 pub use provenance::Provenance;
-pub use store::{choice, history, store_list, stored};
 
 use crate::document::short_name;
 

@@ -6,6 +6,7 @@
 //! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/1` fields are only added.
 
 mod check;
+mod folder;
 mod imucal;
 mod input;
 mod noise;
@@ -23,6 +24,7 @@ use crate::output::write_atomic;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
+pub use folder::{FoundCalibration, RecordingOrigin, find_calibration};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use noise::*;

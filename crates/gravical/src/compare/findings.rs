@@ -59,12 +59,6 @@ pub(super) fn independence(
     Independence::SharedRecordings
 }
 
-/// True if a recording of one is a recording of the other, too.
-pub(super) fn shared_recording(a: &CalibrationFile, b: &CalibrationFile) -> bool {
-    a.recordings()
-        .any(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256))
-}
-
 /// Sensor, gravity, temperature, quality.
 pub(super) fn circumstances(
     a: &CalibrationFile,

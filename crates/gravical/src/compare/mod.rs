@@ -12,7 +12,6 @@
 //! temperature, another gravity, shared recordings) is reported as a finding.
 
 mod findings;
-mod history;
 mod norms;
 mod parameters;
 mod types;
@@ -31,7 +30,6 @@ use findings::{Independence, SAME_GRAVITY, circumstances, independence, orientat
 use parameters::{Jacobian, PAIRS, Rotation, invariants, propagate, rotation, second_order};
 use unit::{NominalModel, sides};
 
-pub use history::*;
 pub use types::*;
 
 /// Probability at which two calibrations that do not differ are said to: the

@@ -790,7 +790,7 @@ kinds! {
             "agreement proves nothing; `check` does not count the intervals that the calibration was fitted to; alone they give `undecided`"
             "make a new recording";
         SensorDiffers "sensor-differs" Warning
-            "`compare`, `store history`: the sensor names or types differ"
+            "`compare`: the sensor names or types differ"
             "compared anyway"
             "give two calibrations of one sensor";
         GravityDiffers "gravity-differs" Warning
@@ -798,11 +798,11 @@ kinds! {
             "`compare` repeats the test with one value for both; `check` uses the given one"
             "use the same `--gravity` for both if they were made in one place";
         TemperatureDiffers "temperature-differs" Warning
-            "`compare`, `store history`: the temperatures of the sessions differ by more than 3 °C; the message gives the typical change of bias"
+            "`compare`: the temperatures of the sessions differ by more than 3 °C; the message gives the typical change of bias"
             "nothing: the uncertainties do not include it"
             "compare sessions at one temperature";
         FramesMirrored "frames-mirrored" Warning
-            "`compare`, `store history`: one calibration is the mirror image of the other"
+            "`compare`: one calibration is the mirror image of the other"
             "they differ"
             "look for two poses that were swapped";
         OrientationUnknown "orientation-unknown" Note

@@ -14,7 +14,6 @@ mod formats;
 #[path = "../../examples/live_sessions/hand.rs"]
 #[allow(dead_code, reason = "the example uses more of it")]
 mod hand;
-mod history;
 mod join;
 mod joint;
 mod joint_properties;

@@ -10,10 +10,10 @@ use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
 use gravical::{Error, Result};
 
+use crate::calibration::OriginArgs;
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::ReportArgs;
-use crate::store::StoreArgs;
 
 /// Compute velocity and position with error bands
 ///
@@ -40,7 +40,7 @@ pub struct Args {
     /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "RECORDING")]
     pub input: PathBuf,
-    /// Calibration file, of `gravical calibrate` or imucal
+    /// Calibration file, of `gravical calibrate` or imucal, or a folder of them
     #[arg(short, long, value_name = "CAL")]
     pub calibration: Option<PathBuf>,
     /// Noise of the sensor by `gravical noise`, for the bands [default: that of the rests]
@@ -71,7 +71,7 @@ pub struct Args {
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
-    pub store: StoreArgs,
+    pub origin: OriginArgs,
     #[command(flatten)]
     truth: TruthArgs,
     #[command(flatten)]

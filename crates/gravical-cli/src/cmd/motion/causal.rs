@@ -8,7 +8,6 @@ use gravical::recording::open;
 use gravical::{Error, Result};
 
 use super::{Args, tell};
-use crate::store::Taken;
 use crate::table::{Target, write_file};
 use crate::text;
 
@@ -21,7 +20,6 @@ pub(super) fn run(
     args: &Args,
     target: Target<'_>,
     calibration: Option<Calibrated<'_>>,
-    taken: Option<&Taken>,
     options: &MotionOptions,
 ) -> anyhow::Result<ExitCode> {
     if args.gyro.is_some() {
@@ -44,7 +42,7 @@ pub(super) fn run(
         Target::Stdout if !args.json => pass(Some(&mut text::table_out()))?,
         Target::Stdout | Target::Nowhere => pass(None)?,
     };
-    tell(args, &done.result, taken, &done.head)
+    tell(args, &done.result, &done.head)
 }
 
 fn not_causal(what: &str) -> Error {

@@ -1,0 +1,116 @@
+//! A calibration that is named, or found in a folder.
+
+use std::path::{Path, PathBuf};
+
+use gravical::calibration_file::{
+    CalibrationFile, FoundCalibration, RecordingOrigin, find_calibration,
+};
+use gravical::escape::path_text;
+use gravical::recording::{ReadOptions, read_head};
+use gravical::session::{files_in, is_something_else};
+use gravical::utc::UtcTime;
+use gravical::{Category, Error, Result};
+
+use crate::text;
+
+/// The recording, for a folder of calibrations.
+#[derive(Debug, Default, clap::Args)]
+#[command(next_help_heading = "Calibration from a folder")]
+pub struct OriginArgs {
+    /// Sensor of the recording [default: the serial number in it]
+    #[arg(long, hide_short_help = true, value_name = "TEXT")]
+    sensor_id: Option<String>,
+    /// When the recording was made (UTC) [default: by its time stamps]
+    #[arg(long, hide_short_help = true, value_name = "DATE")]
+    recorded: Option<UtcTime>,
+}
+
+impl OriginArgs {
+    /// The calibration at `path`; of a folder, that for `inputs`, which is said unless `quiet`.
+    /// `swap`: the hint if calibration and recording are in each other's place.
+    ///
+    /// # Errors
+    ///
+    /// `origin-unused` and `folder-stdin` (usage); those of [`find_calibration`] and of reading.
+    pub fn read(
+        &self,
+        path: &Path,
+        inputs: &[PathBuf],
+        options: &ReadOptions,
+        swap: &str,
+        quiet: bool,
+    ) -> Result<FoundCalibration> {
+        if !path.is_dir() {
+            if self.sensor_id.is_some() || self.recorded.is_some() {
+                return Err(Error::usage(
+                    "origin-unused",
+                    "--sensor-id and --recorded choose among the calibrations of a folder, and this is a file",
+                )
+                .at(path, None)
+                .with_hint("leave them out, or name a folder"));
+            }
+            return read_file(path, inputs.first().map(PathBuf::as_path), swap);
+        }
+        let origin = RecordingOrigin {
+            sensor_id: self.sensor_id.clone(),
+            recorded: self.recorded,
+        };
+        let found = find_calibration(path, &heads(inputs, options)?, &origin)?;
+        if !quiet {
+            text::say(&format!(
+                "Calibration: {}, {}",
+                path_text(&found.path),
+                found.reason
+            ));
+        }
+        Ok(found)
+    }
+}
+
+/// Reads a calibration file. If the file is none but `recording` is, the hint is `swap`.
+///
+/// # Errors
+///
+/// Those of [`CalibrationFile::read_with_input`].
+pub fn read_file(path: &Path, recording: Option<&Path>, swap: &str) -> Result<FoundCalibration> {
+    let read = CalibrationFile::read_with_input(path);
+    let (file, input) = read.map_err(|error| {
+        let swapped = error.category() == Category::Input
+            && recording.is_some_and(|r| r.is_file() && CalibrationFile::read(r).is_ok());
+        match swapped {
+            true => error.with_hint(swap),
+            false => error,
+        }
+    })?;
+    Ok(FoundCalibration {
+        file,
+        input,
+        path: path.to_owned(),
+        time: None,
+        reason: "named".to_owned(),
+    })
+}
+
+/// The first rows of the recordings: files, or one folder.
+fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<gravical::recording::Recording>> {
+    let is_folder = inputs.len() == 1 && inputs[0].is_dir();
+    let paths = match is_folder {
+        true => files_in(&inputs[0])?,
+        false => inputs.to_vec(),
+    };
+    let mut heads = Vec::new();
+    for path in paths {
+        if path == Path::new("-") {
+            return Err(Error::usage(
+                "folder-stdin",
+                "the beginning of the recording decides which calibration of the folder is taken, and standard input can be read once",
+            )
+            .with_hint("give the recording as a file, or name the file of the calibration"));
+        }
+        match read_head(&path, options) {
+            Err(error) if is_folder && is_something_else(&error) => {}
+            head => heads.push(head?),
+        }
+    }
+    Ok(heads)
+}

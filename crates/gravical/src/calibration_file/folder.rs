@@ -1,0 +1,184 @@
+//! The calibration of a recording among those of a folder.
+
+use std::path::{Path, PathBuf};
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use super::unit::TOLERANCE;
+use super::{CalibrationFile, InputFile};
+use crate::calibrate::common_serial;
+use crate::recording::{AccelScale, AccelUnit, Recording};
+use crate::utc::UtcTime;
+use crate::{Error, Result};
+
+/// Calibrations that an error lists.
+const MAX_LISTED: usize = 8;
+
+/// What the user says of a recording.
+#[derive(Debug, Clone, Default)]
+pub struct RecordingOrigin {
+    /// The sensor; default: the serial number that the recording names.
+    pub sensor_id: Option<String>,
+    /// When it was recorded; default: its time stamps, if they are dates.
+    pub recorded: Option<UtcTime>,
+}
+
+/// A calibration of a folder.
+#[derive(Debug, Clone)]
+pub struct FoundCalibration {
+    /// The calibration.
+    pub file: CalibrationFile,
+    /// Its file.
+    pub input: InputFile,
+    /// The same.
+    pub path: PathBuf,
+    /// When the sensor was calibrated: the time of the session, else of the computation.
+    pub time: Option<UtcTime>,
+    /// Why it was taken.
+    pub reason: String,
+}
+
+impl FoundCalibration {
+    fn sensor(&self) -> Option<&str> {
+        let id = self.file.sensor.id.as_deref().map(str::trim);
+        id.filter(|id| !id.is_empty())
+    }
+
+    /// Unit, and range of counts, of the recording.
+    fn takes(&self, scale: AccelScale) -> bool {
+        let section = &self.file.accelerometer;
+        let counts_per_g = section.scale.iter().sum::<f64>() / 3.0 * STANDARD_GRAVITY_MPS2;
+        let is_near = |lsb: f64| (lsb / counts_per_g - 1.0).abs() <= TOLERANCE;
+        let (own, unit) = (section.input_unit, scale.unit);
+        let known = own != AccelUnit::Unknown && unit != AccelUnit::Unknown;
+        let same_range = unit != AccelUnit::Counts || scale.lsb_per_g.is_none_or(is_near);
+        !known || own == unit && same_range
+    }
+
+    fn line(&self) -> String {
+        let file = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let sensor = self.sensor().unwrap_or("no sensor named");
+        let unit = self.file.accelerometer.input_unit.name();
+        let time = self.time.map_or("no date".to_owned(), UtcTime::minute);
+        format!("{file}: {sensor}, {unit}, {time}")
+    }
+}
+
+/// The calibration in `folder` for `recordings` of one sensor, whose first rows are enough: of
+/// that sensor, for their unit and range, the last one before them. Without a date of the
+/// recordings it is the last of all, which [`FoundCalibration::reason`] says. Files that are no
+/// calibration are not looked at, nor are folders in it.
+///
+/// # Errors
+///
+/// `no-calibration` (input), with what is there; `sensor-id-missing` (usage) where the recordings
+/// name no sensor and the folder has several; `sensors-differ` (input) for recordings of several,
+/// or of another one than given.
+pub fn find_calibration(
+    folder: &Path,
+    recordings: &[Recording],
+    origin: &RecordingOrigin,
+) -> Result<FoundCalibration> {
+    let named = common_serial(recordings)?;
+    if let (Some(named), Some(given)) = (&named, &origin.sensor_id)
+        && named != given
+    {
+        let what = format!("the recording is of the sensor {named}, not of {given}");
+        return Err(Error::input("sensors-differ", what)
+            .with_hint("leave out --sensor-id, or name the file of the calibration"));
+    }
+    let all = calibrations(folder)?;
+    let refuse = |what: &str| {
+        let lines: Vec<String> = all.iter().map(FoundCalibration::line).collect();
+        let more = lines.len().saturating_sub(MAX_LISTED);
+        let more = if more > 0 {
+            format!("; and {more} more")
+        } else {
+            String::new()
+        };
+        let listed = lines[..lines.len().min(MAX_LISTED)].join("; ");
+        let there = if lines.is_empty() {
+            "none".to_owned()
+        } else {
+            listed + &more
+        };
+        Error::input("no-calibration", format!("{what}; there is: {there}")).at(folder, None)
+    };
+    let sensor = named.or_else(|| origin.sensor_id.clone());
+    let mut own: Vec<&FoundCalibration> = match &sensor {
+        Some(id) => all.iter().filter(|c| c.sensor() == Some(id)).collect(),
+        None => all.iter().collect(),
+    };
+    if own.is_empty() {
+        let of = sensor.map_or(String::new(), |id| format!(" of the sensor {id}"));
+        return Err(refuse(&format!("no calibration{of} is in this folder"))
+            .with_hint("calibrate the sensor with -o in this folder, or name a file"));
+    }
+    if sensor.is_none() && own.iter().any(|c| c.sensor() != own[0].sensor()) {
+        let what = "the recording names no sensor, and the folder has calibrations of several";
+        let error = refuse(what).with_hint("name it: --sensor-id NAME");
+        return Err(
+            Error::usage("sensor-id-missing", error.message().to_owned())
+                .at(folder, None)
+                .with_hint("name the sensor: --sensor-id NAME"),
+        );
+    }
+    if let Some(scale) = recordings.first().map(|r| r.accel_scale) {
+        own.retain(|c| c.takes(scale));
+        if own.is_empty() {
+            let unit = scale.unit.name();
+            let lsb = scale
+                .lsb_per_g
+                .map_or(String::new(), |n| format!(", {n:.0} per g"));
+            return Err(refuse(&format!(
+                "the recording is in {unit}{lsb}, and no calibration is"
+            ))
+            .with_hint("calibrate the sensor at this setting"));
+        }
+    }
+    let stamps = recordings.iter().filter_map(Recording::recorded_at).min();
+    let recorded = origin.recorded.or(stamps);
+    if let Some(recorded) = recorded {
+        own.retain(|c| c.time.is_none_or(|time| time <= recorded));
+    }
+    let Some(last) = own.into_iter().max_by_key(|c| c.time) else {
+        let when = recorded.map_or(String::new(), UtcTime::minute);
+        return Err(refuse(&format!(
+            "no calibration was made before the recording of {when}"
+        ))
+        .with_hint("name the file of a later one"));
+    };
+    let reason = match recorded {
+        Some(time) => format!("the last before the recording of {}", time.minute()),
+        None => "the last; the recording has no date (--recorded DATE gives it)".to_owned(),
+    };
+    Ok(FoundCalibration {
+        reason,
+        ..last.clone()
+    })
+}
+
+fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
+    let io = |e| Error::io(folder, e);
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        let is_json = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        if is_json && let Ok((file, input)) = CalibrationFile::read_with_input(&path) {
+            let recorded = file.recorded.map(|recorded| recorded.time);
+            let time = recorded.or_else(|| file.created.parse().ok());
+            let reason = String::new();
+            found.push(FoundCalibration {
+                file,
+                input,
+                path,
+                time,
+                reason,
+            });
+        }
+    }
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(found)
+}
