@@ -13,20 +13,16 @@
 //   a2 a4 a8 a16         accelerometer: full scale in g
 //   g250 g500 g1000 g2000  gyroscope: full scale in degrees/s
 //   d184 d94 d44 d21 d10 d5  low-pass, Hz
-//   r100                 samples a second, 4 to 1000
-//   f0 f1 f2             text in SI units, text in counts, binary at 250000 baud
+//   r100                 samples a second, 4 to 250
+//   f0 f1                SI units, counts
 //   f3                   calibrated: m/s^2 and rad/s (see GRAVICAL_CALIBRATION)
 //   p s                  pause, start again
 //   ?                    say all of it again
-//
-// In the binary format what would be a line with '#' is a frame with that text;
-// crates/gravical/src/recording/frame.rs says what frames look like.
 //
 // MIT or Apache 2.0, as you like.
 
 #include <Wire.h>
 #include <avr/wdt.h>
-#include <util/crc16.h>
 
 // ---- What you may want to change --------------------------------------------
 
@@ -34,8 +30,8 @@ const uint16_t ACCEL_RANGE_G = 2;        // 2, 4, 8 or 16
 const uint16_t GYRO_RANGE_DEG_S = 500;   // 250, 500, 1000 or 2000
 const uint16_t LOW_PASS_HZ = 44;         // 184, 94, 44, 21, 10 or 5; never off:
                                          // 260 Hz sampled at 100 Hz doubles the noise
-const uint16_t RATE_HZ = 100;            // 4 to 1000; without loss up to 150 in SI
-                                         // units, 250 as counts, 500 as binary
+const uint16_t RATE_HZ = 100;            // 4 to 250; without loss up to 150 in SI
+                                         // units, 250 as counts
 
 // Calibrated values: write a header beside this sketch,
 //
@@ -43,13 +39,13 @@ const uint16_t RATE_HZ = 100;            // 4 to 1000; without loss up to 150 in
 //
 // (counts of the ranges above: 8192, 4096, 2048 for 4, 8, 16 g; 131, 32.8, 16.4 for 250,
 // 1000, 2000 degrees/s), and
-// take away the two slashes. Raw values are still sent for f0, f1, f2.
+// take away the two slashes. Raw values are still sent for f0, f1.
 //#define GRAVICAL_CALIBRATION "mysensor.h"
 
 #ifdef GRAVICAL_CALIBRATION
 const uint8_t FORMAT = 3;                // calibrated
 #else
-const uint8_t FORMAT = 0;                // 0 text in SI units, 1 counts, 2 binary
+const uint8_t FORMAT = 0;                // 0 SI units, 1 counts
 #endif
 
 static_assert(ACCEL_RANGE_G == 2 || ACCEL_RANGE_G == 4 || ACCEL_RANGE_G == 8
@@ -98,8 +94,7 @@ const uint8_t WHO_AM_I = 0x75;
 // A look at the sensor and the next one are less than this apart.
 const uint32_t ONE_TURN_US = 400;
 
-const uint32_t TEXT_BAUD = 115200;
-const uint32_t BINARY_BAUD = 250000;     // 16 MHz divide to it exactly
+const uint32_t BAUD = 115200;
 
 // Types stand before the first function: the IDE puts its prototypes there.
 struct Settings {
@@ -126,7 +121,6 @@ uint8_t address = 0x68;   // 0x69 with AD0 high
 uint8_t whoAmI = WHO_AM_I_MPU6050;
 bool running = false;     // the sensor answers and is set up
 bool paused = false;
-uint8_t sequence = 0;     // of binary frames: a lost one is seen
 uint32_t periodUs = 10000;
 uint32_t lastReadyUs = 0;
 uint32_t lastLookUs = 0;  // when there was no sample yet
@@ -158,52 +152,24 @@ void stopWatchdog() {
   wdt_disable();  // it stays on through a reset, at its shortest
 }
 
-// ---- Frames and lines -------------------------------------------------------
+// ---- Lines ------------------------------------------------------------------
 
-const uint8_t SAMPLE_FRAME = 1;
-const uint8_t TEXT_FRAME = 2;
-
-// Sends count bytes (at most 250; room for two more behind them) with their CRC,
-// zeros taken out (consistent overhead byte stuffing, Cheshire and Baker 1999),
-// and a zero.
-void sendFrame(uint8_t *plain, uint8_t count) {
-  uint16_t crc = 0xFFFF;  // CRC-16/CCITT-FALSE: polynomial 0x1021
-  for (uint8_t i = 0; i < count; i++) crc = _crc_xmodem_update(crc, plain[i]);
-  plain[count++] = crc;
-  plain[count++] = crc >> 8;
-  uint8_t from = 0;
-  for (;;) {
-    uint8_t to = from;
-    while (to < count && plain[to] != 0) to++;
-    Serial.write((uint8_t)(to - from + 1));
-    Serial.write(plain + from, to - from);
-    if (to == count) break;
-    from = to + 1;
-  }
-  Serial.write((uint8_t)0);
-}
-
-// A line of text, in the binary format a frame. What is too long is cut.
+// A line of text, sent at once. What is too long is cut.
 class Line : public Print {
  public:
   size_t write(uint8_t c) override {
-    if (length < sizeof bytes - 2) bytes[length++] = c;
+    if (length < sizeof bytes - 1) bytes[length++] = c;
     return 1;
   }
   using Print::write;
   void send() {
-    if (settings.format == 2) {
-      bytes[0] = TEXT_FRAME;
-      sendFrame(bytes, length);
-    } else {
-      bytes[length++] = '\n';
-      Serial.write(bytes + 1, length - 1);
-    }
+    bytes[length++] = '\n';
+    Serial.write(bytes, length);
   }
 
  private:
   uint8_t bytes[192];
-  uint8_t length = 1;
+  uint8_t length = 0;
 };
 
 void say(const __FlashStringHelper *text) {
@@ -431,22 +397,6 @@ void printText(uint32_t ms, const int16_t *v) {
   Serial.write((const uint8_t *)line, at - line);
 }
 
-// ---- Binary -----------------------------------------------------------------
-
-// Kind (1), sequence (1), microseconds (4), seven counts (14): little endian; the
-// sensor's bytes are big endian.
-void printBinary(uint32_t us, const uint8_t *bytes) {
-  uint8_t plain[22];
-  plain[0] = SAMPLE_FRAME;
-  plain[1] = sequence++;
-  memcpy(plain + 2, &us, sizeof us);
-  for (uint8_t i = 0; i < 14; i += 2) {
-    plain[6 + i] = bytes[i + 1];
-    plain[7 + i] = bytes[i];
-  }
-  sendFrame(plain, 20);
-}
-
 // ---- What it says of itself -------------------------------------------------
 
 void printSettings() {
@@ -515,16 +465,11 @@ bool isCalibratedFor(const Settings &wanted) {
 
 void use(const Settings &wanted) {
   if (wanted.format == 3 && !isCalibratedFor(wanted)) {
-    say(CALIBRATED ? F("# no calibration for this range: raw values, f0 f1 f2, have all ranges")
-                   : F("# no calibration in this sketch: f0 f1 f2"));
+    say(CALIBRATED ? F("# no calibration for this range: raw values, f0 f1, have all ranges")
+                   : F("# no calibration in this sketch: f0 f1"));
     return;
   }
-  const bool baud = (wanted.format == 2) != (settings.format == 2);
   settings = wanted;
-  if (baud) {
-    Serial.flush();
-    Serial.begin(settings.format == 2 ? BINARY_BAUD : TEXT_BAUD);
-  }
   running = false;  // the loop sets the sensor up again, and says how
   nextTryMs = millis();
 }
@@ -540,8 +485,8 @@ void command(char letter, uint16_t number) {
       wanted.lowPassHz = hz[lowPassCode(number) - 1];
       break;
     }
-    case 'r': wanted.rateHz = constrain(number, 4, 1000); break;
-    case 'f': wanted.format = number <= 3 ? number : 0; break;
+    case 'r': wanted.rateHz = constrain(number, 4, 250); break;
+    case 'f': wanted.format = number == 1 || number == 3 ? number : 0; break;
     case 'p': paused = true; return;
     case 's': paused = false; first = true; return;
     case '?':
@@ -594,9 +539,9 @@ void lost() {
 
 void setup() {
   armWatchdog();
-  Serial.begin(settings.format == 2 ? BINARY_BAUD : TEXT_BAUD);
+  Serial.begin(BAUD);
   // What a reset tore off has its end here: the first line is not glued to half a row.
-  Serial.write(settings.format == 2 ? 0 : '\n');
+  Serial.write('\n');
   startBus();
   if (hung == HUNG) {
     say(F("# restarted by the watchdog: the program had hung"));
@@ -664,14 +609,10 @@ void loop() {
   first = false;
   lastReadyUs = seen;
   if (paused) return;
-  if (settings.format == 2) {
-    printBinary(dueUs, bytes);
-  } else {
-    int16_t v[7];
-    for (uint8_t i = 0; i < 7; i++) {
-      v[i] = (int16_t)((uint16_t)bytes[2 * i] << 8 | bytes[2 * i + 1]);
-    }
-    printText(milliseconds(dueUs), v);
+  int16_t v[7];
+  for (uint8_t i = 0; i < 7; i++) {
+    v[i] = (int16_t)((uint16_t)bytes[2 * i] << 8 | bytes[2 * i + 1]);
   }
+  printText(milliseconds(dueUs), v);
   tellCounters();
 }

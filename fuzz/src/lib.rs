@@ -4,7 +4,6 @@
 //! `crates/gravical-report/tests/fuzz_corpora.rs` with the files of `seeds` and
 //! `regressions`, so that both check the same things.
 
-mod frames;
 mod numbers;
 mod options;
 mod recordings;
@@ -13,7 +12,6 @@ mod references;
 use gravical::calibration_file::{CalibrationFile, from_imucal, to_imucal};
 use gravical::segment::sections::parse_sections;
 
-pub use frames::frame;
 pub use numbers::number;
 pub use options::{filter, intervals};
 pub use recordings::reader;

@@ -68,11 +68,6 @@ fn reference() {
 }
 
 #[test]
-fn frame() {
-    replay("frame", 8, checks::frame);
-}
-
-#[test]
 fn number() {
     replay("number", 20, checks::number);
 }

@@ -4,8 +4,7 @@
 
 mod board;
 
-use board::{Board, board, faulty, frames, line, notices, report, rows, text};
-use gravical::recording::frame::SampleFrame;
+use board::{Board, board, faulty, line, notices, report, rows, text};
 use gravical::recording::{ReadOptions, read_bytes};
 use virtual_board::sensor::{Reading, SensorOptions};
 
@@ -168,94 +167,6 @@ fn the_reader_knows_counts() {
     assert_eq!(recording.accel_scale.unit.name(), "counts", "{kinds:?}");
     assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0));
     assert!((recording.timing.rate_hz().unwrap() - 200.0).abs() < 0.2);
-}
-
-#[test]
-fn binary_at_500_hz() {
-    for (rate, ppm) in [(500.0, 0.0), (500.0, 8000.0), (500.0, -8000.0)] {
-        let Some(mut board) = board(SensorOptions {
-            clock_error_ppm: ppm,
-            ..SensorOptions::default()
-        }) else {
-            return;
-        };
-        after(&mut board, &format!("r{rate}\nf2\n"), 0.1);
-        let before = board.uno.sensor().samples().1;
-        board.uno.take_bus();
-        board.fed.borrow_mut().clear();
-        let sent = board.run(5.0);
-        assert!((board.uno.baud() - 250_000.0).abs() < 1.0);
-        let bytes: Vec<u8> = sent.iter().map(|s| s.byte).collect();
-        let (samples, lines, bad) = frames(&bytes);
-        let stamps: Vec<f64> = samples.iter().map(|s| f64::from(s.time_us)).collect();
-        let (rate_hz, sd_us) = line(&stamps);
-        report(
-            &mut board,
-            "binary, 250000 baud",
-            rate_hz,
-            sd_us,
-            sent.len(),
-            5.0,
-        );
-        let unread = board.uno.sensor().samples().1 - before;
-        eprintln!("  {unread} not read, {lines:?}");
-        assert_eq!(bad, 0);
-        assert_eq!(lines, Vec::<String>::new());
-        assert!(
-            (rate_hz - rate * (1.0 + ppm * 1e-6)).abs() < 0.1,
-            "{rate_hz}"
-        );
-        for pair in samples.windows(2) {
-            assert_eq!(pair[1].sequence, pair[0].sequence.wrapping_add(1));
-        }
-        let fed = board.fed.borrow();
-        let of = |s: &SampleFrame| {
-            let mut all = s.accel.to_vec();
-            all.push(s.temperature);
-            all.extend(s.gyro);
-            all.into_iter().map(i32::from).collect::<Vec<_>>()
-        };
-        // A simulated row lasts for several samples here, and the first samples may
-        // have been fed before.
-        let differ = (0..20)
-            .map(|at| {
-                samples[5..]
-                    .iter()
-                    .zip(&fed[at..])
-                    .filter(|(s, r)| of(s)[..] != counts(r, 16384.0, 65.5)[..])
-                    .count()
-            })
-            .min();
-        assert_eq!(differ, Some(0));
-    }
-}
-
-#[test]
-fn binary_carries_the_lines_too() {
-    let Some(mut board) = faulty("no-answer@2-2.5") else {
-        return;
-    };
-    board.run(0.5);
-    board.uno.send(b"r500\nf2\n");
-    let bytes: Vec<u8> = board.run(4.0).iter().map(|s| s.byte).collect();
-    let (samples, lines, _) = frames(&bytes);
-    assert!(samples.len() > 1200);
-    assert!(
-        lines
-            .iter()
-            .any(|l| l.starts_with("# gravical") && l.ends_with("rate 500.00 Hz, format 2")),
-        "{lines:?}"
-    );
-    assert!(
-        lines.iter().any(|l| l.starts_with("# no answer")),
-        "{lines:?}"
-    );
-    // And back to text.
-    board.uno.send(b"f0\nr100\n");
-    board.run(0.5);
-    assert!((board.uno.baud() / 115_200.0 - 1.0).abs() < 0.03);
-    let text = board.text(1.0);
-    assert!(rows(text.split_once('\n').unwrap().1).len() > 95);
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub struct BoardArgs {
     /// Wait until a board is plugged in and sends data
     #[arg(long)]
     wait: bool,
-    /// Baud rate of text; binary always uses 250000
+    /// Baud rate
     #[arg(long, value_name = "BAUD", default_value_t = TEXT_BAUD)]
     baud: u32,
     /// Columns of a board that does not name them: t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=…
@@ -83,7 +83,7 @@ pub struct BoardArgs {
     /// Full scale of the gyroscope in °/s: 250, 500, 1000, 2000
     #[arg(long, value_name = "DEG_S")]
     gyro_range: Option<u16>,
-    /// Sampling rate in Hz: 4 to 150, with counts to 250, with binary to 1000 (about 500 arrive)
+    /// Sampling rate in Hz: 4 to 150, with counts to 250
     #[arg(long, value_name = "HZ")]
     pub rate: Option<u16>,
     /// Low-pass of the sensor in Hz: 184, 94, 44, 21, 10, 5
@@ -107,8 +107,6 @@ enum Format {
     Si,
     /// raw counts
     Counts,
-    /// raw counts in binary frames with a checksum, for 500 Hz; the file is text anyway
-    Binary,
     /// m/s², °C and rad/s, calibrated by a board whose sketch has a calibration
     Calibrated,
 }
@@ -160,7 +158,6 @@ impl Args {
             format: self.board.format.map(|format| match format {
                 Format::Si => 0,
                 Format::Counts => 1,
-                Format::Binary => 2,
                 Format::Calibrated => 3,
             }),
         }

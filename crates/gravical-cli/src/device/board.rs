@@ -12,18 +12,16 @@ pub struct Wanted {
     pub gyro_range_deg_s: Option<u16>,
     /// Low-pass, Hz: 184, 94, 44, 21, 10 or 5.
     pub low_pass_hz: Option<u16>,
-    /// Sampling rate, Hz: 4 to 1000.
+    /// Sampling rate, Hz: 4 to 250.
     pub rate_hz: Option<u16>,
-    /// 0 text in SI units, 1 text in counts, 2 binary, 3 calibrated text.
+    /// 0 text in SI units, 1 text in counts, 3 calibrated text.
     pub format: Option<u8>,
 }
 
-/// Highest sampling rate of each format, Hz. 115200 baud are 11520 bytes a second; a row
-/// has up to 70 bytes in SI units and 45 in counts; the sensor has 1000 samples a second.
-const MOST_HZ: [u16; 3] = [150, 250, 1000];
-
-/// Highest rate of the binary format without loss, Hz (docs/firmware.md).
-pub const MOST_BINARY_HZ: u16 = 500;
+/// Highest sampling rates in SI units and as counts, Hz. 115200 baud are 11520 bytes a second; a
+/// row has up to 70 bytes in SI units and 45 in counts.
+const MAX_SI_HZ: u16 = 150;
+const MAX_COUNTS_HZ: u16 = 250;
 
 impl Wanted {
     /// Checks ranges.
@@ -47,13 +45,14 @@ impl Wanted {
             &[250, 500, 1000, 2000],
         )?;
         one_of("--low-pass", self.low_pass_hz, &[184, 94, 44, 21, 10, 5])?;
-        let most = usize::from(self.format.unwrap_or(0));
-        let most = MOST_HZ.get(most).copied().unwrap_or(MOST_HZ[0]);
+        let most = match self.format {
+            Some(1) => MAX_COUNTS_HZ,
+            _ => MAX_SI_HZ,
+        };
         match self.rate_hz {
             Some(rate) if !(4..=most).contains(&rate) => {
                 let text = match self.format {
                     Some(1) => " as counts",
-                    Some(2) => "",
                     Some(3) => " as calibrated text",
                     _ => " as text in SI units",
                 };
@@ -63,9 +62,6 @@ impl Wanted {
                 );
                 Err(match rate {
                     5..=250 => error.with_hint("--format counts carries 250 Hz"),
-                    251..=1000 => error.with_hint(format!(
-                        "--format binary takes up to 1000 Hz; {MOST_BINARY_HZ} Hz work without loss"
-                    )),
                     _ => error,
                 })
             }
@@ -216,33 +212,14 @@ mod tests {
                 },
                 false,
             ),
-            (
-                Wanted {
-                    rate_hz: Some(1000),
-                    format: Some(2),
-                    ..none
-                },
-                true,
-            ),
-            (
-                Wanted {
-                    rate_hz: Some(1001),
-                    format: Some(2),
-                    ..none
-                },
-                false,
-            ),
         ] {
             assert_eq!(wanted.validate().is_ok(), fits, "{wanted:?}");
         }
-        for format in [None, Some(0), counts] {
-            let fast = Wanted {
-                rate_hz: Some(500),
-                format,
-                ..none
-            };
-            let error = fast.validate().unwrap_err();
-            assert!(error.hint().unwrap().contains("--format binary"), "{error}");
-        }
+        let fast = Wanted {
+            rate_hz: Some(200),
+            ..none
+        };
+        let error = fast.validate().unwrap_err();
+        assert!(error.hint().unwrap().contains("--format counts"), "{error}");
     }
 }

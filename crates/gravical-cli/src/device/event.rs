@@ -35,11 +35,6 @@ pub enum Event {
         /// The commands, separated by spaces.
         text: String,
     },
-    /// The port is set to another baud rate.
-    Speed {
-        /// Bits a second.
-        baud: u32,
-    },
     /// An option that does not have its full effect, or something to check.
     Warning {
         /// What, and what to do.

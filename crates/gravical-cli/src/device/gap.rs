@@ -19,8 +19,6 @@ pub enum Cause {
     Silent,
     /// The board's clock jumped for no other known cause.
     Lost,
-    /// The board sent all its samples, but had missed some.
-    NotSampled,
     /// The disk took no rows.
     DiskFull,
     /// The recording had ended and was continued.
@@ -37,7 +35,6 @@ impl Cause {
             Cause::Settings => "the board had other settings",
             Cause::Silent => "the board sent no rows",
             Cause::Lost => "rows were lost on the way from the board",
-            Cause::NotSampled => "the board missed samples",
             Cause::DiskFull => "the disk was full",
             Cause::Continued => "the recording was ended and continued",
         }

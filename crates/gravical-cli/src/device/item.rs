@@ -14,8 +14,6 @@ pub struct Row {
     pub accel: Option<[f64; 3]>,
     /// Temperature of the sensor.
     pub temperature: Option<f64>,
-    /// Number of the row modulo 256; the binary format has one.
-    pub sequence: Option<u8>,
 }
 
 /// Why a line is rejected.
@@ -28,8 +26,6 @@ pub enum Reason {
     FieldCount,
     /// A value that is not a finite number.
     NotANumber,
-    /// Bytes of the binary format that are not a valid frame.
-    BadFrame,
 }
 
 impl Reason {
@@ -39,7 +35,6 @@ impl Reason {
             Reason::Half => "its beginning or end was not received",
             Reason::FieldCount => "not the values of a row",
             Reason::NotANumber => "a value is not a number",
-            Reason::BadFrame => "not a valid frame",
         }
     }
 }
@@ -47,8 +42,7 @@ impl Reason {
 /// One message of a board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// The line for the file, without a line end. A rejected line is as it arrived, a
-    /// rejected frame is in hexadecimal digits.
+    /// The line for the file, without a line end. A rejected line is as it arrived.
     pub bytes: Vec<u8>,
     /// What it is.
     pub kind: Kind,
@@ -71,7 +65,7 @@ pub enum Kind {
 }
 
 impl Item {
-    /// A line or frame that is rejected.
+    /// A line that is rejected.
     pub fn rejected(bytes: Vec<u8>, reason: Reason) -> Self {
         let kind = Kind::Rejected(reason);
         Item { bytes, kind }

@@ -12,7 +12,6 @@
 pub mod board;
 pub mod disk;
 pub mod event;
-pub mod frames;
 pub mod gap;
 pub mod item;
 pub mod lines;

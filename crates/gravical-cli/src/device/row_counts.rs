@@ -4,8 +4,7 @@ use serde::Serialize;
 
 /// Counts of lines and rows. All rows that arrived: [`received`](Self::received) = stored +
 /// unstored + paused + before the start + after the end + other settings + waiting for
-/// the disk. All rows that the board sent as frames, while it was not reset: received +
-/// missing + lost + rejected − fragments.
+/// the disk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct RowCounts {
     /// Rows that arrived from the board.
@@ -24,18 +23,12 @@ pub struct RowCounts {
     pub unstored: u64,
     /// Rows that did not arrive, by the board's clock: in a named gap.
     pub missing: u64,
-    /// Rows that did not arrive, by the numbers of binary frames, and are not in a named
-    /// gap: too few of them, or in a pause.
-    pub lost: u64,
     /// Named gaps.
     pub gaps: u64,
     /// Gaps in which rows are missing, or may be: their number may not be known.
     pub incomplete: u64,
     /// Rejected lines; they are in a file beside the recording.
     pub rejected: u64,
-    /// Rejected pieces of binary frames that are no rows of their own: by the numbers of the
-    /// frames, fewer rows are missing than pieces arrived.
-    pub fragments: u64,
     /// Rejected lines that could not be written.
     pub rejected_unstored: u64,
     /// Lines of the board that begin with `#`.

@@ -16,11 +16,6 @@ use super::trouble;
 /// Longest wait of one read, and so the longest delay of the thread's end.
 const READ: Duration = Duration::from_millis(50);
 
-/// Bytes may still be in the USB bridge, which changes its baud rate at once: 28 bytes of
-/// commands take 2.5 ms at 115200 baud. After a command the board is silent for 100 ms,
-/// while it sets its sensor up.
-const DRAIN: Duration = Duration::from_millis(50);
-
 /// Result of a wait.
 #[derive(Debug)]
 pub enum Incoming {
@@ -115,21 +110,6 @@ impl Serial {
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes)?;
         self.port.flush()
-    }
-
-    /// Waits until all bytes are sent, and sets another baud rate; returns bytes that
-    /// arrived at the rate before.
-    ///
-    /// # Errors
-    ///
-    /// The system's error.
-    pub fn set_baud(&mut self, baud: u32) -> io::Result<Vec<u8>> {
-        self.port.flush()?;
-        std::thread::sleep(DRAIN);
-        self.port.set_baud_rate(baud)?;
-        let (before, failed) = self.received();
-        self.failed = failed;
-        Ok(before)
     }
 
     /// Stops reading; returns the bytes that have arrived. It ends even if bytes keep

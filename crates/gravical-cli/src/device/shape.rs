@@ -213,7 +213,6 @@ impl RowShape {
                 _ => None,
             },
             temperature: value(Quantity::Temperature),
-            sequence: None,
         };
         Ok((line, row))
     }
@@ -314,7 +313,6 @@ mod tests {
             stamp: Some(5.0),
             accel: Some([1.0, 2.0, 3.0]),
             temperature: Some(25.0),
-            sequence: None,
         };
         assert_eq!((&line[..], row), (&b"5,1,2,3,25,4,5,6"[..], expected));
         assert_eq!(shape.row(b"1,2,3"), Err(Reason::FieldCount));

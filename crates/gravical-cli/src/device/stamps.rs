@@ -1,5 +1,4 @@
-//! Follows the board's clock and the numbers of its frames, row by row: how many rows are
-//! missing where they jump.
+//! Follows the board's clock, row by row: how many rows are missing where it jumps.
 
 use std::collections::VecDeque;
 
@@ -16,26 +15,10 @@ const JUMPS_OF_A_STEP: usize = 5;
 /// Lengths are similar up to this factor.
 const ALIKE: f64 = 1.5;
 
-/// What stamp and number of a row show about the rows before it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Step {
-    /// The clock advances; rows may be missing.
-    On {
-        /// Missing rows by the clock.
-        jump: u64,
-        /// Missing rows by the numbers of frames; none without two numbers.
-        lost: Option<u64>,
-    },
-    /// The clock runs backwards: it restarted.
-    Restarted,
-}
-
-/// The stamps and numbers of the last rows.
+/// The stamps of the last rows.
 #[derive(Debug, Clone, Default)]
 pub struct Stamps {
     last: Option<f64>,
-    /// The number of the last frame, modulo 256.
-    sequence: Option<u8>,
     steps: VecDeque<f64>,
     /// The step that the board reports.
     reported: Option<f64>,
@@ -44,18 +27,10 @@ pub struct Stamps {
 }
 
 impl Stamps {
-    /// Takes the stamp and the number of the next row. Without a stamp only the number
-    /// shows missing rows.
-    pub fn next(&mut self, stamp: Option<f64>, sequence: Option<u8>) -> Step {
-        let before = std::mem::replace(&mut self.sequence, sequence);
-        let Some(jump) = stamp.map_or(Some(0), |stamp| self.jump(stamp)) else {
-            return Step::Restarted;
-        };
-        let lost = before.zip(sequence).map(|(before, now)| {
-            let lost = now.wrapping_sub(before).wrapping_sub(1);
-            lost_frames(u64::from(lost), jump)
-        });
-        Step::On { jump, lost }
+    /// Takes the stamp of the next row, if it has one: rows that are missing before it; none when
+    /// the clock runs backwards, because it restarted.
+    pub fn next(&mut self, stamp: Option<f64>) -> Option<u64> {
+        stamp.map_or(Some(0), |stamp| self.jump(stamp))
     }
 
     /// Rows that are missing by the clock; none when it restarted.
@@ -124,12 +99,6 @@ impl Stamps {
     }
 }
 
-/// The number nearest to `jump` that is `lost` modulo 256: the sequence gives the exact
-/// remainder, the clock the number of full turns.
-fn lost_frames(lost: u64, jump: u64) -> u64 {
-    lost + (jump.saturating_sub(lost) + 128) / 256 * 256
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -186,30 +155,5 @@ mod tests {
         // Repeated stamps and jitter are no gaps.
         assert!(steps([0.0, 0.0, 10.0, 19.0, 31.0, 31.0, 40.0]).is_empty());
         assert_eq!(steps([1e300, 2.0]), [RESTART]);
-    }
-
-    #[test]
-    fn sequence_numbers_show_lost_rows() {
-        let mut stamps = Stamps::default();
-        let mut next = |sequence| match stamps.next(Some(0.0), sequence) {
-            Step::On { lost, .. } => lost,
-            Step::Restarted => panic!("the stamp does not change"),
-        };
-        assert_eq!(next(Some(254)), None);
-        assert_eq!(next(Some(255)), Some(0));
-        assert_eq!(next(Some(0)), Some(0));
-        assert_eq!(next(Some(4)), Some(3));
-        assert_eq!(next(Some(4)), Some(255));
-        assert_eq!(next(None), None);
-        for (lost, jump, is) in [
-            (3, 0, 3),
-            (3, 4, 3),
-            (10, 300, 266),
-            (250, 250, 250),
-            (1, 513, 513),
-            (255, 254, 255),
-        ] {
-            assert_eq!(lost_frames(lost, jump), is, "{lost} {jump}");
-        }
     }
 }

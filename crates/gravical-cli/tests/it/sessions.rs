@@ -302,3 +302,11 @@ fn what_is_missing_is_named_with_its_cause() {
         "{message}"
     );
 }
+
+#[test]
+fn lines_that_the_logger_rejected_are_no_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    write_six_files(folder.path(), &Sensor::default());
+    write(folder.path(), "x_axis_pos.rejected.txt", "1,2\n#\u{1}~~\n");
+    calibrate(folder.path(), ". --gravity 9.81", 0);
+}

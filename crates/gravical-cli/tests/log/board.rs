@@ -193,10 +193,4 @@ impl Board {
         }
         panic!("no command {wanted:?}, but {:?}", self.received);
     }
-
-    /// Baud rate that the terminal is set to.
-    pub fn baud(&self) -> u32 {
-        let (_, theirs) = self.cable.as_ref().unwrap();
-        tcgetattr(theirs).unwrap().output_speed()
-    }
 }

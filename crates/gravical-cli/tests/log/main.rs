@@ -7,12 +7,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod any_board;
-mod binary;
 mod board;
 mod closed;
 mod content;
 mod disk;
-mod fast;
 mod file_changes;
 mod live;
 mod logger;
@@ -306,11 +304,6 @@ fn usage_errors() {
     for (line, code, name) in [
         ("log x --range 3 --json", 2, "option-range"),
         ("log x --rate 500 --json", 2, "option-range"),
-        (
-            "log x --format binary --rate 1001 --json",
-            2,
-            "option-range",
-        ),
         ("log x --rows 0 --json", 2, "option-range"),
         ("log x --duration nan --json", 2, "option-range"),
         ("log x --baud 1 --json", 2, "option-range"),

@@ -34,7 +34,6 @@ pub(crate) mod file;
 mod foreign;
 pub(crate) mod format;
 #[doc(hidden)]
-pub mod frame;
 pub(crate) mod full_scale;
 #[doc(hidden)]
 pub mod growing;

@@ -7,7 +7,6 @@ use std::process::Command;
 use std::rc::Rc;
 use std::sync::OnceLock;
 
-use gravical::recording::frame::{Frame, SampleFrame, decode_frame};
 use virtual_board::sensor::{Faults, Mpu6050, Reading, Rows, SensorOptions, Source};
 use virtual_board::uno::{Sent, Uno};
 
@@ -146,21 +145,6 @@ pub fn rows(text: &str) -> Vec<Vec<f64>> {
 /// Its lines with `#`.
 pub fn notices(text: &str) -> Vec<&str> {
     text.lines().filter(|l| l.starts_with('#')).collect()
-}
-
-/// What decodes of the bytes after the first zero, and how many frames did not.
-pub fn frames(bytes: &[u8]) -> (Vec<SampleFrame>, Vec<String>, usize) {
-    let (mut samples, mut lines, mut bad) = (Vec::new(), Vec::new(), 0);
-    let first = bytes.iter().position(|b| *b == 0).unwrap();
-    let last = bytes.iter().rposition(|b| *b == 0).unwrap();
-    for frame in bytes[first + 1..last].split(|b| *b == 0) {
-        match decode_frame(frame) {
-            Ok(Frame::Sample(sample)) => samples.push(sample),
-            Ok(Frame::Text(line)) => lines.push(line),
-            Err(_) => bad += 1,
-        }
-    }
-    (samples, lines, bad)
 }
 
 /// Prints what a rate costs.

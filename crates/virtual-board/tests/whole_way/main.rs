@@ -89,52 +89,6 @@ fn truth(folder: &Path) -> Truth {
     serde_json::from_str(&text).unwrap()
 }
 
-/// The board changes its rate for frames, and the port of this one is garbage at any
-/// other: 500 samples a second, every one of them, and they mean what they should.
-#[test]
-fn five_hundred_frames_a_second() {
-    let Some(firmware) = board::firmware() else {
-        eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
-        return;
-    };
-    let folder = empty_folder("frames");
-    let seed = SEED.to_string();
-    let hands = ["--hands", "--seed", &seed, "--truth", "truth.json"];
-    let desk = Desk::new(
-        &folder,
-        firmware,
-        &[&hands[..], &["--baud", "port"]].concat(),
-    );
-    let mut logger = desk.log("-o fast.csv --format binary --rate 500 --rows 2500");
-    let ended = logger.ended();
-    for (key, want) in [
-        ("stored", 2500),
-        ("rejected", 0),
-        ("lost", 0),
-        ("missing", 0),
-    ] {
-        assert_eq!(ended[key], want, "{key}: {ended}");
-    }
-    let warned = warnings(&folder, "fast.csv");
-    assert!(warned.is_empty(), "{warned:?}");
-    let recording = read(&folder.join("fast.csv"), &ReadOptions::default()).unwrap();
-    let rate_hz = recording.timing.mean_rate_hz.unwrap();
-    assert!((rate_hz - 500.0).abs() < 0.1, "{rate_hz}");
-    // At rest, whatever its tilt, the truth makes gravity of the mean reading.
-    let truth = truth(&folder).accelerometer;
-    let counts = recording.accel_scale.nominal().unwrap();
-    let warmer_c = temperature_c(&recording) - 25.0;
-    let reading: [f64; 3] = std::array::from_fn(|k| {
-        let values = &recording.accel[k];
-        let mean = values.iter().sum::<f64>() / values.len() as f64 / counts;
-        mean - truth.bias_mps2[k] - warmer_c * truth.bias_drift_mps2_per_c[k]
-    });
-    let inverse = gravical_core::matrix3::inverse(&truth.matrix).unwrap();
-    let force = gravical_core::matrix3::mul_vec(&inverse, &reading);
-    let norm = force.iter().map(|a| a * a).sum::<f64>().sqrt();
-    assert!((norm - GRAVITY_MPS2).abs() < 1.0 * MG, "{norm}");
-}
-
 /// Kinds of what `inspect` warns of.
 fn warnings(folder: &Path, name: &str) -> Vec<String> {
     let text = gravical(folder, &["inspect", "--json", name]);

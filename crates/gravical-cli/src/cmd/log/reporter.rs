@@ -12,7 +12,6 @@ use gravical::segment::face::{AXES, Face};
 
 use crate::device::board::Settings;
 use crate::device::event::Event;
-use crate::device::item::Reason;
 use crate::failure::RenderedError;
 use crate::outlet::Outlet;
 
@@ -225,16 +224,7 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
         Event::Paused => "paused; space resumes".to_owned(),
         Event::Resumed => "recording".to_owned(),
         Event::Warning { text } => format!("! {text}"),
-        Event::Rejected {
-            reason: Reason::BadFrame,
-            text,
-        } => {
-            let why = text.split_once("# ").map_or(text.as_str(), |(_, why)| why);
-            format!("! rejected: not a valid frame: {why}")
-        }
         Event::Rejected { reason, text } => {
-            // The reason follows the bytes of a frame.
-            let text = text.split("  # ").next().unwrap_or_default();
             let shown: String = text.chars().filter(|c| !c.is_control()).take(50).collect();
             format!("! rejected: {}: \"{shown}\"", reason.text())
         }
@@ -252,7 +242,7 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
             format!("! the disk takes no rows ({text}); make room, the recording resumes by itself")
         }
         Event::DiskRecovered => "the disk takes rows again".to_owned(),
-        Event::Speed { .. } | Event::Status { .. } | Event::Ended { .. } => return None,
+        Event::Status { .. } | Event::Ended { .. } => return None,
     })
 }
 

@@ -15,7 +15,6 @@ use super::keys::{Key, Keys};
 use super::reporter::Reporter;
 use super::summary::summary;
 use super::target::{LOOK_FOR_S, target};
-use crate::device::board::MOST_BINARY_HZ;
 use crate::device::event::{End, Event, FileContent};
 use crate::device::live::Poses;
 use crate::device::ports::{Target, list};
@@ -73,13 +72,6 @@ pub fn open<'a>(
     };
     let wanted = before.wanted(args.wanted())?;
     let ports = list().unwrap_or_default();
-    if let Some(rate) = wanted.rate_hz.filter(|rate| *rate > MOST_BINARY_HZ) {
-        reporter.report(&Event::Warning {
-            text: format!(
-                "at {rate} Hz the board cannot send every sample: it skips some and counts them as overruns; {MOST_BINARY_HZ} Hz work without loss"
-            ),
-        });
-    }
     let found = target(args, &ports, reporter, interrupted)?;
     let Some(target) = found else {
         return Ok(None);
@@ -107,7 +99,6 @@ pub fn open<'a>(
             target.name
         )],
         continues: before.header,
-        baud: args.board.baud,
     };
     // Those who read along read the rows themselves.
     let content = args.write_every_s.is_none();
@@ -323,7 +314,6 @@ impl Session<'_> {
                         self.lost(now_s, &e.to_string());
                     }
                 }
-                Action::Baud(baud) => self.set_baud(now_s, baud),
                 Action::Sync => {
                     self.write(now_s);
                     self.sync(now_s);
@@ -338,17 +328,6 @@ impl Session<'_> {
                     self.reporter.report(&event);
                 }
             }
-        }
-    }
-
-    fn set_baud(&mut self, now_s: f64, baud: u32) {
-        match self.source.as_mut().map(|source| source.set_baud(baud)) {
-            Some(Ok(before)) => {
-                self.bytes(now_s, &before);
-                self.recorder.baud_is_set(now_s);
-            }
-            Some(Err(e)) => self.lost(now_s, &e.to_string()),
-            None => {}
         }
     }
 

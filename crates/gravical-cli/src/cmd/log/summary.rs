@@ -46,13 +46,6 @@ pub fn summary(file: &str, ended: &Event) -> String {
         let lines = if c.rejected == 1 { "line" } else { "lines" };
         text.push_str(&format!("  rejected  {} {lines} → {kept}\n", c.rejected));
     }
-    if c.lost > 0 {
-        let rows = if c.lost == 1 { "row" } else { "rows" };
-        text.push_str(&format!(
-            "  lost      {} {rows} outside of named gaps; inspect counts them\n",
-            c.lost
-        ));
-    }
     if c.gaps > 0 {
         let rows = match c.in_gaps() {
             // A continuation; after a reset the number is not known.

@@ -6,12 +6,10 @@ use super::run::Run;
 use super::start::Held;
 use super::{Recorder, State};
 use crate::device::event::{End, Event};
-use crate::device::frames;
 use crate::device::gap::Cause;
 use crate::device::item::Reason;
 use crate::device::live::Live;
 use crate::device::shape::{LEAST_ROWS, RowShape};
-use crate::device::wire::{Coding, Recorded};
 
 /// A board that has sent no header for this time sends none, s.
 const NO_HEADER_S: f64 = 6.0;
@@ -31,12 +29,9 @@ impl Recorder {
         };
         // Rows before the header are of another clock, or of other settings.
         self.counts.before_start += start.drop_held();
-        let shape = match self.wire.coding {
-            Coding::Text => RowShape::of_header(&header, self.options.columns.as_ref()),
-            Coding::Frames => Ok(None),
-        };
-        match shape {
-            Ok(shape) => self.begin(now_s, Some(header), shape),
+        match RowShape::of_header(&header, self.options.columns.as_ref()) {
+            Ok(Some(shape)) => self.begin(now_s, Some(header), shape),
+            Ok(None) => {}
             Err(error) => self.fail(error),
         }
     }
@@ -50,18 +45,11 @@ impl Recorder {
         let waited_s = now_s - start.opened_s;
         let rowless_s = now_s - start.last_row_s;
         if waited_s >= NO_HEADER_S && start.held.len() >= LEAST_ROWS {
-            let coding = self.wire.coding;
             let header = start.possible_header.as_deref();
             let lines = start.held.iter().map(|held| &held.bytes[..]);
-            let shape = match coding {
-                Coding::Text => RowShape::of_rows(lines, header, self.options.columns.as_ref()),
-                Coding::Frames => Ok(None),
-            };
-            match shape {
-                Ok(shape) if shape.is_some() || coding == Coding::Frames => {
-                    return self.begin_with_held(now_s, shape);
-                }
-                Ok(_) => {}
+            match RowShape::of_rows(lines, header, self.options.columns.as_ref()) {
+                Ok(Some(shape)) => return self.begin_with_held(now_s, shape),
+                Ok(None) => {}
                 Err(error) => return self.fail(error),
             }
         }
@@ -76,21 +64,15 @@ impl Recorder {
     }
 
     /// Begins with the rows that were held.
-    fn begin_with_held(&mut self, now_s: f64, shape: Option<RowShape>) {
+    fn begin_with_held(&mut self, now_s: f64, shape: RowShape) {
         let State::Starting(start) = &mut self.state else {
             return;
         };
-        if shape.is_none() {
-            start.add_message(
-                "# the board did not report its settings: the range is not known",
-                None,
-            );
-        }
         let mut header = None;
         if let Some(possible) = start.possible_header.take() {
-            match &shape {
-                Some(shape) if shape.fits(&possible) => header = Some(possible),
-                _ => self.reject(possible, Reason::FieldCount),
+            match shape.fits(&possible) {
+                true => header = Some(possible),
+                false => self.reject(possible, Reason::FieldCount),
             }
         }
         let State::Starting(start) = &mut self.state else {
@@ -101,11 +83,8 @@ impl Recorder {
         self.live = Live::default();
         let first_s = held.first().map_or(now_s, |held| held.at_s);
         self.begin(first_s, header, shape.clone());
-        for Held { at_s, bytes, row } in held {
-            match shape
-                .as_ref()
-                .map_or(Ok((bytes.clone(), row)), |shape| shape.row(&bytes))
-            {
+        for Held { at_s, bytes } in held {
+            match shape.row(&bytes) {
                 Ok((bytes, row)) => self.row(at_s, bytes, row),
                 Err(reason) => {
                     self.counts.received -= 1;
@@ -116,17 +95,14 @@ impl Recorder {
     }
 
     /// Writes the head of the file; from here on rows are stored.
-    fn begin(&mut self, now_s: f64, header: Option<Vec<u8>>, shape: Option<RowShape>) {
+    fn begin(&mut self, now_s: f64, header: Option<Vec<u8>>, shape: RowShape) {
         let State::Starting(start) = &mut self.state else {
             return;
         };
         if let Some(possible) = start.possible_header.take() {
             self.reject(possible, Reason::FieldCount);
         }
-        let columns = match &shape {
-            Some(shape) => shape.columns().to_vec(),
-            None => frames::COLUMNS.into(),
-        };
+        let columns = shape.columns().to_vec();
         let named = String::from_utf8_lossy(&columns).into_owned();
         if let Some(header) = &self.options.continues
             && *header != columns
@@ -149,19 +125,12 @@ impl Recorder {
         for line in &self.options.preamble {
             head.push_str(&format!("# {line}\n"));
         }
-        let notes = shape.iter().flat_map(RowShape::notes);
-        for line in start.messages().chain(notes) {
+        for line in start.messages().chain(shape.notes()) {
             head.push_str(&format!("{line}\n"));
         }
         let settings = start.settings().copied();
-        let mut run = Run::new(now_s, header, settings, self.wire.coding);
-        self.wire.record(match shape {
-            Some(shape) => Recorded::Text {
-                shape: Box::new(shape),
-                has_frames: settings.is_some(),
-            },
-            None => Recorded::Frames,
-        });
+        let mut run = Run::new(now_s, header, settings);
+        self.wire.record(shape);
         if self.options.continues.is_some() {
             run.open_gap(now_s, Cause::Continued);
             run.comments = head.into_bytes();

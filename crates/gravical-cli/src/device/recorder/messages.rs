@@ -18,9 +18,6 @@ const MOST_REJECTS_BEFORE_ROWS: u64 = 50;
 
 impl Recorder {
     pub(super) fn item(&mut self, now_s: f64, item: Item) {
-        if !matches!(item.kind, Kind::Rejected(_)) && self.wire.has_changed() {
-            self.board_restarted(now_s);
-        }
         match item.kind {
             Kind::Row(row) => {
                 self.counts.received += 1;
@@ -35,12 +32,11 @@ impl Recorder {
     /// A row that arrived at `now_s`.
     pub(super) fn row(&mut self, now_s: f64, bytes: Vec<u8>, row: Row) {
         if let State::Starting(start) = &mut self.state {
-            self.counts.before_start += start.hold(now_s, bytes, row);
+            self.counts.before_start += start.hold(now_s, bytes);
             self.live.push(now_s, &Row::default(), false);
             return;
         }
         if let State::Storing(run) | State::Restoring(run, _) = &mut self.state
-            && !self.wire.has_changed()
             && run.follow(now_s, &row, &mut self.counts)
         {
             self.restore(Setup::default());
@@ -154,7 +150,6 @@ impl Recorder {
         }
         if let State::Storing(run) = &self.state
             && !run.has_arrived_rows
-            && reason != Reason::BadFrame
             && run.rejected_since_row >= MOST_REJECTS_BEFORE_ROWS
         {
             let error = rows_differ(run.header.as_deref().unwrap_or_default(), &bytes);

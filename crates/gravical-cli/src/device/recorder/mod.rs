@@ -53,8 +53,6 @@ pub struct Options {
     pub preamble: Vec<String>,
     /// The header of the file that is continued.
     pub continues: Option<Vec<u8>>,
-    /// Baud rate of text, at which a port is opened.
-    pub baud: u32,
 }
 
 /// What has to be done.
@@ -62,10 +60,6 @@ pub struct Options {
 pub enum Action {
     /// Bytes for the board.
     Send(Vec<u8>),
-    /// When all that was sent has left, the port has to be set to this baud rate. Answer
-    /// with [`Recorder::bytes`] for what arrived at the rate before, then with
-    /// [`Recorder::baud_is_set`].
-    Baud(u32),
     /// What is written has to be safe on the disk.
     Sync,
     /// An event for the user.
@@ -237,21 +231,6 @@ impl Recorder {
         });
     }
 
-    /// The port has the rate of [`Action::Baud`]; bytes that arrived at the rate before
-    /// were passed on.
-    pub fn baud_is_set(&mut self, now_s: f64) {
-        if !self.wire.turned(now_s) {
-            return;
-        }
-        if let Some(setup) = self.state.setup_mut() {
-            setup.turned(now_s);
-        }
-        if let State::Starting(start) = &mut self.state {
-            self.counts.before_start += start.drop_held();
-            start.columns = None;
-        }
-    }
-
     /// Bytes from the board.
     pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
         if let Some(run) = self.state.run_mut() {
@@ -284,9 +263,6 @@ impl Recorder {
         let open = self.wire.open;
         if open && self.fatal.is_none() {
             self.set_up(now_s);
-            if let Some(coding) = self.wire.other_coding(now_s) {
-                self.turn_to(coding);
-            }
         }
         let Some(run) = self.state.run_mut() else {
             return;

@@ -4,8 +4,7 @@ use crate::device::board::{Settings, Wanted};
 use crate::device::gap::{Cause, Gap};
 use crate::device::item::Row;
 use crate::device::row_counts::RowCounts;
-use crate::device::stamps::{Stamps, Step};
-use crate::device::wire::Coding;
+use crate::device::stamps::Stamps;
 
 /// Fewer rows than this are not a gap of their own: the reader counts them as missing.
 const FEWEST_MISSING: u64 = 4;
@@ -58,12 +57,7 @@ pub struct Run {
 }
 
 impl Run {
-    pub fn new(
-        now_s: f64,
-        header: Option<Vec<u8>>,
-        settings: Option<Settings>,
-        coding: Coding,
-    ) -> Self {
+    pub fn new(now_s: f64, header: Option<Vec<u8>>, settings: Option<Settings>) -> Self {
         let mut run = Run {
             header,
             first_row_s: None,
@@ -86,7 +80,7 @@ impl Run {
             ended_in_gap: false,
         };
         if let Some(settings) = &settings {
-            run.is_set(settings, coding);
+            run.is_set(settings);
         }
         run
     }
@@ -100,12 +94,8 @@ impl Run {
     }
 
     /// The board reported its settings.
-    pub fn is_set(&mut self, settings: &Settings, coding: Coding) {
-        let second = match coding {
-            Coding::Text => 1e3,
-            Coding::Frames => 1e6,
-        };
-        self.stamps.steps_are(Some(second / settings.rate_hz));
+    pub fn is_set(&mut self, settings: &Settings) {
+        self.stamps.steps_are(Some(1e3 / settings.rate_hz));
     }
 
     /// A row goes into the file; returns the time since the first one, s.
@@ -150,48 +140,30 @@ impl Run {
         self.last_row_elapsed_s = self.elapsed_s(now_s);
     }
 
-    /// Counts the rows that are missing before this one, by its stamp and its number.
+    /// Counts the rows that are missing before this one, by its stamp.
     /// Returns true where the board's clock restarted, so that the board has to be asked
     /// for its settings.
     pub fn follow(&mut self, now_s: f64, row: &Row, counts: &mut RowCounts) -> bool {
         let rejected = std::mem::take(&mut self.rejected_since_row);
         let sent_settings = std::mem::take(&mut self.sent_settings);
-        let (jump, lost) = match self.stamps.next(row.stamp, row.sequence) {
-            Step::On { jump, lost } => (jump, lost),
-            Step::Restarted => {
-                self.clock_restarted(now_s);
-                if row.sequence.is_some() {
-                    counts.fragments += rejected;
-                }
-                if !sent_settings {
-                    self.stamps.steps_are(None);
-                }
-                return !sent_settings && (row.sequence.is_some() || self.settings.is_some());
+        let Some(jump) = self.stamps.next(row.stamp) else {
+            self.clock_restarted(now_s);
+            if !sent_settings {
+                self.stamps.steps_are(None);
             }
+            return !sent_settings && self.settings.is_some();
         };
         // Rejected lines were rows.
-        let (missing, from_sequence) = match lost {
-            None => (jump.saturating_sub(rejected), 0),
-            Some(lost) => {
-                let damaged = rejected.min(lost);
-                counts.fragments += rejected - damaged;
-                (lost.max(jump) - damaged, lost - damaged)
-            }
-        };
-        let missing = self.outside_pauses(now_s, missing);
+        let missing = self.outside_pauses(now_s, jump.saturating_sub(rejected));
         if self.gap.is_some() || missing >= FEWEST_MISSING {
-            let cause = match lost {
-                _ if sent_settings => Cause::Sensor,
-                Some(_) if from_sequence < FEWEST_MISSING => Cause::NotSampled,
-                _ => Cause::Lost,
+            let cause = match sent_settings {
+                true => Cause::Sensor,
+                false => Cause::Lost,
             };
             counts.missing += missing;
-            counts.lost += from_sequence.saturating_sub(missing);
             if missing > 0 {
                 self.open_gap(now_s, cause).rows += missing;
             }
-        } else {
-            counts.lost += from_sequence;
         }
         false
     }
@@ -205,12 +177,6 @@ impl Run {
             return missing;
         }
         (missing as f64 * (wanted_s / all_s).clamp(0.0, 1.0)).round() as u64
-    }
-
-    /// The board was reset: nothing is known of its clock.
-    pub fn board_restarted(&mut self, now_s: f64) {
-        self.clock_restarted(now_s);
-        self.stamps = Stamps::default();
     }
 
     /// The board restarted, and its clock with it.

@@ -4,13 +4,11 @@ use gravical::Error;
 
 use super::messages::columns_changed;
 use super::run::Run;
-use super::start::{Setup, UP_S};
+use super::start::Setup;
 use super::{Action, Recorder, State};
 use crate::device::board::{Settings, Wanted};
 use crate::device::event::Event;
-use crate::device::frames;
 use crate::device::gap::Cause;
-use crate::device::wire::Coding;
 
 impl Recorder {
     fn goal(&self) -> Wanted {
@@ -19,21 +17,13 @@ impl Recorder {
 
     /// The board reported its settings.
     pub(super) fn settings_are(&mut self, now_s: f64, settings: Settings) {
-        let coding = self.wire.coding;
         let met = self.goal().is_met_by(&settings);
         if let Some(run) = self.state.run_mut() {
             run.sent_settings = true;
-            run.is_set(&settings, coding);
+            run.is_set(&settings);
         }
         match &mut self.state {
-            State::Starting(start) if met => {
-                start.setup.settled();
-                if coding == Coding::Frames {
-                    // There is no header between frames.
-                    start.columns = Some(frames::COLUMNS.into());
-                    self.start_if_ready(now_s);
-                }
-            }
+            State::Starting(start) if met => start.setup.settled(),
             State::Restoring(..) if met => self.state.change(State::Storing),
             State::Storing(run) if !met => {
                 run.open_gap(now_s, Cause::Settings);
@@ -49,18 +39,6 @@ impl Recorder {
     /// Rows are not stored until the board is set as before.
     pub(super) fn restore(&mut self, setup: Setup) {
         self.state.change(|run| State::Restoring(run, setup));
-    }
-
-    /// The board sends another coding than before: it was reset.
-    pub(super) fn board_restarted(&mut self, now_s: f64) {
-        self.wire.restart_clock();
-        if let Some(run) = self.state.run_mut() {
-            run.board_restarted(now_s);
-        }
-        if matches!(self.state, State::Storing(_)) {
-            // Most boards report their settings without being asked.
-            self.restore(Setup::from(now_s + UP_S));
-        }
     }
 
     /// Asks the board for its settings.
@@ -81,21 +59,6 @@ impl Recorder {
         let text = String::from_utf8_lossy(&commands).trim().replace('\n', " ");
         self.report(Event::Commands { text });
         self.actions.push(Action::Send(commands));
-        if let Some(format) = goal.format {
-            self.turn_to(Coding::of_format(format));
-        }
-    }
-
-    /// Sets the port to the baud rate of `coding`, if it has another one.
-    pub(super) fn turn_to(&mut self, coding: Coding) {
-        if self.wire.turns_to(coding) {
-            let baud = match coding {
-                Coding::Text => self.options.baud,
-                Coding::Frames => frames::BAUD,
-            };
-            self.actions.push(Action::Baud(baud));
-            self.report(Event::Speed { baud });
-        }
     }
 
     /// Asks or sets the board until it is as wanted, or gives up.
@@ -114,7 +77,6 @@ impl Recorder {
         }
         // At a wrong baud rate the board does not understand commands either.
         let unsure = !self.wire.understood;
-        let frames = self.wire.coding == Coding::Frames;
         let Some(setup) = self.state.setup_mut().filter(|setup| setup.is_due(now_s)) else {
             return;
         };
@@ -124,7 +86,7 @@ impl Recorder {
                 None => settings_refused(self.settings().is_some()),
             };
             self.fail(error);
-        } else if unmet && !silent && !unsure && (setup.asked || !frames) {
+        } else if unmet && !silent && !unsure {
             self.command(now_s);
         } else {
             self.ask(now_s);

@@ -3,12 +3,9 @@
 use gravical::Error;
 
 use crate::device::board::Settings;
-use crate::device::item::Row;
 
 /// A board that was reset by opening its port sends text within about two seconds, s.
 pub const ASK_AFTER_S: f64 = 2.5;
-/// Time that a board needs to change its settings, s.
-pub const UP_S: f64 = 0.6;
 /// Time between two questions or commands, s.
 const ASK_AGAIN_S: f64 = 1.5;
 /// Number of times that commands are sent.
@@ -25,8 +22,6 @@ const MOST_MESSAGES: usize = 20;
 pub struct Setup {
     /// Time of the next question or command, s.
     next_s: f64,
-    /// The board was asked since the baud rate was set.
-    pub asked: bool,
     /// How often commands were sent, and when first, s.
     pub tries: u32,
     first_command_s: Option<f64>,
@@ -51,17 +46,12 @@ impl Setup {
         }
     }
 
-    /// The port has another baud rate: questions at the rate before do not count.
-    pub fn turned(&mut self, now_s: f64) {
-        (self.asked, self.next_s) = (false, now_s + UP_S);
-    }
-
     pub fn is_due(&self, now_s: f64) -> bool {
         now_s >= self.next_s
     }
 
     pub fn ask(&mut self, now_s: f64) {
-        (self.asked, self.next_s) = (true, now_s + ASK_AGAIN_S);
+        self.next_s = now_s + ASK_AGAIN_S;
     }
 
     pub fn command(&mut self, now_s: f64) {
@@ -88,7 +78,6 @@ impl Setup {
 pub struct Held {
     pub at_s: f64,
     pub bytes: Vec<u8>,
-    pub row: Row,
 }
 
 /// What is known before the first row is stored.
@@ -116,11 +105,11 @@ impl Start {
     }
 
     /// Holds a row; returns the number of rows for which there is no room.
-    pub fn hold(&mut self, now_s: f64, bytes: Vec<u8>, row: Row) -> u64 {
+    pub fn hold(&mut self, now_s: f64, bytes: Vec<u8>) -> u64 {
         self.last_row_s = now_s;
         if self.held.len() < MOST_HELD {
             let at_s = now_s;
-            self.held.push(Held { at_s, bytes, row });
+            self.held.push(Held { at_s, bytes });
             return 0;
         }
         1

@@ -17,17 +17,12 @@ pub struct Desk {
     pub events: Vec<Event>,
     pub commands: String,
     pub full: bool,
-    /// Baud rates that were set.
-    pub bauds: Vec<u32>,
 }
 
 impl Desk {
     pub fn new(options: Options) -> Self {
         let mut desk = Desk {
-            recorder: Recorder::new(Options {
-                baud: TEXT_BAUD,
-                ..options
-            }),
+            recorder: Recorder::new(options),
             now_s: 100.0,
             stamp: 130,
             sent: 0,
@@ -36,7 +31,6 @@ impl Desk {
             events: Vec::new(),
             commands: String::new(),
             full: false,
-            bauds: Vec::new(),
         };
         desk.recorder.opened(desk.now_s, "/dev/ttyACM0", None);
         desk
@@ -91,10 +85,6 @@ impl Desk {
             match action {
                 Action::Report(event) => self.events.push(event),
                 Action::Send(bytes) => self.commands.push_str(std::str::from_utf8(&bytes).unwrap()),
-                Action::Baud(baud) => {
-                    self.bauds.push(baud);
-                    self.recorder.baud_is_set(self.now_s);
-                }
                 Action::Sync => {}
             }
         }

@@ -1,8 +1,6 @@
 mod desk;
 mod ends;
-mod frames;
 mod resets;
-mod uno;
 
 use super::queue::MOST_ROWS;
 use super::*;
@@ -215,10 +213,9 @@ fn boards_without_rows_are_an_error() {
         desk.say("\u{7f}~\u{3}\n");
         desk.pass(0.1);
     }
-    assert!(desk.bauds.contains(&250_000));
     let error = desk.recorder.take_fatal().unwrap();
     assert_eq!(error.code(), "no-samples-from-board");
-    // Half of the time frames were expected; bytes of another rate are not stored.
+    // Bytes of another baud rate are not stored.
     let lines: u32 = error
         .to_string()
         .split(' ')
@@ -227,7 +224,7 @@ fn boards_without_rows_are_an_error() {
         .parse()
         .unwrap();
     assert!(
-        (40..80).contains(&lines) && desk.rejects.is_empty(),
+        (80..90).contains(&lines) && desk.rejects.is_empty(),
         "{error}"
     );
     // The board reports the cause; or it is slow; or it stops again.
@@ -274,7 +271,6 @@ fn boards_without_rows_are_an_error() {
     }
     desk.say(HEADER);
     desk.rows(4);
-    assert!(desk.bauds.is_empty());
     assert_eq!(desk.end().stored, 4);
     let mut desk = Desk::new(Options {
         wait: true,
