@@ -128,7 +128,6 @@ mod tests {
         assert_eq!(UtcTime::of_stamp(1e18), None);
         let time = UtcTime::of_stamp(1_767_225_600.9).unwrap();
         assert_eq!(time.to_string(), "2026-01-01T00:00:00Z");
-        assert_eq!(time.in_file_name(), "2026-01-01T00-00-00Z");
         assert_eq!(time.date(), "2026-01-01");
         assert_eq!(time.minute(), "2026-01-01 00:00");
     }

@@ -85,10 +85,6 @@ kinds! {
             "the header once more in the middle"
             "skipped; a break unless the clock continues"
             "check whether two recordings are in one file";
-        HeaderChanged "header-changed" Warning
-            "a header in mid-file names other columns, another order or another unit than the first"
-            "its rows are converted to columns and units of the first header; if that is impossible, it is an error (`header-differs`)"
-            "check whether two recordings are in one file";
         OtherSensor "other-sensor" Note
             "rows of a sensor other than the selected one (`several-sensors`)"
             "not read"

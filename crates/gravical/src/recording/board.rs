@@ -35,6 +35,12 @@ pub struct BoardSettings {
 }
 
 impl BoardSettings {
+    /// Rows under both settings mean the same.
+    pub(super) fn has_units_of(&self, other: &Self) -> bool {
+        let units = |s: &Self| (s.accel_range_g, s.gyro_range_deg_s, s.format);
+        units(self) == units(other)
+    }
+
     /// Parses the line that starts with `# gravical mpu6050_logger`; `None` for other lines.
     #[must_use]
     pub fn parse(line: &str) -> Option<Self> {

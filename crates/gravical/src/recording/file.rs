@@ -93,7 +93,6 @@ pub(crate) fn open_rows(
                 description: opened.description.clone(),
                 dialect: opened.dialect.clone(),
                 role,
-                options: options.clone(),
             };
             let first = opened.rows(&bytes[..], name, !whole).map_err(io)?;
             let head = Head::read(first, &claims(&format));

@@ -1,6 +1,5 @@
 //! Format of a file and purpose of reading it.
 
-use super::ReadOptions;
 use super::dialect::Dialect;
 use super::layout::Layout;
 use super::names::Role;
@@ -14,6 +13,4 @@ pub(crate) struct Format {
     pub layout: Layout,
     /// What it is read for.
     pub role: Role,
-    /// Options of the user.
-    pub options: ReadOptions,
 }

@@ -1,18 +1,16 @@
-//! Headers between rows. A header that means the same as the first is a repeated header; rows
-//! under a different header are converted to the columns and units of the first one.
-
-mod columns;
+//! Headers between rows. A header with the names of the first one is a repeated header; one with
+//! other columns is an error: the file has to be cut there.
 
 use std::path::Path;
 
 use crate::{Error, Result};
 
+use super::board;
 use super::dialect::{self, Header};
 use super::format::Format;
-use crate::finding::{Finding, FindingKind, LineSpans};
+use super::layout::understand_all;
+use super::names::{Quantity, Role};
 use crate::scan::Line;
-
-use columns::{Columns, corresponding, names_sensor};
 
 /// Largest number of stored lines before a header.
 const MOST_LINES: usize = 64;
@@ -24,48 +22,26 @@ const LONGEST: usize = 1 << 16;
 pub(super) struct LaterHeaders {
     /// Lines of text since the last row.
     pending: Vec<(u64, Vec<u8>)>,
-    /// Columns of the rows, if they are read otherwise than under the first header.
-    columns: Option<Columns>,
-    /// Headers that differ from the first …
-    changed: LineSpans,
-    /// … and the differences of the first of them.
-    changes: String,
 }
 
 impl LaterHeaders {
-    /// Rows are read as under the first header, and no line before the next row can be a header.
+    /// No line before the next row can be a header.
     #[inline]
     pub fn is_idle(&self) -> bool {
-        self.pending.is_empty() && self.columns.is_none()
+        self.pending.is_empty()
     }
 
-    /// All headers so far mean the same as the first.
-    pub fn never_changed(&self) -> bool {
-        self.changed.is_empty()
-    }
-
-    /// The columns of a line of the data part; `None` if it is read as under the first header.
-    /// `all_columns`: all columns are needed, not only those that are read.
+    /// Checks a line of the data part against the lines since the last row.
     ///
     /// # Errors
     ///
-    /// `header-differs` (input) if the header above cannot be converted to the first one.
+    /// `header-differs` (input) if it is a row under a header with other columns than the first.
     #[cold]
-    pub fn columns_of(
-        &mut self,
-        line: &[u8],
-        format: &Format,
-        name: &str,
-        all_columns: bool,
-    ) -> Result<Option<&Columns>> {
-        if !self.pending.is_empty()
-            && let Some(fields) = dialect::fields_of_row(line, &format.dialect)
-        {
-            self.apply_header(fields, format, name, all_columns)?;
-        } else if let Some(refused) = self.delimiter_error(line, format, name) {
-            return Err(refused);
+    pub fn check(&mut self, line: &[u8], format: &Format, name: &str) -> Result<()> {
+        match dialect::fields_of_row(line, &format.dialect) {
+            Some(fields) => self.check_header(fields, format, name),
+            None => self.delimiter_error(line, format, name).map_or(Ok(()), Err),
         }
-        Ok(self.columns.as_ref())
     }
 
     /// Stores a line that is not a row; true if it is (the last line of) a header.
@@ -126,15 +102,8 @@ impl LaterHeaders {
         names_sensor(&header, format, name).then(|| refused(*number, &why, name))
     }
 
-    /// Determines how the following rows are read, from the lines since the last row; `fields`:
-    /// number of fields of the next row.
-    fn apply_header(
-        &mut self,
-        fields: usize,
-        format: &Format,
-        name: &str,
-        all_columns: bool,
-    ) -> Result<()> {
+    /// Checks the header among the lines since the last row; `fields`: of the next row.
+    fn check_header(&mut self, fields: usize, format: &Format, name: &str) -> Result<()> {
         let mut ends = (1..=self.pending.len()).rev();
         let header = ends.find_map(|n| self.header(n, format, name));
         let lines = std::mem::take(&mut self.pending);
@@ -152,49 +121,58 @@ impl LaterHeaders {
         if fields == format.dialect.fields && (piece || !header.fits(fields)) {
             return Ok(());
         }
-        let line = header.lines[0];
-        let refuse = |why: String| refused(line, &why, name);
-        let metadata = lines.iter().map(|(_, text)| dialect::decode(text));
-        let columns = corresponding(format, header, metadata.collect(), name).map_err(refuse)?;
-        if all_columns && !columns.surplus.is_empty() {
-            let names = columns.surplus.join(", ");
-            return Err(refuse(format!(
-                "names columns that the first one does not have: {names}"
-            )));
-        }
-        self.columns = Some(columns).filter(|columns| !columns.is_identity());
-        if let Some(columns) = &self.columns {
-            if self.changed.is_empty() {
-                self.changes.clone_from(&columns.changes);
+        let metadata: Vec<String> = lines
+            .iter()
+            .map(|(_, text)| dialect::decode(text))
+            .collect();
+        let before = board::last(&format.dialect.metadata);
+        let refuse = |why: &str| Err(refused(header.lines[0], why, name));
+        match (before, board::last(&metadata)) {
+            (Some(before), Some(now)) if !before.has_units_of(&now) => {
+                refuse("follows a line of the board with another range or format")
             }
-            self.changed.push(line);
+            _ if !names_the_same(&header, format, name) => {
+                refuse("has other columns than the first")
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
+}
 
-    /// The finding about headers that differ from the first.
-    pub fn finding(&self) -> Option<Finding> {
-        let line = self.changed.first()?;
-        let what = match &self.changes[..] {
-            "" => "columns that are missing or not read",
-            changes => changes,
-        };
-        Some(
-            Finding::new(
-                FindingKind::HeaderChanged,
-                format!(
-                    "the header in line {line} differs from the first ({what}); its rows are converted to the columns and units of the first"
-                ),
-            )
-            .at_lines(&self.changed),
-        )
+/// True for a header of the sensor that is read, with any other columns; `file`: name of the file.
+fn names_sensor(header: &Header, first: &Format, file: &str) -> bool {
+    let columns = understand_all(header, file, first.role);
+    let axis: fn(usize) -> Quantity = match first.role {
+        Role::Recording => Quantity::Accel,
+        Role::Gyroscope => Quantity::Gyro,
+    };
+    let named = (0..3).all(|i| columns.iter().any(|(_, c)| c.quantity == axis(i)));
+    let known = first.dialect.header.as_ref().is_some_and(|known| {
+        let shared = |n: &&String| !n.is_empty() && known.names.contains(*n);
+        2 * header.names.iter().filter(shared).count() > header.names.len()
+    });
+    named || known
+}
+
+/// True for the names and units of the first header; where there is none, for names of the columns
+/// as they are read.
+fn names_the_same(header: &Header, first: &Format, file: &str) -> bool {
+    if let Some(known) = &first.dialect.header {
+        let units = header.units.is_empty() || header.units == known.units;
+        return header.names == known.names && units;
     }
+    let columns = understand_all(header, file, first.role);
+    let mut read = first.layout.fields.iter();
+    read.all(|(quantity, field)| {
+        let mut named = columns.iter();
+        named.any(|(at, column)| at == field && column.quantity == *quantity)
+    })
 }
 
 fn refused(line: u64, why: &str, name: &str) -> Error {
     Error::input("header-differs", format!("the header in line {line} {why}"))
         .at(Path::new(name), Some(line))
         .with_hint(format!(
-            "split the file before line {line} and read the parts separately"
+            "cut the file before line {line} and read the parts separately"
         ))
 }

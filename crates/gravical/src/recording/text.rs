@@ -31,9 +31,6 @@ pub(crate) struct TextRows<R> {
     scanner: RowScanner,
     stamps: RowStamps,
     later: LaterHeaders,
-    /// The current row as under the first header, if it is under another one and its text is
-    /// requested; otherwise empty.
-    rewritten: Vec<u8>,
     /// Byte ranges of the fields are requested.
     with_spans: bool,
     spans: Vec<Span>,
@@ -84,7 +81,6 @@ pub(super) fn find_format(
         dialect,
         layout,
         role,
-        options: options.clone(),
     })
 }
 
@@ -97,7 +93,6 @@ impl<R: Read> TextRows<R> {
             stamps: format.layout.stamps(),
             format: format.clone(),
             later: LaterHeaders::default(),
-            rewritten: Vec::new(),
             with_spans: false,
             spans: Vec::with_capacity(scanner.fields()),
             scanner,
@@ -115,9 +110,9 @@ impl<R: Read> TextRows<R> {
         self.with_spans = true;
     }
 
-    /// Findings about headers and bytes; `unpacked`: the conversions applied.
+    /// Findings about bytes; `unpacked`: the conversions applied.
     pub(super) fn odd_bytes(&self, unpacked: &[String]) -> Vec<Finding> {
-        let mut findings: Vec<Finding> = self.later.finding().into_iter().collect();
+        let mut findings = Vec::new();
         if !self.nul_lines.is_empty() {
             findings.push(
                 Finding::new(
@@ -162,25 +157,12 @@ impl<R: Read> Source for TextRows<R> {
         }
         if line.number >= self.format.dialect.first_data_line {
             let bytes = line.bytes;
-            let mut columns = None;
             if !self.later.is_idle() {
-                self.rewritten.clear();
-                let (format, name) = (&self.format, &self.name);
-                columns = self
-                    .later
-                    .columns_of(bytes, format, name, self.with_spans)?;
+                self.later.check(bytes, &self.format, &self.name)?;
             }
-            let scanned = match (columns, self.with_spans) {
-                (None, true) => self.scanner.scan_spans(bytes, values, &mut self.spans),
-                (None, false) => self.scanner.scan(bytes, values, &mut self.label),
-                (Some(columns), true) => columns.rewrite(
-                    bytes,
-                    &self.format.dialect,
-                    values,
-                    &mut self.rewritten,
-                    &mut self.spans,
-                ),
-                (Some(columns), false) => columns.scan(bytes, values, &mut self.label),
+            let scanned = match self.with_spans {
+                true => self.scanner.scan_spans(bytes, values, &mut self.spans),
+                false => self.scanner.scan(bytes, values, &mut self.label),
             };
             match scanned {
                 Ok(()) => {
@@ -216,8 +198,7 @@ impl<R: Read> Source for TextRows<R> {
     }
 
     fn can_skip(&self) -> bool {
-        // A skipped line may be a header that changes the rows after it.
-        !self.stamps.sums() && self.later.never_changed()
+        !self.stamps.sums()
     }
 
     fn skip_to(&mut self, line: u64) -> Result<()> {
@@ -233,10 +214,7 @@ impl<R: Read> Source for TextRows<R> {
 
     #[inline]
     fn text(&self) -> Text<'_> {
-        let bytes = match &self.rewritten[..] {
-            [] => self.lines.current(),
-            row => row,
-        };
+        let bytes = self.lines.current();
         let (from, to) = self.label;
         Text {
             bytes,

@@ -233,31 +233,6 @@ fn unrepresentative_first_rows_are_reported() {
 }
 
 #[test]
-fn rows_under_a_different_header_are_converted_to_the_first() {
-    let row = |i: usize| format!("{i},{}.5,0.25,9.8", i % 3);
-    let plain = still("t,ax (m/s^2),ay (m/s^2),az (m/s^2)", 80, row);
-    let mut lines: Vec<String> = plain.lines().map(str::to_owned).collect();
-    for (i, line) in lines.iter_mut().enumerate().skip(41) {
-        let i = i - 1;
-        let unit = 1000.0 / 9.80665;
-        let x = (i % 3) as f64 + 0.5;
-        *line = format!("{},{i},{},{}", 0.25 * unit, x * unit, 9.8 * unit);
-    }
-    lines.insert(41, "ay (mg),t,ax (mg),az (mg)".to_owned());
-    let (expected, _) = run(&si(), &plain);
-    let (out, summary) = run(&si(), &(lines.join("\n") + "\n"));
-    assert_eq!(out, expected);
-    assert_eq!(finding(&summary, "header-changed").lines, [[42, 42]]);
-    // A column that the first header does not have would be lost.
-    for line in &mut lines[41..] {
-        line.push_str(",battery");
-    }
-    let error = refused(&si(), &lines.join("\n"), &options());
-    assert_eq!(error.code(), "header-differs");
-    assert_eq!(error.location().and_then(|l| l.line), Some(42));
-}
-
-#[test]
 fn calibrated_in_g_is_recognised_as_calibrated() {
     let text = still("t_ms,ax,ay,az", 300, |i| {
         format!("{},0.1,-0.2,9.81", 10 * i)
