@@ -1,7 +1,7 @@
 //! Report of many recordings.
 
 use crate::document::{
-    Block, Cell, Column, Document, Grade, KeyFigure, Quantity, Row, Section, Table, Verdict,
+    Block, Cell, Column, Document, Grade, KeyFigure, Row, Section, Table, Verdict,
 };
 use crate::figure::Figure;
 use gravical::cohort::{Cohort, Distribution};
@@ -92,8 +92,8 @@ fn verdict(cohort: &Cohort) -> Verdict {
     if reasons.is_empty() {
         reasons.push("all have a result".to_owned());
     }
-    let number = |key: &str, n: u64, what: &str| KeyFigure {
-        quantity: Quantity::new(format!("/counts/{key}"), n as f64, n.to_string()),
+    let number = |_: &str, n: u64, what: &str| KeyFigure {
+        value: n.to_string(),
         unit: "",
         what: what.to_owned(),
     };
@@ -126,14 +126,10 @@ fn errors(cohort: &Cohort) -> Section<'static> {
     if cohort.errors.is_empty() {
         return section;
     }
-    let row = |(i, e): (usize, &gravical::cohort::ErrorCount)| {
+    let row = |(_, e): (usize, &gravical::cohort::ErrorCount)| {
         Row::from([
             Cell::Code(e.code.clone()),
-            Cell::number(
-                format!("/errors/{i}/items"),
-                e.items as f64,
-                e.items.to_string(),
-            ),
+            Cell::number(e.items.to_string()),
             Cell::text(e.examples.join(", ")),
             Cell::text(&e.message),
             Cell::text(e.hint.as_deref().unwrap_or("–")),
@@ -156,12 +152,9 @@ fn distributions(cohort: &Cohort) -> Section<'static> {
     if cohort.distributions.is_empty() {
         return section;
     }
-    let row = |(i, d): (usize, &Distribution)| {
-        let cell =
-            |key: &str, v: f64| Cell::number(format!("/distributions/{i}/{key}"), v, number(d, v));
-        let count = |key: &str, n: u64| {
-            Cell::number(format!("/distributions/{i}/{key}"), n as f64, n.to_string())
-        };
+    let row = |(_, d): (usize, &Distribution)| {
+        let cell = |_: &str, v: f64| Cell::number(number(d, v));
+        let count = |_: &str, n: u64| Cell::number(n.to_string());
         let row = Row::from([
             Cell::text(words(&d.name)),
             Cell::text(&d.unit),
@@ -234,10 +227,10 @@ fn worst(cohort: &Cohort, link: &dyn Fn(&str) -> String) -> Section<'static> {
         return section;
     }
     let name = words(&cohort.worst_by);
-    let row = |(i, w): (usize, &gravical::cohort::WorstItem)| {
+    let row = |(_, w): (usize, &gravical::cohort::WorstItem)| {
         Row::from([
             Cell::text(&w.name),
-            Cell::number(format!("/worst/{i}/value"), w.value, digits(w.value, 3)),
+            Cell::number(digits(w.value, 3)),
             Cell::text(w.verdict.as_deref().unwrap_or("–")),
             Cell::text(&w.path),
             match &w.result {

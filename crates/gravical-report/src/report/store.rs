@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use crate::document::{
-    Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
-};
+use crate::document::{Block, Cell, Column, Document, Grade, Row, Section, Table, Verdict};
 use crate::figure::Figure;
 use gravical::compare::{ChangeTest, HistoryEntry, HistoryParameter, SincePrevious, Stability};
 use gravical::escape::path_text;
@@ -25,20 +23,15 @@ pub fn store_list(list: &StoreList) -> Document<'static> {
         .columns([Column::left("sensor"), Column::number("calibrations")])
         .columns(["first", "last", "last verdict"].map(Column::left))
         .columns([Column::number("its error, mg")])
-        .rows(list.sensors.iter().enumerate().map(|(i, s)| {
-            let key = |field: &str| format!("/sensors/{i}/{field}");
+        .rows(list.sensors.iter().map(|s| {
             let n = s.calibrations;
             Row::from([
                 Cell::text(&s.sensor_id),
-                Cell::number(key("calibrations"), n as f64, n.to_string()),
+                Cell::number(n.to_string()),
                 Cell::text(s.first.date()),
                 Cell::text(s.last.date()),
                 Cell::text(s.last_grade.name()),
-                Cell::maybe(
-                    key("last_predicted_norm_error_mps2"),
-                    s.last_predicted_norm_error_mps2,
-                    mg,
-                ),
+                Cell::maybe(s.last_predicted_norm_error_mps2, mg),
             ])
         }));
     let mut section = Section::new("sensors", "Sensors").opening();
@@ -186,8 +179,8 @@ pub fn history<'a>(h: &SensorHistory, figures: &'a [Figure]) -> Document<'a> {
 
 /// The calibrations with the test against the one before.
 fn calibrations(h: &SensorHistory) -> Section<'static> {
-    let p = |key: String, test: Option<ChiSquare>| {
-        Cell::maybe(key, test.map(|t| t.p_value), |p| {
+    let p = |_: String, test: Option<ChiSquare>| {
+        Cell::maybe(test.map(|t| t.p_value), |p| {
             ChiSquare::probability(p)
                 .trim_start_matches("p = ")
                 .trim_start_matches("p ")
@@ -206,19 +199,11 @@ fn calibrations(h: &SensorHistory) -> Section<'static> {
         Row::from([
             Cell::text(c.time.minute()),
             Cell::text(verdict),
-            Cell::maybe(
-                format!("/calibrations/{i}/temperature_c/mean"),
-                c.temperature_c.map(|t| t.mean),
-                |t| fixed(t, 1),
-            ),
+            Cell::maybe(c.temperature_c.map(|t| t.mean), |t| fixed(t, 1)),
             p(since("magnitude"), of(|s| s.magnitude)),
             p(since("orientation"), of(|s| s.orientation)),
             Cell::text(&c.method),
-            Cell::number(
-                format!("/calibrations/{i}/gravity_mps2"),
-                c.gravity_mps2,
-                fixed(c.gravity_mps2, 5),
-            ),
+            Cell::number(fixed(c.gravity_mps2, 5)),
             Cell::text(match c.time_source {
                 StoredTimeSource::Recording => "recording",
                 StoredTimeSource::Calibration => "calibration",
@@ -273,13 +258,10 @@ fn over_time(h: &SensorHistory, kind: &str, caption: &str) -> Option<Table> {
     let table = Table::new(caption.to_owned())
         .columns([Column::left("time (UTC)")])
         .columns(names.into_iter().map(Column::number));
-    let row = |(i, entry): (usize, &HistoryEntry)| {
-        let key = |k: usize, field: &str| format!("/history/entries/{i}/parameters/{k}/{field}");
-        let cells = of_kind(entry, kind).map(|(k, p)| {
-            let sigma = p
-                .sigma
-                .map(|s| Quantity::new(key(k, "sigma"), s, fixed(s, digits)));
-            let value = Cell::number(key(k, "value"), p.value, signed(p.value, digits));
+    let row = |(_, entry): (usize, &HistoryEntry)| {
+        let cells = of_kind(entry, kind).map(|(_, p)| {
+            let sigma = p.sigma.filter(|s| s.is_finite()).map(|s| fixed(s, digits));
+            let value = Cell::number(signed(p.value, digits));
             value.plus_minus(sigma)
         });
         let name = std::iter::once(Cell::text(&entry.name));
@@ -292,25 +274,16 @@ fn over_time(h: &SensorHistory, kind: &str, caption: &str) -> Option<Table> {
 /// The tests over all calibrations.
 fn tests(h: &SensorHistory) -> Section<'static> {
     let section = Section::new("tests", "Did the sensor change?");
-    let row = |name: &str, key: &str, test: &ChangeTest| {
-        let whole = format!("/history/{key}/whole/chi2");
+    let row = |name: &str, _: &str, test: &ChangeTest| {
         let mut cells = vec![
             Cell::text(name),
-            Cell::number(whole, test.whole.chi2, fixed(test.whole.chi2, 1)),
-            Cell::number(
-                format!("/history/{key}/whole/degrees_of_freedom"),
-                f64::from(test.whole.degrees_of_freedom),
-                test.whole.degrees_of_freedom.to_string(),
-            ),
+            Cell::number(fixed(test.whole.chi2, 1)),
+            Cell::number(test.whole.degrees_of_freedom.to_string()),
         ];
         cells.extend(match &test.step {
             Some(step) => [
                 Cell::text(format!("{} to {}", day(&step.after), day(&step.until))),
-                Cell::number(
-                    format!("/history/{key}/step/test/chi2"),
-                    step.test.chi2,
-                    fixed(step.test.chi2, 1),
-                ),
+                Cell::number(fixed(step.test.chi2, 1)),
             ],
             None => [Cell::none(), Cell::none()],
         });
@@ -319,11 +292,7 @@ fn tests(h: &SensorHistory) -> Section<'static> {
             .trim_start_matches("p = ")
             .trim_start_matches("p ")
             .to_owned();
-        cells.push(Cell::number(
-            format!("/history/{key}/p_value"),
-            test.p_value,
-            p,
-        ));
+        cells.push(Cell::number(p));
         Row::from(cells)
     };
     let tests = [

@@ -39,18 +39,17 @@ pub fn wearable(summary: &WearableSummary) -> Document<'static> {
         .enmo_mg
         .map_or_else(|| "not known".to_owned(), |mg| format!("{mg:.1} mg"));
     fact("ENMO", format!("{enmo} (mean, without non-wear)"));
-    let day = |(i, day): (usize, &gravical::wearable::Day)| {
-        let key = |field: &str| format!("/days/{i}/{field}");
-        let time = |field: &str, s: u64| {
+    let day = |(_, day): (usize, &gravical::wearable::Day)| {
+        let time = |_: &str, s: u64| {
             let hours = s as f64 / 3600.0;
-            Cell::number(key(field), s as f64, fixed(hours, 2))
+            Cell::number(fixed(hours, 2))
         };
         Row::from([
             Cell::text(&day.day),
             time("wear_s", day.worn.wear_s),
             time("nonwear_s", day.worn.nonwear_s),
             time("unjudged_s", day.worn.unjudged_s),
-            Cell::maybe(key("enmo_mg"), day.worn.enmo_mg, |mg| fixed(mg, 1)),
+            Cell::maybe(day.worn.enmo_mg, |mg| fixed(mg, 1)),
         ])
     };
     let table = Table::new("Time and activity")
