@@ -78,11 +78,11 @@ impl Draft<'_> {
             self.note("The calibration turns the sensor's axes; these values are for the axes of the sensor. Set the orientation of the sensor in the autopilot, too.");
         }
         self.note_gyroscope("the autopilot measures its bias itself");
-        for i in 0..3 {
-            self.values
-                .text(&format!("offset{i}"), format!("{:.9}", d.offset[i]));
-            self.values
-                .text(&format!("scale{i}"), format!("{:.9}", d.scale[i]));
+        for (key, vector) in [("offset", d.offset), ("scale", d.scale)] {
+            for (i, value) in vector.iter().enumerate() {
+                self.values
+                    .text(&format!("{key}{i}"), format!("{value:.9}"));
+            }
         }
         if let Some(id) = self.options.device_id {
             // The parameters are signed numbers with the same bits.
@@ -99,27 +99,14 @@ pub(super) fn full(draft: &mut Draft<'_>) -> Result<()> {
 
 pub(super) fn arduino(draft: &mut Draft<'_>) -> Result<()> {
     draft.note_drift();
-    let Draft {
-        options, values, ..
-    } = draft;
-    let accelerometer = &mut draft.accelerometer;
-    fill_sketch(
-        values,
-        accelerometer,
-        "accel",
-        options.counts_per_g,
-        "--counts-per-g",
+    let given = draft.options;
+    let mut are_counts = fill_sketch(
+        &mut draft.values,
+        &mut draft.accelerometer,
+        given.counts_per_g,
     )?;
-    let mut are_counts = accelerometer.is_counts;
     if let Some(gyroscope) = &mut draft.gyroscope {
-        fill_sketch(
-            values,
-            gyroscope,
-            "gyro",
-            options.counts_per_deg_s,
-            "--counts-per-deg-s",
-        )?;
-        are_counts &= gyroscope.is_counts;
+        are_counts &= fill_sketch(&mut draft.values, gyroscope, given.counts_per_deg_s)?;
     }
     if !are_counts {
         draft.note("For the raw counts of a sensor give --counts-per-g (16384 for ±2 g) and --counts-per-deg-s (131 for ±250 °/s).");
@@ -127,18 +114,12 @@ pub(super) fn arduino(draft: &mut Draft<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Raw values of a sketch: signed counts, or those of the recordings.
-fn fill_sketch(
-    values: &mut Values,
-    sensor: &mut Sensor,
-    name: &str,
-    counts: Option<f64>,
-    option: &str,
-) -> Result<()> {
+/// Raw values of a sketch: signed counts, or those of the recordings. Says whether they are counts.
+fn fill_sketch(values: &mut Values, sensor: &mut Sensor, counts: Option<f64>) -> Result<bool> {
     let zero_offset = sensor.zero_offset;
     sensor.subtract_zero_offset();
     match counts {
-        Some(counts) => sensor.take_counts(counts, option)?,
+        Some(counts) => sensor.take_counts(counts)?,
         None => sensor.describe_counts(),
     }
     if zero_offset != 0.0 && counts.is_none() {
@@ -146,12 +127,10 @@ fn fill_sketch(
         sensor.unit += &format!(", less {zero_offset}");
     }
     if let Some(counts) = sensor.per_unit.filter(|_| sensor.is_counts) {
-        values.text(
-            &format!("{name}_counts_per_unit"),
-            format!("{:?}", round_counts(counts)),
-        );
+        let key = format!("{}_counts_per_unit", sensor.key);
+        values.text(&key, format!("{:?}", round_counts(counts)));
     }
-    Ok(())
+    Ok(sensor.is_counts)
 }
 
 /// imu_calib: `SM · raw − bias`, raw in m/s².

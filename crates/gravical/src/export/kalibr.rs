@@ -51,9 +51,12 @@ fn find_largest(
     symbol: char,
     upper_limit: bool,
 ) -> Result<(f64, bool)> {
-    let is_of_sensor =
-        |c: &&NoiseParameters| sensor.starts_with(c.channel.chars().next().unwrap_or('-'));
-    let channels: Vec<&NoiseParameters> = noise.channels.iter().filter(is_of_sensor).collect();
+    let letter = &sensor[..1];
+    let channels = noise
+        .channels
+        .iter()
+        .filter(|c| c.channel.starts_with(letter));
+    let channels: Vec<&NoiseParameters> = channels.collect();
     if channels.len() != 3 {
         return Err(unknown(
             &format!("the noise of the {sensor} is not known"),

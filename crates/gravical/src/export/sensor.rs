@@ -33,6 +33,8 @@ pub(super) struct Sensor {
     /// That g or °/s: its name, and its size in m/s² or rad/s.
     pub unit_name: &'static str,
     pub unit_size: f64,
+    /// What names of the sensor's values begin with.
+    pub key: &'static str,
 }
 
 impl Sensor {
@@ -48,6 +50,7 @@ impl Sensor {
             per_unit: a.nominal_per_mps2().map(|n| n * STANDARD_GRAVITY_MPS2),
             unit_name: "g",
             unit_size: STANDARD_GRAVITY_MPS2,
+            key: "accel",
         }
     }
 
@@ -63,6 +66,7 @@ impl Sensor {
             per_unit: g.nominal_per_rad_s().map(|n| n * RADIANS_PER_DEGREE),
             unit_name: "deg/s",
             unit_size: RADIANS_PER_DEGREE,
+            key: "gyro",
         })
     }
 
@@ -79,12 +83,12 @@ impl Sensor {
         self.bias = self.bias.map(|b| b / factor);
     }
 
-    /// For signed counts, `wanted` per g or °/s, as `option` says.
+    /// For signed counts, `wanted` per g or °/s.
     ///
     /// # Errors
     ///
     /// `export-unit` (input) if the calibration's own scale is clearly another.
-    pub fn take_counts(&mut self, wanted: f64, option: &str) -> Result<()> {
+    pub fn take_counts(&mut self, wanted: f64) -> Result<()> {
         if let Some(per_unit) = self.per_unit {
             self.rescale(per_unit / wanted);
         } else {
@@ -96,7 +100,10 @@ impl Sensor {
                 let message = format!(
                     "the calibration's own scale is {own:.1} counts per {unit}, not {wanted}"
                 );
-                let hint = format!("give {option} for the range in which the recordings were made");
+                let hint = format!(
+                    "give --counts-per-{} for the range in which the recordings were made",
+                    unit.replace('/', "-")
+                );
                 return Err(Error::input("export-unit", message).with_hint(hint));
             }
         }
@@ -127,7 +134,7 @@ pub(super) fn round_counts(counts: f64) -> f64 {
 /// What all templates may name. Accelerometer: `S` the matrix, `o` the bias, `p` = S·o, `c` = −S·o.
 /// Gyroscope: `G` the matrix, `b` the bias, `d` = −G·b, `K` the g-sensitivity, `L` = −G·K.
 pub(super) fn set_values(values: &mut Values, accel: &Sensor, gyro: Option<&Sensor>) {
-    set_types(values, "accel", accel);
+    set_types(values, accel);
     values.matrix("S", &accel.matrix);
     values.vector("o", &accel.bias);
     values.vector("p", &mul_vec(&accel.matrix, &accel.bias));
@@ -135,7 +142,7 @@ pub(super) fn set_values(values: &mut Values, accel: &Sensor, gyro: Option<&Sens
     if let Some(gyro) = gyro {
         let is_coupled = gyro.g_sensitivity.iter().flatten().any(|v| *v != 0.0);
         values.text(if is_coupled { "coupled" } else { "uncoupled" }, "1");
-        set_types(values, "gyro", gyro);
+        set_types(values, gyro);
         values.matrix("G", &gyro.matrix);
         values.vector("b", &gyro.bias);
         values.vector("d", &gyro.column());
@@ -146,7 +153,8 @@ pub(super) fn set_values(values: &mut Values, accel: &Sensor, gyro: Option<&Sens
 }
 
 /// The unit of the raw values, and their type in C and in Rust.
-fn set_types(values: &mut Values, name: &str, sensor: &Sensor) {
+fn set_types(values: &mut Values, sensor: &Sensor) {
+    let name = sensor.key;
     let (c, rust) = match (sensor.is_counts, sensor.zero_offset == 0.0) {
         (true, true) => ("int16_t", "i16"),
         (true, false) => ("uint16_t", "u16"),

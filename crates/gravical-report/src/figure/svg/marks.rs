@@ -137,7 +137,7 @@ pub(super) fn series(s: &Series, panel: &Panel, r: Rect, v: View) -> Group {
             group.add(data.add(stroke(&look, d)))
         }
         Mark::Columns => group.add(data.add(columns(s, panel, &look, &map))),
-        Mark::Points => points(group, s, panel, &look, &map),
+        Mark::Points => points(group, s, &look, &map),
     }
 }
 
@@ -224,9 +224,8 @@ fn columns(s: &Series, panel: &Panel, look: &Look, map: &Map) -> Path {
         .set("fill-opacity", opacity(s))
 }
 
-fn points(mut group: Group, s: &Series, panel: &Panel, look: &Look, map: &Map) -> Group {
-    let has_room = s.labels.len() <= MAX_LABELLED && !matches!(panel.x.scale, Scale::Names(_));
-    let is_shown = has_room || s.role == Role::Guide;
+fn points(mut group: Group, s: &Series, look: &Look, map: &Map) -> Group {
+    let is_shown = s.labels.len() <= MAX_LABELLED || s.role == Role::Guide;
     let mut bars = Group::new().set("class", "data");
     let mut symbols = Vec::new();
     for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
@@ -271,7 +270,7 @@ fn points(mut group: Group, s: &Series, panel: &Panel, look: &Look, map: &Map) -
     symbols.into_iter().fold(group, Group::add)
 }
 
-/// The labels of more points than this show on hovering only, like those on axes of names.
+/// The labels of more points than this show on hovering only.
 const MAX_LABELLED: usize = 12;
 
 /// A label beside its point.

@@ -22,18 +22,6 @@ fn listed(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_folder_holds_the_figures_of_one_run() {
-    let folder = tempfile::tempdir().unwrap();
-    let inner = folder.path().join("plots");
-    draw(&["norm", "budget"], &inner, false).unwrap();
-    assert_eq!(listed(&inner), ["budget.svg", "norm.svg"]);
-    // Whatever the next ones are called.
-    assert_eq!(draw(&["tilt"], &inner, false).unwrap_err().code(), "exists");
-    draw(&["velocity"], &inner, true).unwrap();
-    assert_eq!(listed(&inner), ["velocity.svg"]);
-}
-
-#[test]
 fn nothing_foreign_is_touched() {
     for name in ["notes.txt", "mine.svg", "norm.svg.bak", "norm.SVG", "norm"] {
         let folder = tempfile::tempdir().unwrap();
@@ -60,16 +48,5 @@ fn nothing_foreign_is_touched() {
             draw(&["norm"], folder.path(), true).unwrap_err().code(),
             "foreign-files"
         );
-    }
-}
-
-#[test]
-fn folders_that_cannot_be() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("file");
-    std::fs::write(&file, "x").unwrap();
-    for path in [folder.path().join("a/b"), file] {
-        let error = check_figures(&path, true).unwrap_err();
-        assert_eq!(error.code(), "no-folder");
     }
 }

@@ -138,3 +138,56 @@ fn ardupilot_corrects_like_the_diagonal_fit() {
     let notes = written(&far, "ardupilot").notes.join(" ");
     assert!(notes.contains("outside of ArduPilot's range"), "{notes}");
 }
+
+#[test]
+fn the_loss_is_what_directions_show() {
+    let file = in_g();
+    let result = written(&file, "px4");
+    let values = params(&result.text);
+    let offset = three(&values, |a| format!("CAL_ACC0_{a}OFF"));
+    let scale = three(&values, |a| format!("CAL_ACC0_{a}SCALE"));
+    let (matrix, bias) = nominal(&file, 1.0 / G);
+    let model = inverse(&matrix).unwrap();
+    let (mut sum, mut worst, mut norm) = (0.0, 0.0_f64, 0.0_f64);
+    let n = 4000;
+    for k in 0..n {
+        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(n);
+        let (s, c) = (2.399_963_229_728_653 * f64::from(k)).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let u = [across * c, across * s, z];
+        let out: Vector = std::array::from_fn(|i| {
+            let raw = bias[i] + (0..3).map(|j| model[i][j] * G * u[j]).sum::<f64>();
+            (raw - offset[i]) * scale[i] / G
+        });
+        let error: f64 = (0..3).map(|i| (out[i] - u[i]).powi(2)).sum();
+        sum += error;
+        worst = worst.max(error.sqrt());
+        norm = norm.max((out.iter().map(|v| v * v).sum::<f64>().sqrt() - 1.0).abs());
+    }
+    let numbers = result.notes[0].split(' ').filter_map(|w| w.parse().ok());
+    let said: Vec<f64> = numbers.skip(1).collect();
+    let shown = [(sum / f64::from(n)).sqrt(), worst, norm];
+    for (said, shown) in said.iter().zip(shown) {
+        close(*said, 1e3 * shown, 50.0 * shown);
+    }
+    assert_eq!(said.len(), 3);
+}
+
+#[test]
+fn axes_in_another_order_are_the_same_sensor() {
+    let straight = params(&written(&in_g(), "px4").text);
+    let turned_by = |turn: Matrix| {
+        let mut file = in_g();
+        file.accelerometer.matrix = mul(&turn, &file.accelerometer.matrix);
+        export_to(&file, "px4", &ExportOptions::default())
+    };
+    let turned = turned_by([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]).unwrap();
+    assert!(turned.notes[1].contains("turns the sensor's axes"));
+    assert_eq!(params(&turned.text), straight);
+    for none in [
+        diagonal([-1.0; 3]),
+        [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]],
+    ] {
+        assert_eq!(turned_by(none).unwrap_err().code(), "export-target");
+    }
+}
