@@ -258,5 +258,5 @@ pub fn calibrate_recordings(
 /// Targets of an export, and what each holds.
 #[pyfunction]
 pub fn export_targets() -> Vec<(&'static str, &'static str)> {
-    Target::ALL.iter().map(|t| (t.name(), t.holds())).collect()
+    TARGETS.iter().map(|t| (t.name, t.holds)).collect()
 }
