@@ -3,30 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
+use gravical::numfmt::count;
 use gravical::{Error, Result};
-use gravical_report::figure::{Figure, Formats, check_figures, write_figures};
+use gravical_report::figure::{Figure, check_figures, write_figures};
 
 use crate::text;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
-    /// Write each figure to this folder as SVG, with its data as CSV
+    /// Write each figure to this folder as SVG
     #[arg(long, hide_short_help = true, value_name = "DIR")]
     pub figures: Option<PathBuf>,
-    /// Also write the figures as PNG
-    #[arg(long, hide_short_help = true, requires = "figures")]
-    png: bool,
 }
 
 impl FigureArgs {
-    fn formats(&self) -> Formats {
-        Formats {
-            csv: true,
-            png: self.png,
-        }
-    }
-
     /// The folder, after checking that figures can be written to it.
     ///
     /// # Errors
@@ -35,7 +26,7 @@ impl FigureArgs {
     pub fn check(&self, force: bool) -> Result<Option<&Path>> {
         let folder = self.figures.as_deref();
         if let Some(folder) = folder {
-            check_figures(folder, self.formats(), force)?;
+            check_figures(folder, force)?;
         }
         Ok(folder)
     }
@@ -49,11 +40,15 @@ impl FigureArgs {
         let Some(folder) = &self.figures else {
             return Ok(());
         };
-        let files = write_figures(figures, folder, self.formats(), force)?;
+        write_figures(figures, folder, force)?;
         if !quiet {
             let place = path_text(folder);
             let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
-            text::say(&format!("{files} files in {place}: {}", names.join(", ")));
+            text::say(&format!(
+                "{} in {place}: {}",
+                count(names.len(), "figure"),
+                names.join(", ")
+            ));
         }
         Ok(())
     }

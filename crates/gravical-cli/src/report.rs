@@ -8,7 +8,7 @@ use gravical::escape::path_text;
 use gravical::output::{check_targets, write_atomic};
 use gravical::{Error, Result};
 use gravical_report::document::{Block, Detail, Document};
-use gravical_report::figure::{Figure, Formats, check_figures, write_figures};
+use gravical_report::figure::{Figure, check_figures, write_figures};
 use gravical_report::report::Provenance;
 
 use crate::figures::FigureArgs;
@@ -88,7 +88,7 @@ impl ReportArgs {
         match Self::form(path)? {
             Form::Html => Ok((Some(path), None)),
             Form::Markdown(folder) => {
-                check_figures(&folder, Formats::default(), force)?;
+                check_figures(&folder, force)?;
                 Ok((Some(path), Some(folder)))
             }
         }
@@ -136,12 +136,12 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
             if figures.is_empty() {
                 if folder.is_dir() {
                     // Those of an earlier report of this name.
-                    write_figures(figures, &folder, Formats::default(), force)?;
+                    write_figures(figures, &folder, force)?;
                     std::fs::remove_dir(&folder).map_err(|e| Error::io(&folder, e))?;
                 }
                 document.to_markdown(None)
             } else {
-                write_figures(figures, &folder, Formats::default(), force)?;
+                write_figures(figures, &folder, force)?;
                 let name = folder.file_name().unwrap_or_default();
                 document.to_markdown(Some(&name.to_string_lossy()))
             }

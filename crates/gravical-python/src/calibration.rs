@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::core::calibration::GyroscopeCalibration;
-use gravical::export::{Target, export};
+use gravical::export::{TARGETS, Target, export};
 use gravical::gravity::Gravity;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::recording::Recording as Rows;
@@ -101,8 +101,8 @@ impl Calibration {
         to: &str,
         options: Options<'_>,
     ) -> PyResult<(String, Vec<String>)> {
-        let Some(target) = Target::ALL.into_iter().find(|t| t.name() == to) else {
-            let names: Vec<&str> = Target::ALL.iter().map(|t| t.name()).collect();
+        let Some(target) = Target::find(to) else {
+            let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
             let error = Error::usage("usage", format!("--to: {to:?} is no target"));
             return Err(error.with_hint(format!("one of {}", names.join(", ")))).or_raise(py);
         };
@@ -258,5 +258,5 @@ pub fn calibrate_recordings(
 /// Targets of an export, and what each holds.
 #[pyfunction]
 pub fn export_targets() -> Vec<(&'static str, &'static str)> {
-    Target::ALL.iter().map(|t| (t.name(), t.holds())).collect()
+    TARGETS.iter().map(|t| (t.name, t.holds)).collect()
 }

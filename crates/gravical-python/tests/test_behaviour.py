@@ -21,7 +21,7 @@ from gravical._words import OPTIONS, in_python
 #: Options that only the program has: what it prints, stores, draws, and its other commands.
 PROGRAM_ONLY = {
     "json", "store", "nearest", "max-age", "max-temperature-difference", "figures", "format",
-    "causal", "command", "absolute-time", "time-zone", "resume", "png", "help", "verbose", "report", "quiet", "each", "summary", "threads",
+    "causal", "command", "absolute-time", "time-zone", "resume", "help", "verbose", "report", "quiet", "each", "summary", "threads",
     # Not options of the program: of cargo, of MATLAB and of CSS.
     "features", "locked", "test", "release", "bin", "example",
 }  # fmt: skip

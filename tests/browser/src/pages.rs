@@ -4,16 +4,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use serde_json::Value;
-
-/// A report, and the JSON of the same run.
+/// A report.
 pub struct Page {
     pub name: String,
     pub path: PathBuf,
-    pub json: Value,
 }
 
-fn run(program: &Path, folder: &Path, line: &str) -> String {
+fn run(program: &Path, folder: &Path, line: &str) {
     let output = Command::new(program)
         .args(line.split_whitespace())
         .current_dir(folder)
@@ -23,13 +20,6 @@ fn run(program: &Path, folder: &Path, line: &str) -> String {
     let err = String::from_utf8_lossy(&output.stderr);
     // A poor verdict is no failure of the program.
     assert!(code == 0 || code == 4, "{line}: {code}\n{err}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// `inspect` prints a list of results; a report is of one.
-fn of_one(json: Value) -> Value {
-    let one = json.pointer("/recordings/0").filter(|v| v.is_object());
-    one.cloned().unwrap_or(json)
 }
 
 /// Every report, written into `folder`.
@@ -94,11 +84,10 @@ pub fn write(program: &Path, folder: &Path) -> Vec<Page> {
         .into_iter()
         .map(|(name, line)| {
             let file = format!("{name}.html");
-            let json = run(folder, &format!("{line} --json --report {file} --force"));
+            run(folder, &format!("{line} --json --report {file} --force"));
             Page {
                 name: name.to_owned(),
                 path: folder.join(file),
-                json: of_one(serde_json::from_str(&json).unwrap()),
             }
         })
         .collect()

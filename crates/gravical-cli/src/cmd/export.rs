@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
-use gravical::export::{ExportOptions, Target, export};
+use gravical::export::{ExportOptions, TARGETS, Target, export};
 use gravical::output::{check_targets, write_atomic};
 
 use crate::options::AxisMapArg;
@@ -26,12 +25,12 @@ pub struct Args {
     #[arg(value_name = "CAL")]
     calibration: Option<PathBuf>,
     /// Target format; list explains each in a line
-    #[arg(long, value_enum, value_name = "TARGET", hide_possible_values = true)]
-    to: To,
+    #[arg(long, value_parser = parse_target(), value_name = "TARGET", hide_possible_values = true)]
+    to: String,
     /// File to write [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Name in the code: of functions, a module, a node [default: gravical, ros2: imu_apply]
+    /// Name in the code: of functions, a node [default: gravical, ros2: imu_apply]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
     /// Id that the autopilot has given to this sensor (px4, ardupilot)
@@ -40,8 +39,7 @@ pub struct Args {
     /// Sensor axes that point along x, y and z of the autopilot's frame of the sensor, e.g. y,-x,z
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     rotation: Option<AxisMapArg>,
-    /// Counts per g of the firmware's raw values (inav, betaflight [default: 2048, for ±16 g],
-    /// arduino [default: the unit of the recordings])
+    /// Counts per g of the sketch's raw values (arduino) [default: the unit of the recordings]
     #[arg(long, value_name = "N")]
     counts_per_g: Option<f64>,
     /// Counts per °/s of the sketch's raw values (arduino) [default: the unit of the recordings]
@@ -56,44 +54,25 @@ pub struct Args {
 }
 
 /// A target, or the list of all.
-#[derive(Clone, Copy)]
-enum To {
-    List,
-    Target(Target),
-}
-
-impl ValueEnum for To {
-    fn value_variants<'a>() -> &'a [Self] {
-        const ALL: [To; Target::ALL.len() + 1] = {
-            let mut all = [To::List; Target::ALL.len() + 1];
-            let mut i = 0;
-            while i < Target::ALL.len() {
-                all[i] = To::Target(Target::ALL[i]);
-                i += 1;
-            }
-            all
-        };
-        &ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            To::List => PossibleValue::new("list").help("explains each target in a line"),
-            To::Target(target) => PossibleValue::new(target.name()).help(target.holds()),
-        })
-    }
+fn parse_target() -> PossibleValuesParser {
+    let list = PossibleValue::new("list").help("explains each target in a line");
+    let targets = TARGETS
+        .iter()
+        .map(|t| PossibleValue::new(t.name).help(t.holds));
+    PossibleValuesParser::new(std::iter::once(list).chain(targets))
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let To::Target(target) = args.to else {
-        let line = |t: &Target| format!("{:<11} {}\n", t.name(), t.holds());
-        text::print(&Target::ALL.iter().map(line).collect::<String>())?;
+    let Some(target) = Target::find(&args.to) else {
+        for target in &TARGETS {
+            text::print(&format!("{:<11} {}\n", target.name, target.holds))?;
+        }
         return Ok(ExitCode::SUCCESS);
     };
     let Some(calibration) = &args.calibration else {
         let error = Error::usage("usage", "no calibration is given");
-        let hint = format!("gravical export cal.json --to {}", target.name());
+        let hint = format!("gravical export cal.json --to {}", target.name);
         return Err(error.with_hint(hint).into());
     };
     let output = args

@@ -26,26 +26,23 @@ fn listed(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Every drawing of a folder is XML with something in it, and has its numbers.
+/// Every file of a folder is a drawing, XML with something in it.
 fn drawings(folder: &Path) -> Vec<String> {
     let mut names = Vec::new();
     for name in listed(folder) {
         let text = std::fs::read_to_string(folder.join(&name)).unwrap();
-        if let Some(stem) = name.strip_suffix(".svg") {
-            let document = roxmltree::Document::parse(&text).unwrap();
-            let series = document
-                .descendants()
-                .filter(|n| n.attribute("data-samples").is_some());
-            assert!(series.count() > 0, "{name}");
-            assert!(
-                !text.contains("NaN") && !text.contains("no values"),
-                "{name}"
-            );
-            names.push(stem.to_owned());
-        } else {
-            assert!(name.ends_with(".csv"), "{name}");
-            assert!(text.starts_with("# ") && text.lines().count() > 2, "{name}");
-        }
+        let stem = name.strip_suffix(".svg").unwrap();
+
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let series = document
+            .descendants()
+            .filter(|n| n.attribute("data-samples").is_some());
+        assert!(series.count() > 0, "{name}");
+        assert!(
+            !text.contains("NaN") && !text.contains("no values"),
+            "{name}"
+        );
+        names.push(stem.to_owned());
     }
     names
 }
@@ -57,35 +54,16 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
     let run = run_in(path, words("calibrate . --figures plots --json"));
     assert_eq!(run.code, 0, "{}", run.err);
     assert!(
-        run.err.contains("files in plots: norm, residuals"),
+        run.err.contains("8 figures in plots: norm, residuals"),
         "{}",
         run.err
     );
-    let calibration = run.calibration();
     let names = drawings(&path.join("plots"));
     for name in CALIBRATION {
         assert!(
             names.iter().any(|n| n == name),
             "{name} is not among {names:?}"
         );
-    }
-    // The numbers are those of --json.
-    let csv = std::fs::read_to_string(path.join("plots/norm.csv")).unwrap();
-    let row = |series: &str, k: usize| -> f64 {
-        let own = csv.lines().filter(|l| l.split(',').nth(1) == Some(series));
-        own.clone()
-            .nth(k)
-            .unwrap()
-            .split(',')
-            .nth(3)
-            .unwrap()
-            .parse()
-            .unwrap()
-    };
-    for (k, p) in poses(&calibration).iter().enumerate() {
-        let off = p["magnitude_error_mps2"].as_f64().unwrap();
-        let g = calibration["gravity_mps2"].as_f64().unwrap();
-        close(row("calibrated", k), g + off, 1e-12);
     }
 
     // Before the work: the folder is for figures alone.
@@ -150,9 +128,6 @@ fn folders_that_cannot_be_written() {
         assert_eq!((run.code, run.error_code().as_str()), (2, code));
     }
     assert!(!path.join("a").exists());
-    let alone = run_in(path, words("calibrate . --png"));
-    assert_eq!(alone.code, 2);
-    assert!(alone.err.contains("--figures"), "{}", alone.err);
 }
 
 #[test]
@@ -176,26 +151,6 @@ fn a_motion_is_drawn_with_the_uncalibrated_one_beside_it() {
         "velocity",
     ];
     assert_eq!(names, wanted, "by their file names");
-    let csv = std::fs::read_to_string(path.join("plots/position.csv")).unwrap();
-    let last = |series: &str, panel: &str| -> f64 {
-        let start = format!("{panel},{series},");
-        let mut own = csv.lines().filter(|l| l.starts_with(&start));
-        own.next_back()
-            .unwrap()
-            .split(',')
-            .nth(3)
-            .unwrap()
-            .parse()
-            .unwrap()
-    };
-    let result = run.json();
-    let end = numbers(&result["final"]["position_m"]);
-    let plain = numbers(&result["uncalibrated"]["position_m"]);
-    for (i, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        assert_eq!(last("calibrated", axis), end[i]);
-        assert_eq!(last("uncalibrated", axis), plain[i]);
-    }
-
     let causal = run_in(
         path,
         words("motion line/line.csv --causal --figures more --json"),

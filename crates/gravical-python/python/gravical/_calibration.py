@@ -228,9 +228,8 @@ class Calibration(Judged):
         ----------
         to : str
             ``"c"``, ``"arduino"``, ``"rust"``, ``"python"``, ``"matlab"``, ``"ros"``, ``"ros2"``,
-            ``"kalibr"``, ``"px4"``, ``"ardupilot"``, ``"inav"``, ``"betaflight"``, ``"fusion"``,
-            ``"mpu6050"``, ``"imucal"`` or ``"gravical"``. :func:`gravical.export_targets` says what
-            each holds.
+            ``"kalibr"``, ``"px4"``, ``"ardupilot"``, ``"mpu6050"``, ``"imucal"`` or
+            ``"gravical"``. :func:`gravical.export_targets` says what each holds.
         output : path, optional
             File to write, too.
         name, device_id, rotation, counts_per_g, counts_per_deg_s, upper_limit

@@ -25,7 +25,7 @@ impl Document<'_> {
 
 fn verdict_markdown(v: &Verdict) -> String {
     let figures = v.figures.iter().map(|f| {
-        let number = format!("{} {}", f.quantity.text, f.unit);
+        let number = format!("{} {}", f.value, f.unit);
         let number = number_text(number.trim_end());
         format!("- **{number}** {}\n", escaped(&f.what))
     });

@@ -13,7 +13,7 @@
 //!
 //! let table = Table::new("")
 //!     .columns([Column::left("axis"), Column::number("bias, m/s²")])
-//!     .row([Cell::text("x"), Cell::number("/bias/0", 0.02134, "0.0213")]);
+//!     .row([Cell::text("x"), Cell::number("0.0213")]);
 //! let document = Document::new("Calibration").with(Section::new("bias", "Bias").with(table));
 //! assert_eq!(document.to_text(Detail::Summary), "\nBias\n  axis  bias, m/s²\n  x         0.0213\n");
 //! ```
@@ -32,7 +32,7 @@ mod tests;
 pub use findings::Remark;
 pub(crate) use findings::short_name;
 #[doc(hidden)]
-pub use model::{Block, Cell, Column, KeyFigure, Quantity, Row, Section, Snippet, Table};
+pub use model::{Block, Cell, Column, KeyFigure, Row, Section, Snippet, Table};
 pub use model::{Detail, Document, Grade, Verdict};
 #[doc(hidden)]
 pub use text::paragraph;

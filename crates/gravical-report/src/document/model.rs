@@ -66,7 +66,7 @@ pub enum Grade {
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyFigure {
     /// The number.
-    pub quantity: Quantity,
+    pub value: String,
     /// Its unit; empty for none.
     pub unit: &'static str,
     /// What it is.
@@ -170,19 +170,8 @@ pub enum Cell {
     Link(String, String),
     /// Machine-readable text: a checksum.
     Code(String),
-    /// A number and its standard uncertainty.
-    Number(Quantity, Option<Quantity>),
-}
-
-/// A number of the result.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
-    /// Text with significant digits, with a hyphen as minus sign.
-    pub text: String,
-    /// All digits, in the unit of the JSON; `text` may be in another one.
-    pub value: f64,
-    /// Its JSON pointer (RFC 6901); empty if it is not in the JSON.
-    pub key: String,
+    /// A number and its standard uncertainty, with significant digits and a hyphen as minus sign.
+    Number(String, Option<String>),
 }
 
 impl<'a> Document<'a> {
@@ -416,13 +405,8 @@ impl<C: IntoIterator<Item = Cell>> From<C> for Row {
 impl Row {
     /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
     #[must_use]
-    pub fn axes(
-        name: &str,
-        key: &str,
-        values: Option<[f64; 3]>,
-        text: impl Fn(usize, f64) -> String,
-    ) -> Self {
-        let cells = Cell::axes(key, values, text);
+    pub fn axes(name: &str, values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> Self {
+        let cells = Cell::axes(values, text);
         std::iter::once(Cell::text(name)).chain(cells).into()
     }
 
@@ -450,37 +434,26 @@ impl Cell {
 
     /// A number without an uncertainty.
     #[must_use]
-    pub fn number(key: impl Into<String>, value: f64, text: impl Into<String>) -> Self {
-        Cell::Number(Quantity::new(key, value, text), None)
+    pub fn number(text: impl Into<String>) -> Self {
+        Cell::Number(text.into(), None)
     }
 
     /// A number that may be missing.
     #[must_use]
-    pub fn maybe(key: impl Into<String>, value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
-        match value {
-            Some(v) => Cell::number(key, v, text(v)),
-            None => Cell::none(),
-        }
+    pub fn maybe(value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
+        value.map_or_else(Cell::none, |v| Cell::number(text(v)))
     }
 
     /// Three numbers, for the axes.
-    pub fn axes(
-        key: &str,
-        values: Option<[f64; 3]>,
-        text: impl Fn(usize, f64) -> String,
-    ) -> [Self; 3] {
-        std::array::from_fn(|k| {
-            Cell::maybe(format!("{key}/{k}"), values.map(|v| v[k]), |v| text(k, v))
-        })
+    pub fn axes(values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> [Self; 3] {
+        std::array::from_fn(|k| Cell::maybe(values.map(|v| v[k]), |v| text(k, v)))
     }
 
     /// With its standard uncertainty, where that is known.
     #[must_use]
-    pub fn plus_minus(self, sigma: Option<Quantity>) -> Self {
+    pub fn plus_minus(self, sigma: Option<String>) -> Self {
         match self {
-            Cell::Number(quantity, _) => {
-                Cell::Number(quantity, sigma.filter(|s| s.value.is_finite()))
-            }
+            Cell::Number(text, _) => Cell::Number(text, sigma),
             other => other,
         }
     }
@@ -489,23 +462,5 @@ impl Cell {
     #[must_use]
     pub fn none() -> Self {
         Cell::text("–")
-    }
-}
-
-impl Quantity {
-    /// A number of the result.
-    #[must_use]
-    pub fn new(key: impl Into<String>, value: f64, text: impl Into<String>) -> Self {
-        Quantity {
-            key: key.into(),
-            value,
-            text: text.into(),
-        }
-    }
-
-    /// A number that stands nowhere in the JSON by itself.
-    #[must_use]
-    pub fn loose(value: f64, text: impl Into<String>) -> Self {
-        Quantity::new("", value, text)
     }
 }

@@ -141,7 +141,7 @@ fn verdict_text(verdict: &Verdict, detail: Detail) -> String {
     let mut points = verdict.reasons.clone();
     if detail == Detail::Full {
         let figures = verdict.figures.iter();
-        points.extend(figures.map(|f| format!("{} {}: {}", f.quantity.text, f.unit, f.what)));
+        points.extend(figures.map(|f| format!("{} {}: {}", f.value, f.unit, f.what)));
         points.extend(verdict.next.iter().cloned());
     }
     for point in &points {
@@ -308,7 +308,7 @@ impl Printed {
                     lines(&one_line(text), room)
                 }
                 (Cell::Number(q, Some(sd)), _) if layout.below => {
-                    vec![q.text.clone(), format!("± {}", sd.text)]
+                    vec![q.clone(), format!("± {sd}")]
                 }
                 _ => vec![one_line(&cell.plain()).into_owned()],
             })
@@ -409,8 +409,8 @@ impl Cell {
     pub(super) fn plain(&self) -> String {
         match self {
             Cell::Text(text) | Cell::Code(text) | Cell::Link(text, _) => text.clone(),
-            Cell::Number(q, None) => q.text.clone(),
-            Cell::Number(q, Some(sd)) => format!("{} ± {}", q.text, sd.text),
+            Cell::Number(q, None) => q.clone(),
+            Cell::Number(q, Some(sd)) => format!("{q} ± {sd}"),
         }
     }
 }

@@ -2,8 +2,7 @@
 //!
 //! A [`Figure`] knows nothing of pixels: panels with axes, and series in the
 //! units of the result that they come from. [`svg`] draws it (alone or inside a
-//! page), [`write_csv`] writes its numbers. [`calibration`], [`motion`] and
-//! [`noise`] make the figures of a result.
+//! page). [`calibration`], [`motion`] and [`noise`] make the figures of a result.
 //!
 //! # Long recordings
 //!
@@ -24,21 +23,16 @@
 //! ```
 
 pub mod calibration;
-mod csv;
 mod model;
 pub mod motion;
 pub mod noise;
-#[cfg(feature = "png")]
-mod png;
 #[doc(hidden)]
 pub mod svg;
 #[doc(hidden)]
 pub mod thin;
 mod write;
 
-#[doc(hidden)]
-pub use csv::write_csv;
 pub use model::Figure;
 #[doc(hidden)]
 pub use model::{Arrangement, Axis, Mark, Panel, Role, Scale, Series, Stretch, Symbol};
-pub use write::{Formats, check_figures, write_figures};
+pub use write::{check_figures, write_figures};

@@ -10,24 +10,7 @@ use std::path::{Path, PathBuf};
 use gravical::output::write_atomic;
 use gravical::{Error, Result};
 
-use super::{Figure, calibration, motion, noise, svg, write_csv};
-
-/// What is written of each figure besides the drawing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Formats {
-    /// Its numbers.
-    pub csv: bool,
-    /// A picture of dots; needs the feature `png`.
-    pub png: bool,
-}
-
-impl Formats {
-    fn endings(self) -> impl Iterator<Item = &'static str> {
-        let csv = self.csv.then_some("csv");
-        let png = self.png.then_some("png");
-        std::iter::once("svg").chain(csv).chain(png)
-    }
-}
+use super::{Figure, calibration, motion, noise, svg};
 
 /// Whether figures can be written to `folder`, before the work that they need. The
 /// folder may be absent; the one that it is in may not.
@@ -35,15 +18,8 @@ impl Formats {
 /// # Errors
 ///
 /// `exists` where there are figures and `force` is false, `foreign-files` where there
-/// is anything else, `no-folder`, `figures-target`, `no-png` (all usage).
-pub fn check_figures(folder: &Path, formats: Formats, force: bool) -> Result<()> {
-    if formats.png && !cfg!(feature = "png") {
-        return Err(
-            Error::usage("no-png", "this build of the program cannot write PNG").with_hint(
-                "leave --png out, or build with: cargo install gravical-cli --features png",
-            ),
-        );
-    }
+/// is anything else, `no-folder`, `figures-target` (all usage).
+pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
     if folder == Path::new("-") {
         return Err(Error::usage(
             "figures-target",
@@ -113,12 +89,11 @@ fn is_figure(name: &str) -> bool {
     name.split_once('.').is_some_and(|(stem, ending)| {
         let known = calibration::NAMES.iter().chain(&motion::NAMES);
         let known = known.chain(&noise::NAMES);
-        ["svg", "csv", "png"].contains(&ending) && known.into_iter().any(|n| *n == stem)
+        ending == "svg" && known.into_iter().any(|n| *n == stem)
     })
 }
 
-/// Writes each figure to `folder` as NAME.svg (and NAME.csv, NAME.png), each in one
-/// step, and says how many files these are. Makes the folder where it is absent. Figures
+/// Writes each figure to `folder` as NAME.svg, each in one step. Makes the folder where it is absent. Figures
 /// of an earlier run that this one does not draw are taken away, which `force` allows.
 ///
 /// # Errors
@@ -127,51 +102,26 @@ fn is_figure(name: &str) -> bool {
 pub fn write_figures<'a>(
     figures: impl IntoIterator<Item = &'a Figure>,
     folder: &Path,
-    formats: Formats,
     force: bool,
-) -> Result<usize> {
-    check_figures(folder, formats, force)?;
+) -> Result<()> {
+    check_figures(folder, force)?;
     let mut earlier = figures_in(folder)?;
     if !folder.is_dir() {
         std::fs::create_dir(folder).map_err(|e| Error::io(folder, e))?;
     }
-    let mut written = 0;
     for figure in figures {
-        for ending in formats.endings() {
-            let path = folder.join(format!("{}.{ending}", figure.name));
-            let bytes = bytes(figure, ending).map_err(|e| Error::io(&path, e))?;
-            write_atomic(&path, force, |out| {
-                out.write_all(&bytes).map_err(|e| Error::io(&path, e))
-            })?;
-            earlier.retain(|p| *p != path);
-            written += 1;
-        }
+        let path = folder.join(format!("{}.svg", figure.name));
+        let drawing = svg::standalone(figure);
+        write_atomic(&path, force, |out| {
+            out.write_all(drawing.as_bytes())
+                .map_err(|e| Error::io(&path, e))
+        })?;
+        earlier.retain(|p| *p != path);
     }
     for path in earlier {
         std::fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
     }
-    Ok(written)
-}
-
-fn bytes(figure: &Figure, ending: &str) -> std::io::Result<Vec<u8>> {
-    match ending {
-        "svg" => Ok(svg::standalone(figure).into_bytes()),
-        "csv" => {
-            let mut bytes = Vec::new();
-            write_csv(figure, &mut bytes)?;
-            Ok(bytes)
-        }
-        _ => png(figure),
-    }
-}
-
-#[cfg(feature = "png")]
-use super::png::png;
-
-/// [`check_figures`] has refused it.
-#[cfg(not(feature = "png"))]
-fn png(_: &Figure) -> std::io::Result<Vec<u8>> {
-    Err(std::io::ErrorKind::Unsupported.into())
+    Ok(())
 }
 
 #[cfg(test)]

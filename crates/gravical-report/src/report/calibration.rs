@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::document::{
-    self, Block, Cell, Column, Document, KeyFigure, Quantity, Row, Section, Table, Verdict,
+    self, Block, Cell, Column, Document, KeyFigure, Row, Section, Table, Verdict,
 };
 use crate::figure::Figure;
 use gravical::calibration_file::{
@@ -161,39 +161,27 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
         Grade::Poor => document::Grade::Poor,
         Grade::NotVerifiable => document::Grade::Unknown,
     };
-    let key = |key: String, value: Option<f64>, what: &str| {
+    let figure = |value: Option<f64>, what: &str| {
         value.map(|v| KeyFigure {
-            quantity: Quantity::new(key, v, mg(v)),
+            value: mg(v),
             unit: "mg",
             what: what.to_owned(),
         })
     };
     // Only errors of poses left out of the fit: the fit makes the others small.
-    let left_out = a.poses.iter().enumerate();
-    let worst = left_out
-        .filter_map(|(i, p)| Some((i, p.left_out_error_mps2?)))
-        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    let (at, worst) = worst.unzip();
-    let at = at.unwrap_or(0);
+    let left_out = a.poses.iter().filter_map(|p| p.left_out_error_mps2);
     let figures = [
-        key(
-            "/accelerometer/worst_direction/error_mps2".to_owned(),
+        figure(
             a.worst_direction.as_ref().map(|w| w.error_mps2),
             "error of ‖a‖ in the worst direction (2σ)",
         ),
-        key(
-            "/accelerometer/predicted_norm_error_mps2".to_owned(),
+        figure(
             a.predicted_norm_error_mps2,
             "predicted error of ‖a‖ (1σ, over all directions)",
         ),
-        key(
-            "/accelerometer/leave_one_out_rms_mps2".to_owned(),
-            a.leave_one_out_rms_mps2,
-            "leave-one-out error of ‖a‖ (rms)",
-        ),
-        key(
-            format!("/accelerometer/poses/{at}/left_out_error_mps2"),
-            worst,
+        figure(a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
+        figure(
+            left_out.max_by(|a, b| a.abs().total_cmp(&b.abs())),
             "largest error of a pose left out",
         ),
     ];
@@ -250,20 +238,18 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
     let raw = &unit(a.input_unit.name());
     let sd = a.deviations;
     let row = |i: usize| {
-        let at = |name: &str, i: usize| format!("/accelerometer/{name}/{i}");
         // Without an uncertainty: the digits of the student report.
-        let value = |name: &str, v: f64, sd: Option<f64>, digits: i32| {
+        let value = |v: f64, sd: Option<f64>, digits: i32| {
             let n = sd.map_or_else(|| decimals_of(a.scale[i], digits), decimals_for);
-            let key = at(&format!("deviations/{name}"), i);
-            let sd = sd.map(|s| Quantity::new(key, s, fixed(s, n)));
-            Cell::number(at(name, i), v, fixed(v, n)).plus_minus(sd)
+            let sd = sd.filter(|s| s.is_finite()).map(|s| fixed(s, n));
+            Cell::number(fixed(v, n)).plus_minus(sd)
         };
         let off = a.scale_deviation_percent.map(|d| d[i]);
         Row::from([
             Cell::text(["x", "y", "z"][i]),
-            value("bias", a.bias[i], sd.map(|d| d.bias[i]), 6),
-            value("scale", a.scale[i], sd.map(|d| d.scale[i]), 7),
-            Cell::maybe(at("scale_deviation_percent", i), off, |v| signed(v, 2)),
+            value(a.bias[i], sd.map(|d| d.bias[i]), 6),
+            value(a.scale[i], sd.map(|d| d.scale[i]), 7),
+            Cell::maybe(off, |v| signed(v, 2)),
         ])
     };
     let uncertain = if sd.is_some() { ", ± 1σ" } else { "" };
@@ -285,7 +271,6 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
         )))
         .with(table)
         .with(matrices(
-            "/accelerometer",
             &a.orientation,
             &a.matrix,
             &format!("matrix, m/s² per {raw}"),
@@ -322,7 +307,7 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
         let unknown = "Drift with temperature was not measured.";
         return section.full(Block::paragraph(unknown));
     };
-    let section = drift(section, model, "/temperature_model");
+    let section = drift(section, model);
     if !model.any_corrected() {
         return section;
     }
@@ -452,21 +437,19 @@ fn rejection(pose: &PoseResult, file: &CalibrationFile) -> String {
 
 fn budget(file: &CalibrationFile) -> Option<Table> {
     let budget = file.accelerometer.budget.as_ref()?;
-    let base = "/accelerometer/budget";
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
-    let parts = budget.contributions.iter().enumerate();
-    let parts = parts.map(|(i, part)| {
-        let key = format!("{base}/contributions/{i}/norm_mps2");
+    let parts = budget.contributions.iter();
+    let parts = parts.map(|part| {
         Row::from([
             Cell::text(part.source.replace('-', " ")),
-            Cell::maybe(key, part.norm_mps2, mg),
+            Cell::maybe(part.norm_mps2, mg),
             Cell::text(&part.basis),
         ])
     });
-    let sum = |name: &str, field: &str, value: f64, how: String| {
-        let value = Cell::number(format!("{base}/{field}"), value, mg(value));
+    let sum = |name: &str, value: f64, how: String| {
+        let value = Cell::number(mg(value));
         Row::from([Cell::text(name), value, Cell::Text(how)]).sum()
     };
     let squares = "root sum of squares".to_owned();
@@ -478,12 +461,7 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
             Column::left("from"),
         ])
         .rows(parts)
-        .row(sum(
-            "combined",
-            "combined_mps2",
-            budget.combined_mps2,
-            squares,
-        ))
-        .row(sum("expanded", "expanded_mps2", budget.expanded_mps2, k));
+        .row(sum("combined", budget.combined_mps2, squares))
+        .row(sum("expanded", budget.expanded_mps2, k));
     Some(table)
 }

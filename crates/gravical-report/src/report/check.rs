@@ -1,8 +1,6 @@
 //! Report of a check of a calibration.
 
-use crate::document::{
-    Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
-};
+use crate::document::{Block, Cell, Column, Document, Grade, Row, Section, Table, Verdict};
 use gravical::calibration_file::GravitySource;
 use gravical::check::{CheckReport, GyroscopeCheck, Judgement, StillCheck};
 use gravical::numfmt::{fixed, milli_g, signed};
@@ -100,21 +98,17 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         (false, false) => "not counted",
         (false, true) => "",
     };
-    let key = |field: &str| format!("/static_intervals/{i}/{field}");
     let sigma = still
         .sigma_mps2
-        .map(|s| Quantity::new(key("sigma_mps2"), s, fixed(milli_g(s), 2)));
+        .filter(|s| s.is_finite())
+        .map(|s| fixed(milli_g(s), 2));
     let cells = [
         Cell::text(name),
-        Cell::number(key("rows"), still.rows as f64, still.rows.to_string()),
+        Cell::number(still.rows.to_string()),
         Cell::text(&still.nearest),
-        Cell::number(
-            key("face_angle_deg"),
-            still.face_angle_deg,
-            fixed(still.face_angle_deg, 1),
-        ),
-        Cell::number(key("error_mg"), still.error_mg, signed(still.error_mg, 2)).plus_minus(sigma),
-        Cell::maybe(key("z"), still.z, |z| signed(z, 1)),
+        Cell::number(fixed(still.face_angle_deg, 1)),
+        Cell::number(signed(still.error_mg, 2)).plus_minus(sigma),
+        Cell::maybe(still.z, |z| signed(z, 1)),
         Cell::text(mark),
     ];
     Row {
@@ -125,15 +119,8 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
 
 fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
     let rate = |i: usize| {
-        let sigma = g.standard_error_deg_s.map(|e| {
-            Quantity::new(
-                format!("/gyroscope/standard_error_deg_s/{i}"),
-                e[i],
-                fixed(e[i], 3),
-            )
-        });
-        let key = format!("/gyroscope/rate_deg_s/{i}");
-        Cell::number(key, g.rate_deg_s[i], signed(g.rate_deg_s[i], 3)).plus_minus(sigma)
+        let sigma = g.standard_error_deg_s.map(|e| fixed(e[i], 3));
+        Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma)
     };
     let rates = [Cell::text("rate, °/s"), rate(0), rate(1), rate(2)];
     let table = Table::new("")

@@ -1,8 +1,6 @@
 //! Report of a comparison of two calibrations.
 
-use crate::document::{
-    Block, Cell, Column, Document, Grade, Quantity, Row, Section, Table, Verdict,
-};
+use crate::document::{Block, Cell, Column, Document, Grade, Row, Section, Table, Verdict};
 use gravical::compare::{
     Agreement, Comparison, GyroscopeDifference, ParameterDifference, ParameterKind,
 };
@@ -63,38 +61,36 @@ fn parameters(list: &[ParameterDifference]) -> Section<'static> {
     let table = Table::new("")
         .columns([Column::left("")])
         .columns(columns)
-        .rows(list.iter().enumerate().map(|(i, p)| parameter(i, p)));
+        .rows(list.iter().map(parameter));
     Section::new("parameters", "Parameters").with(table)
 }
 
-fn parameter(i: usize, p: &ParameterDifference) -> Row {
+fn parameter(p: &ParameterDifference) -> Row {
     // Three digits of what is judged, whether σ is known or not.
     let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(match p.kind {
         ParameterKind::Bias => 1e-3,
         _ => 1e-2,
     });
     let n = decimals_for(worth);
-    let key = |field: &str| format!("/parameters/{i}/{field}");
-    let sigma = p.sigma.map(|s| Quantity::new(key("sigma"), s, fixed(s, n)));
+    let sigma = p.sigma.filter(|s| s.is_finite()).map(|s| fixed(s, n));
     let cells = [
         Cell::text(format!("{}, {}", p.name.replace('_', " "), unit(&p.unit))),
-        Cell::maybe(key("a"), p.a, |v| fixed(v, n)),
-        Cell::maybe(key("b"), p.b, |v| fixed(v, n)),
-        Cell::number(key("difference"), p.difference, signed(p.difference, n)).plus_minus(sigma),
-        Cell::maybe(key("z"), p.z, |z| signed(z, 1)),
+        Cell::maybe(p.a, |v| fixed(v, n)),
+        Cell::maybe(p.b, |v| fixed(v, n)),
+        Cell::number(signed(p.difference, n)).plus_minus(sigma),
+        Cell::maybe(p.z, |z| signed(z, 1)),
     ];
     cells.into()
 }
 
 fn magnitude(c: &Comparison) -> Section<'static> {
     let m = &c.magnitude;
-    let row = |name: String, value: (&str, f64), predicted: (&str, Option<f64>)| {
+    let row = |name: String, value: f64, predicted: Option<f64>| {
         let mg = |v: f64| fixed(milli_g(v), 2);
-        let key = |name: &str| format!("/magnitude/{name}");
         Row::from([
             Cell::text(name),
-            Cell::number(key(value.0), value.1, mg(value.1)),
-            Cell::maybe(key(predicted.0), predicted.1, mg),
+            Cell::number(mg(value)),
+            Cell::maybe(predicted, mg),
         ])
     };
     let table = Table::new("")
@@ -105,39 +101,26 @@ fn magnitude(c: &Comparison) -> Section<'static> {
         ])
         .row(row(
             "RMS over all directions".to_owned(),
-            ("norm_rms_mps2", m.norm_rms_mps2),
-            ("predicted_rms_mps2", m.predicted_rms_mps2),
+            m.norm_rms_mps2,
+            m.predicted_rms_mps2,
         ))
         .row(row(
             format!("largest, at {}", direction(m.largest_at)),
-            ("norm_largest_mps2", m.norm_largest_mps2),
-            ("predicted_at_largest_mps2", m.predicted_at_largest_mps2),
+            m.norm_largest_mps2,
+            m.predicted_at_largest_mps2,
         ));
     Section::new("magnitude", "Magnitude at rest").with(table)
 }
 
 fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
     let row = |i: usize| {
-        let key = |field: &str| format!("/gyroscope/{field}/{i}");
         let scale = g.scale_difference_percent.map(|s| s[i]);
         Row::from([
             Cell::text(format!("bias {}, °/s", ["x", "y", "z"][i])),
-            Cell::number(
-                key("bias_a_deg_s"),
-                g.bias_a_deg_s[i],
-                fixed(g.bias_a_deg_s[i], 4),
-            ),
-            Cell::number(
-                key("bias_b_deg_s"),
-                g.bias_b_deg_s[i],
-                fixed(g.bias_b_deg_s[i], 4),
-            ),
-            Cell::number(
-                key("bias_difference_deg_s"),
-                g.bias_difference_deg_s[i],
-                signed(g.bias_difference_deg_s[i], 4),
-            ),
-            Cell::maybe(key("scale_difference_percent"), scale, |v| signed(v, 3)),
+            Cell::number(fixed(g.bias_a_deg_s[i], 4)),
+            Cell::number(fixed(g.bias_b_deg_s[i], 4)),
+            Cell::number(signed(g.bias_difference_deg_s[i], 4)),
+            Cell::maybe(scale, |v| signed(v, 3)),
         ])
     };
     let table = Table::new("")

@@ -30,17 +30,12 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
     }
     let mut filters = Section::new("filters", "Filters").with(white(summary));
-    for (name, key, unit, of) in [
-        (
-            "accelerometer",
-            "accelerometer",
-            summary.accel_unit,
-            accelerometer as Of,
-        ),
-        ("gyroscope", "gyroscope", summary.gyro_unit, gyroscope),
+    for (name, unit, of) in [
+        ("accelerometer", summary.accel_unit, accelerometer as Of),
+        ("gyroscope", summary.gyro_unit, gyroscope),
     ] {
         if of(&summary.recorded).is_some() {
-            filters = filters.with(at_rest(summary, name, key, unit, of));
+            filters = filters.with(at_rest(summary, name, unit, of));
         }
     }
     let units: Vec<String> = summary.filters.iter().filter_map(derived).collect();
@@ -67,20 +62,13 @@ fn gyroscope(sigmas: &Sigmas) -> Option<[f64; 3]> {
 
 /// Effect on white noise.
 fn white(summary: &DenoiseSummary) -> Table {
-    let row = |(i, f): (usize, &FilterOutcome)| {
+    let row = |f: &FilterOutcome| {
         let gain = f.response.noise_gain;
-        let key = |field: &str| format!("/filters/{i}/{field}");
         Row::from([
             Cell::text(&f.filter),
-            Cell::number(
-                key("noise_gain"),
-                gain,
-                fixed(gain, decimals_of(gain, 3).min(4)),
-            ),
+            Cell::number(fixed(gain, decimals_of(gain, 3).min(4))),
             Cell::text(frequencies(f)),
-            Cell::maybe(key("replaced"), f.replaced.map(|n| n as f64), |n| {
-                fixed(n, 0)
-            }),
+            Cell::maybe(f.replaced.map(|n| n as f64), |n| fixed(n, 0)),
         ])
     };
     let replaced = summary.filters.iter().any(|f| f.replaced.is_some());
@@ -93,34 +81,25 @@ fn white(summary: &DenoiseSummary) -> Table {
         table = table.columns([Column::number("samples replaced")]);
     }
     let width = table.columns.len();
-    table.rows(summary.filters.iter().enumerate().map(row).map(|mut r| {
+    table.rows(summary.filters.iter().map(row).map(|mut r| {
         r.cells.truncate(width);
         r
     }))
 }
 
 /// Effect on this recording.
-fn at_rest(summary: &DenoiseSummary, name: &str, key: &str, of_unit: &str, of: Of) -> Table {
+fn at_rest(summary: &DenoiseSummary, name: &str, of_unit: &str, of: Of) -> Table {
     let of_unit = match of_unit {
         "unknown" => "unit unknown".to_owned(),
         known => unit(known),
     };
-    let row = |name: &str, base: String, sigmas: &Sigmas| {
-        Row::axes(name, &base, of(sigmas), |_, v| small(v, 3))
-    };
-    let filters = summary.filters.iter().enumerate();
+    let row = |name: &str, sigmas: &Sigmas| Row::axes(name, of(sigmas), |_, v| small(v, 3));
+    let filters = summary.filters.iter();
     Table::new(format!("σ of {name} at rest, {of_unit}"))
         .columns([Column::left("")])
         .columns(Column::axes(""))
-        .row(row(
-            "as recorded",
-            format!("/recorded/{key}"),
-            &summary.recorded,
-        ))
-        .rows(filters.map(|(i, f)| {
-            let base = format!("/filters/{i}/sigma/{key}");
-            row(&format!("after {}", f.filter), base, &f.sigma)
-        }))
+        .row(row("as recorded", &summary.recorded))
+        .rows(filters.map(|f| row(&format!("after {}", f.filter), &f.sigma)))
 }
 
 fn frequencies(filter: &FilterOutcome) -> String {

@@ -1,6 +1,6 @@
 //! Report of the gyroscope of a calibration.
 
-use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use crate::document::{Block, Cell, Column, Row, Section, Table};
 use gravical::calibration_file::GyroscopeSection;
 use gravical::core::matrix3;
 use gravical::numfmt::{decimals_by, digits, fixed, unit};
@@ -24,16 +24,16 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         deviations(g)
     };
     let row = |i: usize| {
-        let value = |name: &str, v: f64, sd: Option<f64>| {
+        let value = |v: f64, sd: Option<f64>| {
             let n = decimals_by(sd, g.scale[i]);
             // From the covariance; not a field of the JSON.
-            let sd = sd.map(|s| Quantity::loose(s, fixed(s, n)));
-            Cell::number(format!("/gyroscope/{name}/{i}"), v, fixed(v, n)).plus_minus(sd)
+            let sd = sd.filter(|s| s.is_finite()).map(|s| fixed(s, n));
+            Cell::number(fixed(v, n)).plus_minus(sd)
         };
         Row::from([
             Cell::text(["x", "y", "z"][i]),
-            value("bias", g.bias[i], sd.map(|d| d.0[i])),
-            value("scale", g.scale[i], sd.map(|d| d.1[i])),
+            value(g.bias[i], sd.map(|d| d.0[i])),
+            value(g.scale[i], sd.map(|d| d.1[i])),
         ])
     };
     let table = Table::new("Bias and scale, ± 1σ")
@@ -44,7 +44,6 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         ])
         .rows((0..3).map(row));
     let matrix = matrices(
-        "/gyroscope",
         &g.orientation,
         &g.matrix,
         &format!("matrix, rad/s per {raw}"),
@@ -66,11 +65,8 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
         // Known to a few per cent.
         let text = power_of_ten(&g.g_sensitivity, 2);
-        let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity).enumerate();
-        let rows = rows.map(|(i, (axis, row))| {
-            let key = format!("/gyroscope/g_sensitivity/{i}");
-            Row::axes(axis, &key, Some(*row), |_, v| text(v))
-        });
+        let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity);
+        let rows = rows.map(|(axis, row)| Row::axes(axis, Some(*row), |_, v| text(v)));
         let coupling = Table::new(format!("S, {raw} per m/s²"))
             .columns([Column::left("")])
             .columns(Column::axes(""))

@@ -55,11 +55,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         document = document.with(stills(&inspection.static_intervals));
     }
     if let Some(model) = &inspection.temperature_drift {
-        document = document.with(drift(
-            Section::new("temperature", "Temperature"),
-            model,
-            "/temperature_drift",
-        ));
+        document = document.with(drift(Section::new("temperature", "Temperature"), model));
     }
     document.with_findings(&inspection.findings, false)
 }
@@ -163,23 +159,16 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
     let row = |(i, still): (usize, &StillSpan)| {
         let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = decimals_of(largest, 4);
-        let key = |field: &str| format!("/static_intervals/{i}/{field}");
-        let seconds = |field: &str, v: Option<f64>| Cell::maybe(key(field), v, |v| fixed(v, 1));
+        let seconds = |v: Option<f64>| Cell::maybe(v, |v| fixed(v, 1));
         let mut cells = vec![
             Cell::text((i + 1).to_string()),
             Cell::text(format!("{}–{}", still.lines[0], still.lines[1])),
-            seconds("start_s", still.start_s),
-            seconds("end_s", still.end_s),
+            seconds(still.start_s),
+            seconds(still.end_s),
             Cell::text(still.face.as_deref().unwrap_or("–")),
-            Cell::number(
-                key("face_angle_deg"),
-                still.face_angle_deg,
-                fixed(still.face_angle_deg, 1),
-            ),
+            Cell::number(fixed(still.face_angle_deg, 1)),
         ];
-        cells.extend(Cell::axes(&key("mean"), Some(still.mean), |_, v| {
-            fixed(v, n)
-        }));
+        cells.extend(Cell::axes(Some(still.mean), |_, v| fixed(v, n)));
         Row::from(cells)
     };
     let table = Table::new("")

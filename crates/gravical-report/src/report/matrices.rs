@@ -4,19 +4,12 @@ use crate::document::{Cell, Column, Row, Table};
 use gravical::numfmt::{decimals_of, fixed};
 
 /// R and the calibration matrix, side by side.
-pub(super) fn matrices(
-    base: &str,
-    orientation: &[[f64; 3]; 3],
-    matrix: &[[f64; 3]; 3],
-    name: &str,
-) -> Table {
+pub(super) fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
     let text = power_of_ten(matrix, 6);
     let row = |i: usize| {
         let mut cells = vec![Cell::text(["x", "y", "z"][i])];
-        let key = format!("{base}/orientation/{i}");
-        cells.extend(Cell::axes(&key, Some(orientation[i]), |_, v| fixed(v, 5)));
-        let key = format!("{base}/matrix/{i}");
-        cells.extend(Cell::axes(&key, Some(matrix[i]), |_, v| text(v)));
+        cells.extend(Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5)));
+        cells.extend(Cell::axes(Some(matrix[i]), |_, v| text(v)));
         Row::from(cells)
     };
     Table::new("")

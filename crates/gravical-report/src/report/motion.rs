@@ -4,7 +4,7 @@
 use gravical::core::matrix3::norm;
 
 use crate::document::{
-    Block, Cell, Column, Document, Grade, KeyFigure, Quantity, Row, Section, Table, Verdict,
+    Block, Cell, Column, Document, Grade, KeyFigure, Row, Section, Table, Verdict,
 };
 use crate::figure::Figure;
 use gravical::motion::{MotionJudgement, MotionResult, Span};
@@ -71,16 +71,12 @@ fn verdict(result: &MotionResult) -> Verdict {
     };
     let misfit = result.gravity_misfit.filter(|m| m.contradicts);
     let duration = || KeyFigure {
-        quantity: Quantity::new(
-            "/duration_s",
-            result.duration_s,
-            fixed(result.duration_s, 2),
-        ),
+        value: fixed(result.duration_s, 2),
         unit: "s",
         what: "duration".to_owned(),
     };
     let known = KeyFigure {
-        quantity: Quantity::loose(usable as f64, format!("{usable} of {all}")),
+        value: format!("{usable} of {all}"),
         unit: "",
         what: "usable moves".to_owned(),
     };
@@ -88,7 +84,7 @@ fn verdict(result: &MotionResult) -> Verdict {
         let axis = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
         let text = format!("± {}", digits(s[axis], 2));
         KeyFigure {
-            quantity: Quantity::new(format!("/final/sigma_m/{axis}"), s[axis], text),
+            value: text,
             unit: "m",
             what: "standard uncertainty of the end position, worst axis (1σ)".to_owned(),
         }
@@ -97,7 +93,7 @@ fn verdict(result: &MotionResult) -> Verdict {
     figures.extend(sigma);
     // One number for one move, the end for several.
     let conclusion = match single(result) {
-        Some(f) if usable > 0 => Some(format!("displacement {} m (± 1σ)", f.quantity.text)),
+        Some(f) if usable > 0 => Some(format!("displacement {} m (± 1σ)", f.value)),
         _ if usable > 0 => result.r#final.sigma_m.map(|sigma| {
             let sigma = digits(largest(sigma), 2);
             format!("{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)")
@@ -138,7 +134,7 @@ fn single(result: &MotionResult) -> Option<KeyFigure> {
         format!("; uncalibrated {} m", fixed(norm(&u), n))
     });
     Some(KeyFigure {
-        quantity: Quantity::loose(long, text),
+        value: text,
         unit: "m",
         what: format!("displacement (± 1σ){plain}"),
     })
@@ -180,44 +176,23 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
             format!("accelerometer {accel} mm/s²{gyro} (1σ at rest)"),
         );
     }
-    let value = |name: &str, key: &str, value: Option<f64>, n: usize| {
-        value.map(|v| Row::from([Cell::text(name), Cell::number(key, v, fixed(v, n))]))
+    let value = |name: &str, value: Option<f64>, n: usize| {
+        value.map(|v| Row::from([Cell::text(name), Cell::number(fixed(v, n))]))
     };
     let t = &recording.timing;
     let count = |rows: u64| Some(rows as f64);
     let rows = [
-        value(
-            "rate from time stamps, Hz",
-            "/rate_hz/true",
-            result.rate_hz.r#true,
-            3,
-        ),
-        value(
-            "rate according to the file, Hz",
-            "/rate_hz/nominal",
-            result.rate_hz.nominal,
-            3,
-        ),
-        value("duration, s", "/duration_s", Some(result.duration_s), 3),
-        value("rows", "/rows", count(result.rows), 0),
-        value(
-            "rows skipped",
-            "/rows_left_out",
-            count(result.rows_left_out),
-            0,
-        ),
+        value("rate from time stamps, Hz", result.rate_hz.r#true, 3),
+        value("rate according to the file, Hz", result.rate_hz.nominal, 3),
+        value("duration, s", Some(result.duration_s), 3),
+        value("rows", count(result.rows), 0),
+        value("rows skipped", count(result.rows_left_out), 0),
         value(
             "jitter of the time stamps, ms",
-            "",
             t.jitter_s.map(|v| 1e3 * v),
             2,
         ),
-        value(
-            "missing samples, %",
-            "",
-            t.missing_share.map(|v| 100.0 * v),
-            2,
-        ),
+        value("missing samples, %", t.missing_share.map(|v| 100.0 * v), 2),
     ];
     let table = Table::new("Timing")
         .columns([Column::left(""), Column::number("value")])
@@ -263,16 +238,11 @@ fn rest_list(still: &[Span]) -> String {
 fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("rests", "Rests");
     let spans = result.rests.iter().enumerate().map(|(i, span)| {
-        let key = |field: &str| format!("/rests/{i}/{field}");
         Row::from([
             Cell::text((i + 1).to_string()),
-            Cell::number(key("start_s"), span.start_s, fixed(span.start_s, 2)),
-            Cell::number(key("end_s"), span.end_s, fixed(span.end_s, 2)),
-            Cell::number(
-                "",
-                span.end_s - span.start_s,
-                fixed(span.end_s - span.start_s, 2),
-            ),
+            Cell::number(fixed(span.start_s, 2)),
+            Cell::number(fixed(span.end_s, 2)),
+            Cell::number(fixed(span.end_s - span.start_s, 2)),
         ])
     });
     let columns = ["from", "to", "duration"].map(Column::number);
@@ -286,12 +256,9 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let Some(n) = result.noise else {
         return section;
     };
-    let row = |name: &str, key: &str, sigma: [f64; 3], vif: f64| {
-        let mut row = Row::axes(name, &format!("/noise/{key}"), Some(sigma), |_, v| {
-            digits(1e3 * v, 2)
-        });
-        let at = format!("/noise/{}_vif", key.split('_').next().unwrap_or(""));
-        row.cells.push(Cell::number(at, vif, digits(vif, 2)));
+    let row = |name: &str, sigma: [f64; 3], vif: f64| {
+        let mut row = Row::axes(name, Some(sigma), |_, v| digits(1e3 * v, 2));
+        row.cells.push(Cell::number(digits(vif, 2)));
         row
     };
     let gyro = n.gyro_sigma_rad_s.zip(n.gyro_vif);
@@ -299,13 +266,8 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
         .columns([Column::left("")])
         .columns(Column::axes(""))
         .columns([Column::number("variance inflation")])
-        .row(row(
-            "accelerometer, mm/s²",
-            "accel_sigma_mps2",
-            n.accel_sigma_mps2,
-            n.accel_vif,
-        ))
-        .rows(gyro.map(|(s, vif)| row("gyroscope, mrad/s", "gyro_sigma_rad_s", s, vif)));
+        .row(row("accelerometer, mm/s²", n.accel_sigma_mps2, n.accel_vif))
+        .rows(gyro.map(|(s, vif)| row("gyroscope, mrad/s", s, vif)));
     section.full(table).full(Block::note(
         "variance inflation: variance of a mean relative to that of independent samples.",
     ))

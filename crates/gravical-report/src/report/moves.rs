@@ -1,6 +1,6 @@
 //! Report of the moves of a motion, its end point, error budget and drift at rest.
 
-use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use crate::document::{Block, Cell, Column, Row, Section, Table};
 use gravical::motion::{Ends, MotionResult, Move, PositionBudget, StaticDrift};
 use gravical::numfmt::{decimals_for, decimals_of, fixed};
 
@@ -32,13 +32,13 @@ fn far(v: f64, decimals: usize) -> String {
 
 /// Lengths along the axes with their standard uncertainties, if known.
 pub(super) fn lengths(
-    (key, values): (&str, Option<[f64; 3]>),
-    (sigma_key, sigma): (&str, Option<[f64; 3]>),
+    values: Option<[f64; 3]>,
+    sigma: Option<[f64; 3]>,
     n: [usize; 3],
 ) -> Vec<Cell> {
-    let cells = Cell::axes(key, values, |k, v| far(v, n[k]));
-    let sigmas = (0..3)
-        .map(|k| sigma.map(|s| Quantity::new(format!("{sigma_key}/{k}"), s[k], far(s[k], n[k]))));
+    let cells = Cell::axes(values, |k, v| far(v, n[k]));
+    let sigma_of = |k: usize| sigma.map(|s| s[k]).filter(|s| s.is_finite());
+    let sigmas = (0..3).map(|k| sigma_of(k).map(|s| far(s, n[k])));
     let cells = cells.into_iter().zip(sigmas);
     cells.map(|(cell, sigma)| cell.plus_minus(sigma)).collect()
 }
@@ -80,7 +80,6 @@ pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
 }
 
 fn one_move(i: usize, m: &Move, plain: bool) -> Row {
-    let key = |field: &str| format!("/moves/{i}/{field}");
     let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
     let finest = n.into_iter().max().unwrap_or(3).min(6);
     let ends = match m.ends {
@@ -91,29 +90,17 @@ fn one_move(i: usize, m: &Move, plain: bool) -> Row {
     };
     let mut cells = vec![
         Cell::text((i + 1).to_string()),
-        Cell::number(key("start_s"), m.start_s, fixed(m.start_s, 2)),
-        Cell::number(key("end_s"), m.end_s, fixed(m.end_s, 2)),
+        Cell::number(fixed(m.start_s, 2)),
+        Cell::number(fixed(m.end_s, 2)),
     ];
-    cells.extend(lengths(
-        (&key("displacement_m"), m.displacement_m),
-        (&key("sigma_m"), m.sigma_m),
-        n,
-    ));
+    cells.extend(lengths(m.displacement_m, m.sigma_m, n));
     if plain {
-        cells.extend(Cell::axes(
-            &key("uncalibrated_m"),
-            m.uncalibrated_m,
-            |k, v| far(v, n[k]),
-        ));
+        cells.extend(Cell::axes(m.uncalibrated_m, |k, v| far(v, n[k])));
     }
     cells.extend([
         // At most the digits of the displacement.
-        Cell::maybe(key("path_m"), m.path_m, |v| {
-            far(v, decimals_of(v, 3).min(finest))
-        }),
-        Cell::maybe(key("peak_speed_mps"), m.peak_speed_mps, |v| {
-            far(v, decimals_of(v, 2).min(5))
-        }),
+        Cell::maybe(m.path_m, |v| far(v, decimals_of(v, 3).min(finest))),
+        Cell::maybe(m.peak_speed_mps, |v| far(v, decimals_of(v, 2).min(5))),
         Cell::text(ends),
     ]);
     let row = Row::from(cells);
@@ -141,25 +128,20 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
                 .collect::<Vec<_>>(),
         )
     };
-    let none = ("", None);
-    let at_end = lengths(
-        ("/final/position_m", Some(position)),
-        ("/final/sigma_m", last.sigma_m),
-        n,
-    );
+    let at_end = lengths(Some(position), last.sigma_m, n);
     let mut rows = vec![row("position, m", at_end)];
     let plain = result.uncalibrated;
     if let Some(u) = plain {
-        let cells = lengths(("/uncalibrated/position_m", u.position_m), none, n);
+        let cells = lengths(u.position_m, None, n);
         rows.push(row("uncalibrated, m", cells));
     }
     let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
     if let Some(velocity) = last.velocity_mps.filter(moving) {
         let n = [decimals_of(largest(velocity), 2).min(3); 3];
-        let cells = lengths(("/final/velocity_mps", Some(velocity)), none, n);
+        let cells = lengths(Some(velocity), None, n);
         rows.push(row("velocity, m/s", cells));
         if let Some(u) = plain {
-            let cells = lengths(("/uncalibrated/velocity_mps", u.velocity_mps), none, n);
+            let cells = lengths(u.velocity_mps, None, n);
             rows.push(row("uncalibrated, m/s", cells));
         }
     }
@@ -178,36 +160,28 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
 pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
     let section = Section::new("budget", "Error budget");
     let parts = [
-        ("noise", b.noise, "noise of the accelerometer"),
-        (
-            "bias",
-            b.bias,
-            "bias of the accelerometer and correlated terms",
-        ),
-        (
-            "scale",
-            b.scale,
-            "scale and cross-axis terms of the accelerometer",
-        ),
-        ("clock", b.clock, "clock of the recorder"),
-        ("tilt", b.tilt, "attitude: gyroscope, levelling, yaw"),
+        (b.noise, "noise of the accelerometer"),
+        (b.bias, "bias of the accelerometer and correlated terms"),
+        (b.scale, "scale and cross-axis terms of the accelerometer"),
+        (b.clock, "clock of the recorder"),
+        (b.tilt, "attitude: gyroscope, levelling, yaw"),
     ];
-    let total = parts.iter().map(|(_, v, _)| v * v).sum::<f64>().sqrt();
+    let total = parts.iter().map(|(v, _)| v * v).sum::<f64>().sqrt();
     if total == 0.0 || !total.is_finite() {
         return section;
     }
     let n = decimals_of(1e3 * total, 2).min(3);
     let share = |v: f64| 100.0 * v * v / (total * total);
-    let parts = parts.map(|(key, value, what)| {
+    let parts = parts.map(|(value, what)| {
         Row::from([
             Cell::text(what),
-            Cell::number(format!("/budget_m/{key}"), value, far(1e3 * value, n)),
-            Cell::number("", share(value), fixed(share(value), 0)),
+            Cell::number(far(1e3 * value, n)),
+            Cell::number(fixed(share(value), 0)),
         ])
     });
     let sum = |name: &str, factor: f64, share: Cell| {
         let mm = factor * 1e3 * total;
-        Row::from([Cell::text(name), Cell::number("", mm, far(mm, n)), share]).sum()
+        Row::from([Cell::text(name), Cell::number(far(mm, n)), share]).sum()
     };
     let table = Table::new("Uncertainty of the end position, all axes together, 1σ")
         .columns([Column::left("source")])
@@ -216,7 +190,7 @@ pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
         .row(sum(
             "combined (root sum of squares)",
             1.0,
-            Cell::number("", 100.0, "100"),
+            Cell::number("100"),
         ))
         .row(sum("expanded, k = 2", 2.0, Cell::text("")));
     section.with(table)
@@ -226,49 +200,18 @@ pub(super) fn static_drift<'a>(d: &StaticDrift) -> Section<'a> {
     let n = decimals(Some(d.predicted_sigma_m), d.position_m);
     let over: [f64; 3] = std::array::from_fn(|k| d.position_m[k].abs() / d.predicted_sigma_m[k]);
     let farthest = over.into_iter().fold(0.0, f64::max);
-    let row = |name: &str, key: &str, v: [f64; 3], factor: f64, n: [usize; 3]| {
-        let key = format!("/static_drift/{key}");
-        Row::axes(name, &key, Some(v), |k, v| far(factor * v, n[k]))
+    let row = |name: &str, v: [f64; 3], factor: f64, n: [usize; 3]| {
+        Row::axes(name, Some(v), |k, v| far(factor * v, n[k]))
     };
     let table = Table::new("Drift at rest")
         .columns([Column::left("")])
         .columns(Column::axes(""))
-        .row(row("position, m", "position_m", d.position_m, 1.0, n))
-        .row(row(
-            "predicted, 1σ, m",
-            "predicted_sigma_m",
-            d.predicted_sigma_m,
-            1.0,
-            n,
-        ))
-        .row(row(
-            "velocity, mm/s",
-            "velocity_mps",
-            d.velocity_mps,
-            1e3,
-            [1; 3],
-        ))
-        .row(row(
-            "equivalent bias, mm/s²",
-            "bias_mps2",
-            d.bias_mps2,
-            1e3,
-            [1; 3],
-        ))
-        .row(row(
-            "its rate of change, mm/s³",
-            "slope_mps3",
-            d.slope_mps3,
-            1e3,
-            [2; 3],
-        ))
-        .row(row(
-            "not explained by these, m",
-            "unexplained_m",
-            d.unexplained_m,
-            1.0,
-            n,
-        ));
+        .row(row("position, m", d.position_m, 1.0, n))
+        .row(row("predicted, 1σ, m", d.predicted_sigma_m, 1.0, n))
+        .row(row("velocity, mm/s", d.velocity_mps, 1e3, [1; 3]))
+        .row(row("equivalent bias, mm/s²", d.bias_mps2, 1e3, [1; 3]))
+        .row(row("its rate of change, mm/s³", d.slope_mps3, 1e3, [2; 3]))
+        .row(row("not explained by these, m", d.unexplained_m, 1.0, n));
     let judged = if !farthest.is_finite() {
         "No band was predicted.".to_owned()
     } else if farthest <= FAR {
@@ -300,11 +243,11 @@ mod tests {
     fn lengths_have_two_digits_of_their_uncertainty() {
         let sigma = Some([0.0028, 0.31, 0.012]);
         let n = decimals(sigma, [1.0; 3]);
-        let cells = lengths(("", Some([0.69934, -0.001, f64::NAN])), ("", sigma), n);
+        let cells = lengths(Some([0.69934, -0.001, f64::NAN]), sigma, n);
         let texts: Vec<String> = cells
             .iter()
             .map(|c| match c {
-                Cell::Number(q, Some(sd)) => format!("{} {}", q.text, sd.text),
+                Cell::Number(text, Some(sd)) => format!("{text} {sd}"),
                 other => panic!("{other:?}"),
             })
             .collect();

@@ -1,6 +1,6 @@
 //! Report of the noise of a sensor.
 
-use crate::document::{Block, Cell, Column, Document, Quantity, Row, Section, Table};
+use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use crate::figure::Figure;
 use gravical::noise::{ChannelNoise, Estimate, NoiseResult, Term, Unit, duration_text};
 use gravical::numfmt::{count, decimals_for, fixed, small, unit};
@@ -43,11 +43,10 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     document = document.with(reading.with(Block::Facts(facts)));
     let mut section = Section::new("noise", "Noise");
     for (letter, sensor) in [('a', "accelerometer"), ('g', "gyroscope")] {
-        let own: Vec<(usize, &ChannelNoise)> = result
+        let own: Vec<&ChannelNoise> = result
             .channels
             .iter()
-            .enumerate()
-            .filter(|(_, c)| c.channel.starts_with(letter))
+            .filter(|c| c.channel.starts_with(letter))
             .collect();
         if own.is_empty() {
             continue;
@@ -70,8 +69,8 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
             "σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π) B² + K²τ/3 + R²τ²/2",
         ]))
         .full(Block::paragraph(method(result)));
-    for (i, channel) in result.channels.iter().enumerate() {
-        curves = curves.full(points(i, channel));
+    for channel in &result.channels {
+        curves = curves.full(points(channel));
     }
     document.with(curves).with_findings(&result.findings, false)
 }
@@ -122,58 +121,57 @@ fn span(term: Term, gyroscope: bool, own: &[&ChannelNoise]) -> String {
 }
 
 /// The terms that were asked for, each with its usual unit.
-fn terms(own: &[(usize, &ChannelNoise)], gyroscope: bool) -> Vec<(Term, Unit)> {
+fn terms(own: &[&ChannelNoise], gyroscope: bool) -> Vec<(Term, Unit)> {
     let wanted =
         |c: &ChannelNoise, term: Term| c.estimate(term).is_some() || c.missing(term).is_some();
     let terms = Term::ALL.into_iter();
     terms
-        .filter(|term| own.iter().any(|(_, c)| wanted(c, *term)))
+        .filter(|term| own.iter().any(|c| wanted(c, *term)))
         .map(|term| (term, Unit::of(term, gyroscope)))
         .collect()
 }
 
-fn of_channels(caption: String, own: &[(usize, &ChannelNoise)]) -> Table {
+fn of_channels(caption: String, own: &[&ChannelNoise]) -> Table {
     Table::new(caption)
         .columns([Column::left("")])
-        .columns(own.iter().map(|(_, c)| Column::number(&c.channel)))
+        .columns(own.iter().map(|c| Column::number(&c.channel)))
 }
 
-fn parameters(sensor: &str, own: &[(usize, &ChannelNoise)]) -> Table {
+fn parameters(sensor: &str, own: &[&ChannelNoise]) -> Table {
     let gyroscope = sensor == "gyroscope";
     let mut table = of_channels(sensor.to_owned(), own);
     for (term, Unit { name, factor }) in terms(own, gyroscope) {
         let label = format!("{}, {name}", term.symbol());
-        let values = own.iter().map(|(i, c)| value(*i, c, term, factor));
+        let values = own.iter().map(|c| value(c, term, factor));
         table = table.row(std::iter::once(Cell::text(label)).chain(values));
     }
     table = table
         .row(in_si(own, gyroscope))
         .row(by_density(own, gyroscope));
-    match own.iter().any(|(_, c)| c.data_sheet.is_some()) {
+    match own.iter().any(|c| c.data_sheet.is_some()) {
         true => table.row(by_data_sheet(own, gyroscope)),
         false => table,
     }
 }
 
-fn intervals(sensor: &str, own: &[(usize, &ChannelNoise)]) -> Table {
+fn intervals(sensor: &str, own: &[&ChannelNoise]) -> Table {
     let mut table = of_channels(format!("{sensor}: 95 % intervals"), own);
     for (term, Unit { name, factor }) in terms(own, sensor == "gyroscope") {
         let label = format!("{}, {name}", term.symbol());
-        let values = own.iter().map(|(_, c)| interval(c.estimate(term), factor));
+        let values = own.iter().map(|c| interval(c.estimate(term), factor));
         table = table.row(std::iter::once(Cell::text(label)).chain(values));
     }
     table
 }
 
-fn value(i: usize, channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
-    let key = format!("/channels/{i}/{}", term.symbol().to_lowercase());
+fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
     match (channel.estimate(term), channel.missing(term)) {
         (Some(e), _) => {
             let deviation = factor * (e.high - e.low) / 3.92;
             let decimals = decimals_for(deviation);
-            let sigma = Quantity::loose(deviation, fixed(deviation, decimals));
+            let sigma = fixed(deviation, decimals);
             let text = fixed(factor * e.value, decimals);
-            Cell::number(format!("{key}/value"), e.value, text).plus_minus(Some(sigma))
+            Cell::number(text).plus_minus(Some(sigma))
         }
         (None, Some(missing)) => match missing.at_most {
             Some(most) => Cell::text(format!("< {}", small(factor * most, 2))),
@@ -195,41 +193,38 @@ fn interval(estimate: Option<&Estimate>, factor: f64) -> Cell {
 }
 
 /// N in SI units, which code needs.
-fn in_si(own: &[(usize, &ChannelNoise)], gyroscope: bool) -> Row {
-    let n = own.iter().map(|(i, c)| {
-        let key = format!("/channels/{i}/n/value");
-        Cell::maybe(key, c.n.map(|n| n.value), |n| format!("{n:.2e}"))
-    });
+fn in_si(own: &[&ChannelNoise], gyroscope: bool) -> Row {
+    let n = own
+        .iter()
+        .map(|c| Cell::maybe(c.n.map(|n| n.value), |n| format!("{n:.2e}")));
     let label = format!("N, {}", Unit::si(Term::N, gyroscope));
     std::iter::once(Cell::text(label)).chain(n).into()
 }
 
-fn by_density(own: &[(usize, &ChannelNoise)], gyroscope: bool) -> Row {
+fn by_density(own: &[&ChannelNoise], gyroscope: bool) -> Row {
     let Unit { name, factor } = Unit::of(Term::N, gyroscope);
-    let n = own.iter().map(|(i, c)| {
+    let n = own.iter().map(|c| {
         let known = c.density.filter(|_| c.n.is_some());
-        let key = format!("/channels/{i}/density/n");
-        Cell::maybe(key, known.map(|d| d.n), |n| small(factor * n, 3))
+        Cell::maybe(known.map(|d| d.n), |n| small(factor * n, 3))
     });
     let label = format!("N by density, {name}");
     std::iter::once(Cell::text(label)).chain(n).into()
 }
 
-fn by_data_sheet(own: &[(usize, &ChannelNoise)], gyroscope: bool) -> Row {
+fn by_data_sheet(own: &[&ChannelNoise], gyroscope: bool) -> Row {
     let Unit { name, factor } = Unit::of(Term::N, gyroscope);
-    let n = own.iter().map(|(i, c)| {
+    let n = own.iter().map(|c| {
         let sheet = c.data_sheet.as_ref();
-        let key = format!("/channels/{i}/data_sheet/n");
-        Cell::maybe(key, sheet.map(|s| s.n), |n| small(factor * n, 3))
+        Cell::maybe(sheet.map(|s| s.n), |n| small(factor * n, 3))
     });
     let label = format!("N by data sheet, {name}");
     std::iter::once(Cell::text(label)).chain(n).into()
 }
 
 /// Why terms are missing; axes with one reason together.
-fn missing(own: &[(usize, &ChannelNoise)]) -> Vec<String> {
+fn missing(own: &[&ChannelNoise]) -> Vec<String> {
     let mut all: Vec<(String, Vec<&str>)> = Vec::new();
-    for (_, channel) in own {
+    for channel in own {
         for missing in &channel.not_observable {
             let text = format!("{} is {}", missing.term, missing.reason);
             let text = match missing.reason.starts_with("not ") {
@@ -259,20 +254,19 @@ fn method(result: &NoiseResult) -> String {
     )
 }
 
-fn points(i: usize, channel: &ChannelNoise) -> Table {
+fn points(channel: &ChannelNoise) -> Table {
     let of_unit = unit(&channel.unit);
-    let row = |(k, p): (usize, &gravical::noise::AllanPoint)| {
-        let key = |field: &str| format!("/channels/{i}/adev/{k}/{field}");
-        let number = |field: &str, v: f64| Cell::number(key(field), v, format!("{v:.3e}"));
+    let row = |p: &gravical::noise::AllanPoint| {
+        let number = |v: f64| Cell::number(format!("{v:.3e}"));
         Row::from([
-            Cell::number(key("tau_s"), p.tau_s, small(p.tau_s, 4)),
-            number("sigma", p.sigma),
-            number("low", p.low),
-            number("high", p.high),
-            Cell::number(key("edf"), p.edf, small(p.edf, 2)),
+            Cell::number(small(p.tau_s, 4)),
+            number(p.sigma),
+            number(p.low),
+            number(p.high),
+            Cell::number(small(p.edf, 2)),
         ])
     };
     Table::new(format!("{}: Allan deviation, {of_unit}", channel.channel))
         .columns(["τ, s", "σ", "low (95 %)", "high", "degrees of freedom"].map(Column::number))
-        .rows(channel.adev.iter().enumerate().map(row))
+        .rows(channel.adev.iter().map(row))
 }

@@ -1,6 +1,6 @@
 //! Report of the poses of a calibration and of the best next ones.
 
-use crate::document::{Block, Cell, Column, Quantity, Row, Section, Table};
+use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::figure::Figure;
 use gravical::calibration_file::{CalibrationFile, PoseResult};
 use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed, unit};
@@ -16,7 +16,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let raw = a.poses.iter().flat_map(|p| p.raw);
     let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
     let decimals = decimals_of(largest, 5).min(4);
-    let rows = a.poses.iter().enumerate();
+    let rows = a.poses.iter();
     let table = Table::new("")
         .columns([Column::left("pose")])
         .columns(Column::axes(&format!(
@@ -31,23 +31,22 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
             Column::number("tilt, °"),
             Column::number("rows").full(),
         ])
-        .rows(rows.map(|(i, p)| row(i, p, decimals)));
+        .rows(rows.map(|p| row(p, decimals)));
     let section = Section::new("poses", "Poses").with(table).full(Block::note(
         "error: magnitude of calibrated − expected. left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
     ));
     let Some(e) = a.errors else {
         return section;
     };
-    let value =
-        |key: &str, v: f64| Cell::number(format!("/accelerometer/errors/{key}"), v, fixed(v, 5));
+    let value = |v: f64| Cell::number(fixed(v, 5));
     let errors = Table::new("Errors at the fitted faces, m/s²")
         .columns([Column::left("")])
         .columns(["RMS", "maximum", "mean norm"].map(Column::number))
         .row([
             Cell::text("faces"),
-            value("rms", e.rms),
-            value("max", e.max),
-            value("mean_norm", e.mean_norm),
+            value(e.rms),
+            value(e.max),
+            value(e.mean_norm),
         ]);
     let note = "The parameters were fitted to these poses: the errors are no measure of accuracy.";
     match exact {
@@ -56,8 +55,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     }
 }
 
-fn row(i: usize, p: &PoseResult, decimals: usize) -> Row {
-    let key = |field: &str| format!("/accelerometer/poses/{i}/{field}");
+fn row(p: &PoseResult, decimals: usize) -> Row {
     let mg = |v: f64| signed(milli_g(v), 2);
     let label = match p.fitted {
         true => p.label.clone(),
@@ -65,22 +63,17 @@ fn row(i: usize, p: &PoseResult, decimals: usize) -> Row {
     };
     let tilt_sd = p
         .tilt_sd_deg
-        .map(|sd| Quantity::new(key("tilt_sd_deg"), sd, fixed(sd, 1)));
+        .filter(|sd| sd.is_finite())
+        .map(|sd| fixed(sd, 1));
     let mut cells = vec![Cell::Text(label)];
-    cells.extend(Cell::axes(&key("raw"), Some(p.raw), |_, v| {
-        fixed(v, decimals)
-    }));
-    cells.extend(Cell::axes(
-        &key("calibrated"),
-        Some(p.calibrated),
-        |_, v| fixed(v, 3),
-    ));
+    cells.extend(Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)));
+    cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
     cells.extend([
-        Cell::number(key("error_norm"), p.error_norm, fixed(p.error_norm, 4)),
-        Cell::maybe(key("magnitude_error_mps2"), p.magnitude_error_mps2, mg),
-        Cell::maybe(key("left_out_error_mps2"), p.left_out_error_mps2, mg),
-        Cell::maybe(key("tilt_deg"), p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
-        Cell::number(key("rows"), p.rows as f64, p.rows.to_string()),
+        Cell::number(fixed(p.error_norm, 4)),
+        Cell::maybe(p.magnitude_error_mps2, mg),
+        Cell::maybe(p.left_out_error_mps2, mg),
+        Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
+        Cell::number(p.rows.to_string()),
     ]);
     cells.into()
 }
@@ -124,17 +117,12 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
     }
     let poses = a.proposed_poses().iter().enumerate().map(|(i, next)| {
         let then = next.predicted_norm_error_mps2;
-        let key = |field: &str| format!("/accelerometer/next_poses/{i}/{field}");
         Row::from([
             Cell::text((i + 1).to_string()),
             Cell::text(&next.hint),
             Cell::text(direction(next.direction)),
-            Cell::number(key("predicted_norm_error_mps2"), then, mg(then)),
-            Cell::maybe(
-                key("undetected_effect_mps2"),
-                next.undetected_effect_mps2,
-                mg,
-            ),
+            Cell::number(mg(then)),
+            Cell::maybe(next.undetected_effect_mps2, mg),
         ])
     });
     let columns = [

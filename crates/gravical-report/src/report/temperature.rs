@@ -8,9 +8,8 @@ use gravical::temperature::{r2_text, short};
 /// Sweeps that are listed one by one.
 const LISTED: usize = 4;
 
-/// Adds the drift of each channel with temperature to `section`. `base` is the JSON pointer of
-/// the model.
-pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &str) -> Section<'a> {
+/// Adds the drift of each channel with temperature to `section`.
+pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
     let [low, high] = model.range_c;
     let poses = count(model.poses, "pose");
     let columns = [
@@ -24,10 +23,10 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel, base: &s
         Column::number("rms after").full(),
         Column::left("verdict"),
     ];
-    let channels = model.channels.iter().enumerate();
+    let channels = model.channels.iter();
     let table = Table::new("Drift of each channel")
         .columns(columns)
-        .rows(channels.map(|(i, c)| channel(c, &format!("{base}/channels/{i}"))));
+        .rows(channels.map(channel));
     let reasons = model.channels.iter().filter_map(|c| {
         // The table is enough for an accepted channel.
         let reason = match c.reason.split_once("; ") {
@@ -69,8 +68,7 @@ fn sweeps(model: &TemperatureModel) -> String {
     )
 }
 
-fn channel(c: &ChannelDrift, base: &str) -> Row {
-    let key = |name: &str| format!("{base}/{name}");
+fn channel(c: &ChannelDrift) -> Row {
     let verdict = match c.is_corrected() {
         true => format!("corrected, order {}", c.order),
         false => "not corrected".to_owned(),
@@ -81,21 +79,13 @@ fn channel(c: &ChannelDrift, base: &str) -> Row {
     };
     Row::from([
         Cell::text(&c.channel),
-        Cell::maybe(key("slope"), c.slope, small),
+        Cell::maybe(c.slope, small),
         Cell::text(input_unit),
-        Cell::maybe(
-            key("r2_cooling_to_warming"),
-            c.r2_cooling_to_warming,
-            r2_text,
-        ),
-        Cell::maybe(
-            key("r2_warming_to_cooling"),
-            c.r2_warming_to_cooling,
-            r2_text,
-        ),
-        Cell::maybe(key("hysteresis"), c.hysteresis, small),
-        Cell::number(key("drift_rms"), c.drift_rms, small(c.drift_rms)),
-        Cell::maybe(key("residual_rms"), c.residual_rms, small),
+        Cell::maybe(c.r2_cooling_to_warming, r2_text),
+        Cell::maybe(c.r2_warming_to_cooling, r2_text),
+        Cell::maybe(c.hysteresis, small),
+        Cell::number(small(c.drift_rms)),
+        Cell::maybe(c.residual_rms, small),
         Cell::text(verdict),
     ])
 }

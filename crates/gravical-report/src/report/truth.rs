@@ -29,21 +29,15 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
             c.from_s,
             c.to_s
         )));
-    let row = |name: &str, key: &str, value: Option<f64>, n: i32| {
-        let key = format!("/truth/{key}");
-        Row::from([Cell::text(name), Cell::maybe(key, value, |v| digits(v, n))])
+    let row = |name: &str, value: Option<f64>, n: i32| {
+        Row::from([Cell::text(name), Cell::maybe(value, |v| digits(v, n))])
     };
     let errors = Table::new("Errors")
         .columns([Column::left(""), Column::number("value")])
-        .row(row("end error, m", "end_error_m", Some(c.end_error_m), 2))
-        .row(row("RMSE, m", "rmse_m", Some(c.rmse_m), 2))
-        .row(row(
-            "end error, % of the path",
-            "percent_of_path",
-            c.percent_of_path,
-            2,
-        ))
-        .row(row("path of the reference, m", "path_m", Some(c.path_m), 3));
+        .row(row("end error, m", Some(c.end_error_m), 2))
+        .row(row("RMSE, m", Some(c.rmse_m), 2))
+        .row(row("end error, % of the path", c.percent_of_path, 2))
+        .row(row("path of the reference, m", Some(c.path_m), 3));
     let section = section.with(errors);
     if c.moves.is_empty() {
         return section;
@@ -61,7 +55,6 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
 }
 
 fn one_move(i: usize, m: &MoveComparison) -> Row {
-    let key = |field: &str| format!("/truth/moves/{i}/{field}");
     // The error has its own digits.
     let n = decimals_of(largest(m.end_error_m), 2);
     let n = m
@@ -69,14 +62,10 @@ fn one_move(i: usize, m: &MoveComparison) -> Row {
         .map_or([n; 3], |s| decimals(Some(s), s).map(|d| d.max(n)));
     let mut cells = vec![
         Cell::text((i + 1).to_string()),
-        Cell::number(key("start_s"), m.start_s, fixed(m.start_s, 2)),
-        Cell::number(key("end_s"), m.end_s, fixed(m.end_s, 2)),
+        Cell::number(fixed(m.start_s, 2)),
+        Cell::number(fixed(m.end_s, 2)),
     ];
-    cells.extend(lengths(
-        (&key("end_error_m"), Some(m.end_error_m)),
-        (&key("sigma_m"), m.sigma_m),
-        n,
-    ));
-    cells.push(Cell::number(key("rmse_m"), m.rmse_m, digits(m.rmse_m, 2)));
+    cells.extend(lengths(Some(m.end_error_m), m.sigma_m, n));
+    cells.push(Cell::number(digits(m.rmse_m, 2)));
     cells.into()
 }

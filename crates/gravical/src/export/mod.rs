@@ -1,68 +1,74 @@
 //! A calibration in the form of another program: code, parameters, registers.
 //!
 //! Canonical is `calibrated = matrix · (raw − bias)`; every target has its own formula, sign and
-//! unit, which `docs/exports.md` lists with the version they were read in. What a target cannot
-//! hold is in the notes of the result and in a comment of its text, never silently dropped.
+//! unit, which `docs/exports.md` lists with the version they were read in. A target is a text in
+//! `templates/` and a row of [`TARGETS`]. What it cannot hold is in the notes of the result and in
+//! a comment of its text, never silently dropped.
 
-mod arduino;
-mod autopilot;
-mod code;
 mod diagonal;
-mod fixed;
-#[doc(hidden)]
-pub mod formula;
-mod fusion;
-mod header;
+mod fill;
 mod kalibr;
-mod mpu6050;
-mod nominal;
-mod ros;
+mod sensor;
+mod template;
+
+use crate::calibration_file::CalibrationFile;
+use crate::numfmt;
+use crate::recording::units::AccelUnit;
+use crate::segment::face::AxisMap;
+use crate::{Error, Result};
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 pub use kalibr::kalibr;
 
-use crate::calibration_file::{CalibrationFile, to_imucal};
-use crate::escape::shown_json;
-use crate::segment::face::AxisMap;
-use crate::{Error, Result};
-
-use header::check_name;
+use fill::Draft;
+use sensor::Sensor;
+use template::{Values, fill_template, nine_digits};
 
 /// A form that a calibration can be written in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
-    /// A header for C and C++.
-    C,
-    /// A header for a sketch: three rows of four numbers, on counts also in fixed point.
-    Arduino,
-    /// A module for Rust without the standard library.
-    Rust,
-    /// Functions on NumPy arrays.
-    Python,
-    /// A function of MATLAB and Octave.
-    Matlab,
-    /// The YAML of the ROS package imu_calib.
-    Ros,
-    /// Parameters of a ROS 2 node.
-    Ros2,
-    /// The noise file of Kalibr.
-    Kalibr,
-    /// Parameters of PX4.
-    Px4,
-    /// Parameters of ArduPilot.
-    ArduPilot,
-    /// Commands of INAV's command line.
-    Inav,
-    /// Commands of Betaflight's command line.
-    Betaflight,
-    /// Initialisers for x-io Fusion.
-    Fusion,
-    /// Offset registers of an MPU6050, as code for a sketch.
-    Mpu6050,
-    /// JSON of the Python library imucal, format 2.0.
-    Imucal,
-    /// The calibration file of this program.
-    Gravical,
+pub struct Target {
+    /// Name in options.
+    pub name: &'static str,
+    /// In a line: what it is, what it holds, and what is lost.
+    pub holds: &'static str,
+    /// Options that it takes.
+    options: &'static [&'static str],
+    template: &'static str,
+    /// Adds values that only this target has, and notes on what it cannot hold.
+    fill: fn(&mut Draft<'_>) -> Result<()>,
 }
+
+const KALIBR: &str = include_str!("templates/kalibr.yaml.in");
+
+/// All targets, one a row.
+#[rustfmt::skip]
+pub static TARGETS: [Target; 13] = [
+    Target { name: "c", options: &["--name"], template: include_str!("templates/c.h.in"), fill: fill::full,
+        holds: "header for C99 and C++: accelerometer and gyroscope in full, float" },
+    Target { name: "arduino", options: &["--name", "--counts-per-g", "--counts-per-deg-s"], template: include_str!("templates/arduino.h.in"), fill: fill::arduino,
+        holds: "header for a sketch: accelerometer and gyroscope in full, float" },
+    Target { name: "rust", options: &[], template: include_str!("templates/rust.rs.in"), fill: fill::full,
+        holds: "module without the standard library: accelerometer and gyroscope in full, f32" },
+    Target { name: "python", options: &["--name"], template: include_str!("templates/python.py.in"), fill: fill::full,
+        holds: "functions on NumPy arrays: accelerometer and gyroscope in full" },
+    Target { name: "matlab", options: &[], template: include_str!("templates/matlab.m.in"), fill: fill::full,
+        holds: "function for MATLAB and Octave: accelerometer and gyroscope in full" },
+    Target { name: "ros", options: &[], template: include_str!("templates/ros.yaml.in"), fill: fill::ros,
+        holds: "YAML of imu_calib (ROS 1 and 2): accelerometer in full, no gyroscope" },
+    Target { name: "ros2", options: &["--name"], template: include_str!("templates/ros2.yaml.in"), fill: fill::ros2,
+        holds: "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full" },
+    Target { name: "kalibr", options: &["--upper-limit"], template: "$text$", fill: fill::kalibr,
+        holds: "imu.yaml: noise density and random walk, of a calibration with noise (calibrate --noise)" },
+    Target { name: "px4", options: &["--device-id", "--rotation"], template: include_str!("templates/px4.params.in"), fill: fill::px4,
+        holds: "parameters of PX4: offset and scale of each axis; no cross-axis terms, no gyroscope" },
+    Target { name: "ardupilot", options: &["--device-id", "--rotation"], template: include_str!("templates/ardupilot.param.in"), fill: fill::ardupilot,
+        holds: "parameters of ArduPilot: offset and scale of each axis; no cross-axis terms, no gyroscope" },
+    Target { name: "mpu6050", options: &["--name"], template: include_str!("templates/mpu6050.h.in"), fill: fill::mpu6050,
+        holds: "sketch code for the offset registers of an MPU6050: bias to 0.5 mg; no scale, no cross-axis terms, no gyroscope" },
+    Target { name: "imucal", options: &[], template: "$text$", fill: fill::imucal,
+        holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
+    Target { name: "gravical", options: &[], template: "$text$", fill: fill::gravical,
+        holds: "calibration file of gravical: everything (converts a file of imucal)" },
+];
 
 /// Options that some targets take; one that takes none of it refuses it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -72,10 +78,10 @@ pub struct ExportOptions {
     /// The autopilot's own id of the sensor (`px4`, `ardupilot`).
     pub device_id: Option<u32>,
     /// Sensor axes that point along x, y and z of the autopilot's sensor frame (`px4`,
-    /// `ardupilot`, `inav`, `betaflight`).
+    /// `ardupilot`).
     pub rotation: Option<AxisMap>,
-    /// Counts per g of the firmware's raw values (`inav`, `betaflight`, `arduino`) [default: 2048,
-    /// ±16 g; `arduino`: raw values are those of the recordings].
+    /// Counts per g of the sketch's raw values (`arduino`) [default: raw values are those of the
+    /// recordings].
     pub counts_per_g: Option<f64>,
     /// Counts per °/s of the sketch's raw values (`arduino`) [default: raw values are those of the
     /// recordings].
@@ -93,139 +99,15 @@ pub struct Export {
     pub notes: Vec<String>,
 }
 
-/// What is said of a target.
-struct About {
-    name: &'static str,
-    holds: &'static str,
-    options: &'static [&'static str],
-}
-
 impl Target {
-    /// All targets.
-    pub const ALL: [Target; 16] = [
-        Target::C,
-        Target::Arduino,
-        Target::Rust,
-        Target::Python,
-        Target::Matlab,
-        Target::Ros,
-        Target::Ros2,
-        Target::Kalibr,
-        Target::Px4,
-        Target::ArduPilot,
-        Target::Inav,
-        Target::Betaflight,
-        Target::Fusion,
-        Target::Mpu6050,
-        Target::Imucal,
-        Target::Gravical,
-    ];
-
-    fn about(self) -> About {
-        let (name, holds, options): (_, _, &'static [_]) = match self {
-            Target::C => (
-                "c",
-                "header for C99 and C++: accelerometer and gyroscope in full, float",
-                &["--name"],
-            ),
-            Target::Arduino => (
-                "arduino",
-                "header for a sketch, float, of counts also fixed point: accelerometer and gyroscope in full",
-                &["--name", "--counts-per-g", "--counts-per-deg-s"],
-            ),
-            Target::Rust => (
-                "rust",
-                "module without the standard library: accelerometer and gyroscope in full, f32",
-                &["--name"],
-            ),
-            Target::Python => (
-                "python",
-                "functions on NumPy arrays: accelerometer and gyroscope in full",
-                &["--name"],
-            ),
-            Target::Matlab => (
-                "matlab",
-                "function for MATLAB and Octave: accelerometer and gyroscope in full",
-                &["--name"],
-            ),
-            Target::Ros => (
-                "ros",
-                "YAML of imu_calib (ROS 1 and 2): accelerometer in full, no gyroscope",
-                &[],
-            ),
-            Target::Ros2 => (
-                "ros2",
-                "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full",
-                &["--name"],
-            ),
-            Target::Kalibr => (
-                "kalibr",
-                "imu.yaml: noise density and random walk, of a calibration with noise (calibrate --noise)",
-                &["--upper-limit"],
-            ),
-            Target::Px4 => (
-                "px4",
-                "parameters of PX4: offset and scale of each axis; no cross-axis terms, no gyroscope",
-                &["--device-id", "--rotation"],
-            ),
-            Target::ArduPilot => (
-                "ardupilot",
-                "parameters of ArduPilot: offset and scale of each axis; no cross-axis terms, no gyroscope",
-                &["--device-id", "--rotation"],
-            ),
-            Target::Inav => (
-                "inav",
-                "INAV command line: offset and gain of each axis as integers; no cross-axis terms, no gyroscope",
-                &["--rotation", "--counts-per-g"],
-            ),
-            Target::Betaflight => (
-                "betaflight",
-                "Betaflight command line: offset of each axis as an integer; no scale, no cross-axis terms, no gyroscope",
-                &["--rotation", "--counts-per-g"],
-            ),
-            Target::Fusion => (
-                "fusion",
-                "C initialisers for x-io Fusion, g and °/s: accelerometer and gyroscope, no g-sensitivity",
-                &["--name"],
-            ),
-            Target::Mpu6050 => (
-                "mpu6050",
-                "sketch code for the offset registers of an MPU6050: bias to 0.5 mg; no scale, no cross-axis terms, no gyroscope",
-                &["--name"],
-            ),
-            Target::Imucal => (
-                "imucal",
-                "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty",
-                &[],
-            ),
-            Target::Gravical => (
-                "gravical",
-                "calibration file of gravical: everything (converts a file of imucal)",
-                &[],
-            ),
-        };
-        About {
-            name,
-            holds,
-            options,
-        }
-    }
-
-    /// Name in options.
+    /// The target of this name.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        self.about().name
+    pub fn find(name: &str) -> Option<&'static Target> {
+        TARGETS.iter().find(|t| t.name == name)
     }
 
-    /// In a line: what it is, what it holds, and what is lost.
-    #[must_use]
-    pub fn holds(self) -> &'static str {
-        self.about().holds
-    }
-
-    /// Refuses options that mean nothing to this target.
-    fn check(self, options: &ExportOptions) -> Result<()> {
-        let about = self.about();
+    /// Refuses options that mean nothing to this target, and values that it cannot use.
+    fn check(&self, options: &ExportOptions) -> Result<()> {
         let given = [
             ("--name", options.name.is_some()),
             ("--device-id", options.device_id.is_some()),
@@ -235,37 +117,51 @@ impl Target {
             ("--upper-limit", options.upper_limit),
         ];
         for (option, is_given) in given {
-            if is_given && !about.options.contains(&option) {
-                let message = format!("{option} means nothing to the target {}", about.name);
-                let hint = match about.options {
+            if is_given && !self.options.contains(&option) {
+                let message = format!("{option} means nothing to the target {}", self.name);
+                let hint = match self.options {
                     [] => "leave it out; this target takes no options".to_owned(),
-                    some => format!("leave it out; this target takes {}", some.join(", ")),
+                    taken => format!("leave it out; this target takes {}", taken.join(", ")),
                 };
                 return Err(Error::usage("export-option", message).with_hint(hint));
             }
         }
-        for (option, counts, hint) in [
-            (
-                "--counts-per-g",
-                options.counts_per_g,
-                "2048 for a range of ±16 g, 4096 for ±8 g, with 16 bits",
-            ),
-            (
-                "--counts-per-deg-s",
-                options.counts_per_deg_s,
-                "131 for a range of ±250 °/s, 65.5 for ±500 °/s, with an MPU6050",
-            ),
-        ] {
-            if let Some(counts) = counts.filter(|c| !(c.is_finite() && *c > 0.0)) {
-                let message = format!("{option} {counts} is no positive number");
-                return Err(Error::usage("export-option", message).with_hint(hint));
-            }
+        let counts = [options.counts_per_g, options.counts_per_deg_s];
+        if let Some(bad) = counts
+            .into_iter()
+            .flatten()
+            .find(|c| !(c.is_finite() && *c > 0.0))
+        {
+            let message = format!("{bad} counts per unit is no positive number");
+            let hint = "with an MPU6050 --counts-per-g 16384 is the range ±2 g, --counts-per-deg-s 131 is ±250 °/s";
+            return Err(Error::usage("export-option", message).with_hint(hint));
         }
-        match &options.name {
-            Some(name) => check_name(self, name),
-            None => Ok(()),
-        }
+        options.name.as_deref().map_or(Ok(()), check_name)
     }
+}
+
+/// Longer names of functions are cut by some linkers.
+const MAX_NAME: usize = 48;
+
+/// Refuses a name that is no identifier. Names of functions only begin with it, so that a reserved
+/// word does no harm.
+fn check_name(name: &str) -> Result<()> {
+    let is_identifier = name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && name.len() <= MAX_NAME;
+    let message = if !is_identifier {
+        format!("{name} is no identifier")
+    } else if name.contains("__") {
+        format!("{name}: C++ reserves names with two underscores in a row")
+    } else {
+        return Ok(());
+    };
+    let hint = format!(
+        "use letters, digits and underscores, a letter first, at most {MAX_NAME}: for example imu_left"
+    );
+    Err(Error::usage("export-name", message)
+        .of_option("name")
+        .with_hint(hint))
 }
 
 /// Writes `file` for `target`.
@@ -273,45 +169,128 @@ impl Target {
 /// # Errors
 ///
 /// `export-option` (usage) for an option that the target does not take, `export-name` (usage) for
-/// a name that its language refuses; `export-unit` (input) where the target takes m/s² and the
-/// nominal scale of the counts is unknown, or where it is clearly another than the options say; `export-target` (input) where the target cannot
-/// represent the calibration at all; `calibration-values` (input) as
+/// a name that is no identifier; `export-unit` (input) where the target takes m/s² and the nominal
+/// scale of the counts is unknown, or where it is clearly another than the options say;
+/// `export-target` (input) where the target cannot represent the calibration at all;
+/// `noise-unknown` (input) as [`kalibr`]; `calibration-values` (input) as
 /// [`CalibrationFile::to_json`].
-pub fn export(file: &CalibrationFile, target: Target, options: &ExportOptions) -> Result<Export> {
+pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) -> Result<Export> {
     target.check(options)?;
-    let name = options.name.as_deref();
-    let plain = |text: String| Export {
-        text,
+    let mut draft = Draft {
+        file,
+        options,
+        accelerometer: Sensor::accelerometer(file),
+        gyroscope: Sensor::gyroscope(file),
+        values: Values::new(nine_digits),
         notes: Vec::new(),
     };
-    match target {
-        Target::C => Ok(code::c(file, name.unwrap_or("gravical"))),
-        Target::Arduino => arduino::arduino(file, name.unwrap_or("gravical"), options),
-        Target::Rust => Ok(code::rust(file, name)),
-        Target::Python => Ok(code::python(file, name.unwrap_or("gravical"))),
-        Target::Matlab => Ok(code::matlab(file, name.unwrap_or("gravical"))),
-        Target::Ros => ros::ros(file),
-        Target::Ros2 => ros::ros2(file, name.unwrap_or("imu_apply")),
-        Target::Kalibr => match &file.noise {
-            Some(noise) => kalibr(noise, Some(file), options.upper_limit),
-            None => Err(Error::input(
-                "noise-unknown",
-                "kalibr's imu.yaml holds noise densities and random walks only, and this calibration contains neither",
-            )
-            .with_hint(
-                "take them from an Allan deviation: `gravical noise REST.csv --to kalibr -o imu.yaml`; or keep them in the calibration: `gravical calibrate … --noise noise.json`",
-            )),
+    (target.fill)(&mut draft)?;
+    let Draft {
+        accelerometer,
+        gyroscope,
+        mut values,
+        notes,
+        ..
+    } = draft;
+    let usual = if target.name == "ros2" {
+        "imu_apply"
+    } else {
+        "gravical"
+    };
+    let name = options.name.as_deref().unwrap_or(usual);
+    values.text("name", name);
+    values.text("NAME", name.to_uppercase());
+    values.text("created", in_comment(&file.created));
+    values.text("about", describe(file, target, &notes).join("\n"));
+    sensor::set_values(&mut values, &accelerometer, gyroscope.as_ref());
+    let text = fill_template(target.template, &values);
+    Ok(Export { text, notes })
+}
+
+/// Lines about the calibration, for a comment.
+fn describe(file: &CalibrationFile, target: &Target, notes: &[String]) -> Vec<String> {
+    let a = &file.accelerometer;
+    let sensor: Vec<&str> = [&file.sensor.model, &file.sensor.id]
+        .into_iter()
+        .flatten()
+        .map(String::as_str)
+        .collect();
+    let of = if sensor.is_empty() { "" } else { " of " };
+    let mut lines = vec![
+        format!("Calibration{of}{}, {}", sensor.join(" "), file.created),
+        format!(
+            "by {}, verdict {}, for {}",
+            file.tool,
+            file.verdict.grade.name(),
+            target.name
+        ),
+        match a.nominal_per_mps2() {
+            Some(nominal) if a.input_unit == AccelUnit::Counts => format!(
+                "made with raw values in counts, nominally {:.0} per g",
+                nominal * STANDARD_GRAVITY_MPS2
+            ),
+            _ => format!("made with raw values in {}", a.input_unit.name()),
         },
-        Target::Px4 => autopilot::px4(file, options),
-        Target::ArduPilot => autopilot::ardupilot(file, options),
-        Target::Inav => autopilot::inav(file, options),
-        Target::Betaflight => autopilot::betaflight(file, options),
-        Target::Fusion => Ok(fusion::fusion(file, name.unwrap_or("gravical"))),
-        Target::Mpu6050 => mpu6050::mpu6050(file, name.unwrap_or("gravical")),
-        Target::Imucal => Ok(Export {
-            text: shown_json(&to_imucal(file)?).into_owned(),
-            notes: header::without_drift(file),
-        }),
-        Target::Gravical => file.to_json().map(plain),
+    ];
+    if let Some(t) = file.temperature_c {
+        lines.push(format!(
+            "Temperature of the poses: {:.1} to {:.1} degrees Celsius",
+            t.min, t.max
+        ));
     }
+    lines.extend_from_slice(notes);
+    lines.iter().map(|l| in_comment(l)).collect()
+}
+
+/// Texts from outside cannot end a comment or a string, or continue it: other characters become
+/// underscores. Units are in ASCII, since some compilers warn of others.
+fn in_comment(text: &str) -> String {
+    let ascii = text
+        .replace('²', "^2")
+        .replace('°', "deg")
+        .replace('‖', "|");
+    let is_harmless = |c: char| c.is_ascii_alphanumeric() || " `',;:.()+-=/^_|<>%&".contains(c);
+    ascii
+        .chars()
+        .map(|c| if is_harmless(c) { c } else { '_' })
+        .collect()
+}
+
+/// The calibration as code to paste: its language, the mark of that language in Markdown, and the
+/// text.
+#[doc(hidden)]
+#[must_use]
+pub fn snippets(file: &CalibrationFile) -> [(&'static str, &'static str, String); 3] {
+    let fill = |template: &str, write: fn(f64) -> String| {
+        let mut values = Values::new(write);
+        let mut accelerometer = Sensor::accelerometer(file);
+        accelerometer.unit = numfmt::unit(&accelerometer.unit);
+        sensor::set_values(
+            &mut values,
+            &accelerometer,
+            Sensor::gyroscope(file).as_ref(),
+        );
+        if file.temperature_model.is_some() {
+            values.text("drift", "1");
+        }
+        fill_template(template, &values)
+    };
+    let six_digits = |value: f64| numfmt::small(value, 6);
+    [
+        (
+            "C",
+            "c",
+            fill(include_str!("templates/paste.c.in"), nine_digits),
+        ),
+        (
+            "Python",
+            "python",
+            fill(include_str!("templates/paste.py.in"), nine_digits),
+        ),
+        (
+            "Equation",
+            "",
+            fill(include_str!("templates/paste.txt.in"), six_digits),
+        ),
+    ]
 }

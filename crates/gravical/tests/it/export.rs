@@ -1,6 +1,5 @@
 //! Every exported file, read or compiled and used by its target's own formula, calibrates like the
-//! calibration it was made from: on a thousand random vectors, to 1e-6 of full scale; integers to
-//! half a step.
+//! calibration it was made from: on a thousand random vectors, to 1e-6 of full scale.
 
 mod autopilot;
 mod code;
@@ -11,9 +10,9 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gravical::calibration_file::{CalibrationFile, from_imucal};
+use gravical::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection, from_imucal};
 use gravical::core::matrix3::{diagonal, inverse, mul};
-use gravical::export::{Export, ExportOptions, Target, export};
+use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::recording::{AccelUnit, GyroUnit};
 use serde_json::json;
 
@@ -65,8 +64,16 @@ fn made(per_mps2: f64, per_deg_s: f64) -> CalibrationFile {
     from_imucal(&value).unwrap()
 }
 
-fn written(file: &CalibrationFile, target: Target) -> Export {
-    export(file, target, &ExportOptions::default()).unwrap()
+fn export_to(
+    file: &CalibrationFile,
+    target: &str,
+    options: &ExportOptions,
+) -> gravical::Result<Export> {
+    export(file, Target::find(target).unwrap(), options)
+}
+
+fn written(file: &CalibrationFile, target: &str) -> Export {
+    export_to(file, target, &ExportOptions::default()).unwrap()
 }
 
 /// A thousand vectors of whole numbers over the range of 16 bits, or of `size`.
@@ -170,7 +177,8 @@ fn nominal(file: &CalibrationFile, per_mps2: f64) -> (Matrix, Vector) {
 #[test]
 fn a_target_refuses_options_and_names_that_it_cannot_use() {
     let file = in_g();
-    let code = |target, options: ExportOptions| export(&file, target, &options).unwrap_err().code();
+    let code =
+        |target, options: ExportOptions| export_to(&file, target, &options).unwrap_err().code();
     let named = |name: &str| ExportOptions {
         name: Some(name.to_owned()),
         ..ExportOptions::default()
@@ -186,67 +194,60 @@ fn a_target_refuses_options_and_names_that_it_cannot_use() {
         "x*/y",
         &"n".repeat(49),
     ] {
-        assert_eq!(code(Target::C, named(bad)), "export-name", "{bad}");
+        assert_eq!(code("c", named(bad)), "export-name", "{bad}");
     }
-    assert_eq!(code(Target::Rust, named("match")), "export-name");
-    assert_eq!(code(Target::Matlab, named("end")), "export-name");
-    assert_eq!(code(Target::Px4, named("imu")), "export-option");
+    assert_eq!(code("px4", named("imu")), "export-option");
     let id = ExportOptions {
         device_id: Some(1),
         ..ExportOptions::default()
     };
-    assert_eq!(code(Target::C, id), "export-option");
+    assert_eq!(code("c", id), "export-option");
     let rotation = ExportOptions {
         rotation: Some("y,-x,z".parse().unwrap()),
         ..ExportOptions::default()
     };
-    assert_eq!(code(Target::Ros, rotation), "export-option");
+    assert_eq!(code("ros", rotation), "export-option");
     for bad in [0.0, -1.0, f64::NAN] {
         let options = ExportOptions {
             counts_per_g: Some(bad),
             ..ExportOptions::default()
         };
-        assert_eq!(code(Target::Inav, options), "export-option");
+        assert_eq!(code("arduino", options), "export-option");
         let options = ExportOptions {
             counts_per_deg_s: Some(bad),
             ..ExportOptions::default()
         };
-        assert_eq!(code(Target::Arduino, options), "export-option");
+        assert_eq!(code("arduino", options), "export-option");
     }
-    assert_eq!(
-        code(Target::Kalibr, ExportOptions::default()),
-        "noise-unknown"
-    );
+    assert_eq!(code("kalibr", ExportOptions::default()), "noise-unknown");
 }
 
 #[test]
 fn counts_of_unknown_scale_go_only_where_counts_are_taken() {
     let mut file = in_counts();
     file.accelerometer.scale_deviation_percent = None;
-    for target in Target::ALL {
-        let result = export(&file, target, &ExportOptions::default());
-        match target {
-            Target::Ros
-            | Target::Ros2
-            | Target::Px4
-            | Target::ArduPilot
-            | Target::Inav
-            | Target::Betaflight
-            | Target::Mpu6050 => assert_eq!(result.unwrap_err().code(), "export-unit"),
-            Target::Kalibr => assert!(result.is_err()),
-            _ => assert!(result.is_ok(), "{}", target.name()),
+    for target in &TARGETS {
+        let code = export(&file, target, &ExportOptions::default()).map_err(|e| e.code());
+        match target.name {
+            "ros" | "ros2" | "px4" | "ardupilot" | "mpu6050" => {
+                assert_eq!(code.unwrap_err(), "export-unit");
+            }
+            "kalibr" => assert_eq!(code.unwrap_err(), "noise-unknown"),
+            name => assert!(code.is_ok(), "{name}"),
         }
     }
 }
 
 #[test]
-fn what_a_target_cannot_hold_is_said() {
-    for target in Target::ALL {
-        let Ok(result) = export(&in_g(), target, &ExportOptions::default()) else {
+fn what_a_target_cannot_hold_is_said_and_a_text_from_outside_stays_in_its_comment() {
+    let mut file = in_g();
+    file.sensor.id = Some("*/ int x; /* \\\nimport os\n# ö $name$".to_owned());
+    for target in &TARGETS {
+        let Ok(result) = export(&file, target, &ExportOptions::default()) else {
             continue;
         };
         let said = result.notes.join(" ");
-        let loses = |what: &str| target.holds().contains(what);
+        let loses = |what: &str| target.holds.contains(what);
         assert_eq!(
             loses("no gyroscope"),
             said.contains("Without the gyroscope")
@@ -256,22 +257,61 @@ fn what_a_target_cannot_hold_is_said() {
             said.contains("mg rms"),
             "{said}"
         );
-        assert_eq!(loses("no g-sensitivity"), said.contains("g-sensitivity"));
+        if target.name != "gravical" {
+            let text = result.text;
+            assert!(!text.contains("*/ int") && !text.contains("\nimport os\n"));
+            assert!(!text.contains(['\\', '$']), "{}", target.name);
+        }
     }
 }
 
 #[test]
-fn a_text_from_outside_stays_in_its_comment() {
-    let mut file = in_g();
-    file.sensor.id = Some("*/ int x; /* \\\nset acczero_x = 1\n# ö".to_owned());
-    for target in Target::ALL {
-        let Ok(result) = export(&file, target, &ExportOptions::default()) else {
-            continue;
+fn kalibr_reads_every_key_and_what_is_unknown_is_refused_or_a_limit() {
+    let section = |k: Option<f64>| {
+        let channels = ["ax", "ay", "az", "gx", "gy", "gz"];
+        let parameters = |(i, channel): (usize, &&str)| NoiseParameters {
+            channel: (*channel).to_owned(),
+            n: Some(1e-3 * (i + 1) as f64),
+            b: None,
+            k,
+            n_at_most: None,
+            b_at_most: None,
+            k_at_most: Some(2e-4),
         };
-        if !matches!(target, Target::Gravical) {
-            assert!(!result.text.contains("*/ int"), "{}", target.name());
-            assert!(!result.text.contains("\nset acczero_x = 1\n"));
-            assert!(!result.text.contains('\\'), "{}", target.name());
+        NoiseSection {
+            rate_hz: 100.0,
+            used_s: 7200.0,
+            channels: channels.iter().enumerate().map(parameters).collect(),
         }
-    }
+    };
+    let text = kalibr(&section(Some(1e-5)), None, false).unwrap().text;
+    let keys: Vec<&str> = text
+        .lines()
+        .filter(|l| !l.starts_with('#'))
+        .map(|l| l.split("  #").next().unwrap())
+        .collect();
+    assert_eq!(
+        keys,
+        [
+            "rostopic: /imu0",
+            "update_rate: 100.0000",
+            "accelerometer_noise_density: 3.0000e-3",
+            "accelerometer_random_walk: 1.0000e-5",
+            "gyroscope_noise_density: 6.0000e-3",
+            "gyroscope_random_walk: 1.0000e-5",
+        ]
+    );
+    let error = kalibr(&section(None), None, false).unwrap_err();
+    assert_eq!(error.code(), "noise-unknown");
+    assert!(error.hint().unwrap().contains("--upper-limit"));
+    let limited = kalibr(&section(None), None, true).unwrap();
+    assert!(
+        limited
+            .text
+            .contains("2.0000e-4  # m/s^3/sqrt(Hz), upper limit")
+    );
+    assert_eq!(limited.notes.len(), 2);
+    let mut without_gyro = section(Some(1e-5));
+    without_gyro.channels.truncate(3);
+    assert!(kalibr(&without_gyro, None, true).is_err());
 }

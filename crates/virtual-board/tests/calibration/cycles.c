@@ -1,6 +1,5 @@
-/* What a calibration by `gravical export --to arduino` costs, and that it computes the
- * same here and on a PC. Compiled for both: -DWHICH=0 to 4 leaves one function in, for
- * the size of the program; without it a table of cycles and a checksum is printed.
+/* What a calibration by `gravical export --to arduino` costs: -DWHICH=0 to 2 leaves one
+ * function in, for the size of the program; without it a table of cycles is printed.
  */
 #include "cal.h"
 
@@ -15,15 +14,12 @@ static int16_t next(void)
 /* Inputs and outputs that the compiler knows nothing of. */
 static int16_t raw[3], turn[3];
 static float force[3], rate[3];
-static int32_t force_q[3], rate_q[3];
 
 #define APART __attribute__((noinline, noclone, unused)) static void
 #define OPAQUE __asm__ volatile("" ::: "memory")
 APART nothing(void) { OPAQUE; }
 APART accel_float(void) { gravical_apply(raw, force); OPAQUE; }
 APART gyro_float(void) { gravical_apply_gyro(turn, force, rate); OPAQUE; }
-APART accel_fixed(void) { gravical_apply_q(raw, force_q); OPAQUE; }
-APART gyro_fixed(void) { gravical_apply_gyro_q(turn, raw, rate_q); OPAQUE; }
 
 static void draw(void)
 {
@@ -31,23 +27,6 @@ static void draw(void)
     for (int i = 0; i < 3; i++) turn[i] = next();
 }
 
-/* FNV-1a over the results in fixed point of so many draws. */
-__attribute__((unused)) static uint32_t checksum(long draws)
-{
-    uint32_t hash = 2166136261u;
-    for (long n = 0; n < draws; n++) {
-        draw();
-        accel_fixed();
-        gyro_fixed();
-        for (int i = 0; i < 6; i++) {
-            uint32_t value = (uint32_t)(i < 3 ? force_q[i] : rate_q[i - 3]);
-            for (int k = 0; k < 4; k++, value >>= 8) hash = (hash ^ (value & 255u)) * 16777619u;
-        }
-    }
-    return hash;
-}
-
-#ifdef __AVR__
 #include <avr/io.h>
 
 static void put(char c)
@@ -96,8 +75,6 @@ int main(void)
     switch (WHICH) {
     case 1: accel_float(); break;
     case 2: accel_float(); gyro_float(); break;
-    case 3: accel_fixed(); break;
-    case 4: accel_fixed(); gyro_fixed(); break;
     default: nothing();
     }
     for (int i = 0; i < 3; i++) number(raw[i] + turn[i], ' ');
@@ -105,20 +82,7 @@ int main(void)
     measure(nothing);
     measure(accel_float);
     measure(gyro_float);
-    measure(accel_fixed);
-    measure(gyro_fixed);
-    state = 1;
-    number(checksum(DRAWS), '\n');
 #endif
     put(4);
     for (;;) {}
 }
-#else
-#include <stdio.h>
-
-int main(void)
-{
-    printf("%lu\n", (unsigned long)checksum(DRAWS));
-    return 0;
-}
-#endif

@@ -58,7 +58,12 @@ fn header(file: &CalibrationFile) -> String {
         counts_per_deg_s: Some(LSB_PER_DEG_S),
         ..ExportOptions::default()
     };
-    export(file, Target::Arduino, &options).unwrap().text
+    export_sketch(file, &options)
+}
+
+fn export_sketch(file: &CalibrationFile, options: &ExportOptions) -> String {
+    let target = Target::find("arduino").unwrap();
+    export(file, target, options).unwrap().text
 }
 
 /// An empty folder of this test.
@@ -264,9 +269,7 @@ fn a_header_for_other_values_is_refused_with_what_to_do() {
     }
     let refused = |name: &str, options: ExportOptions| -> String {
         let folder = folder(name);
-        let text = export(&calibration(), Target::Arduino, &options)
-            .unwrap()
-            .text;
+        let text = export_sketch(&calibration(), &options);
         let path = folder.join("mysensor.h");
         std::fs::write(&path, text).unwrap();
         board::build_refused(&folder, &path)

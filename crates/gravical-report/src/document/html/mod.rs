@@ -1,8 +1,5 @@
 //! A document as one self-contained HTML file: no network, fonts or server; complete without
 //! its script, too.
-//!
-//! A number in a table has its JSON pointer (`data-k`, RFC 6901) and its full value
-//! (`data-v`), so that a program can compare page and JSON.
 
 mod page;
 
@@ -10,8 +7,7 @@ use maud::{Markup, PreEscaped, html};
 
 use super::inline::{self, Part};
 use super::{
-    Block, Cell, Column, DRAWINGS, Detail, Document, Grade, Quantity, Remark, Row, Snippet, Table,
-    Verdict,
+    Block, Cell, Column, DRAWINGS, Detail, Document, Grade, Remark, Row, Snippet, Table, Verdict,
 };
 use crate::figure::{Arrangement, Figure, svg};
 
@@ -57,7 +53,7 @@ fn verdict(v: &Verdict) -> Markup {
             div.tiles {
                 @for f in &v.figures {
                     div.tile {
-                        p.value { (number(&f.quantity, "")) " " span.unit { (f.unit) } }
+                        p.value { (shown(&f.value)) " " span.unit { (f.unit) } }
                         p.what { (f.what) }
                     }
                 }
@@ -184,9 +180,6 @@ fn cell(c: &Cell, numbers: bool) -> Markup {
         Cell::Text(text) => html! { td class=[numbers.then_some("n")] { (text) } },
         Cell::Link(..) => html! { td { (cell_text(c)) } },
         Cell::Code(_) => html! { td.hash { (cell_text(c)) } },
-        Cell::Number(q, None) => {
-            html! { td.n data-k=[key(q)] data-v=[known(q)] { (shown(&q.text)) } }
-        }
         Cell::Number(..) => html! { td.n { (cell_text(c)) } },
     }
 }
@@ -196,29 +189,16 @@ fn cell_text(c: &Cell) -> Markup {
         Cell::Text(text) => html! { (text) },
         Cell::Link(text, target) => html! { a href=(target) { (text) } },
         Cell::Code(text) => html! { code { (text) } },
-        Cell::Number(q, sd) => html! {
-            (number(q, ""))
-            @if let Some(sd) = sd { " " (number(sd, "± ")) }
+        Cell::Number(text, sd) => html! {
+            (shown(text))
+            @if let Some(sd) = sd { " " span.sd { "± " (shown(sd)) } }
         },
     }
-}
-
-fn number(q: &Quantity, mark: &str) -> Markup {
-    html! { span class=[(!mark.is_empty()).then_some("sd")] data-k=[key(q)] data-v=[known(q)] { (mark) (shown(&q.text)) } }
 }
 
 /// With a typographic minus sign.
 fn shown(text: &str) -> String {
     text.replace('-', "−")
-}
-
-fn key(q: &Quantity) -> Option<&str> {
-    Some(q.key.as_str()).filter(|key| !key.is_empty())
-}
-
-/// As JSON writes it: nothing for what is no number.
-fn known(q: &Quantity) -> Option<f64> {
-    (q.value.is_finite() && !q.key.is_empty()).then_some(q.value)
 }
 
 fn figure(f: &Figure, room: &mut usize) -> Markup {

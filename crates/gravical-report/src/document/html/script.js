@@ -111,13 +111,6 @@ class Panel {
     for (const e of all(this.plot, "g.at")) {
       const px = +e.dataset.x * sx + tx;
       e.setAttribute("transform", `translate(${px} ${+e.dataset.y * sy + ty})`);
-      const t = e.querySelector("text");
-      if (!t) continue;
-      // Where it was put, unless it would leave the plot there.
-      t.kept ??= [+t.getAttribute("x"), t.getAttribute("text-anchor")];
-      const long = width(t.textContent.trim()), [at, side] = t.kept;
-      const [left, anchor] = side === "start" && px + at + long > w ? [-7, "end"] : side === "end" && px + at < long ? [7, "start"] : t.kept;
-      set(t, { x: left, "text-anchor": anchor });
     }
     if (this.hidden) return;
     const grid = g.querySelector(".grid"), along = g.querySelector(".tx"), up = g.querySelector(".ty");
@@ -161,7 +154,7 @@ class Panel {
     const path = s.g.querySelector("g.data path");
     if (s.mark === "points") {
       for (const e of all(s.g, "g.at")) {
-        const pm = "pm" in e.dataset ? +e.dataset.pm : NaN, y = +e.dataset.y, t = e.querySelector("text");
+        const pm = "pm" in e.dataset ? +e.dataset.pm : NaN, y = +e.dataset.y, t = e.querySelector("title");
         add(+e.dataset.x, y, y + pm, y - pm, t ? t.textContent.trim() : "");
       }
     } else if (path) {
@@ -443,11 +436,47 @@ class Drawing {
   }
 }
 
+// One light picture of the drawings as they were made, two in a row, below a title.
+function picture(title, drawings) {
+  const svg = make("svg", { xmlns: "http://www.w3.org/2000/svg", "font-family": "system-ui, sans-serif" });
+  make("rect", { width: "100%", height: "100%", fill: "#fff" }, svg);
+  make("text", { x: 16, y: 22, "font-size": 15, "font-weight": "bold" }, svg).textContent = title;
+  let x = 0, y = 30, row = 0, wide = 0;
+  drawings.forEach((d, i) => {
+    const [, , width, height] = numbers(d.getAttribute("viewBox"));
+    if (i % 2 === 0) { x = 0; y += row; row = 0; }
+    set(d, { x, y, width, height });
+    svg.append(d);
+    x += width + 16;
+    row = Math.max(row, height);
+    wide = Math.max(wide, x - 16);
+  });
+  set(svg, { width: wide, height: y + row, viewBox: `0 0 ${wide} ${y + row}` });
+  return svg;
+}
+const download = (blob, name) => {
+  const href = URL.createObjectURL(blob);
+  html("a", { href, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(href), 1e4);
+};
+function save(svg, name, kind) {
+  const text = new XMLSerializer().serializeToString(svg);
+  if (kind === "SVG") return download(new Blob([text], { type: "image/svg+xml" }), name + ".svg");
+  // Two dots for one of the drawing: sharp in print.
+  const image = new Image(), canvas = html("canvas", { width: 2 * svg.getAttribute("width"), height: 2 * svg.getAttribute("height") });
+  image.onload = () => {
+    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+    canvas.toBlob(blob => download(blob, name + ".png"));
+  };
+  image.src = "data:image/svg+xml," + encodeURIComponent(text);
+}
+
 class Figure {
   constructor(element) {
     const title = element.querySelector("h3").textContent;
     const drawings = element.querySelector(".drawings");
     if (!drawings) return;
+    const originals = all(drawings, "svg.gv").map(d => d.cloneNode(true));
     const tools = html("div", { className: "tools" });
     drawings.before(tools);
     this.out = html("output", { className: "readout", ariaLive: "polite" });
@@ -461,8 +490,12 @@ class Figure {
     const zoomable = this.drawings.filter(d => d.open.length);
     if (zoomable.length) {
       for (const [text, title, run] of [["+", "Zoom in", d => d.zoom(.5)], ["−", "Zoom out", d => d.zoom(2)], ["0", "Show all", d => d.reset()]]) {
-        html("button", { textContent: text, ariaLabel: title, className: "zoom", onclick: () => zoomable.forEach(run) }, tools);
+        html("button", { textContent: text, ariaLabel: title, className: "end zoom", onclick: () => zoomable.forEach(run) }, tools);
       }
+    }
+    for (const kind of ["PNG", "SVG"]) {
+      const run = () => save(picture(title, originals.map(d => d.cloneNode(true))), element.id.replace("figure-", ""), kind);
+      html("button", { textContent: kind, ariaLabel: `Save as ${kind}`, className: "end save", onclick: run }, tools);
     }
     // In the next frame: within this one the observer would watch its own work.
     const fit = d => requestAnimationFrame(() => { if (d.w !== d.box.clientWidth) d.layout(d.box.clientWidth); });

@@ -10,6 +10,9 @@ use super::{Scale, Session, places};
 /// Share of all time that lies between two recordings.
 const GAP: f64 = 0.015;
 
+/// Windows whose poses are named.
+const MAX_NAMED: usize = 12;
+
 /// A recording on the common axis of time.
 pub(super) struct Placed<'a> {
     pub recording: &'a Recording,
@@ -154,7 +157,7 @@ pub(super) fn captures(session: Session<'_>, scale: &Scale) -> Option<Figure> {
         for (_, from, to) in &windows {
             panel = panel.shaded("used", *from, *to);
         }
-        if axis == 0 {
+        if axis == 0 && windows.len() <= MAX_NAMED {
             panel = named(panel, &line, &windows);
         }
         figure = figure.with(panel.with(line));

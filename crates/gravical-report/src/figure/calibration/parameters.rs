@@ -2,7 +2,6 @@
 
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 use gravical::calibration_file::CalibrationFile;
-use gravical::numfmt::decimals_for;
 
 use super::{Scale, accel_unit, places};
 
@@ -72,9 +71,8 @@ fn panel(
             .with(boxes("95 %", values, sd.map(|s| factor * s)))
             .with(boxes("± 1σ", values, sd));
     }
-    let labels = (0..3).map(|i| label(values[i], sd.map(|sd| sd[i])));
     let points = Series::points("value", Role::Calibrated, places(3), values.to_vec());
-    panel.with(points.labelled(labels.collect()))
+    panel.with(points)
 }
 
 /// A box each about the values.
@@ -90,16 +88,5 @@ fn boxes(name: &str, values: [f64; 3], half: [f64; 3]) -> Series {
     Series {
         samples: 3,
         ..Series::band(name, Role::Calibrated, x, low, high)
-    }
-}
-
-/// `0.384 ± 0.007`.
-fn label(value: f64, sd: Option<f64>) -> String {
-    match sd {
-        Some(sd) if sd > 0.0 => {
-            let d = decimals_for(sd);
-            format!("{value:.d$} ± {sd:.d$}").replace('-', "−")
-        }
-        _ => format!("{value:.4}").replace('-', "−"),
     }
 }

@@ -20,9 +20,7 @@ pub(super) fn static_drift(motion: &Motion) -> Option<Figure> {
         })
     };
     let mark = |name: &str, role, p: &[f64; 3], symbol| {
-        Series::points(name, role, vec![p[0]], vec![p[1]])
-            .labelled(vec![name.to_owned()])
-            .drawn_as(symbol)
+        Series::points(name, role, vec![p[0]], vec![p[1]]).drawn_as(symbol)
     };
     let mut above = Panel::new(Axis::new("x", "m"), Axis::new("y", "m"))
         .titled("seen from above")
@@ -30,8 +28,7 @@ pub(super) fn static_drift(motion: &Motion) -> Option<Figure> {
     if let Some(plain) = plain {
         above = above.with(way("uncalibrated", Role::Raw, plain));
         if let Some((_, end)) = ends(plain) {
-            let mut end = mark("end, uncalibrated", Role::Raw, &end, Symbol::Diamond);
-            end.labels = vec!["uncalibrated".to_owned()];
+            let end = mark("end, uncalibrated", Role::Raw, &end, Symbol::Diamond);
             above = above.with(end);
         }
     }

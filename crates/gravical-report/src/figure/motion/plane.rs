@@ -143,7 +143,7 @@ fn way(name: &str, role: Role, times: Times<'_>, p: &[[f64; 3]], [a, b]: [usize;
 }
 
 fn mark(name: &str, role: Role, p: [f64; 3], [a, b]: [usize; 2]) -> Series {
-    Series::points(name, role, vec![p[a]], vec![p[b]]).labelled(vec![name.to_owned()])
+    Series::points(name, role, vec![p[a]], vec![p[b]])
 }
 
 fn with_plain(panel: Panel, motion: &Motion, plain: &[[f64; 3]], plane: [usize; 2]) -> Panel {
@@ -151,8 +151,7 @@ fn with_plain(panel: Panel, motion: &Motion, plain: &[[f64; 3]], plane: [usize; 
     let panel = panel.with(way("uncalibrated", Role::Raw, times, plain, plane));
     match ends(plain) {
         Some((_, end)) => {
-            let mut end = mark("end, uncalibrated", Role::Raw, end, plane);
-            end.labels = vec!["uncalibrated".to_owned()];
+            let end = mark("end, uncalibrated", Role::Raw, end, plane);
             panel.with(end.drawn_as(Symbol::Diamond))
         }
         None => panel,

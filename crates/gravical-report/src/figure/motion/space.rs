@@ -66,9 +66,7 @@ pub(super) fn position_3d(motion: &Motion) -> Option<Figure> {
     if let Some((start, end)) = ends(&track.position_m) {
         let mark = |name: &str, p: &[f64; 3], symbol| {
             let (x, y) = project(p);
-            Series::points(name, Role::Calibrated, vec![x], vec![y])
-                .labelled(vec![name.to_owned()])
-                .drawn_as(symbol)
+            Series::points(name, Role::Calibrated, vec![x], vec![y]).drawn_as(symbol)
         };
         panel = panel.with(mark("start", &start, Symbol::Circle)).with(mark(
             "end",

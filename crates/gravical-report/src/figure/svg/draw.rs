@@ -6,7 +6,7 @@ use super::super::{Axis, Figure, Mark, Scale};
 use super::layout::{Entry, Placed, Rect, names_hang, width_of};
 use super::pen::{clean, round, text};
 use super::style::{look, look_of};
-use super::{labels, layout, marks, ticks};
+use super::{layout, marks, ticks};
 
 /// Names of a crowded axis that are shown at most.
 const NAMES: usize = 48;
@@ -121,9 +121,8 @@ pub(super) fn panel(placed: &Placed<'_>) -> Group {
     for s in &p.stretches {
         plot = plot.add(marks::shade(s, r, v));
     }
-    let places = labels::arrange(p, r, v);
-    for (s, places) in p.series.iter().zip(&places) {
-        plot = plot.add(marks::series(s, p, r, v, places));
+    for s in &p.series {
+        plot = plot.add(marks::series(s, p, r, v));
     }
     group = group.add(plot);
     let empty = !p.series.iter().any(marks::shows);

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use svg::node::element::{Group, Path, Rectangle, Text, Title};
 
 use super::super::{Mark, Panel, Role, Scale, Series, Stretch};
-use super::labels::{Place, SIZE};
 use super::layout::{Map, Rect, View};
 use super::pen::{clean, paint, round, text, upright};
 use super::style::{Look, look_of};
@@ -106,14 +105,8 @@ pub(super) fn shows(series: &Series) -> bool {
     series.y.iter().chain(&series.low).any(|v| v.is_finite())
 }
 
-/// One series, its labels at `places`.
-pub(super) fn series(
-    s: &Series,
-    panel: &Panel,
-    r: Rect,
-    v: View,
-    places: &[Option<Place>],
-) -> Group {
+/// One series.
+pub(super) fn series(s: &Series, panel: &Panel, r: Rect, v: View) -> Group {
     let look = look_of(s);
     let map = Map { r, v };
     let group = Group::new()
@@ -144,7 +137,7 @@ pub(super) fn series(
             group.add(data.add(stroke(&look, d)))
         }
         Mark::Columns => group.add(data.add(columns(s, panel, &look, &map))),
-        Mark::Points => points(group, s, &look, &map, places),
+        Mark::Points => points(group, s, &look, &map),
     }
 }
 
@@ -231,7 +224,8 @@ fn columns(s: &Series, panel: &Panel, look: &Look, map: &Map) -> Path {
         .set("fill-opacity", opacity(s))
 }
 
-fn points(mut group: Group, s: &Series, look: &Look, map: &Map, places: &[Option<Place>]) -> Group {
+fn points(mut group: Group, s: &Series, look: &Look, map: &Map) -> Group {
+    let is_shown = s.labels.len() <= MAX_LABELLED || s.role == Role::Guide;
     let mut bars = Group::new().set("class", "data");
     let mut symbols = Vec::new();
     for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
@@ -260,7 +254,15 @@ fn points(mut group: Group, s: &Series, look: &Look, map: &Map, places: &[Option
             at = at.add(symbol(look, 0.0, 0.0).set("transform", "translate(0 0)"));
         }
         if let Some(label) = s.labels.get(i).filter(|l| !l.is_empty()) {
-            at = at.add(label_at(label, places.get(i).copied().flatten(), s.role));
+            at = at.add(Title::new(clean(label)));
+            if is_shown {
+                let offset = match s.role {
+                    Role::Guide => (0.0, 4.0, "middle"),
+                    _ if px > map.r.w / 2.0 => (-7.0, 4.0, "end"),
+                    _ => (7.0, 4.0, "start"),
+                };
+                at = at.add(label_at(label, offset, s.role));
+            }
         }
         symbols.push(at);
     }
@@ -268,26 +270,25 @@ fn points(mut group: Group, s: &Series, look: &Look, map: &Map, places: &[Option
     symbols.into_iter().fold(group, Group::add)
 }
 
-/// A label beside its point. Where there is no room it is there all the same, but
-/// not seen: who hovers can read it.
-fn label_at(label: &str, place: Option<Place>, role: Role) -> Text {
-    let (x, y, anchor) = place.map_or((7.0, 4.0, "start"), |p| (p.x, p.y, p.anchor));
+/// The labels of more points than this show on hovering only.
+const MAX_LABELLED: usize = 12;
+
+/// A label beside its point.
+fn label_at(label: &str, (x, y, anchor): (f64, f64, &str), role: Role) -> Text {
+    let (class, colour) = match role {
+        Role::Guide => ("minor halo", "#444444"),
+        _ => ("halo", "#1a1a1a"),
+    };
     // A rim of paper keeps it readable on lines.
-    let mut text = text(label, x, y, anchor)
-        .set("font-size", SIZE)
-        .set("class", "halo")
+    text(label, x, y, anchor)
+        .set("class", class)
+        .set("fill", colour)
+        .set("font-size", 11)
         .set("paint-order", "stroke")
         .set("stroke", "#ffffff")
         .set("stroke-opacity", 0.8)
         .set("stroke-width", 3)
-        .set("stroke-linejoin", "round");
-    if role == Role::Guide {
-        text = text.set("class", "minor halo").set("fill", "#444444");
-    }
-    if place.is_none() {
-        text = text.set("visibility", "hidden");
-    }
-    text
+        .set("stroke-linejoin", "round")
 }
 
 /// Writes a path with steps from point to point: half as long as with places.

@@ -13,10 +13,9 @@
 //!       g.segments[data-name] > g.data > rect.stretch
 //!       g.series.ROLE[data-name][data-mark][data-samples]
 //!         g.data              scaled when zooming: paths with class s (stroke) or f (fill)
-//!         g.at[data-x][data-y]   symbols, which keep their size; in dots; a text in it
-//!                                is the point's label, with visibility=hidden where
-//!                                there is no room; in series of class guide the text
-//!                                is all there is. Labels have class halo: a stroke of paper
+//!         g.at[data-x][data-y]   symbols, which keep their size; in dots; its title is
+//!                                the point's label, which few points show as text too; in
+//!                                series of class guide the text is all there is
 //! ```
 //!
 //! `data-view` is the part of the axes that the plot shows, in their units: a dot
@@ -25,7 +24,6 @@
 //! `data-xlog` or `data-ylog`, units are decimal logarithms.
 
 mod draw;
-mod labels;
 mod layout;
 mod marks;
 mod pen;

@@ -1,4 +1,4 @@
-//! PX4, ArduPilot, INAV, Betaflight: parameter files read by their own rules, values used by the
+//! PX4, ArduPilot: parameter files read by their own rules, values used by the
 //! firmware's own formula.
 
 use std::collections::HashMap;
@@ -76,7 +76,7 @@ fn params(text: &str) -> HashMap<String, f64> {
 #[test]
 fn px4_corrects_like_the_diagonal_fit() {
     for (file, per_mps2) in [(in_counts(), 16384.0 / G), (in_g(), 1.0 / G)] {
-        let result = written(&file, Target::Px4);
+        let result = written(&file, "px4");
         let values = params(&result.text);
         assert_eq!(values.len(), 6);
         assert!(result.notes.iter().any(|n| n.contains("CAL_ACC0_ID")));
@@ -90,7 +90,7 @@ fn px4_corrects_like_the_diagonal_fit() {
         device_id: Some(3_000_000_000),
         ..ExportOptions::default()
     };
-    let result = export(&in_g(), Target::Px4, &options).unwrap();
+    let result = export_to(&in_g(), "px4", &options).unwrap();
     // A signed parameter with the same bits.
     assert_eq!(params(&result.text)["CAL_ACC0_ID"], -1_294_967_296.0);
     assert!(!result.text.contains("--device-id"));
@@ -114,7 +114,7 @@ fn ardupilot_corrects_like_the_diagonal_fit() {
         device_id: Some(2_753_028),
         ..ExportOptions::default()
     };
-    let values = param(&export(&file, Target::ArduPilot, &options).unwrap().text);
+    let values = param(&export_to(&file, "ardupilot", &options).unwrap().text);
     assert_eq!(values.len(), 7);
     assert_eq!(values["INS_ACC_ID"], 2_753_028.0);
     let offset = three(&values, |a| format!("INS_ACCOFFS_{a}"));
@@ -125,7 +125,7 @@ fn ardupilot_corrects_like_the_diagonal_fit() {
         rotation: Some("y,-x,z".parse().unwrap()),
         ..ExportOptions::default()
     };
-    let turned = param(&export(&file, Target::ArduPilot, &options).unwrap().text);
+    let turned = param(&export_to(&file, "ardupilot", &options).unwrap().text);
     let sign = |v: Vector| [v[1], -v[0], v[2]];
     assert_eq!(three(&turned, |a| format!("INS_ACCOFFS_{a}")), sign(offset));
     assert_eq!(
@@ -135,83 +135,59 @@ fn ardupilot_corrects_like_the_diagonal_fit() {
     // Beyond the vehicle's own limits.
     let mut far = in_g();
     far.accelerometer.bias[0] = 0.5;
-    let notes = written(&far, Target::ArduPilot).notes.join(" ");
+    let notes = written(&far, "ardupilot").notes.join(" ");
     assert!(notes.contains("outside of ArduPilot's range"), "{notes}");
 }
 
-/// `set NAME = VALUE`, `#` before a comment, `save` at the end.
-fn settings(text: &str) -> HashMap<String, String> {
-    let mut lines: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
-    assert_eq!(lines.pop(), Some("save"));
-    lines
-        .into_iter()
-        .map(|l| {
-            let (name, value) = l.strip_prefix("set ").unwrap().split_once(" = ").unwrap();
-            (name.to_owned(), value.to_owned())
-        })
-        .collect()
-}
-
 #[test]
-fn inav_corrects_to_half_a_step_of_its_integers() {
-    // The calibration was made at ±2 g; the firmware reads ±16 g, or what its parameter says.
-    for per_g in [2048.0, 4096.0] {
-        let file = in_counts();
-        let options = ExportOptions {
-            counts_per_g: (per_g != 2048.0).then_some(per_g),
-            ..ExportOptions::default()
-        };
-        let values = settings(&export(&file, Target::Inav, &options).unwrap().text);
-        assert_eq!(values.len(), 6);
-        let whole = |name: &str| {
-            ["x", "y", "z"].map(|a| values[&format!("{name}_{a}")].parse::<i32>().unwrap())
-        };
-        let (zero, gain) = (whole("acczero"), whole("accgain"));
-        let (offset, scale) = diagonal_fit(&file, 16384.0 / G);
-        for i in 0..3 {
-            let counts = offset[i] / G * per_g;
-            assert!((f64::from(zero[i]) - counts).abs() <= 0.501, "{zero:?}");
-            assert!((f64::from(gain[i]) - 4096.0 * scale[i]).abs() <= 0.501);
-            for raw in vectors(15, 8.0 * per_g) {
-                let raw = raw[i].round();
-                // Integers throughout; the division cuts, which is up to one count.
-                #[allow(clippy::cast_possible_truncation)]
-                let out = (raw as i32 - zero[i]) * gain[i] / 4096;
-                let wanted = (raw - counts) * scale[i];
-                let steps = 0.5 * scale[i] + 0.5 * (raw - counts).abs() / 4096.0 + 1.01;
-                close(f64::from(out), wanted, steps);
-            }
-        }
-    }
-    let mut wild = in_g();
-    wild.accelerometer.bias[2] = 20.0;
-    let result = export(&wild, Target::Inav, &ExportOptions::default());
-    assert_eq!(result.unwrap_err().code(), "export-target");
-}
-
-#[test]
-fn betaflight_subtracts_the_bias_to_half_a_count() {
-    let options = ExportOptions {
-        rotation: Some("-y,x,z".parse().unwrap()),
-        ..ExportOptions::default()
-    };
+fn the_loss_is_what_directions_show() {
     let file = in_g();
-    let result = export(&file, Target::Betaflight, &options).unwrap();
-    let values = settings(&result.text);
-    let trims: Vec<f64> = values["acc_calibration"]
-        .split(',')
-        .map(|v| f64::from(v.parse::<i16>().unwrap()))
-        .collect();
-    let [x, y, z] = file.accelerometer.bias.map(|b| b * 2048.0);
-    for (trim, bias) in trims.iter().zip([-y, x, z]) {
-        close(*trim, bias, 0.5);
+    let result = written(&file, "px4");
+    let values = params(&result.text);
+    let offset = three(&values, |a| format!("CAL_ACC0_{a}OFF"));
+    let scale = three(&values, |a| format!("CAL_ACC0_{a}SCALE"));
+    let (matrix, bias) = nominal(&file, 1.0 / G);
+    let model = inverse(&matrix).unwrap();
+    let (mut sum, mut worst, mut norm) = (0.0, 0.0_f64, 0.0_f64);
+    let n = 4000;
+    for k in 0..n {
+        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(n);
+        let (s, c) = (2.399_963_229_728_653 * f64::from(k)).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let u = [across * c, across * s, z];
+        let out: Vector = std::array::from_fn(|i| {
+            let raw = bias[i] + (0..3).map(|j| model[i][j] * G * u[j]).sum::<f64>();
+            (raw - offset[i]) * scale[i] / G
+        });
+        let error: f64 = (0..3).map(|i| (out[i] - u[i]).powi(2)).sum();
+        sum += error;
+        worst = worst.max(error.sqrt());
+        norm = norm.max((out.iter().map(|v| v * v).sum::<f64>().sqrt() - 1.0).abs());
     }
-    assert_eq!((trims.len(), trims[3]), (4, 1.0));
-    // What its scale of one loses is more than a fitted scale would.
-    let fitted = written(&file, Target::Inav).notes[0].clone();
-    let of = |note: &str| -> f64 {
-        let (_, rest) = note.split_once("off by ").unwrap();
-        rest.split_once(' ').unwrap().0.parse().unwrap()
+    let numbers = result.notes[0].split(' ').filter_map(|w| w.parse().ok());
+    let said: Vec<f64> = numbers.skip(1).collect();
+    let shown = [(sum / f64::from(n)).sqrt(), worst, norm];
+    for (said, shown) in said.iter().zip(shown) {
+        close(*said, 1e3 * shown, 50.0 * shown);
+    }
+    assert_eq!(said.len(), 3);
+}
+
+#[test]
+fn axes_in_another_order_are_the_same_sensor() {
+    let straight = params(&written(&in_g(), "px4").text);
+    let turned_by = |turn: Matrix| {
+        let mut file = in_g();
+        file.accelerometer.matrix = mul(&turn, &file.accelerometer.matrix);
+        export_to(&file, "px4", &ExportOptions::default())
     };
-    assert!(of(&result.notes[0]) > of(&fitted));
+    let turned = turned_by([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]).unwrap();
+    assert!(turned.notes[1].contains("turns the sensor's axes"));
+    assert_eq!(params(&turned.text), straight);
+    for none in [
+        diagonal([-1.0; 3]),
+        [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]],
+    ] {
+        assert_eq!(turned_by(none).unwrap_err().code(), "export-target");
+    }
 }

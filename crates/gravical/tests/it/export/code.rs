@@ -1,4 +1,4 @@
-//! C, Arduino, Rust, Python, MATLAB, x-io Fusion.
+//! C, Arduino, Rust, Python, MATLAB, and what a report has to paste.
 
 use super::*;
 
@@ -58,7 +58,7 @@ fn c_compiles_and_calibrates_alike() {
             name: Some("imu_left".to_owned()),
             ..ExportOptions::default()
         };
-        let header = export(&file, Target::C, &options).unwrap().text;
+        let header = export_to(&file, "c", &options).unwrap().text;
         let calls = format!("imu_left_accel{ending}(r, a); imu_left_gyro{ending}(g, a, w);");
         let main = main_in_c("#include \"cal.h\"", raw, &calls);
         compiles_and_agrees(&file, &header, &main);
@@ -68,7 +68,7 @@ fn c_compiles_and_calibrates_alike() {
 #[test]
 fn the_arduino_header_compiles_and_calibrates_alike() {
     for (file, raw) in [(in_counts(), "int16_t"), (in_g(), "float")] {
-        let header = written(&file, Target::Arduino).text;
+        let header = written(&file, "arduino").text;
         let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
         compiles_and_agrees(&file, &header, &main_in_c("#include \"cal.h\"", raw, calls));
         // The compiler of the board itself, where it is installed; it is no part of a build server.
@@ -113,7 +113,7 @@ fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
     half.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
     let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
     for file in [in_counts(), half, in_g()] {
-        let header = export(&file, Target::Arduino, &for_the_converter()).unwrap();
+        let header = export_to(&file, "arduino", &for_the_converter()).unwrap();
         assert!(!header.notes.iter().any(|n| n.contains("--counts-per-g")));
         let main = main_in_c("#include \"cal.h\"", "int16_t", calls);
         compiles_and_agrees(&in_counts(), &header.text, &main);
@@ -123,7 +123,7 @@ fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
         counts_per_deg_s: Some(65.5),
         ..for_the_converter()
     };
-    let refused = export(&in_counts(), Target::Arduino, &other).unwrap_err();
+    let refused = export_to(&in_counts(), "arduino", &other).unwrap_err();
     assert_eq!(refused.code(), "export-unit");
     let message = refused.to_string();
     assert!(
@@ -131,159 +131,29 @@ fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
         "{message}"
     );
     // What is not said is not assumed.
-    let written = export(&in_g(), Target::Arduino, &ExportOptions::default()).unwrap();
-    assert!(!written.text.contains("_apply_q") && written.notes[0].contains("--counts-per-g"));
-}
-
-/// The largest errors of both sensors in fixed point, m/s² and rad/s, over all counts that are
-/// ends of bytes and 10⁵ random ones, computed in C with a compiler that traps overflows.
-fn worst_of_fixed_point(file: &CalibrationFile, header: &str, folder: &Path) -> Option<[f64; 2]> {
-    let numbers = |m: &[[f64; 3]; 3]| -> String {
-        m.iter().flatten().map(|v| format!("{v:.17e}, ")).collect()
-    };
-    let one = |v: &[f64; 3]| -> String { v.iter().map(|v| format!("{v:.17e}, ")).collect() };
-    let (a, g) = (&file.accelerometer, file.gyroscope.as_ref().unwrap());
-    save(folder, "cal.h", header);
-    save(
-        folder,
-        "worst.c",
-        &format!(
-            r"#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include {include}
-static const double S[9] = {{ {} }}, o[3] = {{ {} }}, M[9] = {{ {} }}, b[3] = {{ {} }}, K[9] = {{ {} }};
-static double most[2];
-static void times(const double *m, const double *v, double *out) {{
-    for (int i = 0; i < 3; i++) out[i] = m[3*i] * v[0] + m[3*i+1] * v[1] + m[3*i+2] * v[2];
-}}
-static void one(const int16_t r[3], const int16_t w[3]) {{
-    int32_t a[3], g[3];
-    double u[3], f[3], k[3], q[3];
-    gravical_apply_q(r, a);
-    gravical_apply_gyro_q(w, r, g);
-    for (int i = 0; i < 3; i++) u[i] = r[i] - o[i];
-    times(S, u, f);
-    times(K, f, k);
-    for (int i = 0; i < 3; i++) u[i] = w[i] - b[i] - k[i];
-    times(M, u, q);
-    for (int i = 0; i < 3; i++) {{
-        most[0] = fmax(most[0], fabs(ldexp(a[i], -GRAVICAL_ACCEL_Q) - f[i]));
-        most[1] = fmax(most[1], fabs(ldexp(g[i], -GRAVICAL_GYRO_Q) - q[i]));
-    }}
-    if (GRAVICAL_ACCEL_FROM_Q != (float)ldexp(1.0, -GRAVICAL_ACCEL_Q)) abort();
-    if (GRAVICAL_GYRO_FROM_Q != (float)ldexp(1.0, -GRAVICAL_GYRO_Q)) abort();
-}}
-int main(void) {{
-    static const int16_t ends[4] = {{ -32768, -32513, 32512, 32767 }};
-    for (int n = 0; n < 4096; n++) {{
-        int16_t v[6];
-        for (int i = 0; i < 6; i++) v[i] = ends[n >> (2 * i) & 3];
-        one(v, v + 3);
-    }}
-    uint64_t state = 1;
-    for (long n = 0; n < 100000; n++) {{
-        int16_t v[6];
-        for (int i = 0; i < 6; i++) {{
-            state = state * 6364136223846793005u + 1442695040888963407u;
-            v[i] = (int16_t)(int)(state >> 48);
-        }}
-        one(v, v + 3);
-    }}
-    printf(EXPONENT EXPONENT, most[0], most[1]);
-    return 0;
-}}
-",
-            numbers(&a.matrix),
-            one(&a.bias),
-            numbers(&g.matrix),
-            one(&g.bias),
-            numbers(&g.g_sensitivity),
-            include = "\"cal.h\"",
-        )
-        .replace("EXPONENT", "\"%.9e \""),
-    );
-    let args = [
-        "-std=c99",
-        "-O1",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-pedantic",
-        "-fsanitize=undefined",
-        "-fno-sanitize-recover=all",
-        "-o",
-        "worst",
-        "worst.c",
-        "-lm",
-    ];
-    output("gcc", &args, folder, "")?;
-    let out = output(folder.join("worst").to_str().unwrap(), &[], folder, "").unwrap();
-    let both: Vec<f64> = out.split_whitespace().map(|w| w.parse().unwrap()).collect();
-    Some([both[0], both[1]])
-}
-
-/// The bound in the comment of a header, in `unit`.
-fn stated(header: &str, unit: &str) -> f64 {
-    let ending = format!(" {unit} at all counts");
-    let (before, _) = header.split_once(&ending).unwrap();
-    before.rsplit(' ').next().unwrap().parse().unwrap()
-}
-
-#[test]
-fn fixed_point_is_as_close_as_the_header_says() {
-    let mut uncoupled = in_counts();
-    uncoupled.gyroscope.as_mut().unwrap().g_sensitivity = [[0.0; 3]; 3];
-    for file in [in_counts(), uncoupled] {
-        let folder = tempfile::tempdir().unwrap();
-        let header = export(&file, Target::Arduino, &for_the_converter())
-            .unwrap()
-            .text;
-        let Some(worst) = worst_of_fixed_point(&file, &header, folder.path()) else {
-            return;
-        };
-        for (worst, unit) in worst.into_iter().zip(["m/s^2", "rad/s"]) {
-            let stated = stated(&header, unit);
-            println!("{worst:.3e} {unit} of {stated:.1e}");
-            // A bound that is reached, to its two digits, at the ends of the bytes.
-            assert!(worst <= stated && worst > 0.85 * stated, "{worst} {stated}");
-        }
-        // Small parts of a count.
-        let (force, rate) = (G / 16384.0, 1_f64.to_radians() / 131.0);
-        assert!(
-            worst[0] < force / 50.0 && worst[1] < rate / 25.0,
-            "{worst:?}"
-        );
-    }
+    assert!(written(&in_g(), "arduino").notes[0].contains("--counts-per-g"));
 }
 
 #[test]
 fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
-    for (file, raw, name) in [(in_counts(), "i16", None), (in_g(), "f32", Some("imu"))] {
+    for (file, raw, sizes) in [
+        (in_counts(), "i16", [32000.0; 2]),
+        (in_g(), "f32", [4.0, 500.0]),
+    ] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
-        let options = ExportOptions {
-            name: name.map(str::to_owned),
-            ..ExportOptions::default()
-        };
-        save(
-            path,
-            "cal.rs",
-            &export(&file, Target::Rust, &options).unwrap().text,
-        );
+        save(path, "cal.rs", &written(&file, "rust").text);
         save(
             path,
             "lib.rs",
             "#![no_std]\n#![deny(warnings)]\npub mod cal;\n",
         );
-        let module = name.map_or("cal".to_owned(), |n| format!("cal::{n}"));
         save(
             path,
             "main.rs",
             &format!(
-                "mod cal;\nuse std::io::Read;\nfn main() {{\n let mut text = String::new();\n std::io::stdin().read_to_string(&mut text).unwrap();\n let mut out = String::new();\n for line in text.lines() {{\n  let v: Vec<f64> = line.split(' ').map(|w| w.parse().unwrap()).collect();\n  let a = {module}::apply([v[0] as {raw}, v[1] as {raw}, v[2] as {raw}]);\n  let w = {module}::apply_gyro([v[3] as {raw}, v[4] as {raw}, v[5] as {raw}], a);\n  out += &format!(\"{{}} {{}} {{}} {{}} {{}} {{}}\\n\", a[0], a[1], a[2], w[0], w[1], w[2]);\n }}\n print!(\"{{out}}\");\n}}\n"
+                "mod cal;\nuse std::io::Read;\nfn main() {{\n let mut text = String::new();\n std::io::stdin().read_to_string(&mut text).unwrap();\n let mut out = String::new();\n for line in text.lines() {{\n  let v: Vec<f64> = line.split(' ').map(|w| w.parse().unwrap()).collect();\n  let a = cal::apply([v[0] as {raw}, v[1] as {raw}, v[2] as {raw}]);\n  let w = cal::apply_gyro([v[3] as {raw}, v[4] as {raw}, v[5] as {raw}], a);\n  out += &format!(\"{{}} {{}} {{}} {{}} {{}} {{}}\\n\", a[0], a[1], a[2], w[0], w[1], w[2]);\n }}\n print!(\"{{out}}\");\n}}\n"
             ),
         );
         let lib = [
@@ -296,11 +166,6 @@ fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
             return;
         }
         output(&rustc, &["--edition=2021", "main.rs"], path, "").unwrap();
-        let sizes = if name.is_none() {
-            [32000.0; 2]
-        } else {
-            [4.0, 500.0]
-        };
         let (accel, gyro) = (vectors(3, sizes[0]), vectors(4, sizes[1]));
         let program = path.join("main");
         let out = output(program.to_str().unwrap(), &[], path, &lines(&accel, &gyro)).unwrap();
@@ -318,11 +183,7 @@ fn python_calibrates_arrays_alike() {
     }
     let file = in_g();
     let folder = tempfile::tempdir().unwrap();
-    save(
-        folder.path(),
-        "cal.py",
-        &written(&file, Target::Python).text,
-    );
+    save(folder.path(), "cal.py", &written(&file, "python").text);
     save(
         folder.path(),
         "main.py",
@@ -347,7 +208,7 @@ fn literal(text: &str, name: &str) -> Vec<f64> {
 #[test]
 fn the_matlab_function_holds_the_numbers_of_its_formula() {
     let file = in_counts();
-    let text = written(&file, Target::Matlab).text;
+    let text = written(&file, "matlab").text;
     assert!(text.starts_with("function cal = gravical()\n") && text.ends_with("\nend\n"));
     for formula in [
         "cal.accel = @(raw) bsxfun(@minus, raw, accel_bias) * accel_matrix.';",
@@ -377,51 +238,43 @@ fn the_matlab_function_holds_the_numbers_of_its_formula() {
     agree(&out, &calibrated(&file, &accel, &gyro));
 }
 
-/// The shapes of Fusion's types, and its model of inertial sensors.
-const FUSION: &str = "#ifndef FUSION_H\n#define FUSION_H\ntypedef union { float array[3]; struct { float x, y, z; } axis; } FusionVector;\ntypedef union { float array[9]; struct { float xx, xy, xz, yx, yy, yz, zx, zy, zz; } element; } FusionMatrix;\nstatic void model(const float *u, FusionMatrix m, FusionVector s, FusionVector b, float *out) {\n float t[3];\n for (int i = 0; i < 3; i++) t[i] = (u[i] - b.array[i]) * s.array[i];\n for (int i = 0; i < 3; i++) out[i] = m.array[3 * i] * t[0] + m.array[3 * i + 1] * t[1] + m.array[3 * i + 2] * t[2];\n}\n#endif\n";
-
 #[test]
-fn fusion_compiles_and_calibrates_alike_in_its_units() {
-    let mut file = in_counts();
-    file.gyroscope.as_mut().unwrap().g_sensitivity = [[0.0; 3]; 3];
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    save(path, "Fusion.h", FUSION);
-    save(path, "cal.h", &written(&file, Target::Fusion).text);
-    let call = |of: &str, raw: &str, out: &str| {
-        format!(
-            "model({raw}, gravical_{of}_misalignment, gravical_{of}_sensitivity, gravical_{of}_offset, {out});"
-        )
-    };
-    let calls = format!(
-        "{} {}",
-        call("accelerometer", "r", "a"),
-        call("gyroscope", "g", "w")
-    );
-    save(
-        path,
-        "main.c",
-        &main_in_c("#include \"cal.h\"", "float", &calls),
-    );
-    let args = [
-        "-std=c11",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-Wno-missing-braces",
-        "-o",
-        "main",
-        "main.c",
-    ];
-    if output("gcc", &args, path, "").is_none() {
-        return;
+fn what_a_report_has_to_paste_compiles_and_calibrates_alike() {
+    let mut uncoupled = in_g();
+    uncoupled.gyroscope.as_mut().unwrap().g_sensitivity = [[0.0; 3]; 3];
+    for (file, a) in [(in_g(), "a, "), (uncoupled, "")] {
+        let [(_, _, c), (_, _, python), (_, _, equation)] = gravical::export::snippets(&file);
+        assert!(equation.starts_with("(r: accelerometer, raw, g; a: m/s²)\nux = rx - 0.0316"));
+        assert_eq!(equation.contains(" ax "), !a.is_empty(), "{equation}");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let (accel, gyro) = (vectors(16, 4.0), vectors(17, 500.0));
+        let wanted = calibrated(&file, &accel, &gyro);
+        let input = lines(&accel, &gyro);
+        let main = format!(
+            "import sys\nfor line in sys.stdin:\n    v = [float(w) for w in line.split()]\n    a = calibrate_accelerometer(v[:3])\n    print(*a, *calibrate_gyroscope(v[3:], {a}))\n"
+        );
+        save(path, "main.py", &format!("{python}\n{main}"));
+        if let Some(out) = output("python3", &["main.py"], path, &input) {
+            agree(&out, &wanted);
+        }
+        let calls = format!("calibrate_accelerometer(v, a); calibrate_gyroscope(v + 3, {a}w);");
+        save(
+            path,
+            "main.c",
+            &format!(
+                "{c}\n#include <stdio.h>\nint main(void) {{\n double v[6], a[3], w[3];\n while (scanf(\"%lf %lf %lf %lf %lf %lf\", v, v + 1, v + 2, v + 3, v + 4, v + 5) == 6) {{\n  {calls}\n  printf(\"%.12g %.12g %.12g %.12g %.12g %.12g\\n\", a[0], a[1], a[2], w[0], w[1], w[2]);\n }}\n return 0;\n}}\n"
+            ),
+        );
+        let args = [
+            "-Wall", "-Wextra", "-Werror", "-std=c99", "-o", "main", "main.c",
+        ];
+        if output("gcc", &args, path, "").is_some() {
+            let program = path.join("main");
+            agree(
+                &output(program.to_str().unwrap(), &[], path, &input).unwrap(),
+                &wanted,
+            );
+        }
     }
-    let (accel, gyro) = (vectors(9, 32000.0), vectors(10, 32000.0));
-    let program = path.join("main");
-    let out = output(program.to_str().unwrap(), &[], path, &lines(&accel, &gyro)).unwrap();
-    let wanted: Vec<[Vector; 2]> = calibrated(&file, &accel, &gyro)
-        .into_iter()
-        .map(|[a, w]| [a.map(|v| v / G), w.map(f64::to_degrees)])
-        .collect();
-    agree(&out, &wanted);
 }

@@ -17,7 +17,7 @@ fn the_registers_take_the_bias_away_or_are_left_alone() {
     let file = in_counts();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    save(path, "cal.h", &written(&file, Target::Mpu6050).text);
+    save(path, "cal.h", &written(&file, "mpu6050").text);
     save(path, "Arduino.h", ARDUINO);
     save(path, "Wire.h", WIRE);
     save(path, "main.cpp", MAIN);

@@ -36,7 +36,7 @@ fn less(a: Vector, b: &[f64]) -> Vector {
 #[test]
 fn imu_calib_calibrates_alike() {
     for (file, per_mps2, size) in [(in_counts(), 16384.0 / G, 32000.0), (in_g(), 1.0 / G, 4.0)] {
-        let text = written(&file, Target::Ros).text;
+        let text = written(&file, "ros").text;
         let (sm, bias) = (list(&text, "SM"), list(&text, "bias"));
         let calibration = file.accelerometer_calibration();
         let most = size / per_mps2;
@@ -55,7 +55,7 @@ fn imu_calib_calibrates_alike() {
 #[test]
 fn the_parameters_of_ros2_calibrate_alike() {
     let file = in_g();
-    let text = written(&file, Target::Ros2).text;
+    let text = written(&file, "ros2").text;
     assert!(text.contains("\nimu_apply:\n  ros__parameters:\n    accel:\n"));
     let (accel, gyro) = text.split_once("    gyro:\n").unwrap();
     let (raw_a, raw_g) = (vectors(12, 4.0), vectors(13, 500.0));
@@ -76,6 +76,6 @@ fn the_parameters_of_ros2_calibrate_alike() {
         .collect();
     agree(&out, &calibrated(&file, &raw_a, &raw_g));
     // Counts of a gyroscope have no scale in the file: left out, and said.
-    let counts = written(&in_counts(), Target::Ros2);
+    let counts = written(&in_counts(), "ros2");
     assert!(!counts.text.contains("gyro:\n") && counts.notes.len() == 1);
 }
