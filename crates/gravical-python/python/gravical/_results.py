@@ -13,7 +13,6 @@ from . import _gravical, _notebook
 from ._errors import usage
 from ._findings import Finding, Verdict
 from ._types import Path
-from ._words import in_python
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -129,7 +128,9 @@ class Result:
         return text
 
     def __str__(self) -> str:
-        return in_python(str(self._native.document("summary")).rstrip())
+        # The program shows the rest with an option.
+        text = str(self._native.document("summary")).rstrip()
+        return text.replace("(--verbose)", "(report())")
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}{self._brief()}>"
