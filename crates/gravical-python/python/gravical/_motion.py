@@ -70,7 +70,7 @@ def _parted(arguments: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     return own, reading
 
 
-class MotionResult(Judged):
+class MotionResult(Judged, _tables.Columns):
     """Velocity and position: :func:`gravical.motion`.
 
     The arrays are read-only views, one row for each sample that was used. What is not known is NaN.
@@ -152,7 +152,7 @@ class MotionResult(Judged):
         """Write the table of the program (CSV)."""
         self._computed().table(path, force)
 
-    def _columns(self) -> dict[str, Any]:
+    def _named(self) -> dict[str, Any]:
         columns: dict[str, Any] = {"t_s": self.t}
 
         def add(names: str, values: Floats | None) -> None:
@@ -169,18 +169,6 @@ class MotionResult(Judged):
         add("sigma_vx_mps sigma_vy_mps sigma_vz_mps", self.sigma_velocity)
         add("sigma_px_m sigma_py_m sigma_pz_m", self.sigma_position)
         return columns
-
-    def to_pandas(self) -> Any:
-        """The table as a data frame of pandas."""
-        return _tables.pandas_frame(self._columns())
-
-    def to_polars(self) -> Any:
-        """The table as a data frame of polars."""
-        return _tables.polars_frame(self._columns())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The Arrow PyCapsule interface; needs pyarrow."""
-        return _tables.arrow_table(self._columns()).__arrow_c_stream__(requested_schema)
 
 
 #: Columns of the native part, with their widths.

@@ -80,7 +80,7 @@ def inspect(
     return Inspection(_gravical.inspect_recording(rows._native, options({}, axes=axes)))
 
 
-class Applied(ApplySummary):
+class Applied(ApplySummary, _tables.Columns):
     """A calibrated recording in memory: :func:`gravical.apply`.
 
     Attributes
@@ -121,20 +121,8 @@ class Applied(ApplySummary):
         rates = list(self.columns.values())[3:]
         return np.stack(rates, axis=1) if rates else None
 
-    def _with_time(self) -> dict[str, Floats]:
+    def _named(self) -> dict[str, Floats]:
         return self.columns if self.t is None else {"t_s": self.t, **self.columns}
-
-    def to_pandas(self) -> Any:
-        """Time and calibrated channels as a data frame of pandas."""
-        return _tables.pandas_frame(self._with_time())
-
-    def to_polars(self) -> Any:
-        """Time and calibrated channels as a data frame of polars."""
-        return _tables.polars_frame(self._with_time())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The Arrow PyCapsule interface; needs pyarrow."""
-        return _tables.arrow_table(self._with_time()).__arrow_c_stream__(requested_schema)
 
 
 def apply(
