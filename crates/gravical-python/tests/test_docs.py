@@ -47,11 +47,3 @@ def test_the_code_of_a_page(
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, env=env)
     assert done.returncode == 0, done.stderr
-
-
-def test_the_page_names_what_there_is(root: Path) -> None:
-    import gravical
-
-    text = (root / "docs/python.md").read_text()
-    for name in re.findall(r"gravical\.([A-Za-z_]+)", text):
-        assert hasattr(gravical, name) or name in ("md",), name

@@ -81,13 +81,6 @@ def test_any_layout_of_memory_gives_the_same(
     assert own.accel_unit == "m/s^2"
 
 
-def test_integers_are_counts() -> None:
-    counts = np.zeros((300, 3), dtype=np.int16)
-    counts[:, 2] = 16384 + np.arange(300) % 7
-    own = gravical.Recording.from_arrays(t=np.arange(300) / 100, accel=counts)
-    assert own.accel_unit == "counts" and own.az[1] == 16385.0
-
-
 def test_what_is_not_a_number_is_missing(line: gravical.Recording) -> None:
     accel = line.accel
     accel[100] = np.nan

@@ -82,6 +82,3 @@ class Verdict(str):
 
     def __repr__(self) -> str:
         return f"Verdict({str(self)!r}, {list(self.reasons)!r})"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Verdict, (str(self), self.reasons)
