@@ -58,7 +58,7 @@ pub fn filter_channels<'py>(
 fn designed(specs: &[FilterSpec], rate: Option<f64>, edge: Edge) -> Result<Vec<Filter>> {
     if specs.is_empty() {
         return Err(Error::usage("no-filter", "no filter was given")
-            .with_hint("--filter with one of: savgol:11,2, butter:4,5Hz, hampel:7,3, mean:5"));
+            .with_hint("filter= one of: savgol:11,2, butter:4,5Hz, hampel:7,3, mean:5"));
     }
     specs
         .iter()

@@ -103,7 +103,7 @@ impl Calibration {
     ) -> PyResult<(String, Vec<String>)> {
         let Some(target) = Target::find(to) else {
             let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
-            let error = Error::usage("usage", format!("--to: {to:?} is no target"));
+            let error = Error::usage("usage", format!("to=: {to:?} is no target"));
             return Err(error.with_hint(format!("one of {}", names.join(", ")))).or_raise(py);
         };
         let written = export(&self.file, target, &options.export()?).or_raise(py)?;

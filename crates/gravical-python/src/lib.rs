@@ -3,7 +3,6 @@
 
 mod arrays;
 mod calibration;
-mod cohort;
 mod error;
 mod motion;
 mod options;
@@ -21,8 +20,6 @@ mod _gravical {
     use crate::arrays::{allan_deviation, ferraris, filter_channels, noise_of_channel};
     #[pymodule_export]
     use crate::calibration::{Calibration, calibrate_paths, calibrate_recordings, export_targets};
-    #[pymodule_export]
-    use crate::cohort::{CohortItem, CohortRun};
     #[pymodule_export]
     use crate::motion::{Stepper, motion};
     #[pymodule_export]

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use crate::calibration::{Calibration, noise_of};
 use crate::options::Options;
 use crate::outcome::{Kind, Outcome};
-use crate::recording::{Recording, findings_json};
+use crate::recording::{Recording, json};
 use crate::task;
 
 /// Velocity and position of a recording.
@@ -151,10 +151,6 @@ impl Stepper {
     }
 
     fn findings_json(&self) -> PyResult<String> {
-        findings_json(self.stepper.lock().map_err(busy)?.findings())
-    }
-
-    fn __repr__(&self) -> PyResult<String> {
-        Ok(format!("<Stepper after {} samples>", self.samples()?))
+        json(&self.stepper.lock().map_err(busy)?.findings())
     }
 }

@@ -41,8 +41,7 @@ impl<'py> FromPyObject<'_, 'py> for Options<'py> {
 
 /// What a value should have been.
 fn wrong(name: &str, value: &str, expected: &str) -> Error {
-    let flag = name.replace('_', "-");
-    Error::usage("usage", format!("--{flag}: {value} is not {expected}"))
+    Error::usage("usage", format!("{name}=: {value} is not {expected}"))
 }
 
 impl<'py> Options<'py> {
@@ -103,13 +102,11 @@ impl<'py> Options<'py> {
 
     /// A text that the library reads.
     fn parsed<T: FromStr<Err = Error>>(&self, name: &str) -> PyResult<Option<T>> {
-        let flag = name.replace('_', "-");
         let text = self.text(name)?;
         let parsed = text.map(|text| {
             let parsed = text.parse::<T>();
-            // The option is named, as the program does it.
             parsed.map_err(|e| {
-                let error = Error::usage(e.code(), format!("--{flag}: {}", e.message()));
+                let error = Error::usage(e.code(), format!("{name}=: {}", e.message()));
                 match e.hint() {
                     Some(hint) => error.with_hint(hint),
                     None => error,
@@ -191,7 +188,7 @@ impl<'py> Options<'py> {
         let given = match (gravity, latitude, altitude) {
             (Some(_), Some(_), _) => Err(Error::usage(
                 "usage",
-                "--gravity and --latitude both say what gravity is",
+                "gravity= and latitude= both say what gravity is",
             )
             .with_hint("give one of the two")),
             (Some(g), None, None) => Gravity::given(g).map(Some),
@@ -200,7 +197,7 @@ impl<'py> Options<'py> {
             }
             (_, None, Some(_)) => Err(Error::usage(
                 "usage",
-                "--altitude needs --latitude, from which gravity is computed",
+                "altitude= needs latitude=, from which gravity is computed",
             )),
             (None, None, None) => Ok(None),
         };

@@ -142,13 +142,13 @@ impl Outcome {
         py.detach(write).or_raise(py)
     }
 
-    /// The noise for Kalibr, and what is to be known of it.
-    fn kalibr(&self, py: Python<'_>, upper_limit: bool) -> PyResult<(String, Vec<String>)> {
+    /// The noise for Kalibr.
+    fn kalibr(&self, py: Python<'_>, upper_limit: bool) -> PyResult<String> {
         let Kind::Noise(result) = &self.kind else {
             return Err(PyValueError::new_err("this is not a result of noise"));
         };
-        let written = kalibr(&result.section(), None, upper_limit).or_raise(py)?;
-        Ok((written.text, written.notes))
+        let written = kalibr(&result.section(), None, upper_limit);
+        Ok(written.or_raise(py)?.text)
     }
 
     /// A column of a motion's track, flat.
@@ -161,18 +161,14 @@ impl Outcome {
         Ok(view(values, this.clone().into_any()))
     }
 
-    /// True at rest, and the samples before which others are missing.
-    fn track_rests<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray1<bool>>, Vec<usize>, bool)> {
+    /// True at rest.
+    fn still<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let Kind::Motion(motion, _) = &self.kind else {
             return Err(PyValueError::new_err("this is not a result of motion"));
         };
-        let track = &motion.track;
-        let still = PyArray1::from_slice(py, &track.still);
+        let still = PyArray1::from_slice(py, &motion.track.still);
         still.readwrite().make_nonwriteable();
-        Ok((still, track.breaks.clone(), track.bands))
+        Ok(still)
     }
 }
 

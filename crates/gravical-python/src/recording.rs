@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use gravical::Error;
 use gravical::output::write_atomic;
-use gravical::recording::{self, Finding, TableColumn, join_gyroscope};
+use gravical::recording::{self, TableColumn, join_gyroscope};
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
@@ -63,11 +63,6 @@ fn table<'a>(held: &'a [Held<'_>]) -> PyResult<Vec<TableColumn<'a>>> {
         Held::Texts(texts) => Ok(TableColumn::Texts(texts)),
     };
     held.iter().map(one).collect()
-}
-
-/// Findings as JSON.
-pub fn findings_json(findings: &[Finding]) -> PyResult<String> {
-    json(&findings)
 }
 
 /// The JSON of the program.
@@ -152,11 +147,6 @@ impl Recording {
     }
 
     #[getter]
-    fn serial(&self) -> Option<&str> {
-        self.shared.serial.as_deref()
-    }
-
-    #[getter]
     fn accel_unit(&self) -> &'static str {
         self.shared.accel_scale.unit.name()
     }
@@ -187,7 +177,7 @@ impl Recording {
     }
 
     fn findings_json(&self) -> PyResult<String> {
-        findings_json(&self.shared.findings)
+        json(&self.shared.findings)
     }
 
     /// Names of the channels that there are.

@@ -368,7 +368,7 @@ fn simulate_options(py: Python<'_>, scenario: &str, o: &Options<'_>) -> PyResult
     number("drop", &mut s.dropped_fraction)?;
     s.file.format = match (o.switch("raw")?, o.switch("wrong_header")?) {
         (true, true) => {
-            let error = Error::usage("usage", "--raw and --wrong-header exclude each other");
+            let error = Error::usage("usage", "raw= and wrong_header= exclude each other");
             return Err(error).or_raise(py);
         }
         (true, false) => FileFormat::Raw,

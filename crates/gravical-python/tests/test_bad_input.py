@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import random
-import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -17,13 +16,14 @@ import gravical
 import numpy as np
 import pandas as pd
 import polars as pl
-from gravical._verbs import _SCENARIOS, _SHARED
 
 SEED = int(os.environ.get("GRAVICAL_SEED", "1"))
 DRAWN = int(os.environ.get("GRAVICAL_DRAWN", "1500"))
 
+Call = Callable[[], Any]
 
-def numbers(r: random.Random) -> Any:
+
+def value(r: random.Random) -> Any:
     return r.choice(
         [0, -1, 1, 3, 9.81, 1e300, -1e300, 1e-300, float("nan"), float("inf"), 2**70, -(2**70),
          True, None, "9.81", "", "x", b"9", [], [1.0], (1, 2, 3), {}, np.float32(1), np.int8(-3),
@@ -34,63 +34,42 @@ def numbers(r: random.Random) -> Any:
 def array(r: random.Random) -> Any:
     rows = r.choice([0, 1, 2, 3, 5, 100, 400])
     shape = r.choice([(rows, 3), (rows, 3), (rows, 3), (3, rows), (rows,), (rows, 2), (rows, 3, 1), ()])
-    g = np.random.default_rng(r.randrange(2**32))
-    values = g.normal(0, r.choice([1e-3, 1.0, 1e6]), shape)
-    if len(shape) == 2 and shape[1] == 3 and r.random() < 0.7:
+    values = np.random.default_rng(r.randrange(2**32)).normal(0, r.choice([1e-3, 1.0, 1e6]), shape)
+    if shape[1:] == (3,) and r.random() < 0.7:
         values[:, 2] += r.choice([9.81, 1.0, 1000.0, 16384.0])
-    dtype = r.choice([float, float, float, np.float32, np.int16, np.int64, bool, object, complex, str])
+    if r.random() < 0.3 and values.size:
+        values.flat[r.randrange(values.size)] = r.choice([np.nan, np.inf, -np.inf, 1e30])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        try:
-            values = values.astype(dtype)
-        except (TypeError, ValueError):
-            pass
-    if r.random() < 0.3 and values.dtype.kind == "f" and values.size:
-        values.flat[r.randrange(values.size)] = r.choice([np.nan, np.inf, -np.inf, 1e30])
+        kinds: list[Any] = [float, float, float, np.float32, np.int16, bool, object, complex, str, ">f8"]
+        values = values.astype(r.choice(kinds))
     if r.random() < 0.2 and values.ndim:
         values = values[:: r.choice([-1, 2, 3])]
-    if r.random() < 0.1:
-        values = np.asfortranarray(values)
-    if r.random() < 0.1 and values.dtype.kind == "f":
-        values = values.astype(">f8")
-    return values
+    return np.asfortranarray(values) if r.random() < 0.1 else values
+
+
+NAMES = ["t", "time", "ax", "ay", "az", "acc_x", "acc_y", "acc_z", "gx", "gy", "gz", "label", "x", "y",
+         "z", "", "temp", "a,b", 0, 1, 2, "Timestamp (ms)", "sensor", "☃"]  # fmt: skip
 
 
 def table(r: random.Random) -> Any:
     rows = r.choice([0, 1, 2, 50, 300])
-    names = r.sample(
-        ["t", "time", "ax", "ay", "az", "acc_x", "acc_y", "acc_z", "gx", "gy", "gz", "label", "x", "y",
-         "z", "", "temp", "a,b", 0, 1, 2, "ax", "Timestamp (ms)", "sensor", "☃"],
-        r.randrange(0, 9),
-    )  # fmt: skip
-    if r.random() < 0.5:
-        names += ["ax", "ay", "az"]
     g = np.random.default_rng(r.randrange(2**32))
-
-    def column() -> Any:
-        kind = r.randrange(8)
-        if kind < 4:
-            return g.normal(9.81, 0.02, rows)
-        if kind == 4:
-            return np.arange(rows) * 10
-        if kind == 5:
-            return [r.choice(["+x", "-x", None, "", "nonsense"]) for _ in range(rows)]
-        if kind == 6:
-            return np.datetime64("2026-01-01") + np.arange(rows) * np.timedelta64(10, "ms")
-        return np.full(rows, np.nan)
-
-    columns = {name: column() for name in names}
+    kinds: list[Call] = [
+        *[lambda: g.normal(9.81, 0.02, rows)] * 4,
+        lambda: np.arange(rows) * 10,
+        lambda: [r.choice(["+x", "-x", None, "", "nonsense"]) for _ in range(rows)],
+        lambda: np.datetime64("2026-01-01") + np.arange(rows) * np.timedelta64(10, "ms"),
+        lambda: np.full(rows, np.nan),
+    ]
+    names = r.sample(NAMES, r.randrange(0, 9)) + r.choice([[], ["ax", "ay", "az"]])
+    columns = {name: r.choice(kinds)() for name in names}
     if r.random() < 0.1 and columns:
         columns[r.choice(list(columns))] = array(r)
-    kind = r.randrange(3)
     try:
-        if kind == 1:
-            return pd.DataFrame(columns)
-        if kind == 2:
-            return pl.DataFrame({str(k): v for k, v in columns.items()})
+        return r.choice([dict, pd.DataFrame, pl.DataFrame])(columns)
     except Exception:
-        pass
-    return columns
+        return columns
 
 
 def text(r: random.Random) -> bytes:
@@ -99,32 +78,24 @@ def text(r: random.Random) -> bytes:
         b"nan,nan,nan,nan", b"\xff\xfe\x00", b"1e999,1,1,1", b",,,", b'"a","b","c","d"', b"{}", b"\0" * 50,
         b"0,0,0,0", b"32768,32768,32768,49152",
     ]  # fmt: skip
-    out = [r.choice(lines) for _ in range(r.randrange(0, 30))]
-    if r.random() < 0.4:
-        line = r.choice(lines)
-        out += [line] * r.randrange(0, 300)
+    out = r.choices(lines, k=r.randrange(30)) + [r.choice(lines)] * r.choice([0, 0, r.randrange(300)])
     return r.choice([b"\n", b"\r\n", b"\r"]).join(out)
 
 
 def source(r: random.Random, folder: Path, good: Any) -> Any:
-    kind = r.randrange(10)
-    if kind < 2:
-        return good
-    if kind < 4:
-        return table(r)
-    if kind == 4:
-        return text(r)
-    if kind == 5:
-        path = folder / f"{r.randrange(10**9)}.csv"
-        path.write_bytes(text(r))
-        return path
-    if kind == 6:
-        return r.choice([folder / "missing.csv", folder, "", "\0", "/dev/null", Path("no/such")])
-    if kind == 7:
-        return [source(r, folder, good) for _ in range(r.randrange(0, 4))]
-    if kind == 8:
-        return {r.choice(["+x", "-x", "a", 3]): array(r) for _ in range(r.randrange(0, 4))}
-    return r.choice([None, 3, 2.5, object(), array(r), True, lambda: None])
+    path = folder / f"{r.randrange(10**9)}.csv"
+    path.write_bytes(text(r))
+    kinds: list[Call] = [
+        *[lambda: good] * 2,
+        *[lambda: table(r)] * 2,
+        lambda: text(r),
+        lambda: path,
+        lambda: r.choice([folder / "missing.csv", folder, "", "\0", "/dev/null", Path("no/such")]),
+        lambda: [source(r, folder, good) for _ in range(r.randrange(0, 4))],
+        lambda: {r.choice(["+x", "-x", "a", 3]): array(r) for _ in range(r.randrange(0, 4))},
+        lambda: r.choice([None, 3, 2.5, object(), array(r), True, lambda: None]),
+    ]
+    return r.choice(kinds)()
 
 
 READING = ["accel_unit", "accel_range", "gyro_unit", "gyro_range", "columns", "sensor", "rate",
@@ -140,95 +111,72 @@ OWN: dict[str, list[str]] = {
     "noise": ["spacing", "term", "part", "full"],
     "motion": [*GRAVITY, *gravical.MotionOptions.__annotations__, "noise", "truth"],
     "check": GRAVITY,
-    "simulate": ["seed", "free", "rate", "range", "duration", "hold", "soak", "decimals", "noise"],
 }  # fmt: skip
+SIMULATED = ["seed", "rate", "range", "decimals", "noise", "tilt", "jitter", "drop", "raw"]
 
 
-def options(r: random.Random, verb: str) -> dict[str, Any]:
-    names = OWN[verb] + (READING if verb != "simulate" else [])
-    return {name: numbers(r) for name in r.sample(names, r.choice([0, 0, 1, 1, 2, 3]))}
-
-
-def calls(
+def drawn(
     r: random.Random, folder: Path, line: gravical.Recording, calibration: gravical.Calibration
-) -> tuple[str, Callable[[], Any]]:
+) -> Call:
     """A call, drawn at random."""
-    verb = r.choice([*OWN, "arrays", "use", "stream", "compare", "load"])
+    verb = r.choice([*OWN, "simulate", "arrays", "use", "stream", "compare", "load"])
+    names = OWN.get(verb, []) + READING
+    given: dict[str, Any] = {k: value(r) for k in r.sample(names, r.choice([0, 0, 1, 1, 2, 3]))}
+    what, raw, other, any_value = source(r, folder, line), array(r), array(r), value(r)
+    target: Any = r.choice([folder / "x.docx", "", folder, "\0.html", folder / "no/such/x.json"])
+    if "output" in given:
+        given["output"] = r.choice([target, folder / f"{r.randrange(10**9)}.out", what])
+    if verb == "simulate":
+        some = {k: value(r) for k in r.sample(SIMULATED, 2)}
+        scenarios: list[Any] = ["line", "poses", "x", 3]
+        return lambda: gravical.simulate(r.choice(scenarios), **some)
     if verb == "arrays":
-        names: list[str] = r.sample(["t", "gyro", "temperature", "labels", "unit", "name"], r.randrange(0, 4))
-        kept: dict[str, Any] = {n: numbers(r) if r.random() < 0.3 else array(r) for n in names}
-        accel = array(r) if r.random() < 0.9 else numbers(r)
-        return verb, lambda: gravical.Recording.from_arrays(accel=accel, **kept)
+        fields = r.sample(["t", "gyro", "temperature", "labels", "unit", "name"], r.randrange(0, 4))
+        kept = {n: value(r) if r.random() < 0.3 else array(r) for n in fields}
+        return lambda: gravical.Recording.from_arrays(accel=raw, **kept)
     if verb == "use":
-        raw, other = array(r), array(r)
-        target: Any = r.choice([folder / "x.docx", "", folder, "\0.html", folder / "no/such/x.json"])
-        uses: list[Callable[[], Any]] = [
-                lambda: calibration.apply(raw),
-                lambda: calibration.apply_gyro(raw, other),
-                lambda: calibration.export(str(numbers(r)), name=numbers(r)),
-                lambda: calibration.export("c", **{r.choice(["name", "rotation", "counts_per_g"]): numbers(r)}),
-                lambda: calibration.report(target),
-                lambda: calibration.save(target),
-                lambda: gravical.filtered(raw, numbers(r), rate=numbers(r)),
-                lambda: gravical.filtered(raw, "butter:4,5Hz", rate=100),
-                lambda: gravical.allan(raw, rate=numbers(r)),
-                lambda: gravical.allan(raw, rate=100),
+        option = r.choice(["name", "rotation", "counts_per_g"])
+        uses: list[Call] = [
+            lambda: calibration.apply(raw),
+            lambda: calibration.apply_gyro(raw, other),
+            lambda: calibration.export(r.choice(["c", str(any_value)]), **{option: any_value}),
+            lambda: calibration.report(target),
+            lambda: calibration.save(target),
+            lambda: gravical.filtered(raw, r.choice(["butter:4,5Hz", any_value]), rate=100),
+            lambda: gravical.allan(raw, rate=r.choice([100, any_value])),
         ]
-        return verb, r.choice(uses)
+        return r.choice(uses)
     if verb == "stream":
         live = gravical.Motion(line, calibration)
-        of_stream = options(r, "motion")
-        for name in ("noise", "truth"):
-            of_stream.pop(name, None)
-        sample = [numbers(r) for _ in range(3)]
-        chunk = [array(r) for _ in range(3)]
-        return verb, r.choice(
-            [
-                lambda: live.update(*sample),
-                lambda: live.extend(*chunk),
-                lambda: gravical.Motion(source(r, folder, line), calibration, **of_stream),
-            ]
-        )
-    if verb == "compare":
-        other = source(r, folder, calibration)
-        return verb, lambda: gravical.compare(calibration, other)
+        samples: list[Call] = [
+            lambda: live.update(any_value, value(r), value(r)),
+            lambda: live.extend(array(r), raw, other),
+            lambda: gravical.Motion(what, calibration, **given),
+        ]
+        return r.choice(samples)
     if verb == "load":
-        path = folder / "broken.json"
-        good = calibration.to_json().encode()
+        path, good = folder / "broken.json", calibration.to_json().encode()
         at = r.randrange(len(good))
         path.write_bytes(good[:at] + bytes([r.randrange(256)]) + good[at + r.randrange(3) :])
-        return verb, lambda: gravical.Calibration.load(path)
-    given = options(r, verb)
-    if verb == "simulate":
-        scenario: Any = r.choice(["six-position", "poses", "static", "line", "x", 3])
-        own = _SCENARIOS.get(scenario, frozenset()) | _SHARED
-        given = {k: v for k, v in given.items() if k in own}
-        # Not hours of it.
-        some: dict[str, Any] = {
-            k: v for k, v in given.items() if not isinstance(v, float) or v < 1e3
-        }
-        return verb, lambda: gravical.simulate(scenario, **some)
-    what = source(r, folder, line)
-    if "output" in given:
-        given["output"] = r.choice([folder / f"{r.randrange(10**9)}.out", folder, "\0", what])
+        return lambda: gravical.Calibration.load(path)
+    if verb == "compare":
+        return lambda: gravical.compare(calibration, source(r, folder, calibration))
     if verb in ("apply", "check"):
-        function = getattr(gravical, verb)
         with_what = calibration if r.random() < 0.8 else source(r, folder, calibration)
-        return verb, lambda: function(with_what, what, **given)
+        return lambda: getattr(gravical, verb)(with_what, what, **given)
     if verb == "denoise":
-        filters: Any = r.choice(["butter:4,5Hz", "mean:5", "savgol:1e9,2", "x", ["hampel:7,3", 3], numbers(r)])
-        return verb, lambda: gravical.denoise(what, filters, **given)
-    return verb, lambda: getattr(gravical, verb)(what, **given)
+        filters = ["butter:4,5Hz", "mean:5", "savgol:1e9,2", "x", ["hampel:7,3", 3], any_value]
+        return lambda: gravical.denoise(what, r.choice(filters), **given)
+    return lambda: getattr(gravical, verb)(what, **given)
 
 
 def test_a_thousand_bad_calls(
     tmp_path: Path, line: gravical.Recording, calibration: gravical.Calibration
 ) -> None:
-    print(f"GRAVICAL_SEED={SEED}")
     counts = {"result": 0, "error": 0, "type": 0}
     for number in range(DRAWN):
-        r = random.Random(f"{SEED}:{number}")
-        verb, call = calls(r, tmp_path, line, calibration)
+        call = drawn(random.Random(f"{SEED}:{number}"), tmp_path, line, calibration)
+        place = f"GRAVICAL_SEED={SEED}, call {number}"
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:
@@ -236,19 +184,12 @@ def test_a_thousand_bad_calls(
                 counts["result"] += 1
             except gravical.Error as error:
                 counts["error"] += 1
-                place = f"GRAVICAL_SEED={SEED}, call {number} ({verb})"
-                assert error.code != "internal" and error.message, place
-                said = f"{error.message} {error.hint or ''}"
-                assert not re.search(r"(?<![\w'-])--(rate|accel|gyro|gravity|columns)", said), (place, said)
-                assert len(error.message) < 4000, place
+                assert error.code != "internal" and 0 < len(error.message) < 4000, place
             except TypeError as error:
                 # Of Python itself: a keyword that does not exist, a name that is no text.
                 counts["type"] += 1
-                assert str(error), number
+                assert str(error), place
             except BaseException as error:
-                raise AssertionError(
-                    f"GRAVICAL_SEED={SEED}, call {number} ({verb}): {type(error).__name__}: {error}"
-                ) from error
-    print(counts)
+                raise AssertionError(f"{place}: {type(error).__name__}: {error}") from error
     assert counts["error"] > DRAWN // 4 and counts["result"] > DRAWN // 20, counts
     assert counts["type"] < DRAWN // 10, counts

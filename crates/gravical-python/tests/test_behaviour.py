@@ -1,10 +1,8 @@
-"""Beside the numbers: Ctrl-C, other threads, and the words of Python."""
+"""Beside the numbers: Ctrl-C, other threads, unknown keywords."""
 
 from __future__ import annotations
 
-import inspect
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -14,67 +12,6 @@ from pathlib import Path
 
 import gravical
 import pytest
-from gravical._types import READING
-from gravical._verbs import _SCENARIOS, _SHARED
-from gravical._words import OPTIONS, in_python
-
-#: Options that only the program has: what it prints, stores, draws, and its other commands.
-PROGRAM_ONLY = {
-    "json", "store", "nearest", "max-age", "max-temperature-difference", "figures", "format",
-    "causal", "command", "absolute-time", "time-zone", "resume", "help", "verbose", "report", "quiet", "each", "summary", "threads",
-    # Not options of the program: of cargo, of MATLAB and of CSS.
-    "features", "locked", "test", "release", "bin", "example",
-}  # fmt: skip
-
-
-def keywords() -> set[str]:
-    functions = [getattr(gravical, name) for name in gravical.__all__]
-    functions = [f for f in functions if inspect.isfunction(f)]
-    functions += [gravical.Calibration.export, gravical.NoiseResult.to_kalibr]
-    found = set(READING) | set(gravical.MotionOptions.__annotations__) | _SHARED
-    found = found.union(*_SCENARIOS.values())
-    for function in functions:
-        found |= set(inspect.signature(function).parameters)
-    return found
-
-
-def test_every_option_in_texts_of_the_library_is_a_keyword(root: Path) -> None:
-    named: dict[str, str] = {}
-    sources = ["gravical", "gravical-report"]
-    for path in sorted(p for s in sources for p in (root / f"crates/{s}/src").rglob("*.rs")):
-        text = path.read_text().split("#[cfg(test)]")[0]
-        text = re.sub(r"(?m)^\s*//.*$", "", text)
-        for literal in re.findall(r'"(?:[^"\\]|\\.)*"', text):
-            for option in re.findall(r"(?<![\w-])--([a-z][a-z0-9-]+)", literal):
-                named.setdefault(option, f"{path.name}: {literal[:80]}")
-    assert len(named) > 30
-    missing = {k: v for k, v in named.items() if k not in OPTIONS | PROGRAM_ONLY}
-    assert not missing, missing
-
-
-def test_every_option_that_is_translated_is_a_keyword() -> None:
-    missing = {option for option in OPTIONS if option.replace("-", "_") not in keywords()}
-    assert not missing
-
-
-@pytest.mark.parametrize(
-    ("program", "python"),
-    [
-        ("give the rate: --rate 100", "give the rate: rate=100"),
-        ("with --rate HZ, or --time-unit where", "with rate=HZ, or time_unit= where"),
-        ("--accel-unit m/s^2 to use it", 'accel_unit="m/s^2" to use it'),
-        ("give a calibration with -c", "give a calibration with calibration="),
-        ("--pose-tilt: 20° is too much", "pose_tilt=: 20° is too much"),
-        ("`gravical inspect a.csv` shows it", '`gravical.inspect("a.csv")` shows it'),
-        ("`gravical live --resume` goes on", "`gravical live --resume` goes on"),
-        ("`apply` and `motion --causal` do", "`apply` and `gravical.Motion` do"),
-        ("… and 6 notes (--verbose)", "… and 6 notes (report())"),
-        ("a -- b, x--y and -3 °C stay", "a -- b, x--y and -3 °C stay"),
-    ],
-)
-def test_words(program: str, python: str) -> None:
-    assert in_python(program) == python
-
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 def test_ctrl_c_ends_the_wait(tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ def test_nothing_is_overwritten(calibration: gravical.Calibration, tmp_path: Pat
     before = path.read_bytes()
     with pytest.raises(gravical.ExistsError) as error:
         calibration.save(path)
-    assert error.value.code == "exists" and "force=" in str(error.value)
+    assert error.value.code == "exists" and "force" in str(error.value)
     assert isinstance(error.value, FileExistsError)
     assert path.read_bytes() == before
     calibration.save(path, force=True)
@@ -83,13 +83,10 @@ def test_a_poor_result_is_no_exception(poses: gravical.Recording) -> None:
     assert gravical.check(calibration, poses).verdict in ("fits", "does-not-fit", "undecided")
 
 
-def test_findings_speak_python() -> None:
+def test_findings_name_kind_and_file() -> None:
     made = gravical.simulate("six-position", seed=2, hold=2.0, wrong_header=True)
-    kinds = {finding.kind: finding for finding in made.findings}
-    finding = kinds["unit-mismatch"]
+    finding = {finding.kind: finding for finding in made.findings}["unit-mismatch"]
     assert finding.is_warning and finding.file and str(finding).startswith("unit-mismatch: ")
-    for finding in made.findings:
-        assert "--" not in finding.message
 
 
 def test_exports(calibration: gravical.Calibration) -> None:
@@ -138,14 +135,3 @@ def test_arrays_are_filtered_as_recordings(line: gravical.Recording) -> None:
         assert theirs is not None and own.shape == (1200, 3)
         assert np.allclose(own, theirs.accel, rtol=0, atol=1e-4), spec
         assert np.array_equal(gravical.filtered(line.ax, spec, rate=100.0), own[:, 0])
-
-
-def test_the_allan_deviation_of_an_array() -> None:
-    samples = np.random.default_rng(5).normal(0, 0.05, 20_000)
-    found = gravical.allan(samples, rate=50.0, full=True)
-    for point in found["adev"][:6]:
-        m = round(point["tau_s"] * 50.0)
-        sums = np.concatenate([[0.0], np.cumsum(samples)])
-        means = (sums[m:] - sums[:-m]) / m
-        expected = np.sqrt(0.5 * np.mean((means[m:] - means[:-m]) ** 2))
-        assert abs(point["sigma"] / expected - 1) < 1e-9

@@ -15,7 +15,6 @@ in the ``findings`` of a result.
 
 from __future__ import annotations
 
-from . import cohort
 from ._arrays import (
     AllanDeviation,
     Ferraris,
@@ -96,7 +95,6 @@ __all__ = [
     "apply",
     "calibrate",
     "check",
-    "cohort",
     "compare",
     "denoise",
     "export_targets",

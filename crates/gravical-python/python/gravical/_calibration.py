@@ -317,9 +317,8 @@ def calibration_of(given: Any) -> tuple[_gravical.Calibration, str]:
 def noise_of(noise: NoiseResult | Path | None) -> _gravical.Outcome | Path | None:
     """The noise of a sensor for the native part."""
     if isinstance(noise, NoiseResult):
-        if not isinstance(noise._native, _gravical.Outcome):
-            raise usage("this noise came through a pickle", "save it, and give the path")
-        return noise._native
+        native: _gravical.Outcome = noise._computed()
+        return native
     if noise is None or isinstance(noise, (str, os.PathLike)):
         return noise
     raise usage("noise= is no noise", "give the result of gravical.noise, or the path of its file")

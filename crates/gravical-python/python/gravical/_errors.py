@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from ._words import in_python
-
 
 class Error(Exception):
     """Base class of all errors of this package.
@@ -18,7 +14,7 @@ class Error(Exception):
     message : str
         What happened and where, with the numbers.
     hint : str or None
-        What to do next.
+        What to do next. Options have the names of the program: ``--pose-tilt`` is ``pose_tilt=``.
     file : str or None
         The file or the name of the recording.
     line, column : int or None
@@ -46,10 +42,6 @@ class Error(Exception):
     def __str__(self) -> str:
         hint = f"\n  try: {self.hint}" if self.hint else ""
         return f"{self.message}{hint}\n  code: {self.code}"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        fields = (self.message, self.code, self.hint, self.file, self.line, self.column)
-        return _unpickled, (type(self), *fields)
 
 
 class UsageError(Error, ValueError):
@@ -91,22 +83,9 @@ def raised(
 ) -> Error:
     """The exception for an error of the native part."""
     kind = _BY_CODE.get(code) or _CLASSES.get(category, Error)
-    words = in_python(hint) if hint else None
-    return kind(in_python(message), code=code, hint=words, file=file, line=line, column=column)
+    return kind(message, code=code, hint=hint, file=file, line=line, column=column)
 
 
 def usage(message: str, hint: str | None = None, code: str = "usage") -> UsageError:
     """A wrong argument."""
     return UsageError(message, code=code, hint=hint)
-
-
-def _unpickled(
-    kind: type[Error],
-    message: str,
-    code: str,
-    hint: str | None,
-    file: str | None,
-    line: int | None,
-    column: int | None,
-) -> Error:
-    return kind(message, code=code, hint=hint, file=file, line=line, column=column)

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ._words import in_python
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -51,7 +49,7 @@ class Finding:
             cls(
                 kind=one["kind"],
                 severity=one["severity"],
-                message=in_python(one["message"]),
+                message=one["message"],
                 file=one["file"],
                 lines=tuple((first, last) for first, last in one["lines"]),
                 count=one["count"],
@@ -79,11 +77,8 @@ class Verdict(str):
 
     def __new__(cls, word: str, reasons: Iterable[str] = ()) -> Verdict:
         verdict = super().__new__(cls, word)
-        verdict.reasons = tuple(in_python(reason) for reason in reasons)
+        verdict.reasons = tuple(reasons)
         return verdict
 
     def __repr__(self) -> str:
         return f"Verdict({str(self)!r}, {list(self.reasons)!r})"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Verdict, (str(self), self.reasons)

@@ -70,7 +70,7 @@ def _parted(arguments: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     return own, reading
 
 
-class MotionResult(Judged):
+class MotionResult(Judged, _tables.Columns):
     """Velocity and position: :func:`gravical.motion`.
 
     The arrays are read-only views, one row for each sample that was used. What is not known is NaN.
@@ -78,69 +78,65 @@ class MotionResult(Judged):
     ``"calibration-in-doubt"``, ``"not-usable"`` or ``"at-rest"``.
     """
 
-    _arrays: dict[str, Any]
-
-    def _track(self, name: str, width: int) -> Floats:
-        if not isinstance(self._native, _gravical.Outcome):
-            kept: Floats = self._arrays[name]
-            return kept
-        flat = self._native.track(name)
-        return flat if width == 1 else flat.reshape(-1, width)
+    def __init__(self, native: _gravical.Outcome) -> None:
+        super().__init__(native)
+        self._still = native.still()
+        self._arrays: dict[str, Floats] = {
+            name: native.track(name).reshape((-1, width) if width > 1 else -1)
+            for name, width in _TRACK.items()
+        }
 
     @property
     def t(self) -> Floats:
         """Time, s, shape (n,)."""
-        return self._track("t", 1)
+        return self._arrays["t"]
 
     @property
     def position(self) -> Floats:
         """Position, m, shape (n, 3)."""
-        return self._track("position", 3)
+        return self._arrays["position"]
 
     @property
     def velocity(self) -> Floats:
         """Velocity, m/s, shape (n, 3)."""
-        return self._track("velocity", 3)
+        return self._arrays["velocity"]
 
     @property
     def acceleration(self) -> Floats:
         """Acceleration without gravity, m/s², shape (n, 3)."""
-        return self._track("acceleration", 3)
+        return self._arrays["acceleration"]
 
     @property
     def attitude(self) -> Floats:
         """Attitude as the quaternion w, x, y, z, sensor → frame, shape (n, 4)."""
-        return self._track("attitude", 4)
+        return self._arrays["attitude"]
 
     @property
     def sigma_position(self) -> Floats | None:
         """Standard uncertainty of the position, m, shape (n, 3); None without bands."""
-        sigma = self._track("sigma_position", 3)
+        sigma = self._arrays["sigma_position"]
         return sigma if len(sigma) else None
 
     @property
     def sigma_velocity(self) -> Floats | None:
         """Standard uncertainty of the velocity, m/s, shape (n, 3); None without bands."""
-        sigma = self._track("sigma_velocity", 3)
+        sigma = self._arrays["sigma_velocity"]
         return sigma if len(sigma) else None
 
     @property
     def force(self) -> Floats:
         """Calibrated specific force, m/s², shape (n, 3): a new array."""
-        return np.stack([self._track(f"force_{axis}", 1) for axis in "xyz"], axis=1)
+        return np.stack([self._arrays[f"force_{axis}"] for axis in "xyz"], axis=1)
 
     @property
     def raw(self) -> Floats:
         """Specific force by the nominal scale alone, m/s², shape (n, 3): a new array."""
-        return np.stack([self._track(f"raw_{axis}", 1) for axis in "xyz"], axis=1)
+        return np.stack([self._arrays[f"raw_{axis}"] for axis in "xyz"], axis=1)
 
     @property
     def still(self) -> npt.NDArray[np.bool_]:
         """True at rest, shape (n,)."""
-        if not isinstance(self._native, _gravical.Outcome):
-            still: npt.NDArray[np.bool_] = self._arrays["still"]
-            return still
-        return self._native.track_rests()[0]
+        return self._still
 
     @property
     def moves(self) -> list[dict[str, Any]]:
@@ -154,11 +150,9 @@ class MotionResult(Judged):
 
     def save(self, path: Path, *, force: bool = False) -> None:
         """Write the table of the program (CSV)."""
-        if not isinstance(self._native, _gravical.Outcome):
-            raise usage("this motion came through a pickle", "save it where it was computed")
-        self._native.table(path, force)
+        self._computed().table(path, force)
 
-    def _columns(self) -> dict[str, Any]:
+    def _named(self) -> dict[str, Any]:
         columns: dict[str, Any] = {"t_s": self.t}
 
         def add(names: str, values: Floats | None) -> None:
@@ -176,40 +170,14 @@ class MotionResult(Judged):
         add("sigma_px_m sigma_py_m sigma_pz_m", self.sigma_position)
         return columns
 
-    def to_pandas(self) -> Any:
-        """The table as a data frame of pandas."""
-        return _tables.pandas_frame(self._columns())
 
-    def to_polars(self) -> Any:
-        """The table as a data frame of polars."""
-        return _tables.polars_frame(self._columns())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The Arrow PyCapsule interface; needs pyarrow."""
-        return _tables.arrow_table(self._columns()).__arrow_c_stream__(requested_schema)
-
-    def __getstate__(self) -> dict[str, Any]:
-        arrays: dict[str, Any] = {
-            name: np.array(self._track(name, width)) for name, width in _TRACK.items()
-        }
-        arrays["still"] = np.array(self.still)
-        return {**super().__getstate__(), "_arrays": arrays}
-
-
+#: Columns of the native part, with their widths.
 _TRACK = {
     "t": 1,
-    "position": 3,
-    "velocity": 3,
-    "acceleration": 3,
     "attitude": 4,
-    "sigma_position": 3,
-    "sigma_velocity": 3,
-    "raw_x": 1,
-    "raw_y": 1,
-    "raw_z": 1,
-    "force_x": 1,
-    "force_y": 1,
-    "force_z": 1,
+    **dict.fromkeys(("position", "velocity", "acceleration"), 3),
+    **dict.fromkeys(("sigma_position", "sigma_velocity"), 3),
+    **dict.fromkeys(("raw_x", "raw_y", "raw_z", "force_x", "force_y", "force_z"), 1),
 }
 
 
@@ -272,7 +240,7 @@ def motion(
     )
     native, name = (None, "") if calibration is None else calibration_of(calibration)
     rows = read(recording, gyro=gyro, **reading)
-    return MotionResult._of(
+    return MotionResult(
         _gravical.motion(rows._native, native, name, noise_of(noise), given)
     )
 

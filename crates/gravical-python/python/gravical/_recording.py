@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-class Recording:
+class Recording(_tables.Columns):
     """Samples of one sensor in columns, with what is known of them.
 
     Made by :func:`gravical.read`, :meth:`from_arrays`, or a table that is given to any function.
@@ -297,21 +297,8 @@ class Recording:
         """What is odd, with the lines."""
         return Finding._all(json.loads(self._native.findings_json()))
 
-    def to_pandas(self) -> Any:
-        """All channels as a data frame of pandas."""
-        return _tables.pandas_frame(self.columns)
-
-    def to_polars(self) -> Any:
-        """All channels as a data frame of polars."""
-        return _tables.polars_frame(self.columns)
-
-    def to_arrow(self) -> Any:
-        """All channels as a table of Arrow, without copies; needs pyarrow."""
-        return _tables.arrow_table(self.columns)
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The Arrow PyCapsule interface; needs pyarrow."""
-        return self.to_arrow().__arrow_c_stream__(requested_schema)
+    def _named(self) -> dict[str, Floats]:
+        return self.columns
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickled, (self._native.to_bytes(),)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+from base64 import b64encode
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from . import _gravical, _notebook
+from . import _gravical
 from ._errors import usage
 from ._findings import Finding, Verdict
 from ._types import Path
-from ._words import in_python
-
-if TYPE_CHECKING:
-    from typing_extensions import Self
 
 
 @dataclass(frozen=True)
@@ -46,43 +43,36 @@ class Figure:
         _gravical.write_text(path, self.svg, force)
 
 
-class _Kept:
-    """Report and figures of a result that came through a pickle."""
-
-    def __init__(self, figures: list[tuple[str, str, str, str]], texts: dict[str, str]) -> None:
-        self._figures, self._texts = figures, texts
-
-    def figures(self) -> list[tuple[str, str, str, str]]:
-        return self._figures
-
-    def document(self, format: str) -> str:
-        return self._texts[format]
-
-
-_FORMATS = ("summary", "text", "markdown", "html")
-
-
 class Result:
     """Base class of all results.
 
     ``str(result)`` is the report of the program in short; a notebook shows it with its figures.
     """
 
+    #: None after a pickle, which keeps the numbers and the report in short.
     _native: Any
 
-    def __init__(self, native: Any, document: dict[str, Any] | None = None) -> None:
+    def __init__(self, native: Any) -> None:
         self._native = native
-        if document is not None:
-            self._dict = document
 
     @cached_property
     def _dict(self) -> dict[str, Any]:
         document: dict[str, Any] = json.loads(self._native.json())
         return document
 
-    @classmethod
-    def _of(cls, outcome: _gravical.Outcome) -> Self:
-        return cls(outcome)
+    @cached_property
+    def _summary(self) -> str:
+        # The program shows the rest with an option.
+        return str(self._native.document("summary")).rstrip().replace("(--verbose)", "(report())")
+
+    def _computed(self) -> Any:
+        """The native part, for what a pickle does not keep."""
+        if self._native is None:
+            raise usage(
+                "this result holds its numbers alone",
+                "reports and tables are written where it is computed; a pickle does not keep them",
+            )
+        return self._native
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of the program (``--json``): same names, same numbers, same texts."""
@@ -95,8 +85,9 @@ class Result:
 
     @property
     def figures(self) -> tuple[Figure, ...]:
-        """The figures of the report."""
-        return tuple(Figure(*drawn) for drawn in self._native.figures())
+        """The figures of the report; none after a pickle."""
+        drawn = [] if self._native is None else self._native.figures()
+        return tuple(Figure(*figure) for figure in drawn)
 
     def report(self, path: Path | None = None, *, force: bool = False) -> str:
         """The report, as the program writes it with ``--report``.
@@ -114,8 +105,9 @@ class Result:
         str
             The report: without ``path`` as text.
         """
+        native = self._computed()
         if path is None:
-            return str(self._native.document("text"))
+            return str(native.document("text"))
         ending = os.path.splitext(os.fspath(path))[1].lower()
         formats = {".html": "html", ".htm": "html", ".md": "markdown", ".txt": "text"}
         if ending not in formats:
@@ -124,12 +116,12 @@ class Result:
                 "name a file that ends in .html, .md or .txt",
                 code="report-target",
             )
-        text = str(self._native.document(formats[ending]))
+        text = str(native.document(formats[ending]))
         _gravical.write_text(path, text, force)
         return text
 
     def __str__(self) -> str:
-        return in_python(str(self._native.document("summary")).rstrip())
+        return self._summary
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}{self._brief()}>"
@@ -138,12 +130,18 @@ class Result:
         return ""
 
     def _repr_html_(self) -> str:
-        return _notebook.page(type(self).__name__, str(self), self.figures)
+        # Images cannot disturb the page around them.
+        figures = "".join(
+            f'<figure><img alt="{escape(figure.title)}" src="data:image/svg+xml;base64,'
+            f'{b64encode(figure.svg.encode()).decode()}">'
+            f"<figcaption>{escape(figure.caption)}</figcaption></figure>"
+            for figure in self.figures
+        )
+        return f"<div><pre>{escape(str(self))}</pre>{figures}</div>"
 
     def __getstate__(self) -> dict[str, Any]:
-        texts = {name: self._native.document(name) for name in _FORMATS}
-        kept = _Kept(self._native.figures(), texts)
-        return {**self.__dict__, "_dict": self._dict, "_native": kept}
+        kept = {"_dict": self._dict, "_summary": self._summary, "_native": None}
+        return {**vars(self), **kept}
 
 
 class Judged(Result):
@@ -198,19 +196,16 @@ class NoiseResult(Result):
     def to_kalibr(self, *, upper_limit: bool = False) -> str:
         """The ``imu.yaml`` of Kalibr; ``upper_limit`` takes upper limits for what is not
         determined."""
-        if not isinstance(self._native, _gravical.Outcome):
-            raise usage("this result came through a pickle", "export where it was computed")
-        return self._native.kalibr(upper_limit)[0]
+        return str(self._computed().kalibr(upper_limit))
 
 
 class ApplySummary(Result):
     """What :func:`gravical.apply` did from file to file."""
 
     def __init__(self, document: dict[str, Any]) -> None:
-        lines = f"{document['input']}: {document['rows']} rows calibrated"
-        page = f"<p>{escape(lines)}</p>"
-        texts = {name: page if name == "html" else lines for name in _FORMATS}
-        super().__init__(_Kept([], texts), document)
+        super().__init__(None)
+        self._dict = document
+        self._summary = f"{document['input']}: {document['rows']} rows calibrated"
 
     @property
     def rows(self) -> int:

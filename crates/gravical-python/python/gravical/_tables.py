@@ -158,6 +158,31 @@ def scalars(values: Any, name: str, rows: int) -> Floats:
     return array
 
 
+class Columns:
+    """Named columns that other libraries take as a data frame."""
+
+    __slots__ = ()
+
+    def _named(self) -> Mapping[str, Any]:
+        raise NotImplementedError
+
+    def to_pandas(self) -> Any:
+        """All columns as a data frame of pandas."""
+        return pandas_frame(self._named())
+
+    def to_polars(self) -> Any:
+        """All columns as a data frame of polars."""
+        return polars_frame(self._named())
+
+    def to_arrow(self) -> Any:
+        """All columns as a table of Arrow, without copies where they lie in one piece; needs pyarrow."""
+        return arrow_table(self._named())
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """The Arrow PyCapsule interface; needs pyarrow."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+
 def pandas_frame(columns: Mapping[str, Any]) -> Any:
     """A data frame of pandas."""
     import pandas

@@ -55,8 +55,9 @@ def options(reading: Mapping[str, Any], **others: Any) -> dict[str, Any]:
     given = {name: value for name, value in {**reading, **others}.items() if value is not None}
     if "columns" in given:
         given["columns"] = _columns(given["columns"])
-    if "sensor" in given:
-        given["sensor"] = str(given["sensor"])
+    for name in ("sensor", "recorded"):
+        if name in given:
+            given[name] = str(given[name])
     for name in ("axes", "rotation"):
         if name in given:
             given[name] = _joined(given[name])
@@ -65,9 +66,6 @@ def options(reading: Mapping[str, Any], **others: Any) -> dict[str, Any]:
     for name in ("filter", "smooth", "term", "free_pose", "face_pose", "thermal"):
         if name in given:
             given[name] = several(given[name])
-    for name in ("recorded",):
-        if name in given:
-            given[name] = str(given[name])
     return given
 
 

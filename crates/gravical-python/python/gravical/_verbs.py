@@ -22,8 +22,6 @@ from ._results import (
     Inspection,
     NoiseResult,
     Result,
-    _FORMATS,
-    _Kept,
 )
 from ._types import Floats, Path, Reading, options
 
@@ -77,12 +75,12 @@ def inspect(
     """
     if _is_path(recording):
         given = options(reading, axes=axes)
-        return Inspection._of(_gravical.inspect_path(recording, gyro, given))
+        return Inspection(_gravical.inspect_path(recording, gyro, given))
     rows = read(recording, gyro=gyro, **reading)
-    return Inspection._of(_gravical.inspect_recording(rows._native, options({}, axes=axes)))
+    return Inspection(_gravical.inspect_recording(rows._native, options({}, axes=axes)))
 
 
-class Applied(Result):
+class Applied(ApplySummary, _tables.Columns):
     """A calibrated recording in memory: :func:`gravical.apply`.
 
     Attributes
@@ -107,9 +105,7 @@ class Applied(Result):
         columns: dict[str, Floats],
         table: Any,
     ) -> None:
-        line = f"{document['input']}: {document['rows']} rows calibrated"
-        texts: dict[str, str] = dict.fromkeys(_FORMATS, line)
-        super().__init__(_Kept([], texts), document)
+        super().__init__(document)
         self.t = t
         self.columns = columns
         self.table = table
@@ -125,20 +121,8 @@ class Applied(Result):
         rates = list(self.columns.values())[3:]
         return np.stack(rates, axis=1) if rates else None
 
-    def _with_time(self) -> dict[str, Floats]:
+    def _named(self) -> dict[str, Floats]:
         return self.columns if self.t is None else {"t_s": self.t, **self.columns}
-
-    def to_pandas(self) -> Any:
-        """Time and calibrated channels as a data frame of pandas."""
-        return _tables.pandas_frame(self._with_time())
-
-    def to_polars(self) -> Any:
-        """Time and calibrated channels as a data frame of polars."""
-        return _tables.polars_frame(self._with_time())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The Arrow PyCapsule interface; needs pyarrow."""
-        return _tables.arrow_table(self._with_time()).__arrow_c_stream__(requested_schema)
 
 
 def apply(
@@ -279,11 +263,11 @@ def denoise(
     given = options(reading, filter=filter, edge=edge, channels=channels)
     if output is not None:
         path = _needs_file("output", recording)
-        return Denoised._of(_gravical.denoise_file(path, output, force, given))
+        return Denoised(_gravical.denoise_file(path, output, force, given))
     rows = read(recording, **reading)
     own = options({}, filter=filter, edge=edge, channels=channels)
     filtered, outcome = _gravical.denoise_recording(rows._native, own)
-    done = Denoised._of(outcome)
+    done = Denoised(outcome)
     done.recording = Recording(filtered)
     return done
 
@@ -332,9 +316,9 @@ def noise(
     """
     own = {"full": full, "spacing": spacing, "term": term, "part": part}
     if _is_path(recording):
-        return NoiseResult._of(_gravical.noise_path(recording, options(reading, **own)))
+        return NoiseResult(_gravical.noise_path(recording, options(reading, **own)))
     rows = read(recording, **reading)
-    return NoiseResult._of(_gravical.noise_recording(rows._native, options({}, **own)))
+    return NoiseResult(_gravical.noise_recording(rows._native, options({}, **own)))
 
 
 def check(
@@ -374,10 +358,10 @@ def check(
     given = options(reading, gravity=gravity, latitude=latitude, altitude=altitude, axes=axes)
     paths, recordings = session_of(session, reading)
     if paths is not None:
-        return CheckReport._of(_gravical.check_paths(native, name, paths, gyro, given))
+        return CheckReport(_gravical.check_paths(native, name, paths, gyro, given))
     if gyro is not None:
         raise usage("gyro= joins two files", "read both first: gravical.read(path, gyro=path)")
-    return CheckReport._of(_gravical.check_recordings(native, name, recordings or [], given))
+    return CheckReport(_gravical.check_recordings(native, name, recordings or [], given))
 
 
 def compare(first: Calibration | Path, second: Calibration | Path) -> Comparison:
@@ -396,7 +380,7 @@ def compare(first: Calibration | Path, second: Calibration | Path) -> Comparison
     (a, name_a), (b, name_b) = calibration_of(first), calibration_of(second)
     if name_a == name_b:
         name_a, name_b = f"first {name_a}", f"second {name_b}"
-    return Comparison._of(_gravical.compare(a, b, [name_a, name_b]))
+    return Comparison(_gravical.compare(a, b, [name_a, name_b]))
 
 
 class Simulation:
