@@ -1,9 +1,5 @@
 //! Butterworth filters: in one pass, or forwards and backwards without delay.
 //!
-//! Samples may come in blocks. The state of the forward pass is carried on; the backward pass of a
-//! block begins as many samples later as its impulse response lasts, in the steady state of that
-//! sample.
-//!
 //! Two passes square the response, so the filter is designed for another cutoff, at which |H|⁴ =
 //! 1/2: x²ⁿ = √2 − 1. With Ω = tan(πf/f_s) a low-pass is designed for Ω_c/(√2 − 1)^(1/2n), a
 //! high-pass for Ω_c·(√2 − 1)^(1/2n), a band-pass with its width Ω₂ − Ω₁ divided by that and its
@@ -15,7 +11,6 @@
 //! 1996, is better but needs a fit).
 
 use std::f64::consts::{PI, SQRT_2};
-use std::sync::OnceLock;
 
 use gravical_core::filter::biquad::{Biquad, Cascade};
 use gravical_core::filter::butterworth::{DesignError, band_pass, high_pass, low_pass};
@@ -28,30 +23,11 @@ use crate::{Error, Result};
 pub(crate) struct Butterworth {
     sections: Vec<Biquad<f64>>,
     passes: Passes,
-    overlap: OnceLock<usize>,
-}
-
-/// Equally spaced samples of one channel on their way through the filter.
-#[derive(Debug, Clone)]
-pub(super) struct Passing {
-    /// Samples from the first one that was not returned.
-    pub samples: Vec<f64>,
-    /// Number of these that are filtered forwards.
-    forward: usize,
-    /// The last samples as they were, for the reflection at the end; empty before the first pass.
-    last: Vec<f64>,
-    /// State of the forward pass.
-    sections: Vec<Biquad<f64>>,
 }
 
 /// Lowest cutoff as a share of the rate; below it too many digits are lost: the gain at zero
 /// frequency is off by 1e-7 there.
 const LOWEST: f64 = 1e-5;
-
-/// Share of the impulse response that is negligible.
-const NEGLIGIBLE: f64 = 1e-16;
-/// Limit of the length of the impulse response, as a multiple of its slowest time constant.
-const MOST_BLOCKS: usize = 400;
 
 impl Butterworth {
     /// # Errors
@@ -79,11 +55,7 @@ impl Butterworth {
             design(order, designed_at(order, band, passes, rate_hz), rate_hz).map_err(|e| {
                 Error::usage("filter-range", e.to_string()).with_hint(super::spec::EXAMPLES)
             })?;
-        Ok(Butterworth {
-            sections,
-            passes,
-            overlap: OnceLock::new(),
-        })
+        Ok(Butterworth { sections, passes })
     }
 
     /// The sections, ordered by the sharpness of their peak.
@@ -117,148 +89,43 @@ impl Butterworth {
         if x.len() < self.shortest() {
             return;
         }
-        let mut passing = self.start();
-        passing.samples.extend_from_slice(x);
-        let mut out = Vec::with_capacity(x.len());
-        self.advance(&mut passing, true, 0, &mut out);
-        x.copy_from_slice(&out);
-    }
-
-    /// A channel without samples yet.
-    pub(super) fn start(&self) -> Passing {
-        Passing {
-            samples: Vec::new(),
-            forward: 0,
-            last: Vec::new(),
-            sections: self.sections.clone(),
-        }
-    }
-
-    /// Moves filtered samples to `out`: all of them at the `end`, otherwise those that later
-    /// samples do not affect, if there are at least `least`. The first time there must be at least
-    /// the [`shortest`](Self::shortest) number of samples.
-    pub(super) fn advance(
-        &self,
-        passing: &mut Passing,
-        end: bool,
-        least: usize,
-        out: &mut Vec<f64>,
-    ) {
         // With a constant number of sections all of them stay in registers.
         match self.sections.len() {
-            1 => self.run::<1>(passing, end, least, out),
-            2 => self.run::<2>(passing, end, least, out),
-            3 => self.run::<3>(passing, end, least, out),
-            4 => self.run::<4>(passing, end, least, out),
-            5 => self.run::<5>(passing, end, least, out),
-            6 => self.run::<6>(passing, end, least, out),
-            7 => self.run::<7>(passing, end, least, out),
-            8 => self.run::<8>(passing, end, least, out),
+            1 => self.run::<1>(x),
+            2 => self.run::<2>(x),
+            3 => self.run::<3>(x),
+            4 => self.run::<4>(x),
+            5 => self.run::<5>(x),
+            6 => self.run::<6>(x),
+            7 => self.run::<7>(x),
+            8 => self.run::<8>(x),
             // The highest order is 8.
             _ => {}
         }
     }
 
-    fn run<const N: usize>(
-        &self,
-        passing: &mut Passing,
-        end: bool,
-        least: usize,
-        out: &mut Vec<f64>,
-    ) {
-        let Ok(sections) = <[Biquad<f64>; N]>::try_from(passing.sections.as_slice()) else {
+    fn run<const N: usize>(&self, x: &mut [f64]) {
+        let sections = <[Biquad<f64>; N]>::try_from(self.sections.as_slice());
+        let (Ok(sections), Some(&first), Some(&last)) = (sections, x.first(), x.last()) else {
             return;
         };
         let mut cascade = Cascade::new(sections);
-        let padding = match self.passes {
-            Passes::Causal => 0,
-            Passes::Two => self.padding(),
-        };
-        let is_new = passing.last.is_empty();
-        let fresh = &mut passing.samples[passing.forward..];
-        if let Some(&first) = fresh.first() {
-            if is_new {
-                // Odd reflection about the end point: value and slope are continuous.
-                let mut before: Vec<f64> = (1..=padding)
-                    .rev()
-                    .map(|i| 2.0 * first - fresh[i])
-                    .collect();
-                cascade.settle(before.first().copied().unwrap_or(first));
-                cascade = pass(cascade, before.iter_mut());
-            }
-            let newest = fresh.len().saturating_sub(padding + 1);
-            passing.last.extend_from_slice(&fresh[newest..]);
-            passing
-                .last
-                .drain(..passing.last.len().saturating_sub(padding + 1));
-            cascade = pass(cascade, fresh.iter_mut());
-            passing.sections.copy_from_slice(cascade.sections());
-        }
-        passing.forward = passing.samples.len();
-        let samples = &mut passing.samples;
-        let (Some(&last), Some(&newest)) = (passing.last.last(), samples.last()) else {
+        if self.passes == Passes::Causal {
+            cascade.settle(first);
+            pass(cascade, x.iter_mut());
             return;
-        };
-        let mut ready = samples.len();
-        if self.passes == Passes::Two && end {
-            let reflected = passing.last.iter().rev().skip(1);
-            let mut after: Vec<f64> = reflected.map(|x| 2.0 * last - x).collect();
-            cascade = pass(cascade, after.iter_mut());
-            cascade.settle(after.last().copied().unwrap_or(last));
-            cascade = pass(cascade, after.iter_mut().rev());
-            pass(cascade, samples.iter_mut().rev());
-        } else if self.passes == Passes::Two {
-            let overlap = self.overlap();
-            ready = samples.len().saturating_sub(overlap);
-            // With fewer, most of the work would be the overlap.
-            if ready < least.max(overlap / 2).max(1) {
-                return;
-            }
-            let mut back = samples.clone();
-            cascade.settle(newest);
-            pass(cascade, back.iter_mut().rev());
-            samples[..ready].copy_from_slice(&back[..ready]);
         }
-        out.extend(samples.drain(..ready));
-        passing.forward -= ready;
-    }
-
-    /// Number of samples after which the impulse response of one pass is negligible: the sum of
-    /// its magnitudes from there on is below 1e-16 of that of all.
-    fn overlap(&self) -> usize {
-        *self.overlap.get_or_init(|| {
-            let radius = |s: &Biquad<f64>| {
-                let [a1, a2] = s.back();
-                let root = (a1 * a1 - 4.0 * a2).max(0.0).sqrt();
-                (0.5 * (a1.abs() + root)).max(a2.abs().sqrt())
-            };
-            let slowest = self.sections.iter().map(radius).fold(0.0, f64::max);
-            // The response is summed over the time in which its slowest part falls to 1/e.
-            let block = (1.0 / (1.0 - slowest)).ceil().clamp(1.0, 1e7) as usize;
-            let mut sections = self.sections.clone();
-            sections.iter_mut().for_each(Biquad::reset);
-            let mut input = 1.0;
-            let (mut sums, mut total): (Vec<f64>, f64) = (Vec::new(), 0.0);
-            for _ in 0..MOST_BLOCKS {
-                let sum: f64 = (0..block)
-                    .map(|_| {
-                        let x = std::mem::take(&mut input);
-                        sections.iter_mut().fold(x, |x, s| s.update(x)).abs()
-                    })
-                    .sum();
-                sums.push(sum);
-                total += sum;
-                if sum <= 1e-2 * NEGLIGIBLE * total {
-                    break;
-                }
-            }
-            let mut rest = 0.0;
-            let negligible = sums.iter().rev().take_while(|sum| {
-                rest += **sum;
-                rest < NEGLIGIBLE * total
-            });
-            block * (sums.len() - negligible.count())
-        })
+        // Odd reflection about the end points: value and slope are continuous.
+        let (padding, n) = (self.padding(), x.len());
+        let mut before: Vec<f64> = (1..=padding).rev().map(|i| 2.0 * first - x[i]).collect();
+        let mut after: Vec<f64> = (1..=padding).map(|i| 2.0 * last - x[n - 1 - i]).collect();
+        cascade.settle(before.first().copied().unwrap_or(first));
+        cascade = pass(cascade, before.iter_mut());
+        cascade = pass(cascade, x.iter_mut());
+        cascade = pass(cascade, after.iter_mut());
+        cascade.settle(after.last().copied().unwrap_or(last));
+        cascade = pass(cascade, after.iter_mut().rev());
+        pass(cascade, x.iter_mut().rev());
     }
 }
 

@@ -1,7 +1,5 @@
 //! Regularity of the time stamps: even steps, uneven steps and gaps.
 
-use crate::recording::sample::Sample;
-
 /// Steps that differ from the usual one by more than this share are uneven: it displaces a slope
 /// within a window by half of that share, which is small compared with noise.
 const EVEN_SHARE: f64 = 0.05;
@@ -90,67 +88,29 @@ fn digit_s(time_s: &[f64], step_s: f64) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// Interpolates missing time stamps evenly between their neighbours. Rows are held until the next
-/// time stamp.
-#[derive(Debug, Default)]
-pub(super) struct StampFiller {
-    step_s: f64,
-    /// Number of rows, and the last one with a time stamp.
-    rows: usize,
-    known: Option<(usize, f64)>,
-    held: Vec<Sample>,
-    /// Number of time stamps that were missing.
-    pub filled: usize,
-}
-
-impl StampFiller {
-    /// `step_s`: the usual step, for rows before the first time stamp and after the last.
-    pub fn new(step_s: f64) -> Self {
-        StampFiller {
-            step_s,
-            ..StampFiller::default()
+/// Time stamps with missing ones interpolated evenly between their neighbours; before the first and
+/// after the last at the usual step.
+pub(super) fn filled_stamps(time_s: &[f64], step_s: f64) -> Vec<f64> {
+    let mut filled = time_s.to_vec();
+    let mut known = (0..time_s.len()).filter(|row| time_s[*row].is_finite());
+    let Some(first) = known.next() else {
+        return (0..time_s.len()).map(|row| row as f64 * step_s).collect();
+    };
+    for row in 0..first {
+        filled[row] = time_s[first] - (first - row) as f64 * step_s;
+    }
+    let mut last = first;
+    for next in known {
+        let step = (time_s[next] - time_s[last]) / (next - last) as f64;
+        for row in last + 1..next {
+            filled[row] = time_s[last] + (row - last) as f64 * step;
         }
+        last = next;
     }
-
-    /// Adds a row; returns the rows that have a time then.
-    pub fn push(&mut self, row: Sample) -> impl Iterator<Item = Sample> + use<> {
-        let at = self.rows;
-        self.rows += 1;
-        let mut held = Vec::new();
-        let mut this = Some(row);
-        if row.time_s.is_finite() {
-            let first = at - self.held.len();
-            let (from, from_s, step_s) = match self.known {
-                Some((from, t)) => (from, t, (row.time_s - t) / (at - from) as f64),
-                None => (at, row.time_s, self.step_s),
-            };
-            held = std::mem::take(&mut self.held);
-            fill(&mut held, first, (from, from_s), step_s);
-            self.filled += held.len();
-            self.known = Some((at, row.time_s));
-        } else {
-            self.held.extend(this.take());
-        }
-        held.into_iter().chain(this)
+    for row in last + 1..time_s.len() {
+        filled[row] = time_s[last] + (row - last) as f64 * step_s;
     }
-
-    /// The rows after the last time stamp.
-    pub fn finish(&mut self) -> Vec<Sample> {
-        let mut held = std::mem::take(&mut self.held);
-        let from = self.known.unwrap_or((0, 0.0));
-        let first = self.rows - held.len();
-        fill(&mut held, first, from, self.step_s);
-        self.filled += held.len();
-        held
-    }
-}
-
-/// Sets the times of `rows`, of which `first` is the number of the first one, at an even step from
-/// the row and the time `from`.
-fn fill(rows: &mut [Sample], first: usize, from: (usize, f64), step_s: f64) {
-    for (i, row) in rows.iter_mut().enumerate() {
-        row.time_s = from.1 + ((first + i) as f64 - from.0 as f64) * step_s;
-    }
+    filled
 }
 
 #[cfg(test)]
@@ -186,31 +146,13 @@ mod tests {
         assert_eq!(digit_s(&fine, 1.0 / 3e9), 0.0);
     }
 
-    /// The times after filling, and the number of those that were missing.
-    fn filled(time: &[f64], step_s: f64) -> (Vec<f64>, usize) {
-        let mut filler = StampFiller::new(step_s);
-        let mut out = Vec::new();
-        for time_s in time {
-            let row = Sample {
-                time_s: *time_s,
-                values: [0.0; 6],
-                temperature_c: f64::NAN,
-                is_break: false,
-            };
-            out.extend(filler.push(row));
-        }
-        out.extend(filler.finish());
-        (out.iter().map(|row| row.time_s).collect(), filler.filled)
-    }
-
     #[test]
     fn missing_time_stamps_are_interpolated() {
         let none = f64::NAN;
-        let (time, missing) = filled(&[none, 1.0, none, none, 1.3, none], 0.1);
-        assert_eq!((time.len(), missing), (6, 4));
+        let time = filled_stamps(&[none, 1.0, none, none, 1.3, none], 0.1);
         for (t, want) in time.iter().zip([0.9, 1.0, 1.1, 1.2, 1.3, 1.4]) {
             assert!((t - want).abs() < 1e-12);
         }
-        assert_eq!(filled(&[none, none], 0.5), (vec![0.0, 0.5], 2));
+        assert_eq!(filled_stamps(&[none, none], 0.5), [0.0, 0.5]);
     }
 }

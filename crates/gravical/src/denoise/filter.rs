@@ -1,7 +1,5 @@
 //! A filter designed for a sampling rate.
 
-use std::ops::Range;
-
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -9,7 +7,6 @@ use rand_distr::{Distribution, StandardNormal};
 use super::butterworth::Butterworth;
 use super::hampel::hampel;
 use super::response::{Response, of_butterworth, of_weights};
-use super::samples::Samples;
 use super::savgol::{Edge, Savgol};
 use super::spec::FilterSpec;
 use crate::{Error, Result};
@@ -41,26 +38,6 @@ enum Kind {
         window: usize,
         sigmas: f64,
     },
-}
-
-/// What a filter did, over all channels.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Treatment {
-    /// All samples.
-    pub samples: usize,
-    /// Samples whose polynomial was fitted over the time stamps.
-    pub fitted: usize,
-    /// Samples whose window has too few different time stamps for the order.
-    pub too_few: usize,
-    /// Lost samples that were interpolated.
-    pub filled: usize,
-    /// Samples that were interpolated to an even grid and back.
-    pub resampled: usize,
-    /// Outliers that were replaced.
-    pub replaced: usize,
-    /// Samples that were left unchanged because there are too few, and their stretches.
-    pub too_short: usize,
-    pub short_stretches: usize,
 }
 
 /// Number of normal random numbers for measuring the gain of a Hampel filter.
@@ -164,21 +141,12 @@ impl Filter {
         self.step_s
     }
 
-    /// The Butterworth filter, if it is one.
-    pub(super) fn butterworth(&self) -> Option<&Butterworth> {
-        match &self.kind {
-            Kind::Butterworth(butterworth) => Some(butterworth),
-            Kind::Savgol(_) | Kind::Hampel { .. } => None,
-        }
-    }
-
-    /// Number of samples that determine a value; 0 for a Butterworth filter.
-    pub(super) fn window(&self) -> usize {
-        match &self.kind {
-            Kind::Savgol(savgol) => savgol.window(),
-            Kind::Hampel { window, .. } => *window,
-            Kind::Butterworth(_) => 0,
-        }
+    /// Its result depends on the time between samples.
+    pub(super) fn needs_even_steps(&self) -> bool {
+        matches!(
+            self.spec,
+            FilterSpec::SavitzkyGolay { .. } | FilterSpec::Butterworth { .. }
+        )
     }
 
     /// Number of samples on each side that affect a value: half a window, or a period of the
@@ -218,51 +186,16 @@ impl Filter {
     /// contains it, and all results of a Butterworth filter. [`denoise`](super::denoise) handles
     /// such samples.
     pub fn apply(&self, samples: &mut [f64]) -> usize {
-        let mut out = Vec::with_capacity(samples.len());
-        let all = 0..samples.len();
-        let mut replaced = 0;
-        match &self.kind {
+        let (filtered, replaced) = match &self.kind {
             Kind::Butterworth(butterworth) => {
                 butterworth.apply(samples);
                 return 0;
             }
-            Kind::Savgol(savgol) => savgol.filter(samples, all, &mut out),
-            Kind::Hampel { window, sigmas } => {
-                replaced = hampel(samples, *window, *sigmas, all, &mut out);
-            }
-        }
-        samples.copy_from_slice(&out);
+            Kind::Savgol(savgol) => (savgol.filter(samples), 0),
+            Kind::Hampel { window, sigmas } => hampel(samples, *window, *sigmas),
+        };
+        samples.copy_from_slice(&filtered);
         replaced
-    }
-
-    /// Filters the `rows` of samples over their [`window`](Self::window). If `samples` begin or end
-    /// within a stretch, they include a window more on that side.
-    pub(super) fn over_window(
-        &self,
-        samples: &Samples,
-        rows: Range<usize>,
-        treatment: &mut Treatment,
-    ) -> Samples {
-        let mut out = samples.times(rows.clone());
-        let channels = samples.channels.iter().zip(&mut out.channels);
-        match &self.kind {
-            // Its weights do not depend on the time stamps.
-            Kind::Savgol(savgol) if matches!(self.spec, FilterSpec::Mean { .. }) => {
-                channels.for_each(|(x, out)| savgol.filter(x, rows.clone(), out));
-            }
-            Kind::Savgol(savgol) => {
-                let (fitted, too_few) = savgol.filter_stamped(samples, rows, &mut out.channels);
-                treatment.fitted += out.channels.len() * fitted;
-                treatment.too_few += out.channels.len() * too_few;
-            }
-            Kind::Hampel { window, sigmas } => {
-                for (x, out) in channels {
-                    treatment.replaced += hampel(x, *window, *sigmas, rows.clone(), out);
-                }
-            }
-            Kind::Butterworth(_) => {}
-        }
-        out
     }
 }
 
@@ -273,7 +206,6 @@ fn gain_of_hampel(window: usize, sigmas: f64) -> f64 {
         .map(|_| StandardNormal.sample(&mut random))
         .collect();
     let square = |x: &[f64]| x.iter().map(|v: &f64| v * v).sum::<f64>();
-    let mut filtered = Vec::with_capacity(TRIAL);
-    hampel(&noise, window, sigmas, 0..TRIAL, &mut filtered);
+    let (filtered, _) = hampel(&noise, window, sigmas);
     (square(&filtered) / square(&noise)).sqrt()
 }

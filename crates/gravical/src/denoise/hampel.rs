@@ -9,8 +9,6 @@
 //!
 //! At the ends the window is truncated. Time stamps are not used.
 
-use std::ops::Range;
-
 use crate::stats::SortedWindow;
 
 /// 1/Φ⁻¹(3/4).
@@ -18,38 +16,27 @@ const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
 /// √(π/2).
 const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
 
-/// Appends the `rows` of `x` with their outliers replaced; returns the number of outliers. A window
-/// that reaches beyond `x` is truncated.
-pub(super) fn hampel(
-    x: &[f64],
-    window: usize,
-    sigmas: f64,
-    rows: Range<usize>,
-    out: &mut Vec<f64>,
-) -> usize {
+/// `x` with its outliers replaced, and their number. A window that reaches beyond `x` is truncated.
+pub(super) fn hampel(x: &[f64], window: usize, sigmas: f64) -> (Vec<f64>, usize) {
     let half = window / 2;
     // The samples of the window, except the newest one.
-    let first = rows.start.saturating_sub(half)..(rows.start + half).min(x.len());
-    let first = x.get(first).unwrap_or_default();
-    let mut sorted = SortedWindow::new(first.iter().copied());
+    let mut sorted = SortedWindow::new(x.iter().copied().take(half));
     let mut replaced = 0;
-    for i in rows.clone() {
+    let filtered = x.iter().enumerate().map(|(i, &value)| {
         if let Some(sample) = x.get(i + half) {
             sorted.insert(*sample);
         }
-        if i > rows.start
-            && let Some(old) = i.checked_sub(half + 1)
-        {
+        if let Some(old) = i.checked_sub(half + 1) {
             sorted.remove(x[old]);
         }
         let median = sorted.median().unwrap_or(f64::NAN);
-        let off = (x[i] - median).abs();
+        let off = (value - median).abs();
         // For most samples the first condition fails, so the spread is not computed.
         let is_outlier = off > 0.0 && off > sigmas * spread(&sorted, median);
-        out.push(if is_outlier { median } else { x[i] });
         replaced += usize::from(is_outlier);
-    }
-    replaced
+        if is_outlier { median } else { value }
+    });
+    (filtered.collect(), replaced)
 }
 
 /// Robust standard deviation of a window.
@@ -91,12 +78,6 @@ mod tests {
             .collect()
     }
 
-    fn filtered(x: &[f64], window: usize, sigmas: f64) -> (Vec<f64>, usize) {
-        let mut out = Vec::new();
-        let replaced = hampel(x, window, sigmas, 0..x.len(), &mut out);
-        (out, replaced)
-    }
-
     #[test]
     fn filter_equals_its_definition() {
         let mut state = 1_u32;
@@ -115,7 +96,7 @@ mod tests {
                 x[i] += if i % 2 == 0 { 50.0 } else { -3.0 };
             }
             for (window, sigmas) in [(3, 3.0), (7, 3.0), (11, 2.0), (21, 0.0), (601, 3.0)] {
-                let (fast, replaced) = filtered(&x, window, sigmas);
+                let (fast, replaced) = hampel(&x, window, sigmas);
                 assert_eq!(fast, by_definition(&x, window, sigmas), "{window} {sigmas}");
                 let changed = fast.iter().zip(&x).filter(|(a, b)| a != b).count();
                 assert_eq!(replaced, changed);
@@ -126,10 +107,10 @@ mod tests {
     #[test]
     fn constants_and_short_input() {
         for n in 0..6 {
-            assert_eq!(filtered(&vec![9.81; n], 5, 3.0), (vec![9.81; n], 0));
+            assert_eq!(hampel(&vec![9.81; n], 5, 3.0), (vec![9.81; n], 0));
         }
         let mut spike = vec![0.0; 9];
         spike[4] = 7.0;
-        assert_eq!(filtered(&spike, 7, 3.0), (vec![0.0; 9], 1));
+        assert_eq!(hampel(&spike, 7, 3.0), (vec![0.0; 9], 1));
     }
 }

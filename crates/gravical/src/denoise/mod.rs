@@ -3,17 +3,17 @@
 //! # Overview
 //!
 //! A [`FilterSpec`] specifies a filter (`savgol:5,2`, `butter:4,5Hz` …), a [`Filter`] is designed
-//! for a sampling rate, and [`denoise`] runs several filters over a recording in memory,
-//! [`denoise_file`] over a file of any size: not across breaks and gaps, over the time stamps if
-//! sampling is uneven, and around empty cells. It reports the effect of each filter on white noise
+//! for a sampling rate, and [`denoise`] runs several filters over a recording, [`denoise_file`]
+//! from file to file: not across breaks and gaps, on an even grid if sampling is uneven, and around
+//! empty cells. It reports the effect of each filter on white noise
 //! ([`Response`]) and on the noise of this recording at rest ([`DenoiseSummary`]).
 //!
 //! - `savgol`, `gram`, `convolve`: polynomials over a window (Savitzky–Golay), and the moving
 //!   average, which is the one of order 0.
 //! - `butterworth`: second-order sections of `gravical-core`, one pass or two.
 //! - `hampel`: outliers.
-//! - `clock`, `grid`, `off_grid`: uneven sampling.
-//! - `run`, `lane`, `stage`: rows through the filters, block by block.
+//! - `clock`, `even`: uneven sampling.
+//! - `engine`: columns through the filters.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would
 //! have averaged out in the integral, and an offset passes every low-pass filter unchanged.
@@ -40,21 +40,16 @@
 mod butterworth;
 mod clock;
 mod convolve;
+mod engine;
+mod even;
 mod file;
 mod filter;
 mod gram;
-mod grid;
 mod hampel;
-mod lane;
-mod noise;
-mod off_grid;
 mod parse;
 mod response;
-mod run;
-mod samples;
 mod savgol;
 mod spec;
-mod stage;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -78,15 +73,9 @@ use crate::segment::gyro_unit::settle;
 use crate::segment::still::{StillOptions, find_stills};
 use crate::{Error, Result};
 
-use clock::{Clock, FIRST_STAMPS, StampFiller};
-use lane::Setup;
-use noise::Noise;
-use off_grid::{GridScout, OffGrid};
-use run::{Done, Run};
+use clock::{Clock, FIRST_STAMPS};
+use engine::{Done, Setup, run};
 use summary::{Scales, findings};
-
-/// Number of rows that are filtered together.
-const BLOCK: usize = 1 << 12;
 
 /// The channels that are filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -171,8 +160,8 @@ pub struct Denoised {
 /// No filter runs across a break, a gap ([`DenoiseOptions::GAP_STEPS`]) or a step back of the
 /// time stamps. Empty cells stay empty, and the samples around them are filtered as if one were
 /// lost. If time stamps are uneven (a step differs from the usual one by more than 5 % of it and
-/// by more than the resolution of the time stamps), polynomials are fitted over the time stamps,
-/// and for Butterworth filters samples are interpolated to an even grid. Parts that are too short
+/// by more than the resolution of the time stamps), samples are interpolated to an even grid, and
+/// the result back to the time stamps. Parts that are too short
 /// for a filter are left unchanged. Each of these is reported as a finding.
 ///
 /// # Errors
@@ -181,12 +170,13 @@ pub struct Denoised {
 /// only the gyroscope is to be filtered and there is none.
 pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
     options.validate()?;
-    let begun = begin(&mut recording, options)?;
-    let (setup, mut begun) = begun.set_up(&recording, options);
-    let noise = std::mem::take(&mut begun.noise);
-    let done = filter_in_memory(&setup, noise, &mut recording)?;
+    let (setup, mut begun) = begin(&mut recording, options)?;
+    let done = filter_in_memory(&setup, &mut recording);
+    begun
+        .summary
+        .finish(&setup, done, begun.scales, begun.duration_s);
     Ok(Denoised {
-        summary: begun.finish(&setup, done),
+        summary: begun.summary,
         recording,
         channels: options.channels,
     })
@@ -194,17 +184,13 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
 
 /// What is known before the filters run.
 struct Begun {
-    filters: Vec<Filter>,
-    channels: Vec<usize>,
     summary: DenoiseSummary,
-    /// Of the recording before the filters and after each.
-    noise: Vec<Noise>,
     scales: Scales,
     duration_s: Option<f64>,
 }
 
 /// Designs the filters, and determines the static intervals and the unit of the gyroscope.
-fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<Begun> {
+fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<(Setup, Begun)> {
     if options.channels == Channels::Gyro && recording.gyro.is_none() {
         return Err(
             Error::input("no-gyroscope", "the recording has no gyroscope")
@@ -212,28 +198,36 @@ fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<Begun> {
                 .with_hint("omit --channels, or name its columns with --columns"),
         );
     }
-    let filters = design(recording, options)?;
-    let spans = find_stills(recording, &options.still).spans;
-    settle(recording, &spans);
-    let in_file = |rows: &Range<usize>| {
-        let first = recording.row_in_file(rows.start);
-        first..first + recording.length(rows)
-    };
-    let stills: Vec<Range<usize>> = spans.iter().map(in_file).collect();
-    let mut noise = vec![Noise::new(stills.clone())];
+    let stills = find_stills(recording, &options.still).spans;
+    settle(recording, &stills);
+    let mut setup = set_up(recording, options)?;
     let mut reach = 0;
-    for filter in &filters {
+    setup.at_rest.push(stills.clone());
+    for filter in &setup.filters {
         // A filter spreads motion into the ends of a static interval.
         reach += filter.reach();
-        noise.push(Noise::new(inner_rows(&stills, reach)));
+        setup.at_rest.push(inner_rows(&stills, reach));
     }
-    Ok(Begun {
-        channels: channels(recording, options),
+    let begun = Begun {
         summary: DenoiseSummary::start(recording, options, &stills),
-        noise,
         scales: Scales::of(recording),
         duration_s: recording.timing.duration_s,
-        filters,
+    };
+    Ok((setup, begun))
+}
+
+/// The filters for a recording; noise is not measured.
+fn set_up(recording: &Recording, options: &DenoiseOptions) -> Result<Setup> {
+    let stamps = recording.time_s.as_ref().map(|time_s| {
+        let finite = time_s.iter().copied().filter(|t| t.is_finite());
+        finite.take(FIRST_STAMPS).collect::<Vec<f64>>()
+    });
+    let rate_hz = recording.timing.rate_hz();
+    Ok(Setup {
+        filters: design(recording, options)?,
+        clock: Clock::new(rate_hz, stamps.as_deref(), options.gap_steps()),
+        channels: channels(recording, options),
+        at_rest: Vec::new(),
     })
 }
 
@@ -252,78 +246,21 @@ fn channels(recording: &Recording, options: &DenoiseOptions) -> Vec<usize> {
     accel.chain((3..6).filter(|_| gyro)).collect()
 }
 
-impl Begun {
-    /// The setup for a recording in memory.
-    fn set_up(self, recording: &Recording, options: &DenoiseOptions) -> (Setup, Begun) {
-        let finite = |t: &&f64| t.is_finite();
-        let first_s = recording.time_s.as_ref().map(|time_s| {
-            let stamps = time_s.iter().filter(finite).take(FIRST_STAMPS);
-            stamps.copied().collect::<Vec<f64>>()
-        });
-        let clock = Clock::new(
-            recording.timing.rate_hz(),
-            first_s.as_deref(),
-            options.gap_steps(),
-        );
-        let mut off_grid = OffGrid::default();
-        if self.needs_grid() && first_s.is_some() {
-            let mut scout = GridScout::new(clock);
-            let mut filler = StampFiller::new(clock.step_s);
-            for row in recording.samples() {
-                filler.push(row).for_each(|row| scout.push(row));
-            }
-            filler.finish().into_iter().for_each(|row| scout.push(row));
-            off_grid = scout.finish();
-        }
-        self.with(recording, clock, off_grid)
-    }
-
-    /// Uneven samples must be put on a grid.
-    fn needs_grid(&self) -> bool {
-        self.filters.iter().any(|f| f.butterworth().is_some())
-    }
-
-    fn with(mut self, recording: &Recording, clock: Clock, off_grid: OffGrid) -> (Setup, Begun) {
-        let setup = Setup {
-            filters: std::mem::take(&mut self.filters),
-            clock,
-            off_grid,
-            stamped: recording.time_s.is_some(),
-            channels: std::mem::take(&mut self.channels),
-            block: BLOCK,
-        };
-        (setup, self)
-    }
-
-    fn finish(mut self, setup: &Setup, done: Done) -> DenoiseSummary {
-        self.summary
-            .finish(setup, done, self.scales, self.duration_s);
-        self.summary
-    }
-}
-
 /// Replaces the channels of a recording by filtered ones.
-fn filter_in_memory(setup: &Setup, noise: Vec<Noise>, recording: &mut Recording) -> Result<Done> {
-    let mut filtered: [Vec<f64>; 6] = Default::default();
-    let mut run = Run::new(setup, noise);
-    let mut receive = |cells: &[Vec<f64>; 6], rows: usize| {
-        for c in &setup.channels {
-            filtered[*c].extend_from_slice(&cells[*c][..rows]);
-        }
-        Ok(())
-    };
-    for row in recording.samples() {
-        run.push(row, &mut receive)?;
+fn filter_in_memory(setup: &Setup, recording: &mut Recording) -> Done {
+    let Recording {
+        accel,
+        gyro,
+        time_s,
+        breaks,
+        ..
+    } = recording;
+    let mut channels: [Option<&mut [f64]>; 6] = Default::default();
+    let columns = accel.iter_mut().chain(gyro.iter_mut().flatten());
+    for (channel, column) in channels.iter_mut().zip(columns) {
+        *channel = Some(column);
     }
-    let done = run.finish(&mut receive)?;
-    let own = recording.accel.iter_mut();
-    let own = own.chain(recording.gyro.iter_mut().flatten());
-    for (i, (own, filtered)) in own.zip(filtered).enumerate() {
-        if setup.channels.contains(&i) {
-            *own = filtered;
-        }
-    }
-    Ok(done)
+    run(setup, time_s.as_deref(), breaks, &mut channels)
 }
 
 /// Filters the accelerometer of a recording that is to be integrated: the filtered recording, and
@@ -343,17 +280,10 @@ pub(crate) fn smooth(
         ..DenoiseOptions::new(filters.iter().copied())
     };
     options.validate()?;
-    let (setup, begun) = Begun {
-        filters: design(&recording, &options)?,
-        channels: channels(&recording, &options),
-        summary: DenoiseSummary::start(&recording, &options, &[]),
-        noise: Vec::new(),
-        scales: Scales::of(&recording),
-        duration_s: recording.timing.duration_s,
-    }
-    .set_up(&recording, &options);
-    let done = filter_in_memory(&setup, Vec::new(), &mut recording)?;
-    let findings = findings(&setup, &done.treatments, &done.counts, begun.duration_s);
+    let setup = set_up(&recording, &options)?;
+    let done = filter_in_memory(&setup, &mut recording);
+    let duration_s = recording.timing.duration_s;
+    let findings = findings(&setup, &done.treatments, &done.counts, duration_s);
     Ok((recording, findings))
 }
 

@@ -1,9 +1,8 @@
 //! Savitzky–Golay filter: a polynomial fitted to the samples around each one, and its value or
 //! derivative there.
 //!
-//! A. Savitzky and M. J. E. Golay, Analytical Chemistry 36, 1964. For equally spaced samples one
-//! set of weights is used for all; otherwise the fit is computed for each sample from the time
-//! stamps.
+//! A. Savitzky and M. J. E. Golay, Analytical Chemistry 36, 1964. Samples are equally spaced, so
+//! that one set of weights is used for all.
 
 use std::ops::Range;
 
@@ -11,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 use super::convolve::convolve;
 use super::gram::{Gram, even_points, half_width};
-use super::samples::Samples;
 use crate::{Error, Result};
 
 /// Values beyond the ends of a recording, for filters with a window.
@@ -60,7 +58,6 @@ impl std::str::FromStr for Edge {
 /// The filter for samples `step_s` apart.
 pub(super) struct Savgol {
     window: usize,
-    order: usize,
     derivative: usize,
     edge: Edge,
     /// For x_(i−left) … x_(i+right).
@@ -154,7 +151,6 @@ impl Savgol {
         gram.fit_to(&even_points(window));
         Ok(Savgol {
             window,
-            order,
             derivative,
             edge,
             weights,
@@ -188,41 +184,32 @@ impl Savgol {
         }
     }
 
-    /// Appends the filtered `rows` of the equally spaced samples `x`; fewer than the window are
-    /// appended unchanged.
-    pub fn filter(&self, x: &[f64], rows: Range<usize>, out: &mut Vec<f64>) {
+    /// The filtered samples, which are equally spaced; fewer than the window stay as they are.
+    pub fn filter(&self, x: &[f64]) -> Vec<f64> {
         let n = x.len();
         if n < self.window {
-            out.extend_from_slice(&x[rows]);
-            return;
+            return x.to_vec();
         }
+        let mut out = Vec::with_capacity(n);
         let [first, last] = self.edge_rows();
-        let head = rows.start..rows.end.min(first);
-        let tail = rows.start.max(n - last)..rows.end;
-        let inner = rows.start.max(first)..rows.end.min(n - last);
+        let (left, right) = self.reach();
+        match self.edge {
+            Edge::Interp => self.polynomial(&x[..self.window], 0..first, &mut out),
+            _ => self.padded(x, 0..first, &mut out),
+        }
+        if first < n - last {
+            let inner = &x[first - left..n - last + right];
+            convolve(inner, &self.weights, &mut out);
+        }
         let start = n - self.window;
-        if !head.is_empty() {
-            match self.edge {
-                Edge::Interp => self.polynomial(&x[..self.window], head, out),
-                _ => self.padded(x, head, out),
+        let tail = n - last..n;
+        match self.edge {
+            Edge::Interp => {
+                self.polynomial(&x[start..], tail.start - start..tail.end - start, &mut out);
             }
+            _ => self.padded(x, tail, &mut out),
         }
-        if !inner.is_empty() {
-            let (left, right) = self.reach();
-            convolve(
-                &x[inner.start - left..inner.end + right],
-                &self.weights,
-                out,
-            );
-        }
-        if !tail.is_empty() {
-            match self.edge {
-                Edge::Interp => {
-                    self.polynomial(&x[start..], tail.start - start..tail.end - start, out);
-                }
-                _ => self.padded(x, tail, out),
-            }
-        }
+        out
     }
 
     /// Appends the fit to one window at some of its samples.
@@ -257,61 +244,5 @@ impl Savgol {
             let terms = self.weights.iter().zip(from..);
             terms.map(|(w, i)| w * sample(i)).sum::<f64>()
         }));
-    }
-
-    /// The same in several channels with uneven time stamps: where the steps within the window of a
-    /// row are not all even, the polynomial is fitted over the time stamps. At the ends such rows
-    /// use the fit to the last full window, whatever `edge` is. Returns the number of such rows.
-    ///
-    /// Rows whose window has too few different time stamps for the order get the result for
-    /// equally spaced samples; the second number counts them.
-    pub fn filter_stamped(
-        &self,
-        samples: &Samples,
-        rows: Range<usize>,
-        out: &mut [Vec<f64>],
-    ) -> (usize, usize) {
-        for (x, out) in samples.channels.iter().zip(&mut *out) {
-            self.filter(x, rows.clone(), out);
-        }
-        let n = samples.len();
-        let is_even = samples.uneven.first() == samples.uneven.last();
-        if n < self.window || is_even {
-            return (0, 0);
-        }
-        let mut gram = Gram::new(self.order, self.window);
-        let mut points = vec![0.0; self.window];
-        let (mut a, mut weights) = (Vec::new(), vec![0.0; self.window]);
-        let (mut exact, mut too_few) = (0, 0);
-        for row in rows.clone() {
-            // The full window nearest to the row.
-            let from = row.saturating_sub(self.left).min(n - self.window);
-            let within = from..from + self.window;
-            if samples.uneven[within.start] == samples.uneven[within.end - 1] {
-                continue;
-            }
-            let stamps = &samples.time_s[within.clone()];
-            let half = 0.5 * (stamps[self.window - 1] - stamps[0]);
-            let here = samples.time_s[row];
-            let middle = stamps[0] + half;
-            for (point, t) in points.iter_mut().zip(stamps) {
-                *point = (t - middle) / half;
-            }
-            if !(half > 0.0 && gram.fit_to(&points)) {
-                too_few += 1;
-                continue;
-            }
-            gram.at((here - middle) / half, self.derivative, &mut a);
-            let scale = half.powi(self.derivative as i32).recip();
-            a.iter_mut().for_each(|a| *a *= scale);
-            gram.combine(&a, &mut weights);
-            exact += 1;
-            for (x, out) in samples.channels.iter().zip(&mut *out) {
-                let at = out.len() - (rows.end - row);
-                let window = x[within.clone()].iter().zip(&weights);
-                out[at] = window.map(|(x, w)| x * w).sum();
-            }
-        }
-        (exact, too_few)
     }
 }

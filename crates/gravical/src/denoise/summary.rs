@@ -6,11 +6,9 @@ use serde::Serialize;
 
 use crate::recording::{Finding, FindingKind, Recording};
 
-use super::filter::{Filter, Treatment};
-use super::lane::Setup;
-use super::noise::Noise;
+use super::engine::{ChannelSigmas, Counts, Done, Setup, Treatment};
+use super::filter::Filter;
 use super::response::Response;
-use super::run::{Counts, Done};
 use super::spec::{FilterSpec, Passes};
 use super::{DenoiseOptions, Edge};
 
@@ -86,10 +84,11 @@ pub(super) struct Scales {
 }
 
 impl Sigmas {
-    fn of(mut noise: Noise, scales: Scales) -> Self {
-        let mut sensor = |first: usize, nominal: Option<f64>| {
-            let sigmas = noise.sigma(first)?;
-            Some(sigmas.map(|sigma| sigma / nominal.unwrap_or(1.0)))
+    fn of(channels: ChannelSigmas, scales: Scales) -> Self {
+        let sensor = |first: usize, nominal: Option<f64>| {
+            let scale = nominal.unwrap_or(1.0);
+            let [x, y, z] = [0, 1, 2].map(|axis| channels[first + axis].map(|sigma| sigma / scale));
+            Some([x?, y?, z?])
         };
         Sigmas {
             accelerometer: sensor(0, scales.accel),
@@ -204,30 +203,6 @@ fn filter_findings(
     let mut out = Vec::new();
     let spec = filter.spec();
     let share = |n: usize| 100.0 * n as f64 / treatment.samples.max(1) as f64;
-    if treatment.fitted > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::FittedOverStamps,
-                format!(
-                    "{spec}: {:.2} % of the windows contain uneven steps; there the polynomial is fitted over the time stamps, also at the ends",
-                    share(treatment.fitted)
-                ),
-            )
-            .counting(treatment.fitted as u64),
-        );
-    }
-    if treatment.too_few > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::TooFewStamps,
-                format!(
-                    "{spec}: in {:.2} % of the windows too many time stamps are equal for this order; they are filtered as if evenly spaced",
-                    share(treatment.too_few)
-                ),
-            )
-            .counting(treatment.too_few as u64),
-        );
-    }
     if treatment.filled > 0 {
         out.push(
             Finding::new(

@@ -1,6 +1,5 @@
 //! Filters compared with scipy, and general properties.
 
-mod blocks;
 mod recordings;
 mod scipy;
 
@@ -32,19 +31,6 @@ fn filtered(spec: &str, rate_hz: f64, x: &[f64]) -> Vec<f64> {
     let mut y = x.to_vec();
     designed(spec, rate_hz, Edge::Interp).apply(&mut y);
     y
-}
-
-/// Filters samples as if all steps between their time stamps were uneven.
-fn stamped(filter: &Filter, time: &[f64], x: &mut Vec<f64>) -> filter::Treatment {
-    let samples = samples::Samples {
-        time_s: time.to_vec(),
-        uneven: (0..time.len()).collect(),
-        channels: vec![std::mem::take(x)],
-    };
-    let mut treatment = filter::Treatment::default();
-    let mut out = filter.over_window(&samples, 0..time.len(), &mut treatment);
-    *x = std::mem::take(&mut out.channels[0]);
-    treatment
 }
 
 /// Every kind of linear filter.
@@ -223,40 +209,5 @@ proptest! {
         for y in y {
             prop_assert!((y - want).abs() < 2e-10, "{} {}: {} {}", spec, n, y, want);
         }
-    }
-
-    #[test]
-    fn polynomials_are_kept_on_uneven_stamps(
-        coefficients in prop::array::uniform4(-2.0..2.0),
-        jitter in prop::collection::vec(-0.4..0.4, 60),
-        derivative in 0_usize..3,
-    ) {
-        let time: Vec<f64> = jitter.iter().enumerate().map(|(i, j)| 0.01 * (i as f64 + j)).collect();
-        let [a, b, c, d] = coefficients;
-        let value = |t: f64| match derivative {
-            0 => a + b * t + c * t * t + d * t * t * t,
-            1 => b + 2.0 * c * t + 3.0 * d * t * t,
-            _ => 2.0 * c + 6.0 * d * t,
-        };
-        let mut x: Vec<f64> = time.iter().map(|t: &f64| a + b * t + c * t * t + d * t * t * t).collect();
-        let filter = designed(&format!("savgol:9,3,{derivative}"), 100.0, Edge::Interp);
-        let treatment = stamped(&filter, &time, &mut x);
-        prop_assert_eq!((treatment.fitted, treatment.too_few), (60, 0));
-        // A derivative divides rounding errors by the step, once for each order.
-        let allowed = 1e-11 * 300.0_f64.powi(derivative as i32);
-        for (x, t) in x.iter().zip(&time) {
-            let want: f64 = value(*t);
-            prop_assert!((x - want).abs() < allowed, "{} {}", x, want);
-        }
-    }
-
-    #[test]
-    fn even_stamps_equal_even_samples(seed: u64, derivative in 0_usize..2) {
-        let filter = designed(&format!("savgol:7,2,{derivative}"), 100.0, Edge::Interp);
-        let (mut even, mut fitted) = (noise(80, seed), noise(80, seed));
-        filter.apply(&mut even);
-        let time: Vec<f64> = (0..80).map(|i| 0.01 * f64::from(i)).collect();
-        stamped(&filter, &time, &mut fitted);
-        prop_assert!(off(&fitted, &even) < 1e-10);
     }
 }

@@ -571,14 +571,6 @@ kinds! {
             "give it once";
     }
     "Denoise" {
-        FittedOverStamps "fitted-over-stamps" Note
-            "some windows have uneven time steps"
-            "there the polynomial is fitted over the actual times"
-            "nothing";
-        TooFewStamps "too-few-stamps" Warning
-            "windows with so many equal time stamps that the polynomial is not determined"
-            "filtered as if evenly spaced"
-            "use a finer clock";
         LostSamplesFilled "lost-samples-filled" Note
             "samples are missing"
             "interpolated linearly for the filter; not written"
@@ -586,7 +578,7 @@ kinds! {
         Resampled "resampled" Warning
             "uneven sampling"
             "interpolated to an even grid for the filter and back, which also smooths"
-            "sample at an even rate, or use `savgol`";
+            "sample at an even rate";
         Parted "parted" Warning
             "time steps longer than ten usual ones, or decreasing time stamps"
             "the filters restart there"

@@ -29,17 +29,24 @@ use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata
 /// `columns-unknown`, `all-zero` …, each with the file and a hint. Lesser faults are
 /// [`Finding`](super::Finding)s of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    options.validate()?;
-    let mut source = Reopenable::of(path);
     let name = path.display().to_string();
-    let read = collect(
-        &mut source,
-        &name,
-        Role::Recording,
-        options,
-        Columns::of_format,
-    )?;
-    Ok(read.into_recording())
+    read_from(&mut Reopenable::of(path), &name, options)
+}
+
+/// The same from a `source` that may be read again.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn read_from(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Recording> {
+    options.validate()?;
+    let columns = Columns::of_format;
+    let read = collect(source, name, Role::Recording, options, columns);
+    read.map(Collected::into_recording)
 }
 
 /// Reads a recording from bytes in memory; `name` is used in messages.
@@ -48,16 +55,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 ///
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
-    options.validate()?;
-    let mut source = Reopenable::Memory(bytes.into());
-    let read = collect(
-        &mut source,
-        name,
-        Role::Recording,
-        options,
-        Columns::of_format,
-    );
-    read.map(Collected::into_recording)
+    read_from(&mut Reopenable::Memory(bytes.into()), name, options)
 }
 
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number

@@ -1,0 +1,128 @@
+//! Uneven samples on an even grid, and back.
+//!
+//! If every step is a whole multiple of the usual one, the lost samples are added by linear
+//! interpolation. Otherwise the samples are interpolated linearly to an even grid and the result
+//! back to the time stamps. This alone smooths: white noise to 0.61 of its standard deviation if
+//! the grid is midway between the samples. Samples with equal time stamps are averaged.
+
+/// Steps that are whole multiples of the usual one within this share are due to lost samples;
+/// others are uneven sampling.
+const WHOLE_SHARE: f64 = 0.25;
+
+/// Time stamps that differ by less than this share of the usual step are equal.
+const SAME_SHARE: f64 = 0.01;
+
+/// Where samples lie on an even grid.
+pub(super) struct EvenGrid {
+    /// Position of each sample, in steps of the grid.
+    at: Vec<f64>,
+    is_resampled: bool,
+}
+
+impl EvenGrid {
+    /// For samples at these times, which ascend.
+    pub fn new(step_s: f64, time_s: impl Iterator<Item = f64> + Clone) -> Self {
+        let steps = || {
+            let pairs = time_s.clone().zip(time_s.clone().skip(1));
+            pairs.map(|(a, b)| (b - a) / step_s)
+        };
+        let is_resampled = !steps().all(is_on_grid);
+        let start_s = time_s.clone().next().unwrap_or(0.0);
+        let at = match is_resampled {
+            true => time_s.map(|t| (t - start_s) / step_s).collect(),
+            false => {
+                let places = steps().scan(0.0, |place, step| {
+                    *place += step.round();
+                    Some(*place)
+                });
+                std::iter::once(0.0).chain(places).collect()
+            }
+        };
+        EvenGrid { at, is_resampled }
+    }
+
+    /// All samples are interpolated; otherwise only the lost ones.
+    pub fn is_resampled(&self) -> bool {
+        self.is_resampled
+    }
+
+    /// Number of points of the grid.
+    pub fn len(&self) -> usize {
+        self.at.last().map_or(0, |at| at.ceil() as usize + 1)
+    }
+
+    /// Points without a sample.
+    pub fn lost(&self) -> usize {
+        let distinct = self.at.chunk_by(|a, b| a == b).count();
+        self.len().saturating_sub(distinct)
+    }
+
+    /// Values at the points of the grid; beyond the last sample its value.
+    pub fn interpolate(&self, samples: &[f64]) -> Vec<f64> {
+        let mut rest = samples;
+        let means = self.at.chunk_by(|a, b| a == b).map(|same| {
+            let (own, others) = rest.split_at(same.len());
+            rest = others;
+            (same[0], own.iter().sum::<f64>() / own.len() as f64)
+        });
+        let means: Vec<(f64, f64)> = means.collect();
+        let mut next = 0;
+        let value = |point: usize| {
+            let at = point as f64;
+            while next < means.len() && means[next].0 < at {
+                next += 1;
+            }
+            match (next.checked_sub(1).map(|i| means[i]), means.get(next)) {
+                (_, Some(&(there, value))) if there == at => value,
+                (Some((from, a)), Some(&(to, b))) => a + (b - a) * (at - from) / (to - from),
+                (Some((_, value)), None) | (None, Some(&(_, value))) => value,
+                (None, None) => f64::NAN,
+            }
+        };
+        (0..self.len()).map(value).collect()
+    }
+
+    /// Values of the grid at the samples.
+    pub fn back(&self, even: &[f64]) -> Vec<f64> {
+        let value = |at: &f64| {
+            let (point, share) = (at.floor() as usize, at.fract());
+            match even.get(point + 1) {
+                Some(next) if share > 0.0 => even[point] + share * (next - even[point]),
+                _ => even[point],
+            }
+        };
+        self.at.iter().map(value).collect()
+    }
+}
+
+/// True if a number of steps fits on the grid.
+fn is_on_grid(steps: f64) -> bool {
+    let off = (steps - steps.round()).abs();
+    // Two samples with one index must have equal time stamps.
+    off <= WHOLE_SHARE && (steps <= SAME_SHARE || steps.round() >= 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lost_samples_are_added_and_others_interpolated() {
+        let lost = EvenGrid::new(0.1, [0.0, 0.1, 0.4, 0.5].into_iter());
+        assert!(!lost.is_resampled());
+        assert_eq!((lost.len(), lost.lost()), (6, 2));
+        let even = lost.interpolate(&[1.0, 2.0, 5.0, 0.0]);
+        let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(close(&even, &[1.0, 2.0, 3.0, 4.0, 5.0, 0.0]), "{even:?}");
+        assert_eq!(lost.back(&even), [1.0, 2.0, 5.0, 0.0]);
+        // Equal stamps are averaged.
+        let same = EvenGrid::new(1.0, [0.0, 0.0, 1.0].into_iter());
+        assert_eq!(same.interpolate(&[1.0, 3.0, 7.0]), [2.0, 7.0]);
+        // A slope is kept off the grid, too.
+        let time = [0.0, 0.14, 0.2, 0.37, 0.4];
+        let uneven = EvenGrid::new(0.1, time.into_iter());
+        assert!(uneven.is_resampled());
+        let slope = time.map(|t| 3.0 * t);
+        assert!(close(&uneven.back(&uneven.interpolate(&slope)), &slope));
+    }
+}
