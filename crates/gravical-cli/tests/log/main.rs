@@ -90,14 +90,7 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     assert_eq!(recording.rows() as u64, count("stored"));
     assert_eq!(recording.ledger.lines_aside(Aside::NamedGap).count(), 3);
     assert_eq!(recording.breaks.len(), 3);
-    let expected = [
-        "metadata-lines",
-        "comment-lines",
-        "named-gap",
-        "restarted-time",
-        "gap",
-        "missing-samples",
-    ];
+    let expected = ["named-gap", "restarted-time", "gap", "missing-samples"];
     let found = kinds(&recording);
     assert!(
         found.iter().all(|k| expected.contains(k)),

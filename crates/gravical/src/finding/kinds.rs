@@ -61,22 +61,10 @@ macro_rules! kinds {
 
 kinds! {
     "Lines of the file" {
-        MetadataLines "metadata-lines" Note
-            "lines before the header that are not comments"
-            "not part of the data; a sampling rate stated there is used"
-            "nothing";
-        CommentLines "comment-lines" Note
-            "lines that begin with `#`, `%` or `//` among the data"
-            "skipped"
-            "nothing";
         NamedGap "named-gap" Warning
             "a line `# gap: …`: [the logger](logging.md) reports rows that were lost"
             "a break; the clock may restart there"
             "nothing for a mean; find the cause";
-        RegularBlankRows "regular-blank-rows" Note
-            "blank lines at regular intervals throughout the file, e.g. from doubled line ends"
-            "ignored; only a longer run of blank lines is a break (`blank-rows`)"
-            "nothing";
         BlankRows "blank-rows" Note
             "empty lines, or lines of delimiters only"
             "taken as a break between poses, except a single line across which the clock continues"
@@ -133,10 +121,6 @@ kinds! {
             "blocks of such a file that are earlier than the one before: repeated or out of order"
             "skipped"
             "copy the file from the device again";
-        ErasedBlock "erased-block" Note
-            "blocks of such a file that were never written"
-            "skipped"
-            "nothing";
         MissingBlocks "missing-blocks" Warning
             "blocks of such a file are missing by their sequence numbers, or the time stamps jump"
             "a break; no sample is stretched over it"
@@ -245,10 +229,6 @@ kinds! {
             "more than four consecutive samples are missing"
             "counted; the message gives the longest"
             "nothing for a mean";
-        Pause "pause" Note
-            "the time stamps jump at blank lines or a header: the recording was stopped and continued"
-            "not counted as missing samples; the rate is not affected"
-            "nothing";
         MissingSamples "missing-samples" Warning
             "more than 0.1 % of the samples are missing"
             "counted"
@@ -709,10 +689,6 @@ kinds! {
             "z of the reference is not vertical"
             "aligned by a full rotation, which hides errors of the tilt"
             "rotate the reference, or give `--truth-align`";
-        TruthLine "truth-line" Note
-            "the motion is along a line: the rotation about it is undetermined"
-            "the smallest rotation is used"
-            "nothing";
         TruthMoves "truth-moves" Note
             "moves that are not usable, or whose ends the reference does not cover"
             "not compared individually"

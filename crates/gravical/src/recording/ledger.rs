@@ -71,16 +71,17 @@ impl Aside {
         matches!(self, Aside::NamedGap | Aside::Blank | Aside::RepeatedHeader)
     }
 
-    /// Kind of the finding about such lines; the header has none.
+    /// Kind of the finding about such lines; those that belong to every good file have none.
     #[must_use]
     pub fn finding_kind(self) -> Option<FindingKind> {
         Some(match self {
-            Aside::Header => return None,
-            Aside::Metadata => FindingKind::MetadataLines,
-            Aside::Comment => FindingKind::CommentLines,
+            Aside::Header
+            | Aside::Metadata
+            | Aside::Comment
+            | Aside::RegularBlank
+            | Aside::ErasedBlock => return None,
             Aside::NamedGap => FindingKind::NamedGap,
             Aside::Blank => FindingKind::BlankRows,
-            Aside::RegularBlank => FindingKind::RegularBlankRows,
             Aside::OtherSensor => FindingKind::OtherSensor,
             Aside::RepeatedHeader => FindingKind::RepeatedHeader,
             Aside::TornLine => FindingKind::TornLine,
@@ -90,7 +91,6 @@ impl Aside {
             Aside::CorruptBlock => FindingKind::CorruptBlock,
             Aside::RepeatedBlock => FindingKind::RepeatedBlock,
             Aside::LateBlock => FindingKind::LateBlock,
-            Aside::ErasedBlock => FindingKind::ErasedBlock,
         })
     }
 

@@ -98,7 +98,7 @@ fn is_the_session(r: &Recording, what: &str, rate_hz: Option<f64>, findings: &[&
     }
     let reported: Vec<&str> = kinds(r)
         .into_iter()
-        .filter(|k| !["metadata-lines", "repeated-rows", "frozen-axis"].contains(k))
+        .filter(|k| !["repeated-rows", "frozen-axis"].contains(k))
         .filter(|k| rate_hz.is_some() || *k != "rate-unknown")
         .collect();
     assert_eq!(reported, findings, "{what}");
@@ -716,11 +716,7 @@ fn blank_lines_between_rows() {
         assert!(recording.breaks.is_empty(), "{ends:?}");
         let mut reported = kinds(&recording);
         // Delimiters alone below the header are a line before the data.
-        reported.retain(|kind| *kind != "metadata-lines");
-        assert!(
-            reported.is_empty() || reported == ["regular-blank-rows"],
-            "{ends:?} {reported:?}"
-        );
+        assert!(reported.is_empty(), "{ends:?} {reported:?}");
     }
     // After every nth row, with continuous stamps and with restarting ones.
     for (every, parts) in [(2, false), (20, false), (50, false), (100, false)] {

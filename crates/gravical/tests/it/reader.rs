@@ -100,7 +100,6 @@ fn repeated_headers_are_breaks_only_if_the_clock_jumps() {
     lines.drain(202..252);
     let recording = read(&joined(&lines));
     assert_eq!(recording.breaks, [200]);
-    finding(&recording, "pause");
 }
 
 #[test]
@@ -135,7 +134,6 @@ fn metadata_before_the_header_is_set_aside() {
     ];
     all.extend(lines());
     let recording = read(&joined(&all));
-    assert_eq!(finding(&recording, "metadata-lines").count, 2);
     assert_eq!(recording.ledger.lines_aside(Aside::Blank).count(), 1);
     unharmed(&recording);
 }
@@ -145,7 +143,6 @@ fn comments_between_rows_are_set_aside() {
     let mut lines = lines();
     lines.insert(100, "# the cat walked by".to_owned());
     let recording = read(&joined(&lines));
-    assert_eq!(finding(&recording, "comment-lines").lines, [[101, 101]]);
     unharmed(&recording);
 }
 

@@ -50,9 +50,6 @@ enum Command {
             requires = "continuous"
         )]
         turn_angle: f64,
-        /// Duration of each turn, s
-        #[arg(long, value_name = "S", default_value_t = 4.0, requires = "continuous")]
-        turn_time: f64,
         #[command(flatten)]
         shared: Box<Shared>,
     },
@@ -80,9 +77,6 @@ enum Command {
             allow_hyphen_values = true
         )]
         soak: Option<(f64, f64)>,
-        /// Width of the hysteresis of the drift in the chamber, °C
-        #[arg(long, value_name = "C", default_value_t = 0.0, requires = "soak")]
-        soak_hysteresis: f64,
         /// Drift of the gyroscope's bias in the chamber, °/s per °C
         #[arg(long, value_name = "DEG_S_C", default_value_t = 0.0, requires = "soak")]
         gyro_drift: f64,
@@ -99,28 +93,12 @@ enum Command {
             allow_negative_numbers = true
         )]
         distance: f64,
-        /// Displacement along x, m
-        #[arg(
-            long,
-            value_name = "M",
-            default_value_t = 0.02,
-            allow_negative_numbers = true
-        )]
-        offset: f64,
         /// Duration of the move, s
         #[arg(long, value_name = "S", default_value_t = 2.0)]
         move_time: f64,
         /// Rest before and after the move, s
         #[arg(long, value_name = "S", default_value_t = 5.0)]
         rest: f64,
-        /// Tilt during the move: amplitude of one sine period, °
-        #[arg(
-            long,
-            value_name = "DEG",
-            default_value_t = 0.0,
-            allow_negative_numbers = true
-        )]
-        tilt_change: f64,
         #[command(flatten)]
         shared: Box<Shared>,
     },
@@ -161,14 +139,6 @@ struct Board {
     /// True sampling rate, Hz
     #[arg(long, value_name = "HZ", default_value_t = 100.0)]
     rate: f64,
-    /// Rate error of the board's clock, ppm
-    #[arg(
-        long,
-        value_name = "PPM",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    clock_error: f64,
     /// Jitter of the time stamps, ± ms
     #[arg(long, value_name = "MS", default_value_t = 0.0)]
     jitter: f64,
@@ -193,51 +163,12 @@ struct Sensor {
     /// Range of the accelerometer, g: 2, 4, 8 or 16
     #[arg(long, value_name = "G", default_value_t = 2)]
     range: u32,
-    /// Range of the gyroscope, °/s: 250, 500, 1000 or 2000
-    #[arg(long, value_name = "DEG_S", default_value_t = 250)]
-    gyro_range: u32,
-    /// Low-pass of the sensor, Hz; 0 switches it off
-    #[arg(long, value_name = "HZ", default_value_t = 44.0)]
-    low_pass: f64,
     /// Factor on all noise; 0 switches it off
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     noise: f64,
-    /// Noise of the accelerometer, Allan N, m/s/√s
-    #[arg(long, value_name = "N", default_value_t = 3.3e-3)]
-    accel_noise: f64,
-    /// Noise of the gyroscope, Allan N, °/√s
-    #[arg(long, value_name = "N", default_value_t = 0.005)]
-    gyro_noise: f64,
-    /// Bias instability of the accelerometer, Allan B, m/s²
-    #[arg(long, value_name = "MPS2", default_value_t = 0.0)]
-    accel_bias_instability: f64,
-    /// Random walk of the accelerometer's bias, Allan K, m/s²/√s
-    #[arg(long, value_name = "K", default_value_t = 0.0)]
-    accel_random_walk: f64,
-    /// Bias instability of the gyroscope, Allan B, °/h
-    #[arg(long, value_name = "DEG_H", default_value_t = 0.0)]
-    gyro_bias_instability: f64,
-    /// Random walk of the gyroscope's bias, Allan K, °/s/√s
-    #[arg(long, value_name = "K", default_value_t = 0.0)]
-    gyro_random_walk: f64,
     /// Scale error of the accelerometer, % (standard deviation)
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0)]
     scale_sd: f64,
-    /// Misalignment of both sensors, ° (standard deviation of each element)
-    #[arg(long, value_name = "DEG", default_value_t = 1.0)]
-    misalignment: f64,
-    /// Bias of the accelerometer, uniform within ± this, m/s²
-    #[arg(long, value_name = "MPS2", default_value_t = 0.5)]
-    bias: f64,
-    /// Scale error of the gyroscope, uniform within ± this, %
-    #[arg(long, value_name = "PERCENT", default_value_t = 3.0)]
-    gyro_scale: f64,
-    /// Bias of the gyroscope, uniform within ± this, °/s
-    #[arg(long, value_name = "DEG_S", default_value_t = 2.0)]
-    gyro_bias: f64,
-    /// g-sensitivity of the gyroscope, °/s per g (standard deviation of each element)
-    #[arg(long, value_name = "DEG_S_G", default_value_t = 0.1)]
-    g_sensitivity: f64,
     /// Warming of the sensor above 25 °C, °C
     #[arg(
         long,
@@ -246,9 +177,6 @@ struct Sensor {
         allow_negative_numbers = true
     )]
     temperature_rise: f64,
-    /// Time constant of the warming, s
-    #[arg(long, value_name = "S", default_value_t = 120.0)]
-    temperature_time: f64,
     /// Drift of the accelerometer's bias, mg per °C; 0 switches it off
     #[arg(long, value_name = "MG_C", default_value_t = 0.5)]
     temperature_drift: f64,
@@ -263,7 +191,6 @@ impl Args {
                 continuous,
                 rest,
                 turn_angle,
-                turn_time,
                 shared,
             } => (
                 Scenario::SixPosition(SixPositionOptions {
@@ -271,7 +198,7 @@ impl Args {
                     continuous: *continuous,
                     rest_s: *rest,
                     turn_angle_deg: *turn_angle,
-                    turn_time_s: *turn_time,
+                    ..SixPositionOptions::default()
                 }),
                 shared,
             ),
@@ -285,7 +212,6 @@ impl Args {
             Command::Static {
                 duration,
                 soak,
-                soak_hysteresis,
                 gyro_drift,
                 shared,
             } => (
@@ -294,7 +220,7 @@ impl Args {
                     soak: soak.map(|(high_c, low_c)| SoakOptions {
                         high_c,
                         low_c,
-                        hysteresis_c: *soak_hysteresis,
+                        hysteresis_c: 0.0,
                         gyro_drift_deg_s_per_c: *gyro_drift,
                     }),
                 }),
@@ -302,18 +228,15 @@ impl Args {
             ),
             Command::Line {
                 distance,
-                offset,
                 move_time,
                 rest,
-                tilt_change,
                 shared,
             } => (
                 Scenario::Line(LineOptions {
                     distance_m: *distance,
-                    offset_m: *offset,
                     move_time_s: *move_time,
                     rest_s: *rest,
-                    tilt_change_deg: *tilt_change,
+                    ..LineOptions::default()
                 }),
                 shared,
             ),
@@ -325,16 +248,15 @@ impl Args {
 impl Shared {
     fn options(&self, scenario: Scenario) -> SimulateOptions {
         SimulateOptions {
-            scenario,
             seed: self.seed,
             gravity_mps2: self.gravity,
             rate_hz: self.board.rate,
-            clock_error_ppm: self.board.clock_error,
             stamp_jitter_ms: self.board.jitter,
             dropped_fraction: self.board.drop,
             tilt_sd_deg: self.tilt,
             sensor: self.sensor.options(),
             file: self.board.file(),
+            ..SimulateOptions::new(scenario)
         }
     }
 }
@@ -356,22 +278,8 @@ impl Sensor {
     fn options(&self) -> SensorOptions {
         SensorOptions {
             accel_range_g: self.range,
-            gyro_range_deg_s: self.gyro_range,
-            low_pass_hz: (self.low_pass != 0.0).then_some(self.low_pass),
             scale_sd_percent: self.scale_sd,
-            misalignment_sd_deg: self.misalignment,
-            accel_bias_limit_mps2: self.bias,
-            gyro_scale_limit_percent: self.gyro_scale,
-            gyro_bias_limit_deg_s: self.gyro_bias,
-            g_sensitivity_sd_deg_s_per_g: self.g_sensitivity,
-            accel_noise_mps_rts: self.accel_noise,
-            gyro_noise_deg_rts: self.gyro_noise,
-            accel_bias_instability_mps2: self.accel_bias_instability,
-            accel_random_walk_mps2_rts: self.accel_random_walk,
-            gyro_bias_instability_deg_h: self.gyro_bias_instability,
-            gyro_random_walk_deg_s_rts: self.gyro_random_walk,
             temperature_rise_c: self.temperature_rise,
-            temperature_time_s: self.temperature_time,
             bias_drift_mg_per_c: self.temperature_drift,
             ..SensorOptions::default()
         }

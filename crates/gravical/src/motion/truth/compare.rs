@@ -267,12 +267,6 @@ fn turn(
             }
         }
     };
-    if chosen.1.line {
-        findings.push(Finding::new(
-            FindingKind::TruthLine,
-            "the motion is along one line: how the reference is turned about it is open, and the smallest rotation is taken",
-        ));
-    }
     chosen
 }
 

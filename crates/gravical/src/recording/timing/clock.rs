@@ -231,7 +231,6 @@ impl Stamps {
         if paused {
             faults.pauses.push(line);
             faults.paused_s += step_s;
-            faults.longest_pause_s = faults.longest_pause_s.max(step_s);
         } else {
             faults.gaps.push(line);
             faults.longest_gap_s = faults.longest_gap_s.max(step_s);

@@ -14,7 +14,6 @@ pub(super) struct Faults {
     pub longest_gap_s: f64,
     pub pauses: LineSpans,
     pub paused_s: f64,
-    pub longest_pause_s: f64,
 }
 
 impl Faults {
@@ -79,17 +78,6 @@ impl Faults {
                     "{} of more than four samples, the longest {:.3} s",
                     plural(&self.gaps, "gap"),
                     self.longest_gap_s
-                ),
-            ),
-        );
-        add(
-            &self.pauses,
-            Finding::new(
-                FindingKind::Pause,
-                format!(
-                    "{} of the recorder, the longest {:.3} s: no samples are counted as missing there",
-                    plural(&self.pauses, "pause"),
-                    self.longest_pause_s
                 ),
             ),
         );
