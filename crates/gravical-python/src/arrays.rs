@@ -1,7 +1,7 @@
 //! Filters, noise and the closed form of plain arrays: evenly spaced samples without gaps, nothing
 //! else is known.
 
-use gravical::denoise::{Edge, Filter, FilterSpec};
+use gravical::denoise::{Filter, FilterSpec};
 use gravical::estimate::ferraris::{NamedSamples, of_samples};
 use gravical::noise::{Spacing, noise_of_samples, overlapping};
 use gravical::segment::SegmentOptions;
@@ -23,9 +23,9 @@ pub fn filter_channels<'py>(
     channels: PyReadonlyArray2<'py, f64>,
     options: Options<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (specs, edge) = options.filter_chain()?;
+    let specs = options.filter_chain()?;
     let rate = options.number("rate")?;
-    let filters = designed(&specs, rate, edge).or_raise(py)?;
+    let filters = designed(&specs, rate).or_raise(py)?;
     let channels = channels.as_array();
     let (rows, length) = channels.dim();
     // The one copy: the rows may be columns of what was given.
@@ -55,14 +55,14 @@ pub fn filter_channels<'py>(
         .into_pyarray(py))
 }
 
-fn designed(specs: &[FilterSpec], rate: Option<f64>, edge: Edge) -> Result<Vec<Filter>> {
+fn designed(specs: &[FilterSpec], rate: Option<f64>) -> Result<Vec<Filter>> {
     if specs.is_empty() {
         return Err(Error::usage("no-filter", "no filter was given")
             .with_hint("filter= one of: savgol:11,2, butter:4,5Hz, hampel:7,3, mean:5"));
     }
     specs
         .iter()
-        .map(|spec| Filter::design(spec, rate, edge))
+        .map(|spec| Filter::design(spec, rate))
         .collect()
 }
 

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use gravical::apply::{ApplyOptions, OutputUnit};
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
 use gravical::calibration_file::SensorInfo;
-use gravical::denoise::{Channels, DenoiseOptions, Edge, FilterSpec};
+use gravical::denoise::{Channels, DenoiseOptions, FilterSpec};
 use gravical::excerpt;
 use gravical::export::ExportOptions;
 use gravical::gravity::Gravity;
@@ -299,9 +299,9 @@ impl<'py> Options<'py> {
     }
 
     /// Filters, and how ends are padded.
-    pub fn filter_chain(&self) -> PyResult<(Vec<FilterSpec>, Edge)> {
+    pub fn filter_chain(&self) -> PyResult<Vec<FilterSpec>> {
         let filters = self.filters("filter")?.unwrap_or_default();
-        Ok((filters, self.parsed("edge")?.unwrap_or_default()))
+        Ok(filters)
     }
 
     /// How to filter.
@@ -313,7 +313,6 @@ impl<'py> Options<'py> {
         ];
         let options = DenoiseOptions {
             filters: self.filters("filter")?.unwrap_or_default(),
-            edge: self.parsed("edge")?.unwrap_or_default(),
             channels: self.word("channels", &channels)?.unwrap_or_default(),
             ..DenoiseOptions::default()
         };
@@ -342,7 +341,6 @@ impl<'py> Options<'py> {
             gravity_removal: removal.unwrap_or(preset.gravity_removal),
             initial_rows: self.count("initial_rows")?.unwrap_or(preset.initial_rows),
             smooth: self.filters("smooth")?.unwrap_or(preset.smooth),
-            edge: self.parsed("edge")?.unwrap_or(preset.edge),
             zero_velocity: switch("zero_velocity")?.unwrap_or(preset.zero_velocity),
             rests_s: rests.map(|i| i.0),
             stance_rate_rad_s: match switch("stances")?.unwrap_or(true) {

@@ -107,7 +107,7 @@ OWN: dict[str, list[str]] = {
     "calibrate": [*GRAVITY, "method", "sections", "rows", "faces_from", "turn_angle", "pose_tilt",
                   "prior", "free_pose", "face_pose", "thermal", "noise", "sensor_id", "recorded"],
     "apply": ["axes", "output_unit", "keep_raw", "output"],
-    "denoise": ["edge", "channels"],
+    "denoise": ["channels"],
     "noise": ["spacing", "term", "part", "full"],
     "motion": [*GRAVITY, *gravical.MotionOptions.__annotations__, "noise", "truth"],
     "check": GRAVITY,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use gravical::denoise::{Channels, DenoiseOptions, Edge, FilterSpec, denoise_file};
+use gravical::denoise::{Channels, DenoiseOptions, FilterSpec, denoise_file};
 use gravical::escape::one_line;
 use gravical_report::report;
 
@@ -30,9 +30,6 @@ pub struct Args {
     /// Filter, see below; repeatable, applied in this order
     #[arg(short, long = "filter", value_name = "FILTER")]
     filters: Vec<FilterSpec>,
-    /// How the ends are padded, for savgol and mean
-    #[arg(long, value_enum, value_name = "EDGE", default_value = "interp")]
-    edge: EdgeArg,
     /// Channels to filter
     #[arg(long, value_enum, value_name = "CHANNELS", default_value = "all")]
     channels: ChannelsArg,
@@ -54,19 +51,6 @@ Butterworth filters are 3 dB down at the cutoff, the two passes together.
 
 Example: gravical denoise walk.csv --filter hampel:7,3 --filter butter:4,5Hz -o smooth.csv
 How a recording is read (units, columns, rate): options in `gravical denoise --help`.";
-
-/// [`Edge`] as an option.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum EdgeArg {
-    /// The polynomial of the last full window
-    Interp,
-    /// The last sample, repeated
-    Nearest,
-    /// The samples mirrored about the last one
-    Mirror,
-    /// Zeros
-    Constant,
-}
 
 /// [`Channels`] as an option.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -110,12 +94,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 fn options_of(args: &Args) -> DenoiseOptions {
     DenoiseOptions {
         filters: args.filters.clone(),
-        edge: match args.edge {
-            EdgeArg::Interp => Edge::Interp,
-            EdgeArg::Nearest => Edge::Nearest,
-            EdgeArg::Mirror => Edge::Mirror,
-            EdgeArg::Constant => Edge::Constant,
-        },
         channels: match args.channels {
             ChannelsArg::Accel => Channels::Accel,
             ChannelsArg::Gyro => Channels::Gyro,

@@ -18,7 +18,6 @@ def filtered(
     filter: str | Sequence[str],
     *,
     rate: float | None = None,
-    edge: Literal["interp", "nearest", "mirror", "constant"] | None = None,
 ) -> Floats:
     """Filter an array: evenly spaced samples without gaps.
 
@@ -33,8 +32,6 @@ def filtered(
         As of :func:`gravical.denoise`.
     rate : float, optional
         Sampling rate, Hz; filters in Hz need it.
-    edge : str, optional
-        As of :func:`gravical.denoise`.
 
     Returns
     -------
@@ -59,7 +56,7 @@ def filtered(
         raise usage(
             f"samples has the shape {array.shape}", "give an array of shape (n,) or (n, k)"
         )
-    given = options({}, filter=filter, rate=rate, edge=edge)
+    given = options({}, filter=filter, rate=rate)
     out = _gravical.filter_channels(np.atleast_2d(array.T), given)
     return out[0] if array.ndim == 1 else out.T
 

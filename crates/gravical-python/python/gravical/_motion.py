@@ -28,7 +28,7 @@ class MotionOptions(TypedDict, total=False):
     ``procedure``: ``"default"``, or ``"report"`` for that of the student report.
     ``gravity_removal``: ``"strapdown"``, ``"constant-tilt"`` or ``"initial-mean"``;
     ``initial_rows``: rows that the latter averages. ``smooth``: filters of the accelerometer;
-    ``edge``: how their ends are padded. ``zero_velocity``: updates at rests. ``rests``: pairs of
+    ``zero_velocity``: updates at rests. ``rests``: pairs of
     seconds, by default found. ``stances``, ``stance_rate``: updates at stances of a walking foot,
     and their highest angular rate, rad/s. ``v0``, ``p0``: velocity (m/s) and position (m) at the
     start. ``clock_error``: relative standard uncertainty of the recorder's clock.
@@ -43,7 +43,6 @@ class MotionOptions(TypedDict, total=False):
     gravity_removal: Literal["strapdown", "constant-tilt", "initial-mean"] | None
     initial_rows: int | None
     smooth: str | Sequence[str] | None
-    edge: Literal["interp", "nearest", "mirror", "constant"] | None
     zero_velocity: bool | None
     rests: str | Sequence[tuple[float, float | None]] | None
     stances: bool | None

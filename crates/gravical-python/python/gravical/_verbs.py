@@ -224,7 +224,6 @@ def denoise(
     *,
     output: Path | None = None,
     force: bool = False,
-    edge: Literal["interp", "nearest", "mirror", "constant"] | None = None,
     channels: Literal["accel", "gyro", "all"] | None = None,
     **reading: Unpack[Reading],
 ) -> Denoised:
@@ -241,9 +240,6 @@ def denoise(
         From file to file, in constant memory, as the program.
     force : bool
         Overwrite ``output``.
-    edge : str, optional
-        How the ends are padded: ``"interp"`` (the default), ``"nearest"``, ``"mirror"``,
-        ``"constant"``.
     channels : str, optional
         ``"all"`` (the default), ``"accel"`` or ``"gyro"``.
     **reading
@@ -260,12 +256,12 @@ def denoise(
     >>> bool(smooth.recording.ax.std() < line.ax.std())
     True
     """
-    given = options(reading, filter=filter, edge=edge, channels=channels)
+    given = options(reading, filter=filter, channels=channels)
     if output is not None:
         path = _needs_file("output", recording)
         return Denoised(_gravical.denoise_file(path, output, force, given))
     rows = read(recording, **reading)
-    own = options({}, filter=filter, edge=edge, channels=channels)
+    own = options({}, filter=filter, channels=channels)
     filtered, outcome = _gravical.denoise_recording(rows._native, own)
     done = Denoised(outcome)
     done.recording = Recording(filtered)

@@ -16,13 +16,9 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         None => "rate unknown".to_owned(),
     };
     let stretches = count(summary.segments, "segment");
-    let edge = summary.edge.name();
     let mut facts = vec![
         ("read as".to_owned(), summary.description.clone()),
-        (
-            "sampling".to_owned(),
-            format!("{rate}, {stretches}; padding at the ends: {edge}"),
-        ),
+        ("sampling".to_owned(), format!("{rate}, {stretches}")),
     ];
     if summary.static_intervals > 0 {
         let spans = count(summary.static_intervals, "static interval");

@@ -7,16 +7,16 @@ use rand_distr::{Distribution, StandardNormal};
 use super::butterworth::Butterworth;
 use super::hampel::hampel;
 use super::response::{Response, of_butterworth, of_weights};
-use super::savgol::{Edge, Savgol};
+use super::savgol::Savgol;
 use super::spec::FilterSpec;
 use crate::{Error, Result};
 
 /// A [`FilterSpec`] designed for a sampling rate.
 ///
 /// ```
-/// use gravical::denoise::{Edge, Filter};
+/// use gravical::denoise::Filter;
 ///
-/// let filter = Filter::design(&"savgol:5,2".parse()?, Some(100.0), Edge::Interp)?;
+/// let filter = Filter::design(&"savgol:5,2".parse()?, Some(100.0))?;
 /// let mut x = [0.0, 1.0, 4.0, 9.0, 16.0, 25.0];
 /// filter.apply(&mut x);
 /// assert!((x[3] - 9.0).abs() < 1e-12, "a parabola is unchanged");
@@ -46,14 +46,14 @@ const TRIAL: usize = 20_000;
 impl Filter {
     /// Designs a filter for samples at `rate_hz`.
     ///
-    /// `edge` applies to Savitzky–Golay and the moving average; Butterworth filters reflect the
-    /// ends about their last sample, Hampel filters truncate their window.
+    /// At the ends polynomials go on from the last full window (scipy's `interp`), Butterworth
+    /// filters reflect about the last sample, Hampel filters truncate their window.
     ///
     /// # Errors
     ///
     /// `rate-unknown` (usage) for a filter in Hz or a derivative without a rate; `filter-range`
     /// (usage) for impossible parameters, for example a cutoff above half the rate.
-    pub fn design(spec: &FilterSpec, rate_hz: Option<f64>, edge: Edge) -> Result<Filter> {
+    pub fn design(spec: &FilterSpec, rate_hz: Option<f64>) -> Result<Filter> {
         spec.validate()?;
         if rate_hz.is_none() && spec.needs_rate() {
             return Err(Error::usage(
@@ -70,14 +70,14 @@ impl Filter {
                 order,
                 derivative,
             } => {
-                let savgol = Savgol::new(window, order, derivative, step_s, edge)?;
+                let savgol = Savgol::new(window, order, derivative, step_s)?;
                 let per_sample = step_s.powi(derivative as i32);
                 let weights: Vec<f64> = savgol.weights().iter().map(|w| w * per_sample).collect();
                 let (gain, of_rate) = of_weights(&weights, derivative);
                 (Kind::Savgol(savgol), gain / per_sample, of_rate)
             }
             FilterSpec::Mean { window } => {
-                let savgol = Savgol::new(window, 0, 0, step_s, edge)?;
+                let savgol = Savgol::new(window, 0, 0, step_s)?;
                 let (gain, of_rate) = of_weights(savgol.weights(), 0);
                 (Kind::Savgol(savgol), gain, of_rate)
             }

@@ -58,7 +58,6 @@ pub(crate) use butterworth::Butterworth;
 pub use file::{DenoisedFile, denoise_file};
 pub use filter::Filter;
 pub use response::Response;
-pub use savgol::Edge;
 #[doc(hidden)]
 pub use savgol::{causal_coefficients, coefficients};
 pub use spec::{Band, FilterSpec, Passes};
@@ -94,8 +93,6 @@ pub enum Channels {
 pub struct DenoiseOptions {
     /// The filters in the order in which they run; at least one.
     pub filters: Vec<FilterSpec>,
-    /// Values beyond the ends, for filters with a window. Default: `Interp`.
-    pub edge: Edge,
     /// The channels that are filtered. Default: all.
     pub channels: Channels,
     /// A step between time stamps longer than this many usual steps is a gap: filters restart
@@ -209,7 +206,7 @@ fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<(Setup, 
         setup.at_rest.push(inner_rows(&stills, reach));
     }
     let begun = Begun {
-        summary: DenoiseSummary::start(recording, options, &stills),
+        summary: DenoiseSummary::start(recording, &stills),
         scales: Scales::of(recording),
         duration_s: recording.timing.duration_s,
     };
@@ -234,9 +231,7 @@ fn set_up(recording: &Recording, options: &DenoiseOptions) -> Result<Setup> {
 fn design(recording: &Recording, options: &DenoiseOptions) -> Result<Vec<Filter>> {
     let rate_hz = recording.timing.rate_hz();
     let filters = options.filters.iter();
-    filters
-        .map(|spec| Filter::design(spec, rate_hz, options.edge))
-        .collect()
+    filters.map(|spec| Filter::design(spec, rate_hz)).collect()
 }
 
 /// Numbers of the channels that are filtered.
@@ -272,10 +267,8 @@ fn filter_in_memory(setup: &Setup, recording: &mut Recording) -> Done {
 pub(crate) fn smooth(
     mut recording: Recording,
     filters: &[FilterSpec],
-    edge: Edge,
 ) -> Result<(Recording, Vec<Finding>)> {
     let options = DenoiseOptions {
-        edge,
         channels: Channels::Accel,
         ..DenoiseOptions::new(filters.iter().copied())
     };

@@ -6,60 +6,14 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
 use super::convolve::convolve;
 use super::gram::{Gram, even_points, half_width};
 use crate::{Error, Result};
-
-/// Values beyond the ends of a recording, for filters with a window.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Edge {
-    /// None: the polynomial of the first and last full window is evaluated up to the ends
-    /// (scipy's `interp`). The default.
-    #[default]
-    Interp,
-    /// The first and last sample, repeated: a a a | a b c.
-    Nearest,
-    /// The samples mirrored about the first and last one: c b | a b c.
-    Mirror,
-    /// Zeros. Useful only after a high-pass, since gravity is not zero.
-    Constant,
-}
-
-impl Edge {
-    /// Name in options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Edge::Interp => "interp",
-            Edge::Nearest => "nearest",
-            Edge::Mirror => "mirror",
-            Edge::Constant => "constant",
-        }
-    }
-}
-
-impl std::str::FromStr for Edge {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        [Edge::Interp, Edge::Nearest, Edge::Mirror, Edge::Constant]
-            .into_iter()
-            .find(|e| e.name() == text)
-            .ok_or_else(|| {
-                Error::usage("edge-unknown", format!("there is no edge \"{text}\""))
-                    .with_hint("interp, nearest, mirror or constant")
-            })
-    }
-}
 
 /// The filter for samples `step_s` apart.
 pub(super) struct Savgol {
     window: usize,
     derivative: usize,
-    edge: Edge,
     /// For x_(i−left) … x_(i+right).
     weights: Vec<f64>,
     left: usize,
@@ -138,13 +92,7 @@ pub fn causal_coefficients(
 
 impl Savgol {
     /// `step_s` is used only for derivatives.
-    pub fn new(
-        window: usize,
-        order: usize,
-        derivative: usize,
-        step_s: f64,
-        edge: Edge,
-    ) -> Result<Self> {
+    pub fn new(window: usize, order: usize, derivative: usize, step_s: f64) -> Result<Self> {
         let middle = 0.5 * (window as f64 - 1.0);
         let weights = coefficients(window, order, derivative, middle, step_s)?;
         let mut gram = Gram::new(order, window);
@@ -152,7 +100,6 @@ impl Savgol {
         Ok(Savgol {
             window,
             derivative,
-            edge,
             weights,
             left: (window - 1) / 2,
             scale: (half_width(window) * step_s)
@@ -170,20 +117,6 @@ impl Savgol {
         &self.weights
     }
 
-    /// Number of samples before and after each that are in its window.
-    fn reach(&self) -> (usize, usize) {
-        (self.left, self.window - 1 - self.left)
-    }
-
-    /// Number of rows at each end that depend on `edge`.
-    fn edge_rows(&self) -> [usize; 2] {
-        match self.edge {
-            // As in scipy, also for even windows.
-            Edge::Interp => [self.window / 2; 2],
-            _ => self.reach().into(),
-        }
-    }
-
     /// The filtered samples, which are equally spaced; fewer than the window stay as they are.
     pub fn filter(&self, x: &[f64]) -> Vec<f64> {
         let n = x.len();
@@ -191,24 +124,16 @@ impl Savgol {
             return x.to_vec();
         }
         let mut out = Vec::with_capacity(n);
-        let [first, last] = self.edge_rows();
-        let (left, right) = self.reach();
-        match self.edge {
-            Edge::Interp => self.polynomial(&x[..self.window], 0..first, &mut out),
-            _ => self.padded(x, 0..first, &mut out),
-        }
-        if first < n - last {
-            let inner = &x[first - left..n - last + right];
+        // As in scipy, also for even windows.
+        let ends = self.window / 2;
+        let right = self.window - 1 - self.left;
+        let start = n - self.window;
+        self.polynomial(&x[..self.window], 0..ends, &mut out);
+        if ends < n - ends {
+            let inner = &x[ends - self.left..n - ends + right];
             convolve(inner, &self.weights, &mut out);
         }
-        let start = n - self.window;
-        let tail = n - last..n;
-        match self.edge {
-            Edge::Interp => {
-                self.polynomial(&x[start..], tail.start - start..tail.end - start, &mut out);
-            }
-            _ => self.padded(x, tail, &mut out),
-        }
+        self.polynomial(&x[start..], n - ends - start..self.window, &mut out);
         out
     }
 
@@ -222,27 +147,6 @@ impl Savgol {
             self.gram.at(x, self.derivative, &mut a);
             let value: f64 = a.iter().zip(&fit).map(|(a, f)| a * f).sum();
             value * self.scale
-        }));
-    }
-
-    /// Appends the weighted sums at these rows, with the values of `edge` beyond the ends.
-    fn padded(&self, x: &[f64], at: Range<usize>, out: &mut Vec<f64>) {
-        let n = x.len() as isize;
-        let sample = |i: isize| {
-            let inside = match self.edge {
-                Edge::Constant if !(0..n).contains(&i) => return 0.0,
-                Edge::Mirror if n > 1 => {
-                    let folded = i.rem_euclid(2 * (n - 1));
-                    folded.min(2 * (n - 1) - folded)
-                }
-                _ => i.clamp(0, n - 1),
-            };
-            x[inside as usize]
-        };
-        out.extend(at.map(|row| {
-            let from = row as isize - self.left as isize;
-            let terms = self.weights.iter().zip(from..);
-            terms.map(|(w, i)| w * sample(i)).sum::<f64>()
         }));
     }
 }

@@ -10,7 +10,6 @@ use super::engine::{ChannelSigmas, Counts, Done, Setup, Treatment};
 use super::filter::Filter;
 use super::response::Response;
 use super::spec::{FilterSpec, Passes};
-use super::{DenoiseOptions, Edge};
 
 /// Result of [`denoise`](super::denoise).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,8 +24,6 @@ pub struct DenoiseSummary {
     pub rate_hz: Option<f64>,
     /// Number of parts between breaks, gaps and steps back; filters restart in each.
     pub segments: usize,
-    /// Values used beyond the ends, for filters with a window.
-    pub edge: Edge,
     /// Number of static intervals in which the noise was measured.
     pub static_intervals: usize,
     /// Number of rows of these intervals.
@@ -108,18 +105,13 @@ impl Scales {
 
 impl DenoiseSummary {
     /// What is known before the filters run; `stills`: the rows of the static intervals.
-    pub(super) fn start(
-        recording: &Recording,
-        options: &DenoiseOptions,
-        stills: &[Range<usize>],
-    ) -> Self {
+    pub(super) fn start(recording: &Recording, stills: &[Range<usize>]) -> Self {
         DenoiseSummary {
             input: recording.name.clone(),
             description: recording.description.clone(),
             rows: recording.rows_in_file(),
             rate_hz: recording.timing.rate_hz(),
             segments: 0,
-            edge: options.edge,
             static_intervals: stills.len(),
             static_rows: stills.iter().map(ExactSizeIterator::len).sum(),
             accel_unit: match recording.accel_scale.nominal() {

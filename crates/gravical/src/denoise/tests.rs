@@ -23,13 +23,13 @@ fn off(got: &[f64], want: &[f64]) -> f64 {
     worst / largest
 }
 
-fn designed(spec: &str, rate_hz: f64, edge: Edge) -> Filter {
-    Filter::design(&spec.parse().unwrap(), Some(rate_hz), edge).unwrap()
+fn designed(spec: &str, rate_hz: f64) -> Filter {
+    Filter::design(&spec.parse().unwrap(), Some(rate_hz)).unwrap()
 }
 
 fn filtered(spec: &str, rate_hz: f64, x: &[f64]) -> Vec<f64> {
     let mut y = x.to_vec();
-    designed(spec, rate_hz, Edge::Interp).apply(&mut y);
+    designed(spec, rate_hz).apply(&mut y);
     y
 }
 
@@ -69,7 +69,7 @@ fn savitzky_golay_has_known_gains_and_frequencies() {
         (21, 329.0 / 3059.0, 0.051),
     ] {
         let gain = f64::sqrt(middle);
-        let filter = designed(&format!("savgol:{window},2"), 100.0, Edge::Interp);
+        let filter = designed(&format!("savgol:{window},2"), 100.0);
         let response = filter.response();
         assert!((response.noise_gain - gain).abs() < 1e-12, "{response:?}");
         assert!(
@@ -90,7 +90,7 @@ fn gain_equals_that_measured_on_noise() {
         "butter:5,9-11Hz",
     ]) {
         let y = filtered(spec, 100.0, &white);
-        let gain = designed(spec, 100.0, Edge::Interp).response().noise_gain;
+        let gain = designed(spec, 100.0).response().noise_gain;
         let seen = deviation(&y) / deviation(&white);
         // The output of a narrow filter has few independent values.
         assert!((seen / gain - 1.0).abs() < 0.03, "{spec}: {seen} {gain}");
@@ -113,7 +113,7 @@ fn passed(spec: &str, share: f64) -> f64 {
 #[test]
 fn gain_is_minus_3_db_at_the_stated_frequencies() {
     for spec in LINEAR.iter().filter(|s| **s != "savgol:11,3,1") {
-        let filter = designed(spec, 100.0, Edge::Interp);
+        let filter = designed(spec, 100.0);
         let shares = &filter.response().minus_3db_of_rate;
         assert!(!shares.is_empty(), "{spec}");
         for share in shares {
@@ -125,7 +125,7 @@ fn gain_is_minus_3_db_at_the_stated_frequencies() {
         }
     }
     // For a derivative, relative to the true one.
-    let share = designed("savgol:11,3,1", 100.0, Edge::Interp)
+    let share = designed("savgol:11,3,1", 100.0)
         .response()
         .minus_3db_of_rate[0];
     let got = passed("savgol:11,3,1", share) / (2.0 * PI * share * 100.0);
@@ -133,7 +133,7 @@ fn gain_is_minus_3_db_at_the_stated_frequencies() {
     // These do not filter and have no −3 dB frequency.
     for spec in ["mean:1", "savgol:5,4"] {
         assert!(
-            designed(spec, 100.0, Edge::Interp)
+            designed(spec, 100.0)
                 .response()
                 .minus_3db_of_rate
                 .is_empty()
@@ -145,7 +145,7 @@ fn gain_is_minus_3_db_at_the_stated_frequencies() {
 fn streaming_filter_gives_identical_results() {
     use gravical_core::filter::biquad::{Biquad, Cascade};
     let x: Vec<f64> = noise(500, 8).iter().map(|v| 9.81 + v).collect();
-    let filter = designed("butter1:4,5Hz", 100.0, Edge::Interp);
+    let filter = designed("butter1:4,5Hz", 100.0);
     let batch = filtered("butter1:4,5Hz", 100.0, &x);
     let list: Vec<Biquad<f64>> = filter
         .sections()
@@ -202,7 +202,7 @@ proptest! {
     #[test]
     fn constants_are_kept_or_removed(value in -20.0..20.0, which in 0..LINEAR.len(), n in 1_usize..200) {
         let spec = LINEAR[which];
-        let filter = designed(spec, 100.0, Edge::Interp);
+        let filter = designed(spec, 100.0);
         let mut y = vec![value; n];
         filter.apply(&mut y);
         let want = if n < filter.shortest() || filter.spec().keeps_constants() { value } else { 0.0 };

@@ -176,7 +176,7 @@ fn compute(
     if let Some(recording) = unfiltered {
         let clipped = std::mem::take(&mut samples.clipped);
         drop(samples);
-        let (mut smooth, smoothing) = smooth(recording, &options.smooth, options.edge)?;
+        let (mut smooth, smoothing) = smooth(recording, &options.smooth)?;
         findings.extend(smoothing);
         let ignored = (&mut Default::default(), &mut Vec::new());
         (samples, nominal) = with_scales(&mut smooth, file, options, &scales, ignored)?;

@@ -3,7 +3,7 @@
 use super::stance::STANCE_RATE_RAD_S;
 use super::still::check_intervals;
 use crate::calibration_file::NoiseSection;
-use crate::denoise::{Edge, FilterSpec};
+use crate::denoise::FilterSpec;
 use crate::gravity::Gravity;
 use crate::recording::Meter;
 use crate::segment::face::AxisMap;
@@ -35,8 +35,6 @@ pub struct MotionOptions {
     /// this order; rests are found without them. Each has to keep a constant.
     /// Default: none, since none of them makes the drift less.
     pub smooth: Vec<FilterSpec>,
-    /// What stands beyond the ends, for filters with a window. Default: `Interp`.
-    pub edge: Edge,
     /// Whether velocity is zero at rests. Default true.
     pub zero_velocity: bool,
     /// Rests given by hand, s; then none are searched. Default none; each has to end after it
@@ -81,7 +79,6 @@ impl Default for MotionOptions {
             gravity_removal: GravityRemoval::Strapdown,
             initial_rows: 500,
             smooth: Vec::new(),
-            edge: Edge::default(),
             zero_velocity: true,
             rests_s: None,
             stance_rate_rad_s: Some(STANCE_RATE_RAD_S),

@@ -714,7 +714,7 @@ fn blank_lines_between_rows() {
         let recording = read_as(&text, "x.csv");
         assert_eq!(recording.accel, plain.accel, "{ends:?}");
         assert!(recording.breaks.is_empty(), "{ends:?}");
-        let mut reported = kinds(&recording);
+        let reported = kinds(&recording);
         // Delimiters alone below the header are a line before the data.
         assert!(reported.is_empty(), "{ends:?} {reported:?}");
     }

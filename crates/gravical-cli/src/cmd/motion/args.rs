@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use gravical::calibration_file::NoiseSection;
-use gravical::denoise::{Edge, FilterSpec};
+use gravical::denoise::FilterSpec;
 use gravical::motion::Intervals;
 use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
@@ -95,9 +95,6 @@ struct MethodArgs {
     /// Filter of the accelerometer, e.g. savgol:5,2 or butter:4,5Hz; repeatable [default: none]
     #[arg(long, hide_short_help = true, value_name = "FILTER|none")]
     smooth: Vec<Smooth>,
-    /// How the ends are padded for --smooth [default: interp]
-    #[arg(long, hide_short_help = true, value_name = "EDGE", requires = "smooth")]
-    edge: Option<Edge>,
     /// Zero-velocity update at rests [default: on]
     #[arg(long, hide_short_help = true, value_enum, value_name = "ON|OFF")]
     zero_velocity: Option<Switch>,
@@ -260,7 +257,6 @@ impl Args {
                 [] => preset.smooth,
                 given => given.iter().filter_map(|s| s.0).collect(),
             },
-            edge: m.edge.unwrap_or(preset.edge),
             zero_velocity: m
                 .zero_velocity
                 .map_or(preset.zero_velocity, |s| s == Switch::On),

@@ -32,14 +32,16 @@ fn savitzky_golay_equals_scipy() {
             whole("order"),
             whole("derivative")
         );
-        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
+        if case["edge"] != "interp" {
+            continue;
+        }
         let mut y = x[..whole("n")].to_vec();
-        designed(&spec, 100.0, edge).apply(&mut y);
+        designed(&spec, 100.0).apply(&mut y);
         let off = off(&y, &numbers(&case["y"]));
-        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
+        assert!(off < 1e-12, "{spec}: {off:e}");
         seen += 1;
     }
-    assert!(seen > 100, "{seen}");
+    assert!(seen > 25, "{seen}");
 }
 
 #[test]
@@ -48,11 +50,13 @@ fn moving_average_equals_scipy() {
     let x = numbers(&file["x"]);
     for case in file["mean"].as_array().unwrap() {
         let spec = format!("mean:{}", case["window"]);
-        let edge: Edge = case["edge"].as_str().unwrap().parse().unwrap();
+        if case["edge"] != "interp" {
+            continue;
+        }
         let mut y = x[..150].to_vec();
-        designed(&spec, 100.0, edge).apply(&mut y);
+        designed(&spec, 100.0).apply(&mut y);
         let off = off(&y, &numbers(&case["y"]));
-        assert!(off < 1e-12, "{spec} {edge:?}: {off:e}");
+        assert!(off < 1e-12, "{spec}: {off:e}");
     }
 }
 
@@ -63,7 +67,7 @@ fn butterworth_equals_scipy() {
     let mut worst = 0.0_f64;
     for case in file["butter"].as_array().unwrap() {
         let spec = case["spec"].as_str().unwrap();
-        let filter = designed(spec, 100.0, Edge::Interp);
+        let filter = designed(spec, 100.0);
         // scipy distributes gain and zeros differently among the sections: only the poles and the
         // overall result are compared.
         let theirs: Vec<Vec<f64>> = case["sos"]
