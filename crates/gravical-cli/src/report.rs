@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use gravical::TOOL;
 use gravical::calibration_file::InputFile;
 use gravical::escape::path_text;
-use gravical::output::{check_targets, is_special, place, same_target, write_atomic};
+use gravical::output::{check_targets, is_special, place, same_target, write_text};
 use gravical::{Error, Result};
 use gravical_report::document::{Block, Detail, Document};
 use gravical_report::figure::{Figure, check_figures, write_figures};
@@ -108,7 +108,7 @@ impl ReportArgs {
     ///
     /// # Errors
     ///
-    /// Those of [`write_atomic`] and [`write_figures`].
+    /// Those of [`write_text`] and [`write_figures`].
     pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
         let Some(path) = self.report.as_deref() else {
             return Ok(());
@@ -128,7 +128,7 @@ impl ReportArgs {
 ///
 /// # Errors
 ///
-/// Those of [`write_atomic`] and [`write_figures`].
+/// Those of [`write_text`] and [`write_figures`].
 pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result<()> {
     let text = match ReportArgs::form(path)? {
         Form::Html => document.to_html(),
@@ -148,10 +148,7 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
             }
         }
     };
-    write_atomic(path, force, |out| {
-        out.write_all(text.as_bytes())
-            .map_err(|e| Error::io(path, e))
-    })
+    write_text(path, force, &text)
 }
 
 fn figures_of<'a>(document: &Document<'a>) -> Vec<&'a Figure> {

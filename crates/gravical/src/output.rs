@@ -292,6 +292,18 @@ pub fn write_atomic(
     })
 }
 
+/// [`write_atomic`] of a text.
+///
+/// # Errors
+///
+/// Those of [`write_atomic`].
+pub fn write_text(path: &Path, force: bool, text: &str) -> Result<()> {
+    write_atomic(path, force, |out| {
+        out.write_all(text.as_bytes())
+            .map_err(|e| Error::io(path, e))
+    })
+}
+
 /// Opens a device or pipe. Standard output is written at its current position even if it is a
 /// file; opened again it would be overwritten from its start.
 fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
