@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use gravical::calibration_file::{
-    CalibrationFile, FoundCalibration, RecordingOrigin, find_calibration,
+    CalibrationFile, FoundCalibration, RecordingOrigin, find_calibration, json_files,
 };
 use gravical::escape::path_text;
 use gravical::recording::{ReadOptions, read_head};
@@ -89,6 +89,12 @@ pub fn read_file(path: &Path, recording: Option<&Path>, swap: &str) -> Result<Fo
         time: None,
         reason: "named".to_owned(),
     })
+}
+
+/// What is read to find the calibration at `path`: the file, or the folder and the JSON files in it.
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let in_folder = json_files(path).unwrap_or_default();
+    std::iter::once(path.to_owned()).chain(in_folder).collect()
 }
 
 /// The first rows of the recordings: files, or one folder.

@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravical::escape::one_line;
 use gravical::live::folder::is_session;
-use gravical::output::{check_targets, make_folder, write_atomic};
-use gravical::session::{ENDINGS, may_be_recording};
+use gravical::output::{check_targets, make_folder, place, write_atomic};
+use gravical::session::{ENDINGS, SUMMARY_COLUMNS, may_be_recording};
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
@@ -112,6 +112,8 @@ fn each_option(option: &str, why: &str, hint: &str) -> Error {
 pub struct Plan<'a> {
     pub each: &'a EachArgs,
     pub inputs: &'a [PathBuf],
+    /// What is read for all of them.
+    pub shared: Vec<PathBuf>,
     /// A folder inside of a folder is an input, too.
     pub folders: bool,
     /// Folder of the results.
@@ -167,7 +169,8 @@ pub fn run(
         .into_iter()
         .chain(plan.each.summary.as_deref())
         .collect();
-    let paths = paths(plan, &outputs)?;
+    let (given, lists) = given(plan.inputs)?;
+    let paths = paths(plan, &given, &outputs)?;
     let force = plan.force || plan.each.resume;
     let mut items = named(paths.clone(), plan);
     if let Some(Shard { index, count }) = plan.each.shard {
@@ -175,12 +178,11 @@ pub fn run(
     }
     if let Some(folder) = plan.output {
         make_folder(folder)?;
-        let results: Vec<PathBuf> = items.iter().filter_map(|i| i.result.clone()).collect();
-        check_targets(&results, &paths, force)?;
     }
-    if let Some(summary) = &plan.each.summary {
-        check_targets(std::slice::from_ref(summary), &paths, force)?;
-    }
+    let results = items.iter().filter_map(|item| item.result.as_ref());
+    let targets: Vec<PathBuf> = results.chain(&plan.each.summary).cloned().collect();
+    let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
+    check_targets(&targets, &inputs.concat(), force)?;
     let width = items
         .iter()
         .map(|i| shown_path(&i.path).chars().count())
@@ -237,17 +239,14 @@ fn threads(each: &EachArgs) -> usize {
     each.threads.map_or_else(cores, usize::from)
 }
 
-/// The paths of `arguments`: files, entries of folders, lines of `@LIST`, each once. `outputs` are
-/// no inputs.
+/// The arguments, the lines of `@LIST` in the place of that; and the lists.
 ///
 /// # Errors
 ///
-/// `each-input` (usage) for standard input; `no-recordings` (input); errors of reading a list.
-fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
-    let canonical = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
-    let outputs: Vec<PathBuf> = outputs.iter().map(|p| canonical(p)).collect();
-    let mut found = Vec::new();
-    for argument in plan.inputs {
+/// `each-input` (usage) for standard input; errors of reading a list.
+fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
+    let (mut found, mut lists) = (Vec::new(), Vec::new());
+    for argument in arguments {
         if argument == Path::new("-") {
             return Err(Error::usage(
                 "each-input",
@@ -263,27 +262,38 @@ fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
                 let lines = text.lines().map(str::trim);
                 let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
                 found.extend(lines.map(PathBuf::from));
+                lists.push(list.to_owned());
             }
             None => found.push(argument.clone()),
         }
     }
+    Ok((found, lists))
+}
+
+/// The sessions: files, and entries of folders, each once. `outputs` are no inputs.
+///
+/// # Errors
+///
+/// `no-recordings` (input); errors of reading a folder.
+fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<PathBuf>> {
+    let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
     let mut paths = Vec::new();
-    for path in found {
-        if !path.is_dir() || is_session(&path) {
-            paths.push(path);
+    for path in given {
+        if !path.is_dir() || is_session(path) {
+            paths.push(path.clone());
             continue;
         }
-        let entries = std::fs::read_dir(&path).map_err(|e| Error::io(&path, e))?;
+        let entries = std::fs::read_dir(path).map_err(|e| Error::io(path, e))?;
         let mut entries: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
         entries.sort();
         let is_input = |p: &PathBuf| match p.is_dir() {
-            true => plan.folders && !outputs.contains(&canonical(p)),
-            false => may_be_recording(p) && !outputs.contains(&canonical(p)),
+            true => plan.folders && !outputs.contains(&place(p)),
+            false => may_be_recording(p) && !outputs.contains(&place(p)),
         };
         paths.extend(entries.into_iter().filter(is_input));
     }
     let mut seen = HashSet::new();
-    paths.retain(|p| seen.insert(canonical(p)));
+    paths.retain(|p| seen.insert(place(p)));
     if paths.is_empty() {
         let error = Error::input("no-recordings", "there is no session among these paths");
         return Err(error.with_hint(format!(
@@ -401,9 +411,6 @@ impl Row {
     }
 }
 
-/// Columns of every summary.
-const COMMON: [&str; 6] = ["path", "grade", "reason", "error_code", "hint", "result"];
-
 fn write_summary(
     path: &Path,
     plan: &Plan<'_>,
@@ -414,7 +421,7 @@ fn write_summary(
         let failed = |e: csv::Error| Error::io(path, e.into());
         let mut table = csv::Writer::from_writer(out);
         table
-            .write_record(COMMON.iter().chain(plan.numbers))
+            .write_record(SUMMARY_COLUMNS.iter().chain(plan.numbers))
             .map_err(failed)?;
         for (item, row) in items.iter().zip(rows.values()) {
             let result = item.result.as_deref().filter(|r| r.exists());
@@ -428,7 +435,7 @@ fn write_summary(
             ];
             let mut cells: Vec<String> =
                 common.iter().chain(&row.numbers).map(|c| cell(c)).collect();
-            cells.resize(COMMON.len() + plan.numbers.len(), String::new());
+            cells.resize(SUMMARY_COLUMNS.len() + plan.numbers.len(), String::new());
             table.write_record(cells).map_err(failed)?;
         }
         table.flush().map_err(|e| Error::io(path, e))

@@ -1,11 +1,12 @@
 //! `--report` and `--verbose`, and the check of all targets of a command.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use gravical::TOOL;
 use gravical::calibration_file::InputFile;
 use gravical::escape::path_text;
-use gravical::output::{check_targets, write_atomic};
+use gravical::output::{check_targets, is_special, place, same_target, write_text};
 use gravical::{Error, Result};
 use gravical_report::document::{Block, Detail, Document};
 use gravical_report::figure::{Figure, check_figures, write_figures};
@@ -107,7 +108,7 @@ impl ReportArgs {
     ///
     /// # Errors
     ///
-    /// Those of [`write_atomic`] and [`write_figures`].
+    /// Those of [`write_text`] and [`write_figures`].
     pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
         let Some(path) = self.report.as_deref() else {
             return Ok(());
@@ -127,7 +128,7 @@ impl ReportArgs {
 ///
 /// # Errors
 ///
-/// Those of [`write_atomic`] and [`write_figures`].
+/// Those of [`write_text`] and [`write_figures`].
 pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result<()> {
     let text = match ReportArgs::form(path)? {
         Form::Html => document.to_html(),
@@ -147,10 +148,7 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
             }
         }
     };
-    write_atomic(path, force, |out| {
-        out.write_all(text.as_bytes())
-            .map_err(|e| Error::io(path, e))
-    })
+    write_text(path, force, &text)
 }
 
 fn figures_of<'a>(document: &Document<'a>) -> Vec<&'a Figure> {
@@ -200,25 +198,20 @@ pub fn check_outputs(
     let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
     let folders: Vec<&Path> = figures.into_iter().chain(beside.as_deref()).collect();
     // Files and folders alike: no two results in one place.
-    let all: Vec<PathBuf> = folders
+    let mut places = HashSet::new();
+    for path in folders
         .iter()
-        .map(|f| f.to_path_buf())
-        .chain(targets.clone())
-        .collect();
-    for (i, path) in all.iter().enumerate().skip(1) {
-        if all[..i].contains(path) {
-            return Err(
-                Error::usage("same-target", "two results would be written here")
-                    .at(path, None)
-                    .with_hint("use different names"),
-            );
+        .copied()
+        .chain(targets.iter().map(PathBuf::as_path))
+    {
+        if !is_special(path) && !places.insert(place(path)) {
+            return Err(same_target(path));
         }
     }
     check_targets(&targets, &inputs, force)?;
-    for folder in folders {
+    for folder in folders.into_iter().map(place) {
         for path in targets.iter().chain(&inputs) {
-            let inside = path.parent().is_some_and(|p| same_folder(p, folder));
-            if inside {
+            if place(path).parent() == Some(&folder) {
                 return Err(Error::usage(
                     "foreign-files",
                     "the folder of figures must not contain inputs or other results, but this file is in it",
@@ -229,16 +222,4 @@ pub fn check_outputs(
         }
     }
     Ok(())
-}
-
-fn same_folder(a: &Path, b: &Path) -> bool {
-    let whole = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
-    let own = |p: &Path| {
-        if p.as_os_str().is_empty() {
-            PathBuf::from(".")
-        } else {
-            p.to_owned()
-        }
-    };
-    whole(&own(a)) == whole(&own(b))
 }

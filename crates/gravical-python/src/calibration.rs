@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 
 use crate::error::OrRaise;
 use crate::options::Options;
-use crate::outcome::{Drawn, Kind, Outcome, rendered, svgs};
+use crate::outcome::{Drawn, Kind, Outcome, check_output, rendered, svgs};
 use crate::recording::Recording;
 use crate::task;
 
@@ -91,7 +91,11 @@ impl Calibration {
     }
 
     fn write(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
-        py.detach(|| self.file.write(&path, force)).or_raise(py)
+        let write = || {
+            check_output(&path, &self.file.inputs, force)?;
+            self.file.write(&path, force)
+        };
+        py.detach(write).or_raise(py)
     }
 
     /// Text for another program, and what it cannot hold.

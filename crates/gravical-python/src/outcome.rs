@@ -1,6 +1,6 @@
 //! Results that are presented: as JSON, as a report, as figures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use gravical::Error;
@@ -13,7 +13,7 @@ use gravical::export::kalibr;
 use gravical::inspect::Inspection;
 use gravical::motion::{Motion, Track, write_table};
 use gravical::noise::NoiseResult;
-use gravical::output::write_atomic;
+use gravical::output::{check_targets, write_atomic};
 use gravical::recording::Recording;
 use gravical_report::document::{Detail, Document};
 use gravical_report::figure::{self, Figure, svg};
@@ -135,6 +135,7 @@ impl Outcome {
             return Err(PyValueError::new_err("this is not a result of motion"));
         };
         let write = || {
+            check_output(&path, &self.inputs, force)?;
             write_atomic(&path, force, |out| {
                 write_table(&motion.track, out).map_err(|e| Error::io(&path, e))
             })
@@ -173,6 +174,12 @@ impl Outcome {
 }
 
 /// Columns of the table, by name; their memory is that of the motion.
+/// Checks that a result replaces none of the files that it was computed from.
+pub fn check_output(path: &Path, inputs: &[InputFile], force: bool) -> gravical::Result<()> {
+    let inputs: Vec<PathBuf> = inputs.iter().map(|i| PathBuf::from(&i.path)).collect();
+    check_targets(&[path.to_owned()], &inputs, force)
+}
+
 fn column<'a>(track: &'a Track, name: &str) -> Option<&'a [f64]> {
     let of = |columns: &'a Vec<[f64; 3]>| columns.as_flattened();
     Some(match name {

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use gravical::Error;
-use gravical::output::write_atomic;
+use gravical::output;
 use gravical::recording::{self, TableColumn, join_gyroscope};
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
@@ -256,11 +255,6 @@ pub fn read_bytes(
 /// Writes a text, atomically; nothing is overwritten without `force`.
 #[pyfunction]
 pub fn write_text(py: Python<'_>, path: PathBuf, text: &str, force: bool) -> PyResult<()> {
-    let write = || {
-        write_atomic(&path, force, |out| {
-            out.write_all(text.as_bytes())
-                .map_err(|e| Error::io(&path, e))
-        })
-    };
-    py.detach(write).or_raise(py)
+    py.detach(|| output::write_text(&path, force, text))
+        .or_raise(py)
 }

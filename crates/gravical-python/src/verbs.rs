@@ -10,7 +10,7 @@ use gravical::compare::compare as compare_two;
 use gravical::denoise;
 use gravical::inspect::inspect;
 use gravical::noise::{noise, noise_of};
-use gravical::output::write_atomic;
+use gravical::output::{check_targets, write_atomic};
 use gravical::recording::{ReadOptions, Recording as Rows, join_gyroscope, open, read};
 use gravical::segment::still::StillOptions;
 use gravical::session::{read_for, read_session};
@@ -111,7 +111,8 @@ pub fn apply_file(
     let (mut apply, meter) = options.apply()?;
     let file: Arc<CalibrationFile> = calibration.get().file.clone();
     let summary = task::run(py, &meter, move || {
-        refuse_same(&path, &output)?;
+        let inputs: Vec<PathBuf> = std::iter::once(&path).chain(&gyro).cloned().collect();
+        check_targets(std::slice::from_ref(&output), &inputs, force)?;
         let joined = gyro.as_deref().map(|gyro| -> Result<Rows> {
             let mut recording = read(&path, &apply.read.beside_gyroscope_file())?;
             join_gyroscope(&mut recording, gyro, &apply.read)?;
@@ -136,10 +137,6 @@ pub fn apply_file(
         Ok(summary)
     })?;
     json(&summary)
-}
-
-fn refuse_same(input: &std::path::Path, output: &std::path::Path) -> Result<()> {
-    gravical::output::check_targets(&[output.to_owned()], &[input.to_owned()], true)
 }
 
 /// A filtered recording.
@@ -172,7 +169,7 @@ pub fn denoise_file(
     let denoise = options.denoise()?;
     let (read, meter) = options.read(true)?;
     let done = task::run(py, &meter, move || {
-        refuse_same(&path, &output)?;
+        check_targets(&[output.clone()], std::slice::from_ref(&path), force)?;
         let mut done = None;
         write_atomic(&output, force, |out| {
             done = Some(denoise::denoise_file(&path, &read, &denoise, out)?);

@@ -11,7 +11,7 @@ use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
-    is_named_gyroscope, is_prose, join_gyroscope, read,
+    is_named_gyroscope, is_prose, join_gyroscope, open::open, read, read_head,
 };
 use crate::segment::Segmentation;
 use crate::segment::face::{Claim, claim};
@@ -140,6 +140,24 @@ pub fn may_be_recording(path: &Path) -> bool {
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))
     };
     ENDINGS.into_iter().any(is)
+}
+
+/// Columns that begin the summary of many sessions.
+pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code", "hint", "result"];
+
+/// True for a calibration, and for a table that holds results by its column names: of `apply`, of
+/// `motion`, or the summary of many sessions. What `convert` and `denoise` write is a recording.
+pub(crate) fn is_result_file(path: &Path) -> bool {
+    let options = ReadOptions::default();
+    let columns = SUMMARY_COLUMNS.join(",");
+    let is_summary = || -> Result<bool> {
+        let mut head = vec![0; columns.len()];
+        let read = open(path, &options)?.reader.read_exact(&mut head);
+        Ok(read.is_ok() && head == columns.as_bytes())
+    };
+    read_head(path, &options).is_ok_and(|head| head.is_result())
+        || is_summary().unwrap_or(false)
+        || CalibrationFile::read(path).is_ok()
 }
 
 fn no_recordings(folder: &Path) -> Error {

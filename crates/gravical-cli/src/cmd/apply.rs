@@ -10,7 +10,7 @@ use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, 
 use gravical::{Error, Result, numfmt};
 use gravical_report::document::Document;
 
-use crate::calibration::{OriginArgs, read_file};
+use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};
 use crate::report::ReportArgs;
@@ -79,8 +79,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         _ => return apply_each(args),
     };
-    let mut inputs = vec![path.as_path(), &args.calibration];
-    inputs.extend(args.gyro.as_deref());
+    let calibrations = files_of(&args.calibration);
+    let inputs = calibrations.iter().chain([path]).chain(&args.gyro);
+    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
     args.output.check(&ReportArgs::default(), &inputs)?;
     let read_options = args.recording.read_options(false);
     let quiet = args.output.quiet;
@@ -141,6 +142,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     let plan = Plan {
         each: &args.each,
         inputs: &args.inputs,
+        shared: files_of(&args.calibration),
         folders: false,
         output: Some(output),
         ending: |_| ".csv".to_owned(),

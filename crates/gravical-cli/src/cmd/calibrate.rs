@@ -189,18 +189,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     args.each.refuse_alone()?;
     // Checked before the work starts.
-    let inputs = args
-        .inputs
-        .iter()
-        .chain(&args.gyro)
-        .chain(&args.method.sections);
-    let inputs = inputs.chain(&args.method.thermal);
-    let inputs = inputs.chain(&args.method.noise);
+    let others = args.other_files();
+    let inputs = args.inputs.iter().chain(&others).map(PathBuf::as_path);
     check_outputs(
         args.output.as_deref(),
         &args.report,
         Some(&args.figures),
-        &inputs.map(PathBuf::as_path).collect::<Vec<_>>(),
+        &inputs.collect::<Vec<_>>(),
         args.force,
     )?;
     let options = args.options()?;
@@ -273,6 +268,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     let plan = Plan {
         each: &args.each,
         inputs: &args.inputs,
+        shared: args.other_files(),
         folders: true,
         output: args.output.as_deref(),
         ending: |_| ".json".to_owned(),
@@ -378,6 +374,13 @@ fn compute(
 }
 
 impl Args {
+    /// Files that are read beside the session.
+    fn other_files(&self) -> Vec<PathBuf> {
+        let m = &self.method;
+        let files = self.gyro.iter().chain(&m.sections).chain(&m.noise);
+        files.chain(&m.thermal).cloned().collect()
+    }
+
     /// The recordings of --thermal.
     fn thermal(&self) -> Result<Vec<Recording>> {
         let options = self.recording.read_options(true);

@@ -10,7 +10,7 @@ use gravical::session::read_session;
 use gravical::{Error, Result};
 use gravical_report::report;
 
-use crate::calibration::{OriginArgs, read_file};
+use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::QUALITY;
 use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
@@ -82,11 +82,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     args.each.refuse_alone()?;
     let options = args.options()?;
-    let first = std::iter::once(&args.calibration);
-    let inputs: Vec<PathBuf> = first.chain(&args.recordings).cloned().collect();
-    let files = inputs.iter().chain(&args.gyro).map(PathBuf::as_path);
-    args.report
-        .check(None, &files.collect::<Vec<_>>(), args.force)?;
+    let calibrations = files_of(&args.calibration);
+    let files = calibrations
+        .iter()
+        .chain(&args.recordings)
+        .chain(&args.gyro);
+    let files = files.map(PathBuf::as_path).collect::<Vec<_>>();
+    args.report.check(None, &files, args.force)?;
     let read_options = args.recording.read_options(true);
     let inputs = &args.recordings;
     let calibration =
@@ -140,6 +142,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
     let plan = Plan {
         each: &args.each,
         inputs: &args.recordings,
+        shared: files_of(&args.calibration),
         folders: true,
         output: None,
         ending: |_| String::new(),

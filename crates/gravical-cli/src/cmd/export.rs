@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
 use gravical::export::{ExportOptions, TARGETS, Target, export};
-use gravical::output::{check_targets, write_atomic};
+use gravical::output::{check_targets, write_text};
 
 use crate::options::AxisMapArg;
 use crate::text;
@@ -95,10 +95,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let written = export(&file, target, &options)?;
     match output {
-        Some(path) => write_atomic(path, args.force, |w| {
-            w.write_all(written.text.as_bytes())
-                .map_err(|e| Error::io(path, e))
-        })?,
+        Some(path) => write_text(path, args.force, &written.text)?,
         None => text::print(&written.text)?,
     }
     for note in &written.notes {

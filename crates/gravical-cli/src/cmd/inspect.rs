@@ -49,7 +49,8 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.recording.read_options(args.report.is_wanted());
     options.validate()?;
-    let inputs: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
+    let inputs = args.files.iter().chain(&args.gyro);
+    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
     args.report.check(None, &inputs, args.force)?;
     let (mut found, mut failed) = (Vec::new(), Vec::new());
     let mut files: Vec<(PathBuf, bool)> = Vec::new();

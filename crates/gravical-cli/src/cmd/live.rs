@@ -273,7 +273,7 @@ impl Args {
     fn check_targets(&self) -> Result<()> {
         let events = self.events.iter().filter(|p| p.as_path() != Path::new("-"));
         let targets: Vec<PathBuf> = self.output.iter().chain(events).cloned().collect();
-        let inputs: Vec<PathBuf> = self.replay.iter().cloned().collect();
+        let inputs: Vec<PathBuf> = self.replay.iter().chain(&self.resume).cloned().collect();
         check_targets(&targets, &inputs, false).map_err(|error| match error.code() {
             "exists" => error.with_hint("name another file"),
             _ => error,

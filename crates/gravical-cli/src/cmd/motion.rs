@@ -41,11 +41,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     {
         return Err(error.into());
     }
+    let files = args.files();
     check_outputs(
         target.file(),
         &args.report,
         Some(&args.figures),
-        &args.files(),
+        &files.iter().map(PathBuf::as_path).collect::<Vec<_>>(),
         args.force,
     )?;
     let noise = args.noise.as_deref().map(read_noise).transpose()?;

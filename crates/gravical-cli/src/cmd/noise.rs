@@ -1,13 +1,13 @@
 //! `gravical noise`: the Allan deviation of a recording at rest.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
 use gravical::escape::path_text;
 use gravical::export::kalibr;
 use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
-use gravical::output::write_atomic;
+use gravical::output::write_text;
 use gravical::segment::face::AxisMap;
 use gravical::{Error, Result};
 use gravical_report::figure::noise::figures;
@@ -214,11 +214,4 @@ fn options_of(args: &Args) -> NoiseOptions {
 
 fn json(result: &NoiseResult) -> anyhow::Result<String> {
     Ok(serde_json::to_string_pretty(result)? + "\n")
-}
-
-fn write_text(path: &Path, force: bool, text: &str) -> Result<()> {
-    write_atomic(path, force, |out| {
-        out.write_all(text.as_bytes())
-            .map_err(|e| Error::io(path, e))
-    })
 }

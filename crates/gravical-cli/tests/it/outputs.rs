@@ -1,8 +1,9 @@
 //! Where results go: nothing is replaced by another result, or by what is made of
 //! it, and what cannot be written is said before the work.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::support::*;
 
@@ -20,29 +21,27 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Refused with this code, and nothing new in the folder.
+/// Every file below the folder with its content.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.extend(files(&path));
+        } else {
+            all.insert(path.clone(), fs::read(path).unwrap());
+        }
+    }
+    all
+}
+
+/// Refused with this code, and every file is as it was.
 fn refused(folder: &Path, line: &str, code: &str) {
-    let names = || {
-        let mut all: Vec<_> = fs::read_dir(folder)
-            .unwrap()
-            .map(|e| e.unwrap().file_name())
-            .collect();
-        all.sort();
-        all
-    };
-    let (before, line_csv) = (names(), fs::read(folder.join("line.csv")).unwrap());
-    let run = run_in(folder, words(line).into_iter().chain(["--json".to_owned()]));
-    assert_eq!(
-        (run.code, run.error_code().as_str()),
-        (2, code),
-        "{line}: {}",
-        run.out
-    );
-    assert_eq!(names(), before, "{line}");
-    assert!(
-        fs::read(folder.join("line.csv")).unwrap() == line_csv,
-        "{line}"
-    );
+    let before = files(folder);
+    let run = run_in(folder, words(line));
+    let said = run.err.contains(&format!("code: {code}\n"));
+    assert!(run.code == 2 && said, "{line}: {}", run.err);
+    assert!(files(folder) == before, "{line}");
 }
 
 #[test]
@@ -77,31 +76,140 @@ fn two_results_never_share_a_file() {
     );
 }
 
+/// Commands that end in the option of an output, each with what it reads.
+const READ: &str = "\
+calibrate line.csv -o: line.csv
+calibrate s -o: s/x_up.csv s/notes.txt s/converted.csv
+calibrate live -o: live/recording.csv live/session.ndjson
+calibrate line.csv --gyro o.csv -o: o.csv
+calibrate line.csv --sections o.csv -o: o.csv
+calibrate line.csv --thermal o.csv -o: o.csv
+calibrate line.csv --noise o.csv -o: o.csv
+calibrate o.md --report: o.md
+calibrate --each s --summary: s/x_up.csv s/notes.txt
+calibrate --each live line.csv --summary: live/recording.csv line.csv
+calibrate --each @list --summary: list s/x_up.csv
+calibrate --each s --sections sections.csv --summary: sections.csv
+calibrate --each s --thermal line.csv --summary: line.csv
+check o.md line.csv --report: o.md
+check cals o.md --report: o.md
+check cal.json line.csv --gyro o.md --report: o.md
+check cal.json --each s --summary: cal.json s/x_up.csv
+inspect o.md --report: o.md
+inspect line.csv --gyro o.md --report: o.md
+compare o.md cal.json --report: o.md
+compare cal.json o.md --report: o.md
+apply cal.json line.csv -o: cal.json line.csv
+apply cals line.csv -o: cals/cal.json
+apply cal.json line.csv --gyro o.csv -o: o.csv
+apply cal.json line.csv o.csv -o out --summary: cal.json o.csv
+apply cal.json --each s -o out --summary: s/x_up.csv
+apply cal.json --each @list -o out --summary: list
+convert line.csv -o: line.csv
+denoise line.csv --filter mean:3 -o: line.csv
+denoise o.md --filter mean:3 --report: o.md
+noise line.csv -o: line.csv
+noise o.md --report: o.md
+export cal.json --to imucal -o: cal.json
+motion line.csv -c cal.json -o: line.csv cal.json
+motion line.csv -c cals -o: cals/cal.json
+motion line.csv --gyro o.csv -o: o.csv
+motion line.csv --noise o.csv -o: o.csv
+motion line.csv --truth o.csv -o: o.csv
+motion line.csv -c o.md --report: o.md
+live --replay line.csv -o: line.csv
+live --replay line.csv --events: line.csv
+live --resume live --events: live/recording.csv
+live --resume live -o: live/recording.csv live/session.ndjson";
+
 #[test]
 fn what_is_read_is_never_replaced() {
     let folder = folder();
     let at = folder.path();
-    refused(at, "motion line.csv -o line.csv --force", "target-is-input");
-    fs::copy(at.join("cal.json"), at.join("cal.md")).unwrap();
-    for report in ["cal.md", "d/../cal.md"] {
-        let line = format!("motion line.csv -c cal.md --report {report} --force");
-        refused(at, &line, "target-is-input");
+    fs::remove_dir_all(at.join("d")).unwrap();
+    for name in ["s", "cals", "live", "out", "links"] {
+        fs::create_dir(at.join(name)).unwrap();
     }
-    refused(
-        at,
-        "apply cal.json line.csv -o line.csv --force",
-        "target-is-input",
-    );
-    refused(
-        at,
-        "denoise line.csv --filter mean:5 -o line.csv --force",
-        "target-is-input",
-    );
-    refused(
-        at,
-        "calibrate line.csv -o line.csv --force",
-        "target-is-input",
-    );
+    for name in ["s/x_up.csv", "live/recording.csv", "o.csv", "o.md"] {
+        fs::copy(at.join("line.csv"), at.join(name)).unwrap();
+    }
+    fs::copy(at.join("cal.json"), at.join("cals/cal.json")).unwrap();
+    write(at, "s/notes.txt", "+x first");
+    write(at, "live/session.ndjson", "");
+    write(at, "list", "s/x_up.csv\n");
+    write(at, "sections.csv", "label,start,end\nx_up,0,100\n");
+    let converted = run_in(at, words("convert line.csv -o s/converted.csv"));
+    assert_eq!(converted.code, 0, "{}", converted.err);
+    for row in READ.lines() {
+        let (line, targets) = row.split_once(": ").unwrap();
+        // `live` replaces nothing.
+        let force = [" --force", ""][usize::from(line.starts_with("live"))];
+        for target in targets.split(' ') {
+            for path in names_of(at, target) {
+                refused(at, &format!("{line} {path}{force}"), "target-is-input");
+            }
+        }
+    }
+    let line = "apply cal.json --each s -o s --force";
+    refused(at, line, "target-is-input");
+}
+
+/// Paths of a file of the folder, with links to it.
+fn names_of(folder: &Path, file: &str) -> Vec<String> {
+    let path = folder.join(file);
+    let mut names = vec![file.to_owned(), format!("s/../out/.././{file}")];
+    names.push(path.display().to_string());
+    #[cfg(unix)]
+    for kind in ["symbolic", "hard"] {
+        let link = folder.join(format!("links/{kind}-{}", file.replace('/', "-")));
+        if !link.exists() && kind == "hard" {
+            fs::hard_link(&path, &link).unwrap();
+        } else if !link.exists() {
+            std::os::unix::fs::symlink(&path, &link).unwrap();
+        }
+        names.push(link.display().to_string());
+    }
+    names
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_at_standard_input_is_not_replaced() {
+    let folder = folder();
+    let mut run = std::process::Command::new(program());
+    let run = run.args(words("apply cal.json - -o line.csv --force"));
+    let input = fs::File::open(folder.path().join("line.csv")).unwrap();
+    let output = run.current_dir(&folder).stdin(input).output().unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert!(err.contains("code: target-is-input"), "{err}");
+}
+
+#[test]
+fn results_in_an_input_folder_are_replaced_with_force() {
+    let folder = folder();
+    let at = folder.path();
+    for line in [
+        "calibrate s -o s/cal.json --report s/cal.html",
+        "calibrate s -o s/cal.txt",
+        "calibrate s --report s/report.md --figures s/drawn",
+        "calibrate --each s -o s --summary s/all.csv",
+        "calibrate --each s -o s/out --summary s/all.csv.gz",
+        "check cal.json s --each --summary s/checked.csv",
+        "inspect s --report s/poses.html",
+        "apply s line.csv -o s/line.csv",
+        "apply s line.csv -o s/line.csv.gz",
+        "motion line.csv -c s -o s/track.csv",
+    ] {
+        fs::create_dir(at.join("s")).unwrap();
+        fs::copy(at.join("cal.json"), at.join("s/sensor.json")).unwrap();
+        fs::copy(at.join("d/poses/poses.csv"), at.join("s/poses.csv")).unwrap();
+        for (force, code) in [("", 0), ("", 2), (" --force", 0)] {
+            let run = run_in(at, words(&format!("{line}{force}")));
+            assert_eq!(run.code, code, "{line}{force}: {}", run.err);
+            assert_eq!(run.err.contains("code: exists"), code == 2, "{}", run.err);
+        }
+        fs::remove_dir_all(at.join("s")).unwrap();
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::output::write_atomic;
+use gravical::output::write_text;
 use gravical::{Error, Result};
 
 use super::{Figure, calibration, motion, noise, svg};
@@ -112,10 +112,7 @@ pub fn write_figures<'a>(
     for figure in figures {
         let path = folder.join(format!("{}.svg", figure.name));
         let drawing = svg::standalone(figure);
-        write_atomic(&path, force, |out| {
-            out.write_all(drawing.as_bytes())
-                .map_err(|e| Error::io(&path, e))
-        })?;
+        write_text(&path, force, &drawing)?;
         earlier.retain(|p| *p != path);
     }
     for path in earlier {

@@ -158,15 +158,27 @@ pub fn find_calibration(
     })
 }
 
+/// Files of a folder that may be calibrations by their names, in the order of these.
+///
+/// # Errors
+///
+/// Those of the file system.
+pub fn json_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
+    let paths = entries.map(|entry| Ok(entry.map_err(|e| Error::io(folder, e))?.path()));
+    let mut paths = paths.collect::<Result<Vec<PathBuf>>>()?;
+    paths.retain(|p| {
+        p.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    });
+    paths.sort();
+    Ok(paths)
+}
+
 fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
-    let io = |e| Error::io(folder, e);
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(io)? {
-        let path = entry.map_err(io)?.path();
-        let is_json = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        if is_json && let Ok((file, input)) = CalibrationFile::read_with_input(&path) {
+    for path in json_files(folder)? {
+        if let Ok((file, input)) = CalibrationFile::read_with_input(&path) {
             let recorded = file.recorded.map(|recorded| recorded.time);
             let time = recorded.or_else(|| file.created.parse().ok());
             let reason = String::new();
@@ -179,6 +191,5 @@ fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
             });
         }
     }
-    found.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(found)
 }

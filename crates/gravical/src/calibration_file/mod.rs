@@ -24,7 +24,7 @@ use crate::output::write_atomic;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-pub use folder::{FoundCalibration, RecordingOrigin, find_calibration};
+pub use folder::{FoundCalibration, RecordingOrigin, find_calibration, json_files};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use noise::*;

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
+use gravical::output::check_targets;
 use gravical::{Error, Result};
 
 use crate::device::board::{Settings, Wanted};
@@ -49,18 +50,7 @@ impl Files {
             .with_hint("record into a file, and follow it with tail -f"));
         }
         let any = existing != Existing::Refuse;
-        gravical::output::check_target(path, any).map_err(with_append_hint)?;
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-        if let Some(folder) = folder
-            && !folder.is_dir()
-        {
-            return Err(Error::usage(
-                "no-folder",
-                format!("there is no folder \"{}\"", folder.display()),
-            )
-            .at(path, None)
-            .with_hint("create it first, or name another file with -o"));
-        }
+        check_targets(&[path.to_owned()], &[], any).map_err(with_append_hint)?;
         if any && LineFile::is_busy(path) {
             return Err(in_use(path));
         }

@@ -10,7 +10,7 @@ use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
 use gravical::{Error, Result};
 
-use crate::calibration::OriginArgs;
+use crate::calibration::{OriginArgs, files_of};
 use crate::figures::FigureArgs;
 use crate::options::{GravityArgs, RecordingArgs};
 use crate::report::ReportArgs;
@@ -279,19 +279,13 @@ impl Args {
     }
 
     /// All input files.
-    pub fn files(&self) -> Vec<&Path> {
-        let others = [
-            &self.calibration,
-            &self.gyro,
-            &self.noise,
-            &self.truth.truth,
-        ];
-        let others = others.into_iter().flatten();
-        [&self.input]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let others = [&self.gyro, &self.noise, &self.truth.truth];
+        let files = [&self.input]
             .into_iter()
-            .chain(others)
-            .map(PathBuf::as_path)
-            .collect()
+            .chain(others.into_iter().flatten());
+        let calibrations = self.calibration.iter().flat_map(|path| files_of(path));
+        files.cloned().chain(calibrations).collect()
     }
 
     /// The reference and its options; none without --truth.
