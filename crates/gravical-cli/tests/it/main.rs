@@ -13,6 +13,8 @@ mod control;
 mod convert;
 mod demo;
 mod denoise;
+mod docs_complete;
+mod docs_links;
 mod each;
 mod every_recording;
 mod export;

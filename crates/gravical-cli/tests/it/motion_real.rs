@@ -152,6 +152,7 @@ fn a_walk_closes_on_the_ground() {
 }
 
 #[test]
+#[ignore = "slow: all recordings"]
 fn every_recording_ends_in_a_table_or_in_a_reason() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().unwrap();

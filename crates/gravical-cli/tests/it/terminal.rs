@@ -24,14 +24,25 @@ fn too_wide(text: &str, path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn eighty_columns_whatever_the_recording() {
-    let mut paths = files(Path::new(concat!(
+fn eighty_columns_whatever_the_example() {
+    let examples = files(Path::new(concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../examples"
     )));
-    paths.extend(data().iter().flat_map(|d| files(d)));
-    assert!(paths.len() >= 7);
-    for path in &paths {
+    assert!(examples.len() >= 7);
+    within_eighty_columns(&examples);
+}
+
+#[test]
+#[ignore = "slow: three commands on every recording"]
+fn eighty_columns_whatever_the_recording() {
+    data()
+        .iter()
+        .for_each(|folder| within_eighty_columns(&files(folder)));
+}
+
+fn within_eighty_columns(paths: &[std::path::PathBuf]) {
+    for path in paths {
         for verb in ["inspect", "calibrate", "motion"] {
             let run = run([verb.as_ref(), path.as_os_str()]);
             // `motion` prints its table on stdout.

@@ -82,3 +82,19 @@ fn the_duration_counts_from_the_first_row_and_lines_may_end_with_a_carriage_retu
     let recording = recording(&folder.path().join("x.csv"));
     assert!(recording.rows() > 60, "{} rows", recording.rows());
 }
+
+#[test]
+fn a_file_with_other_columns_is_not_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    let before = "t,ax,ay,az,T,gx,gy,gz\n1,0,0,9.8,25,0,0,0\n";
+    fs::write(folder.path().join("x.csv"), before).unwrap();
+    let mut board = Board::new(folder.path());
+    let line = format!("log -o x.csv --append --json --port {}", board.port());
+    let mut log = Logger::start(folder.path(), &line);
+    board.greet();
+    board.rows(10);
+    let (_, error) = log.ended();
+    assert_eq!(error["code"].as_str(), Some("columns-changed"), "{error}");
+    let text = fs::read_to_string(folder.path().join("x.csv")).unwrap();
+    assert!(text.starts_with(before) && !text.contains("9.81"), "{text}");
+}

@@ -377,64 +377,6 @@ mod tests {
     }
 
     #[test]
-    fn sums_are_those_of_the_definition_however_samples_arrive() {
-        let x = wave(20_011);
-        for spacing in [Spacing::Octave, Spacing::Dense, Spacing::Decade] {
-            for full in [false, true] {
-                let mut at_once = Allan::new(spacing, full);
-                at_once.push(&x);
-                let (sums, lengths) = at_once.finish();
-                assert_eq!(lengths[0].samples, x.len() as f64);
-                assert!(sums.len() > 13 && sums.windows(2).all(|w| w[0].m < w[1].m));
-                if full {
-                    let m: Vec<usize> = sums.iter().map(|s| s.m).chain([0, 10_006]).collect();
-                    assert_eq!(overlapping(&x, &m), sums);
-                }
-                for s in &sums {
-                    let (terms, squares) = plain(&x, s.m, s.stride);
-                    assert_eq!(s.terms, terms, "{s:?}");
-                    assert!((s.squares / squares - 1.0).abs() < 1e-9, "{s:?} {squares}");
-                    assert!(
-                        full && s.stride == 1
-                            || s.stride == 1.max(1 << (s.m / SPAN).max(1).ilog2())
-                    );
-                }
-                for part in [1, 7, 4096] {
-                    let mut allan = Allan::new(spacing, full);
-                    x.chunks(part).for_each(|part| allan.push(part));
-                    let (others, _) = allan.finish();
-                    assert_eq!(others.len(), sums.len());
-                    for (a, b) in others.iter().zip(&sums) {
-                        assert_eq!((a.m, a.terms), (b.m, b.terms));
-                        assert!((a.squares / b.squares - 1.0).abs() < 1e-10);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Where a level ends without new phases, those above it have some all the same.
-    #[test]
-    fn no_averaging_time_is_lost_whatever_the_number_of_samples() {
-        let x = wave(1 << 16);
-        let lengths = [1 << 11, 1 << 12, 1 << 13, 1 << 16, 4095, 4097, 20 * 1024];
-        for n in lengths {
-            for part in [20, 2048, n] {
-                let mut allan = Allan::new(Spacing::Octave, false);
-                x[..n].chunks(part).for_each(|part| allan.push(part));
-                let (sums, _) = allan.finish();
-                let all = Spacing::Octave.factors(n.div_ceil(2) + 1);
-                let fit = all.into_iter().filter(|m| 2 * m <= n);
-                assert!(sums.iter().map(|s| s.m).eq(fit), "{n} {part}");
-                for s in sums {
-                    let places = (n - 2 * s.m) / s.stride + 1;
-                    assert_eq!(s.terms, places as u64, "{n} {part} {s:?}");
-                }
-            }
-        }
-    }
-
-    #[test]
     fn segments_are_pooled_by_their_terms() {
         let x = wave(9000);
         let cuts = [0, 1, 700, 5000, 5001, 9000];

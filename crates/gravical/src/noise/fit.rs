@@ -438,35 +438,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn noise_behind_a_low_pass_is_fitted_where_it_is_white() {
-        let (m, mut variance, lengths) = exact([1.09e-5, 6.4e-7, 0.0, 0.0, 0.0], 1e6);
-        for (k, share) in [0.2, 0.5, 0.8, 0.95].into_iter().enumerate() {
-            variance[k] *= share;
-        }
-        let points = Points {
-            m: &m,
-            variance: &variance,
-            lengths: &lengths,
-            period_s: 0.01,
-            pairs: &Pairs::default(),
-        };
-        let found = fit(&points, &THREE).unwrap();
-        assert!((5..=6).contains(&found.from), "{}", found.from);
-        assert!((found.model.squares[0] / 1.09e-5 - 1.0).abs() < 0.02);
-    }
-
-    #[test]
-    fn quantiles_of_few_and_many_degrees_of_freedom() {
-        // χ² tables: 20.483 and 3.247 for 10.
-        let [low, high] = chi_square_factors(10.0).unwrap();
-        assert!((low - (10.0_f64 / 20.4832).sqrt()).abs() < 1e-5);
-        assert!((high - (10.0_f64 / 3.24697).sqrt()).abs() < 1e-5);
-        let (below, above) = (
-            chi_square_factors(9.9e4).unwrap(),
-            chi_square_factors(1.01e5).unwrap(),
-        );
-        assert!((below[1] - above[1]).abs() < 1e-4);
-    }
 }

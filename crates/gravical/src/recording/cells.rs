@@ -322,38 +322,3 @@ impl CellFiller {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_gyroscope_is_held_for_a_few_rows_only() {
-        let channels = Channels {
-            accel: true,
-            gyro: true,
-            temperature: false,
-        };
-        // A value in every other row, up to row 20.
-        let row = |i: i32| -> Values {
-            let rate = if i % 2 == 0 && i < 20 {
-                f64::from(i)
-            } else {
-                f64::NAN
-            };
-            [0.0, 0.1, 0.2, 9.8, rate, rate, rate, f64::NAN]
-        };
-        let mut counts = CellCounts::new(channels);
-        (0..40).for_each(|i| counts.observe(&row(i), i as u64 + 1));
-        let mut filler = CellFiller::new(counts.rules(false), channels);
-        let filled: Vec<f64> = (0..40)
-            .map(|i| {
-                let mut values = row(i);
-                filler.fill(&mut values, false, i as u64);
-                values[GYRO]
-            })
-            .collect();
-        assert_eq!((filled[7], filled[36]), (6.0, 18.0));
-        assert!(filled[37..].iter().all(|v| v.is_nan()), "{filled:?}");
-    }
-}

@@ -759,6 +759,3 @@ pub fn decode(bytes: &[u8]) -> String {
         Err(_) => encoding_rs::WINDOWS_1252.decode(bytes).0.into_owned(),
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -420,39 +420,6 @@ mod tests {
     }
 
     #[test]
-    fn gzip_members_and_utf16_are_read_as_utf8() {
-        let mut packed = Vec::new();
-        for part in ["a,b\n", "1,2\n"] {
-            let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-            gz.write_all(part.as_bytes()).unwrap();
-            packed.extend(gz.finish().unwrap());
-        }
-        assert_eq!(text(packed).0, "a,b\n1,2\n");
-
-        let mut wide = vec![0xff, 0xfe];
-        for unit in "gX (°/s)\n1\n".encode_utf16() {
-            wide.extend(unit.to_le_bytes());
-        }
-        let (out, how, _) = text(wide);
-        assert_eq!(out, "gX (°/s)\n1\n");
-        assert_eq!(how, ["UTF-16LE"]);
-    }
-
-    #[test]
-    fn a_truncated_gzip_file_is_read_up_to_its_end() {
-        let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-        for i in 0..2000 {
-            writeln!(gz, "{i},0.1,0.2,9.8").unwrap();
-        }
-        let packed = gz.finish().unwrap();
-        let cut = packed[..packed.len() / 2].to_vec();
-        let mut input = from_reader(Box::new(io::Cursor::new(cut)), false).unwrap();
-        let mut out = String::new();
-        input.reader.read_to_string(&mut out).unwrap();
-        assert!(out.starts_with("0,0.1") && input.is_cut_off());
-    }
-
-    #[test]
     fn a_decompression_bomb_is_refused() {
         let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         let block = b"1,1,1\n".repeat(10_000);

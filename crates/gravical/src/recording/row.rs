@@ -434,6 +434,3 @@ pub fn is_missing_value(text: &[u8]) -> bool {
     .iter()
     .any(|word| text.eq_ignore_ascii_case(word.as_bytes()))
 }
-
-#[cfg(test)]
-mod tests;

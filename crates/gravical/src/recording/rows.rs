@@ -681,27 +681,6 @@ mod tests {
     }
 
     #[test]
-    fn zero_rows_are_empty_in_the_middle_and_removed_at_the_end() {
-        let list = [STILL, DEAD, STILL, STILL, DEAD, DEAD, DEAD];
-        let mut some = rows(&list);
-        let expected = [
-            (1, false, false),
-            (2, true, true),
-            (3, false, false),
-            (4, false, false),
-        ];
-        assert_eq!(returned(&mut some), expected);
-        let done = some.finish().unwrap();
-        assert_eq!((done.ledger.lines, done.ledger.rows), (7, 4));
-        assert_eq!(done.ledger.lines_aside(Aside::ZeroTail).count(), 3);
-        // A single row can be a measurement of a sensor that was not read.
-        assert_eq!(
-            returned(&mut rows(&[STILL, STILL, DEAD]))[2],
-            (3, true, true)
-        );
-    }
-
-    #[test]
     fn few_zeros_are_values_if_the_gyroscope_reads() {
         let list = [STILL, UNREAD, UNREAD, STILL];
         assert!(returned(&mut rows(&list)).iter().all(|r| !r.1 && !r.2));

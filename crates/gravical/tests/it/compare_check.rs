@@ -84,6 +84,7 @@ fn compared(tilt_deg: f64, method: Method) -> Vec<Comparison> {
 /// all that tells the angles between the axes (0.6 times at 2°): the lower bound
 /// of the RMS.
 #[test]
+#[ignore = "slow: 1200 sessions"]
 fn two_sessions_of_one_sensor_seldom_differ() {
     for (method, tilt) in [
         (Method::Joint, 0.1),
@@ -124,6 +125,7 @@ fn two_sessions_of_one_sensor_seldom_differ() {
 /// of tilted faces are products of tilts with heavy tails, which the test knows of:
 /// by a normal distribution 4 % would be claimed at a level of 1 % (Ferraris, 3°).
 #[test]
+#[ignore = "slow: 1200 sessions"]
 fn new_stills_seldom_contradict_a_good_calibration() {
     for (method, tilt, later) in [
         (Method::Joint, 0.1, poses(3.0, 6)),

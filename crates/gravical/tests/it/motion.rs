@@ -22,14 +22,22 @@ fn wobble(gyro: Gyro) -> Cell {
 
 #[test]
 fn a_line_of_two_seconds_ends_within_three_millimetres() {
-    let out = run(&line(), SEEDS).unwrap();
+    let out = run(&line(), 1..61).unwrap();
     assert_eq!(out.found, out.runs);
     // 2.7 mm is what the accelerometer's noise leaves: N √(T³/12).
-    assert!(out.rms_mm(0) <= 3.3, "{}", out.rms_mm(0));
-    assert!(out.rms_mm(0) >= 2.4, "{}", out.rms_mm(0));
+    assert!((2.2..3.3).contains(&out.rms_mm(0)), "{}", out.rms_mm(0));
 }
 
 #[test]
+fn a_wobbling_line_ends_within_its_band() {
+    let out = run(&wobble(Gyro::Calibrated), 1..41).unwrap();
+    assert_eq!(out.found, out.runs);
+    assert!(out.rms_mm(0) <= 4.5, "{}", out.rms_mm(0));
+    assert!(out.covered(2.0, 0..3) > 0.88, "{}", out.covered(2.0, 0..3));
+}
+
+#[test]
+#[ignore = "slow: 600 lines"]
 fn lost_rows_and_jitter_cost_less_than_a_tenth() {
     let whole = run(&line(), SEEDS).unwrap().rms_mm(0);
     let torn = Cell {
@@ -43,6 +51,7 @@ fn lost_rows_and_jitter_cost_less_than_a_tenth() {
 }
 
 #[test]
+#[ignore = "slow: 900 lines"]
 fn a_wobble_costs_what_the_gyroscope_does_not_know() {
     for (gyro, most) in [(Gyro::Exact, 3.5), (Gyro::Calibrated, 4.0)] {
         let out = run(&wobble(gyro), SEEDS).unwrap();
@@ -57,6 +66,7 @@ fn a_wobble_costs_what_the_gyroscope_does_not_know() {
 }
 
 #[test]
+#[ignore = "slow: 300 lines"]
 fn a_slow_line_is_found_every_time() {
     let slow = Cell {
         move_s: 4.0,
@@ -68,6 +78,7 @@ fn a_slow_line_is_found_every_time() {
 }
 
 #[test]
+#[ignore = "slow: 400 lines"]
 fn smoothing_makes_no_drift_less() {
     let plain = run(&line(), 1..101).unwrap().rms_mm(0);
     for filter in ["savgol:5,2", "savgol:21,2", "butter:4,5Hz"] {
@@ -85,6 +96,7 @@ fn smoothing_makes_no_drift_less() {
 
 /// 68.3 ± 3 % and 95.4 ± 2 % over 750 seeds and three axes.
 #[test]
+#[ignore = "slow: 1500 lines"]
 fn the_bands_cover_what_they_say() {
     for gyro in [Gyro::Calibrated, Gyro::DataSheet] {
         let cell = Cell {
@@ -99,6 +111,7 @@ fn the_bands_cover_what_they_say() {
 }
 
 #[test]
+#[ignore = "slow: 200 lines"]
 fn the_procedure_of_the_report_is_worse_and_says_so() {
     let report = Cell {
         options: MotionOptions::report(),

@@ -7,7 +7,7 @@ use gravical::motion::{
 use gravical::recording::{
     AccelUnit, ReadOptions, Recording, SampleColumns, TimeUnit, read, read_bytes,
 };
-use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
+use gravical::simulate::{LineOptions, Scenario, SimulateOptions, StaticOptions, simulate, write};
 
 /// Noise without a generator: the same every time, about ±1.7.
 fn noise(i: usize, channel: usize) -> f64 {
@@ -96,9 +96,17 @@ fn line(seed: u64, distance_m: f64, move_time_s: f64) -> MotionResult {
         ..LineOptions::default()
     }));
     options.seed = seed;
+    computed(&recorded(&options))
+}
+
+/// The recording of a simulation, through its file.
+fn recorded(options: &SimulateOptions) -> Recording {
     let folder = tempfile::tempdir().unwrap();
-    write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
-    computed(&read(&folder.path().join("line.csv"), &ReadOptions::default()).unwrap())
+    let files = write(&simulate(options).unwrap(), folder.path(), false).unwrap();
+    let csv = files
+        .iter()
+        .find(|p| p.extension().is_some_and(|e| e == "csv"));
+    read(csv.unwrap(), &ReadOptions::default()).unwrap()
 }
 
 #[test]
@@ -472,5 +480,49 @@ fn a_table_that_is_written_on_the_way_is_the_one_of_the_whole() {
         // Without a table only the ends are computed.
         let result = motion_into(&mut recording.clone(), None, options, None).unwrap();
         assert_eq!(result, whole.result);
+    }
+}
+
+#[test]
+fn ten_minutes_of_rest_while_the_sensor_warms_up_are_one_rest() {
+    for (seed, low_pass_hz) in [(1, 44.0), (2, 44.0), (1, 10.0), (2, 5.0)] {
+        let mut options = SimulateOptions::new(Scenario::Static(StaticOptions {
+            duration_s: 600.0,
+            soak: None,
+        }));
+        options.seed = seed;
+        options.sensor.low_pass_hz = Some(low_pass_hz);
+        let result = computed(&recorded(&options));
+        assert!(
+            result.moves.is_empty(),
+            "{low_pass_hz} Hz: {:?}",
+            result.moves
+        );
+        assert_eq!(result.rests.len(), 1, "{low_pass_hz} Hz");
+    }
+}
+
+#[test]
+fn a_line_is_one_move_at_any_rate_and_however_slow() {
+    for (rate_hz, move_time_s) in [
+        (25.0, 2.0),
+        (50.0, 2.0),
+        (400.0, 2.0),
+        (100.0, 8.0),
+        (100.0, 16.0),
+    ] {
+        for seed in 0..4 {
+            let mut options = SimulateOptions::new(Scenario::Line(LineOptions {
+                move_time_s,
+                ..LineOptions::default()
+            }));
+            (options.seed, options.rate_hz) = (seed, rate_hz);
+            let result = computed(&recorded(&options));
+            assert_eq!(
+                result.moves.len(),
+                1,
+                "{rate_hz} Hz, {move_time_s} s, seed {seed}"
+            );
+        }
     }
 }

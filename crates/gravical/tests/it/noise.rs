@@ -67,6 +67,7 @@ fn a_stride_costs_less_than_a_fortieth_of_the_standard_deviation() {
 
 /// N, B and K that a simulated sensor is given are found within their intervals.
 #[test]
+#[ignore = "slow: twenty million samples"]
 fn what_is_simulated_is_found() {
     let mut options = SimulateOptions::new(Scenario::Static(StaticOptions {
         duration_s: 20_000.0,

@@ -130,6 +130,7 @@ fn sphere(count: u32) -> Vec<[f64; 3]> {
 /// bounds are three times that. The scale errors of one sensor share the
 /// second-order shortening by τ², which the covariance holds as a mean square.
 #[test]
+#[ignore = "slow: 400 sensors"]
 fn bias_scale_and_magnitude_err_as_the_covariance_says() {
     let scores = scores(400, 1.0, 1.0, Some(100));
     let (bias, scale) = (mean_square(&scores.bias), mean_square(&scores.scale));
@@ -147,11 +148,11 @@ fn bias_scale_and_magnitude_err_as_the_covariance_says() {
 /// low-pass have to be right, which σ/√n is not.
 #[test]
 fn without_tilt_the_noise_of_the_means_explains_the_errors() {
-    let scores = scores(120, 1.0, 0.0, Some(100));
+    let scores = scores(60, 1.0, 0.0, Some(100));
     let (bias, scale) = (mean_square(&scores.bias), mean_square(&scores.scale));
     let covered = coverage(&scores.bias);
     println!("mean square of z: bias {bias:.3}, scale {scale:.3}; coverage {covered:.4}");
-    // Normal errors: √(2/360) = 0.075 for the mean square, 0.011 for coverage.
+    // Normal errors: √(2/180) = 0.11 for the mean square, 0.016 for coverage.
     assert!((0.8..=1.2).contains(&bias), "{bias}");
     assert!((0.8..=1.2).contains(&scale), "{scale}");
     assert!((0.92..=0.98).contains(&covered), "{covered}");

@@ -54,6 +54,7 @@ fn report(wrong: &[String], of: usize) {
 }
 
 #[test]
+#[ignore = "slow: hundreds of writings"]
 fn every_two_choices_about_a_writing_meet_and_change_nothing() {
     let mut noise = Noise::new(1);
     let (chosen, impossible) = pairs(30, |n| (noise.uniform() * n as f64) as usize);
@@ -87,6 +88,7 @@ fn drawn_at_random() {
 
 /// Recordings of real sensors, each written anew in a dozen ways.
 #[test]
+#[ignore = "slow: 84 writings of whole recordings"]
 fn recordings_of_real_sensors() {
     let Some(data) = crate::support::data() else {
         return;

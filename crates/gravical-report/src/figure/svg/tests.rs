@@ -74,10 +74,3 @@ fn huge_and_constant_values_stay_finite() {
         assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
     }
 }
-
-#[test]
-#[ignore = "writes a picture to look at: FIGURE_OUT=dir"]
-fn look() {
-    let dir = std::env::var("FIGURE_OUT").unwrap();
-    std::fs::write(format!("{dir}/example.svg"), standalone(&example())).unwrap();
-}

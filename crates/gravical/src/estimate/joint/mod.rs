@@ -49,8 +49,6 @@ mod repeats;
 mod roles;
 mod shown;
 mod sources;
-#[cfg(test)]
-mod tests;
 mod types;
 
 use gravical_core::matrix3;

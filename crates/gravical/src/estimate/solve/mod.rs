@@ -54,8 +54,6 @@
 mod factor;
 mod levenberg;
 mod loss;
-#[cfg(test)]
-mod tests;
 
 pub(crate) use factor::singular_values;
 pub use factor::{Covariance, Factor};

@@ -3,7 +3,6 @@
 use gravical_core::matrix3::{norm, sub};
 
 use super::*;
-use crate::motion::result::Ends;
 use crate::motion::{Motion, motion};
 use crate::recording::open::from_reader;
 use crate::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
@@ -178,61 +177,6 @@ fn mean_off_and_no_correction_is_the_batch() {
 }
 
 #[test]
-fn strapdown_after_a_first_rest_that_is_given_is_the_batch() {
-    let bytes = line(2);
-    let options = MotionOptions {
-        zero_velocity: false,
-        rests_s: Some(vec![(0.0, 4.5)]),
-        v0_mps: Some([0.1, -0.2, 0.0]),
-        p0_m: [1.0, 2.0, 3.0],
-        ..MotionOptions::default()
-    };
-    let batch = batch(&bytes, &options);
-    let (done, table) = stream(&bytes, &options).unwrap();
-    let end = done.result.r#final;
-    close(
-        end.position_m.unwrap(),
-        batch.result.r#final.position_m.unwrap(),
-        1e-9,
-    );
-    close(
-        end.velocity_mps.unwrap(),
-        batch.result.r#final.velocity_mps.unwrap(),
-        1e-9,
-    );
-    let (v, p) = (columns(&table, "vx_mps"), columns(&table, "px_m"));
-    let (q, a) = (columns(&table, "qx"), columns(&table, "lin_ax_mps2"));
-    for i in 460..p.len() {
-        let track = &batch.track;
-        assert!(norm(&sub(&v[i], &track.velocity_mps[i])) < 1e-6, "v {i}");
-        assert!(norm(&sub(&p[i], &track.position_m[i])) < 1e-6, "p {i}");
-        assert!(norm(&sub(&a[i], &track.acceleration_mps2[i])) < 1e-6);
-        let [_, x, y, z] = track.attitude[i];
-        assert!(norm(&sub(&q[i], &[x, y, z])) < 2e-8, "q {i}");
-    }
-}
-
-#[test]
-fn between_given_rests_what_is_left_of_the_velocity_comes_off_as_in_the_batch() {
-    let bytes = line(3);
-    let options = MotionOptions {
-        gravity_removal: GravityRemoval::InitialMean,
-        initial_rows: 400,
-        rests_s: Some(vec![(0.0, 4.8), (7.3, f64::INFINITY)]),
-        ..MotionOptions::default()
-    };
-    let batch = batch(&bytes, &options);
-    let (done, _) = stream(&bytes, &options).unwrap();
-    let of = |moves: &[crate::motion::Move]| {
-        let one = moves.iter().find(|m| m.ends == Ends::RestToRest).unwrap();
-        (one.displacement_m.unwrap(), one.start_s, one.end_s)
-    };
-    let (a, b) = (of(&done.result.moves), of(&batch.result.moves));
-    close(a.0, b.0, 1e-9);
-    assert_eq!((a.1, a.2), (b.1, b.2));
-}
-
-#[test]
 fn found_on_the_way_the_move_is_about_as_long() {
     // Not the same: the tilt that is missing at the second rest, and what the velocity
     // there tells of it, put the batch's move right and not this one.
@@ -327,26 +271,4 @@ fn what_is_no_sample_is_stepped_over_and_a_tail_of_zeros_is_none() {
     let b = plain.result.r#final.position_m.unwrap();
     assert!(norm(&sub(&a, &b)) < 1e-3, "{a:?} {b:?}");
     assert_eq!(done.result.rests.len(), plain.result.rests.len());
-}
-
-#[test]
-fn too_little_is_an_error_and_no_panic() {
-    for (text, code) in [
-        ("", "empty-file"),
-        ("t_ms,ax,ay,az\n0,0,0,9.8\n", "rate-unknown"),
-        ("t_ms,ax,ay,az\n0,,,\n10,,,\n20,,,\n", "no-rows"),
-        ("t_ms,ax,ay,az\n0,0,0,0\n10,0,0,0\n20,0,0,0\n", "all-zero"),
-    ] {
-        let error = stream(text.as_bytes(), &MotionOptions::default()).unwrap_err();
-        assert_eq!(error.code(), code, "{text:?}: {error}");
-    }
-    // Constant, and huge.
-    for value in ["0.5", "1e90"] {
-        let rows: String = (0..300)
-            .map(|i| format!("{},0,{value},9.8\n", 10 * i))
-            .collect();
-        let text = format!("t_ms,ax,ay,az\n{rows}");
-        let _ = stream(text.as_bytes(), &MotionOptions::default());
-        let _ = stream(text.as_bytes(), &MotionOptions::report());
-    }
 }

@@ -317,35 +317,3 @@ impl GyroCounts {
         self.whole && self.moves
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_the_quiet_part_determines_the_norm() {
-        let mut accel = [Vec::new(), Vec::new(), Vec::new()];
-        for i in 0..400 {
-            let shake = if i < 200 {
-                0.0
-            } else {
-                30.0 * f64::from(i).sin()
-            };
-            accel[0].push(shake);
-            accel[1].push(shake);
-            accel[2].push(9.81 + shake);
-        }
-        let quiet = quiet(&accel).unwrap();
-        assert!((quiet.norm - 9.81).abs() < 1e-9 && !quiet.integers);
-    }
-
-    #[test]
-    fn few_rows_are_one_block() {
-        let mut few = QuietBlocks::default();
-        assert_eq!(few.finish(), None);
-        few.push([f64::NAN, 0.0, 1.0]);
-        assert_eq!(few.finish(), None);
-        few.push([3.0, 0.0, 4.0]);
-        assert_eq!(few.finish().unwrap().norm, 5.0);
-    }
-}

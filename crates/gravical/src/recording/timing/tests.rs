@@ -22,61 +22,6 @@ fn kinds(timed: &Timed) -> Vec<&str> {
 }
 
 #[test]
-fn millisecond_stamps_at_62_5_hz_give_the_true_rate() {
-    let timed = evaluated((0..1000).map(|i| (f64::from(i) * 16.0).floor()).collect());
-    let rate = timed.summary.timing.rate_hz().unwrap();
-    assert_eq!(timed.summary.timing.unit, Some(TimeUnit::Millisecond));
-    assert!((rate - 62.5).abs() < 0.01, "{rate}");
-    assert!(timed.findings.is_empty());
-}
-
-#[test]
-fn a_wrapped_counter_is_made_continuous() {
-    let start = 4_294_967_296.0 - 50.0;
-    let raw = (0..20)
-        .map(|i| (start + 10.0 * f64::from(i)) % 4_294_967_296.0)
-        .collect();
-    let timed = evaluated(raw);
-    assert_eq!(kinds(&timed), ["wrapped-time"]);
-    let t = timed.time_s.unwrap();
-    assert!(t.windows(2).all(|w| (w[1] - w[0] - 0.01).abs() < 1e-9));
-}
-
-#[test]
-fn repeats_steps_back_and_gaps_are_reported_with_lines() {
-    let mut raw: Vec<f64> = (0..200).map(|i| 10.0 * f64::from(i)).collect();
-    raw[50] = raw[49];
-    raw[70] = raw[68] - 5.0;
-    for t in &mut raw[100..] {
-        *t += 300.0;
-    }
-    let timed = evaluated(raw);
-    assert_eq!(
-        kinds(&timed),
-        ["backward-time", "duplicate-time", "gap", "missing-samples"]
-    );
-    assert_eq!(timed.findings[1].lines, [[51, 51]]);
-    assert!((timed.summary.timing.median_rate_hz.unwrap() - 100.0).abs() < 0.5);
-}
-
-#[test]
-fn a_reset_of_the_board_is_a_break() {
-    let mut raw: Vec<f64> = (0..100).map(|i| 5000.0 + 10.0 * f64::from(i)).collect();
-    raw.extend((0..100).map(|i| 120.0 + 10.0 * f64::from(i)));
-    let timed = evaluated(raw);
-    assert_eq!(kinds(&timed), ["restarted-time"]);
-}
-
-#[test]
-fn bursts_are_arrival_times() {
-    let raw = (0..300).map(|i| f64::from(i / 10) * 100.0).collect();
-    let timed = evaluated(raw);
-    assert!(kinds(&timed).contains(&"burst-time"));
-    // Ten rows every 100 ms, including those of the first and last stamp.
-    assert!((timed.summary.timing.rate_hz().unwrap() - 100.0).abs() < 1e-9);
-}
-
-#[test]
 fn rate_of_coarse_stamps_is_right_despite_resets_and_gaps() {
     // Whole seconds at 100 Hz, a reset, a gap of 1000 s.
     let second = |i: i32| f64::from(i / 100);
@@ -147,16 +92,6 @@ fn temperature_range_resolves_an_ambiguous_unit() {
     let plain = judge(&raw, &claims(0.0), |r| r as u64, |_| None);
     assert_eq!(plain.summary.timing.unit, Some(TimeUnit::Nanosecond));
     assert_eq!(kinds(&plain), ["time-unit-assumed"]);
-}
-
-#[test]
-fn stamps_since_1970_determine_their_unit() {
-    let raw = (0..50)
-        .map(|i| 1_730_147_727_805_583_790.0 + 1e6 * f64::from(i))
-        .collect();
-    let timed = evaluated(raw);
-    assert_eq!(timed.summary.timing.unit, Some(TimeUnit::Nanosecond));
-    assert!(timed.findings.is_empty());
 }
 
 #[test]

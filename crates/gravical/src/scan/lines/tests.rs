@@ -183,7 +183,7 @@ fn inputs() -> impl Strategy<Value = Vec<u8>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     /// The lines do not depend on the sizes of reads and blocks, or on failing reads.
     #[test]

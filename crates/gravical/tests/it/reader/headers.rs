@@ -106,3 +106,42 @@ fn raw_and_calibrated_rows_are_not_mixed() {
     assert!(!read([part(0, raw), part(0, raw)]).unwrap().is_calibrated);
     assert!(read([part(3, own), part(3, own)]).unwrap().is_calibrated);
 }
+
+/// The clean recording without stamps below a line of metadata.
+fn below(metadata: &str) -> Recording {
+    let head = ["Exported by an app".to_owned(), metadata.to_owned()];
+    let rows = lines()
+        .into_iter()
+        .map(|l| l.split_once(',').unwrap().1.to_owned());
+    read(&joined(&head.into_iter().chain(rows).collect::<Vec<_>>()))
+}
+
+#[test]
+fn spellings_of_rates_and_serial_numbers() {
+    for (line, rate_hz) in [
+        ("Fs,100", Some(100.0)),
+        ("# rate: 62.5 Hz", Some(62.5)),
+        ("Sample Rate:,128,Hz", Some(128.0)),
+        ("// Update Rate: 40.0Hz", Some(40.0)),
+        ("# output data rate: 104 Hz", Some(104.0)),
+        ("# Sampling frequency (Hz): 100", Some(100.0)),
+        ("# rate 100 Hz, low-pass corner 44 Hz", Some(100.0)),
+        ("# low-pass cutoff frequency: 44 Hz", None),
+        ("# bandwidth: frequency 44 Hz", None),
+        ("# sampling interval: 10 ms", None),
+        ("Baud rate: 115", None),
+        ("Data rate: 115200", None),
+        ("Look at 5 trees", None),
+    ] {
+        assert_eq!(below(line).timing.nominal_rate_hz, rate_hz, "{line}");
+    }
+    for (line, serial) in [
+        ("Serial Number: MOS2D12345678", Some("MOS2D12345678")),
+        ("// DeviceId: 00B41234", Some("00B41234")),
+        ("\"Serial no.\",1234", Some("1234")),
+        ("Serial number: unknown", None),
+        ("Serial port: COM3", None),
+    ] {
+        assert_eq!(below(line).serial.as_deref(), serial, "{line}");
+    }
+}

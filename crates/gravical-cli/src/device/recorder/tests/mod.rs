@@ -8,80 +8,6 @@ use crate::device::board::Wanted;
 use desk::{Desk, HEADER, SETTINGS};
 
 #[test]
-fn a_plain_recording() {
-    let mut desk = Desk::started(Options {
-        preamble: vec!["gravical log".to_owned()],
-        ..Options::default()
-    });
-    desk.rows(3);
-    let counts = desk.end();
-    let row = |stamp| format!("{stamp},0.01,-0.02,9.81,25.50,0.1,0.2,0.3\n");
-    let want = [
-        "# gravical log\n".to_owned(),
-        SETTINGS.to_owned(),
-        "# rate: 100.00 Hz\n".to_owned(),
-        HEADER.to_owned(),
-        row(130),
-        row(140),
-        row(150),
-    ];
-    assert_eq!(desk.file, want.concat());
-    assert_eq!((counts.stored, counts.gaps, counts.rejected), (3, 0, 0));
-}
-
-/// Rows sent = rows stored + rows rejected + rows inside named gaps.
-#[test]
-fn all_faults_in_one_recording_are_counted() {
-    let mut desk = Desk::started(Options::default());
-    desk.rows(50);
-    // Half lines, garbage, bytes that are not text.
-    for hurt in [
-        "9.81,25",
-        "\u{0}\u{1}~~",
-        "1,2,3",
-        "nan,nan,nan,nan,nan,nan,nan,nan",
-    ] {
-        desk.row();
-        desk.say(&format!("{hurt}\n"));
-    }
-    desk.recorder.bytes(desk.now_s, b"\xff\xfe,1,2,3,4,5,6,7\n");
-    desk.row();
-    desk.rows(30);
-    // Unplugged in the middle of a line; twenty more rows are lost.
-    let half = desk.row();
-    desk.say(&half[..20]);
-    desk.recorder.lost(desk.now_s, "Input/output error");
-    for _ in 0..20 {
-        desk.row();
-    }
-    desk.pass(2.0);
-    desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
-    // The rest of a line is not a row, though it has eight numbers.
-    let rest = desk.row();
-    desk.say(&rest[1..]);
-    desk.rows(30);
-    // Lost on the line.
-    for _ in 0..15 {
-        desk.row();
-    }
-    desk.rows(10);
-    let counts = desk.end();
-    assert_eq!(counts.rejected, 7);
-    assert_eq!((counts.gaps, counts.missing), (2, 20 + 15));
-    assert_eq!(
-        desk.sent,
-        counts.stored + counts.rejected + counts.in_gaps()
-    );
-    assert_eq!(
-        desk.gaps(),
-        [
-            "# gap: unplugged: 20 rows are missing, 2.0 s",
-            "# gap: rows were lost on the way from the board: 15 rows are missing, 0.0 s",
-        ]
-    );
-}
-
-#[test]
 fn pauses_leave_three_blank_rows_and_no_gap() {
     let mut desk = Desk::started(Options::default());
     desk.recorder.toggle_pause(desk.now_s);
@@ -99,39 +25,6 @@ fn pauses_leave_three_blank_rows_and_no_gap() {
     assert!(desk.file.contains(&format!("{HEADER}180,")));
     assert!(desk.recorder.elapsed_s(desk.now_s) < 0.3);
     assert!(desk.events.contains(&Event::Paused) && desk.events.contains(&Event::Resumed));
-}
-
-#[test]
-fn a_full_disk_is_reported_and_lost_rows_are_a_gap() {
-    let mut desk = Desk::started(Options::default());
-    desk.rows(10);
-    desk.full = true;
-    desk.rows(50);
-    assert!(desk.events.contains(&Event::DiskFailed {
-        text: "No space left on device".to_owned()
-    }));
-    desk.full = false;
-    // Half a second of rows was held.
-    desk.rows(1);
-    assert_eq!(desk.file_rows(), 61);
-    desk.full = true;
-    let more = MOST_ROWS as u32 + 250;
-    desk.rows(more);
-    desk.full = false;
-    desk.rows(10);
-    let counts = desk.end();
-    assert_eq!((counts.unstored, counts.gaps), (250, 1));
-    assert_eq!(desk.sent, counts.stored + counts.unstored);
-    let gaps = desk.gaps();
-    assert_eq!(gaps.len(), 1);
-    assert!(
-        gaps[0].starts_with("# gap: the disk was full: 250 rows are missing, 32.5 s"),
-        "{gaps:?}"
-    );
-    // The first and the last held row.
-    let (before, after) = desk.file.split_once("# gap").unwrap();
-    assert!(before.ends_with("730,0.01,-0.02,9.81,25.50,0.1,0.2,0.3\n"));
-    assert!(after.split('\n').nth(1).unwrap().starts_with("3240,"));
 }
 
 /// The head is first, the gap is where rows are missing, and no gap is dropped even if
@@ -177,28 +70,6 @@ fn a_disk_that_stays_full_loses_counted_rows() {
     };
     assert!(counts.balances(0));
     assert_eq!((counts.stored, counts.unstored), (0, 20));
-}
-
-#[test]
-fn boards_that_name_no_columns() {
-    let mut desk = Desk::new(Options::default());
-    desk.say("345,1,2,3,4,5,6,7\n");
-    for _ in 0..70 {
-        let row = desk.row();
-        desk.say(&row);
-        desk.pass(0.1);
-    }
-    let counts = desk.end();
-    assert!(desk.commands.starts_with("?\n"));
-    // The first line may lack its beginning.
-    assert_eq!(
-        (counts.stored, counts.rejected, counts.before_start),
-        (70, 1, 0)
-    );
-    assert!(
-        desk.file
-            .contains("\nTimestamp,ax,ay,az,temp,gx,gy,gz\n130,")
-    );
 }
 
 #[test]
@@ -308,62 +179,6 @@ fn boards_that_refuse_settings_are_an_error() {
         );
         assert_eq!(desk.end().stored, 0);
     }
-}
-
-#[test]
-fn a_recording_ends_after_rows_or_seconds() {
-    let mut desk = Desk::started(Options {
-        rows: Some(7),
-        ..Options::default()
-    });
-    desk.rows(12);
-    assert_eq!(desk.recorder.ended(), Some(End::Rows));
-    let counts = desk.end();
-    assert_eq!((counts.stored, counts.after_end), (7, 5));
-    let mut desk = Desk::started(Options {
-        duration_s: Some(0.5),
-        ..Options::default()
-    });
-    desk.rows(100);
-    assert_eq!(desk.recorder.ended(), Some(End::Duration));
-    assert!((50..=51).contains(&desk.end().stored));
-}
-
-#[test]
-fn a_file_is_continued_only_with_its_own_columns() {
-    let mut desk = Desk::started(Options {
-        continues: Some(HEADER.trim().into()),
-        preamble: vec!["gravical log".to_owned()],
-        ..Options::default()
-    });
-    desk.rows(2);
-    desk.end();
-    assert!(
-        desk.file.starts_with(
-            "# gap: the recording was ended and continued: the time between is not recorded\n# gravical log\n# gravical mpu6050_logger"
-        ),
-        "{}",
-        desk.file
-    );
-    assert!(desk.file.contains("format 0\n\n\n\n130,"), "{}", desk.file);
-    let mut desk = Desk::new(Options {
-        continues: Some(b"t,ax,ay,az,T,gx,gy,gz".to_vec()),
-        ..Options::default()
-    });
-    desk.say(&format!("{SETTINGS}{HEADER}"));
-    desk.rows(2);
-    assert_eq!(desk.fatal(), "columns-changed");
-    assert_eq!(desk.end().stored, 0);
-    // A board without a header has the columns that its numbers show.
-    let mut desk = Desk::new(Options {
-        continues: Some(HEADER.trim().into()),
-        ..Options::default()
-    });
-    desk.rows(700);
-    assert_eq!(desk.fatal(), "columns-changed");
-    let counts = desk.end();
-    // The first may lack its beginning.
-    assert_eq!((counts.stored, counts.received), (0, 699));
 }
 
 #[test]

@@ -57,30 +57,6 @@ fn another_header_without_an_answer_is_an_error() {
     assert_eq!((counts.stored, counts.received), (9, 909));
 }
 
-/// After a reconnection the rest of a header is not another header.
-#[test]
-fn a_torn_header_is_a_rejected_line() {
-    let mut desk = Desk::started(Options::default());
-    desk.rows(9);
-    desk.recorder.lost(desk.now_s, "gone");
-    desk.recorder.opened(desk.now_s, "/dev/ttyACM1", None);
-    desk.pass(0.5);
-    desk.say(&HEADER[4..]);
-    desk.rows(9);
-    assert_eq!(desk.fatal_code(), None);
-    let counts = desk.end();
-    assert_eq!((counts.stored, counts.rejected), (18, 1));
-    // Nor is it one before the start; the first line of a board that starts follows a
-    // silence.
-    let mut desk = Desk::new(Options::default());
-    desk.say("me,ax,ay,az,temp,gx,gy,gz\n");
-    assert!(!desk.recorder.is_started());
-    let mut desk = Desk::new(Options::default());
-    desk.pass(1.7);
-    desk.say("sample_ms,ax,ay,az,temp,gx,gy,gz\n");
-    assert!(desk.recorder.is_started());
-}
-
 #[test]
 fn garbage_without_end_is_counted() {
     let mut desk = Desk::started(Options::default());
@@ -149,31 +125,6 @@ fn a_slow_board_that_was_fast_for_a_while() {
     let counts = desk.end();
     assert_eq!((counts.stored, counts.missing), (60, 0));
     assert_eq!(desk.gaps().len(), 1, "{:?}", desk.gaps());
-}
-
-/// A recording of counts: a board sends another header after a reset.
-#[test]
-fn another_header_is_first_checked_with_the_settings() {
-    let counts = SETTINGS.replace("format 0", "format 1");
-    let columns = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz\n";
-    let mut desk = Desk::new(Options::default());
-    desk.say(&format!("{counts}{columns}"));
-    desk.stamp = 5000;
-    desk.rows(9);
-    desk.say(HEADER);
-    assert_eq!(desk.commands, "?\n");
-    desk.stamp = 130;
-    desk.rows(9);
-    desk.say(&format!("{SETTINGS}{HEADER}"));
-    desk.rows(9);
-    desk.say(&format!("{counts}{columns}"));
-    desk.rows(9);
-    assert!(desk.recorder.take_fatal().is_none());
-    // The same settings, and still other columns.
-    desk.say(&format!("{counts}{HEADER}"));
-    assert_eq!(desk.fatal(), "columns-changed");
-    let counts = desk.end();
-    assert_eq!((counts.stored, counts.other_settings), (18, 18));
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! What the documents point at is there: pages, examples of cargo, files.
 
-#![allow(clippy::unwrap_used, clippy::panic)] // helpers of a test may panic as it does
-
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -3,8 +3,6 @@
 //!
 //! `GRAVICAL_BLESS=1` writes the tables anew.
 
-#![allow(clippy::unwrap_used, clippy::panic)] // helpers of a test may panic as it does
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
