@@ -10,6 +10,11 @@
 const ROWS: usize = 10_000;
 
 #[cfg(unix)]
+#[path = "../../../tests/support/means.rs"]
+#[allow(dead_code, reason = "the examples use more of it")]
+mod means;
+
+#[cfg(unix)]
 mod counted {
     use std::fmt::Write;
     use std::hint::black_box;
@@ -20,10 +25,10 @@ mod counted {
     use gravical::estimate::joint::{JointOptions, JointPose, Role, joint};
     use gravical::recording::open::{Input, from_reader};
     use gravical::recording::{ReadOptions, Recording, read_bytes};
-    use gravical::simulate::means::{MeansOptions, Part, Planned};
     use gungraun::{library_benchmark, library_benchmark_group};
 
     use super::ROWS;
+    use super::means::{MeansOptions, Part, Planned};
 
     const CALIBRATION: &str = r#"{
         "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",

@@ -310,3 +310,25 @@ fn lines_that_the_logger_rejected_are_no_recording() {
     write(folder.path(), "x_axis_pos.rejected.txt", "1,2\n#\u{1}~~\n");
     calibrate(folder.path(), ". --gravity 9.81", 0);
 }
+
+#[test]
+fn the_recording_of_another_sensor_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (seed, name) in [(1, "a"), (2, "b"), (1, "c")] {
+        let line = format!("simulate poses -o {name} --seed {seed} --hold 2 --free 4 -q");
+        assert_eq!(run_in(folder.path(), words(&line)).code, 0);
+    }
+    let run = run_in(
+        folder.path(),
+        words("calibrate a/poses.csv b/poses.csv --json"),
+    );
+    assert_eq!((run.code, run.error_code().as_str()), (3, "sensors-differ"));
+    let said = run.json().to_string();
+    assert!(said.contains("b/poses.csv"), "{said}");
+    // One sensor twice.
+    run_in(
+        folder.path(),
+        words("calibrate a/poses.csv c/poses.csv --json"),
+    )
+    .calibration();
+}

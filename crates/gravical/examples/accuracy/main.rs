@@ -9,6 +9,9 @@
 //! to put the tables into a file between their marks. Without it they are printed.
 
 mod each;
+#[path = "../../../../tests/support/means.rs"]
+#[allow(dead_code, reason = "others use more of it")]
+mod means;
 mod runs;
 mod table;
 mod tables;

@@ -1,9 +1,9 @@
 //! Parts, placements and estimators, many at a time.
 
+use crate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
 use gravical::core::unit::STANDARD_GRAVITY_MPS2;
 use gravical::estimate::joint::{Elements, JointFit, JointOptions, JointPose, Role, joint};
 use gravical::estimate::proposal::Proposals;
-use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned, Scores};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 
 use crate::each::each;

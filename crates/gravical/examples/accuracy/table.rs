@@ -1,6 +1,6 @@
 //! Numbers of many outcomes, and Markdown.
 
-use gravical::simulate::means::Scores;
+use crate::means::Scores;
 
 use crate::runs::Outcome;
 

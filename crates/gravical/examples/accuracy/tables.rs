@@ -1,7 +1,7 @@
 //! The tables of docs/accuracy.md.
 
+use crate::means::{MeanReading, MeansOptions, Part};
 use gravical::estimate::joint::joint;
-use gravical::simulate::means::{MeanReading, MeansOptions, Part};
 
 use crate::each::each;
 use crate::runs::{Plan, Session, ferraris, linear, magnitude6, magnitude9, outcome};

@@ -1,12 +1,12 @@
 //! A session of a virtual part: placements held for some seconds each, one
 //! recording a placement, with or without something that no model knows of.
 
+use crate::means::{MeanReading, MeansOptions, Part, Planned};
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::gravity::Gravity;
 use gravical::predicted::sphere;
 use gravical::recording::{ReadOptions, Recording, SampleColumns};
-use gravical::simulate::means::{MeanReading, MeansOptions, Part, Planned};
 use gravical_core::matrix3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -30,7 +30,6 @@ mod builder;
 mod chamber;
 mod interactive;
 #[doc(hidden)]
-pub mod means;
 mod options;
 mod part;
 mod path;
@@ -50,6 +49,8 @@ mod write;
 pub use interactive::{InteractiveReading, InteractiveSensor};
 pub use options::{FileFormat, FileOptions, SensorOptions, SimulateOptions};
 pub use path::{MotionPath, PathState};
+#[doc(hidden)]
+pub use poses::spread_directions;
 pub use scenario_options::{
     LineOptions, PosesOptions, Scenario, SixPositionOptions, SoakOptions, StaticOptions,
 };

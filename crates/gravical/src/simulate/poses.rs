@@ -87,7 +87,7 @@ pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuatern
 /// `count` directions far from the six faces and from each other: each is the one of 400 on a
 /// Fibonacci sphere that is farthest from all before, with a random error of some degrees as by
 /// hand.
-pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<Vector3<f64>> {
+pub fn spread_directions(count: usize, seed: u64) -> Vec<[f64; 3]> {
     let candidates: Vec<_> = sphere(400).map(Vector3::from).collect();
     let mut taken = Face::all()
         .map(|face| Vector3::from(face.direction()))
@@ -106,7 +106,7 @@ pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<Vector3<f64>> {
             .min_by(|a, b| closeness(a).total_cmp(&closeness(b)));
         if let Some(&direction) = farthest {
             taken.push(direction);
-            found.push(tilted(direction, &mut rng, FREE_POSE_SD));
+            found.push(tilted(direction, &mut rng, FREE_POSE_SD).into());
         }
     }
     found

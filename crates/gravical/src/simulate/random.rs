@@ -16,7 +16,6 @@ pub(super) enum Purpose {
     Noise = 5,
     Stamps = 6,
     Drops = 7,
-    Board = 8,
     SlowNoise = 9,
 }
 

@@ -41,7 +41,7 @@ fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws)
     let mut build = faces(options, o.hold_s, draws);
     for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
-        build.move_to(up);
+        build.move_to(up.into());
         build.rest(nominal, o.rest_s);
         build.turn(label, up, o.turn_angle_deg, o.turn_time_s);
         build.rest(nominal, o.rest_s);
@@ -55,7 +55,7 @@ fn poses(options: &SimulateOptions, o: &PosesOptions, draws: &mut Draws) -> Plan
         .into_iter()
         .enumerate()
     {
-        build.move_to(up);
+        build.move_to(up.into());
         build.hold(&format!("free{}", i + 1), PoseKind::Free, None, o.hold_s);
     }
     build.finish("poses.csv".to_owned())
@@ -70,7 +70,7 @@ fn faces(options: &SimulateOptions, hold_s: f64, draws: &mut Draws) -> Builder {
     let mut build = Builder::new(options, placed[0].1);
     for (nominal, up, label) in placed {
         if !build.path.pieces.is_empty() {
-            build.move_to(up);
+            build.move_to(up.into());
         }
         build.hold(&label, PoseKind::Face, Some(nominal), hold_s);
     }

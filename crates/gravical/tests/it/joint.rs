@@ -9,13 +9,13 @@
 mod identities;
 mod sessions;
 
+use crate::means::{Errors, MeanReading, MeansOptions, Part, Planned};
 use gravical::calibration_file::TiltSource;
 use gravical::estimate::joint::{
     Elements, JointError, JointFit, JointOptions, JointPose, Role, joint,
 };
 use gravical::estimate::proposal::Proposals;
 use gravical::segment::face::{Face, angle_deg};
-use gravical::simulate::means::{Errors, MeanReading, MeansOptions, Part, Planned};
 use gravical_core::matrix3;
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 

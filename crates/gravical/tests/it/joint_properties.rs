@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 
+use crate::means::{MeansOptions, Part, Planned};
 use gravical::estimate::joint::{JointFit, JointOptions, JointPose, Role, joint};
 use gravical::segment::face::AxisMap;
-use gravical::simulate::means::{MeansOptions, Part, Planned};
 
 const G: f64 = 9.80665;
 

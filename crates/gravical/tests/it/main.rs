@@ -19,6 +19,9 @@ mod joint;
 mod joint_properties;
 mod live;
 mod magnitude;
+#[path = "../../../../tests/support/means.rs"]
+#[allow(dead_code, reason = "the examples use more of it")]
+mod means;
 mod motion;
 mod motion_misfit;
 mod motion_stories;

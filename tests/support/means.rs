@@ -3,27 +3,19 @@
 //! For planning a session (which poses, how many, how accurate?) and for comparing an estimator
 //! with the truth over hundreds of parts, in seconds instead of the hours that complete
 //! recordings would take.
-//!
-//! ```
-//! use gravical::simulate::means::{MeansOptions, Part, Planned};
-//!
-//! let mut part = Part::draw(&MeansOptions::default(), 7, 0);
-//! let means = part.place(&Planned::six_faces());
-//! assert!((means[0].mean[0] - part.gravity_mps2()).abs() < 2.0);
-//! ```
 
 use std::f64::consts::PI;
 
 use gravical_core::matrix3;
 use nalgebra::{Rotation3, Unit, Vector3};
+use rand::{Rng, RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 
-use crate::estimate::joint::JointFit;
-use crate::predicted;
-use crate::segment::face::{Face, angle_deg};
-
-use super::poses::{spread_directions, tangents};
-use super::random::{Purpose, normal, stream, three, uniform};
+use gravical::estimate::joint::JointFit;
+use gravical::predicted;
+use gravical::segment::face::{Face, angle_deg};
+use gravical::simulate::spread_directions;
 
 /// Number of directions over which errors of ‖a‖ are averaged.
 const DIRECTIONS: usize = 300;
@@ -83,7 +75,6 @@ pub enum Planned {
 
 impl Planned {
     /// Direction of the specific force, axes of the case.
-    #[must_use]
     pub fn direction(&self) -> [f64; 3] {
         match self {
             Planned::Face { face, .. } => face.direction(),
@@ -92,13 +83,11 @@ impl Planned {
     }
 
     /// The six faces once, +x −x +y −y +z −z.
-    #[must_use]
     pub fn six_faces() -> Vec<Planned> {
         Self::faces_turned(0.0)
     }
 
     /// The six faces once, all rotated about the vertical by the same angle.
-    #[must_use]
     pub fn faces_turned(turned_rad: f64) -> Vec<Planned> {
         Face::all()
             .map(|face| Planned::Face { face, turned_rad })
@@ -107,19 +96,15 @@ impl Planned {
 
     /// `count` directions of a Fibonacci lattice, evenly spread over the sphere, independent of
     /// the faces.
-    #[must_use]
     pub fn lattice(count: usize) -> Vec<Planned> {
         predicted::sphere(count).map(Planned::Free).collect()
     }
 
     /// `count` directions far from the faces and from each other (each the farthest of 400 from
     /// all before, with a random error of 5° of the hand).
-    #[must_use]
     pub fn spread(count: usize, seed: u64) -> Vec<Planned> {
-        spread_directions(count, seed)
-            .into_iter()
-            .map(|n| Planned::Free(n.into()))
-            .collect()
+        let directions = spread_directions(count, seed);
+        directions.into_iter().map(Planned::Free).collect()
     }
 }
 
@@ -151,9 +136,8 @@ impl Part {
     /// Part number `index` of `seed`. Each part has its own random streams, so that it does not
     /// depend on the other parts, and separate streams for parameters, tilts, noise and free
     /// directions.
-    #[must_use]
     pub fn draw(options: &MeansOptions, seed: u64, index: usize) -> Self {
-        let mut rng = stream(seed, Purpose::Parameters, index);
+        let mut rng = stream(seed, 1, index);
         let mut model = [[0.0; 3]; 3];
         for (i, row) in model.iter_mut().enumerate() {
             let scale = 1.0 + options.scale_sd * normal(&mut rng);
@@ -163,11 +147,11 @@ impl Part {
             }
         }
         let bias = three(|| options.bias_limit_mps2 * uniform(&mut rng)).into();
-        let mut board = stream(seed, Purpose::Board, index);
+        let mut board = stream(seed, 8, index);
         let axis = Unit::new_normalize(three(|| normal(&mut board)));
         let turn = Rotation3::from_axis_angle(&axis, options.board_turn_rad);
         let turn = std::array::from_fn(|i| std::array::from_fn(|j| turn[(i, j)]));
-        let mut tilts = stream(seed, Purpose::Tilts, index);
+        let mut tilts = stream(seed, 2, index);
         let [p, q] = [0, 1].map(|_| options.table_sd_rad * normal(&mut tilts));
         let table = [0; 6].map(|_| turned([p, q], PI * uniform(&mut tilts)));
         Part {
@@ -176,25 +160,22 @@ impl Part {
             table,
             options: *options,
             tilts,
-            noise: stream(seed, Purpose::Noise, index),
-            frees: stream(seed, Purpose::FreePoses, index),
+            noise: stream(seed, 5, index),
+            frees: stream(seed, 4, index),
         }
     }
 
     /// M of u = M a + b, dimensionless.
-    #[must_use]
     pub fn model(&self) -> [[f64; 3]; 3] {
         self.model
     }
 
     /// b, m/s².
-    #[must_use]
     pub fn bias_mps2(&self) -> [f64; 3] {
         self.bias
     }
 
     /// Gravity, m/s².
-    #[must_use]
     pub fn gravity_mps2(&self) -> f64 {
         self.options.gravity_mps2
     }
@@ -244,7 +225,6 @@ impl Part {
     }
 
     /// Reading without noise, m/s².
-    #[must_use]
     pub fn read(&self, direction: [f64; 3]) -> [f64; 3] {
         let g = self.options.gravity_mps2;
         let force = matrix3::mul_vec(&self.model, &direction);
@@ -258,7 +238,6 @@ impl Part {
     }
 
     /// Errors of an estimate of M and b. `None` if M is singular.
-    #[must_use]
     pub fn errors(&self, model: &[[f64; 3]; 3], bias: &[f64; 3]) -> Option<Errors> {
         let matrix = matrix3::inverse(model)?;
         let norm: f64 = predicted::sphere(DIRECTIONS)
@@ -276,7 +255,6 @@ impl Part {
     }
 
     /// Errors of a fit over their standard deviations by the fit. `None` if M is singular.
-    #[must_use]
     pub fn scores(&mut self, fit: &JointFit) -> Option<Scores> {
         let matrix = matrix3::inverse(&fit.model)?;
         let (found, truth) = (
@@ -308,6 +286,34 @@ impl Part {
     }
 }
 
+/// The stream of random numbers of one purpose, as the simulator has it.
+fn stream(seed: u64, purpose: u64, index: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(((index as u64) << 8) | purpose);
+    rng
+}
+
+fn normal(rng: &mut impl Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+fn uniform(rng: &mut impl Rng) -> f64 {
+    2.0 * rng.random::<f64>() - 1.0
+}
+
+fn three(mut draw: impl FnMut() -> f64) -> Vector3<f64> {
+    let x = draw();
+    let y = draw();
+    Vector3::new(x, y, draw())
+}
+
+/// Two unit vectors that form a right-handed frame with `direction`.
+fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let first = direction.cross(&Vector3::ith(direction.iamin(), 1.0));
+    let first = first.normalize();
+    (first, direction.cross(&first))
+}
+
 fn turned([p, q]: [f64; 2], angle_rad: f64) -> [f64; 2] {
     let (sine, cosine) = angle_rad.sin_cos();
     [cosine * p - sine * q, sine * p + cosine * q]
@@ -335,6 +341,3 @@ pub struct Scores {
     /// Of ‖a‖ in three random directions.
     pub norm: [(f64, f64); 3],
 }
-
-#[cfg(test)]
-mod tests;
