@@ -232,7 +232,7 @@ fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
     let refused = say("a4\n");
     assert_eq!(
         notices(&refused),
-        ["# no calibration for this range: raw values, f0 f1 f2, have all ranges"]
+        ["# no calibration for this range: raw values, f0 f1, have all ranges"]
     );
     // Nothing has changed.
     assert!(say("?\n").contains("accelerometer +-2 g, gyroscope +-500 deg/s"));
@@ -255,7 +255,7 @@ fn a_sketch_without_a_calibration_says_so() {
     let text = board.text(0.5);
     assert_eq!(
         notices(&text),
-        ["# no calibration in this sketch: f0 f1 f2"]
+        ["# no calibration in this sketch: f0 f1"]
     );
     assert!(rows(text.split_once('\n').unwrap().1).len() > 30);
 }
