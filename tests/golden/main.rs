@@ -148,7 +148,7 @@ fn row(folder: &Path, line: &str, places: &[(&str, PathBuf)]) -> Value {
                 let result = serde_json::from_str(&std::fs::read_to_string(file).ok()?).ok()?;
                 reduce("calibrate", &result).remove(column)
             });
-            row.insert(column.into(), flatten(&each.collect()).into());
+            row.insert(column.into(), flatten(&each.collect::<Vec<_>>()).into());
         }
     } else if verb == "live" {
         let events = printed
@@ -229,10 +229,10 @@ fn collect<'a>(
 }
 
 /// The numbers, texts and truths in nested lists and objects, in their order.
-fn flatten(values: &Vec<Value>) -> Vec<Value> {
+fn flatten(values: &[Value]) -> Vec<Value> {
     let inner = |value: &Value| match value {
         Value::Array(list) => flatten(list),
-        Value::Object(map) => flatten(&map.values().cloned().collect()),
+        Value::Object(map) => flatten(&map.values().cloned().collect::<Vec<_>>()),
         other => vec![other.clone()],
     };
     values.iter().flat_map(inner).collect()
@@ -284,7 +284,7 @@ fn differences(name: &str, old: Option<&Value>, new: Option<&Value>) -> Vec<Stri
     let mut moved = Vec::new();
     for column in columns {
         let entries =
-            |row: &Map<String, Value>| flatten(&row.get(column).cloned().into_iter().collect());
+            |row: &Map<String, Value>| flatten(row.get(column).map_or(&[], std::slice::from_ref));
         let (before, after) = (entries(old), entries(new));
         let allowed = |i: usize| allowed(name, column, old, &before, i);
         let is_same = |i: usize| match (before[i].as_f64(), after[i].as_f64()) {
