@@ -20,12 +20,37 @@ pub struct OriginArgs {
     /// Sensor of the recording [default: the serial number in it]
     #[arg(long, hide_short_help = true, value_name = "TEXT")]
     sensor_id: Option<String>,
-    /// When the recording was made (UTC) [default: by its time stamps]
-    #[arg(long, hide_short_help = true, value_name = "DATE")]
+    /// When the recording was made (UTC); a day stands for its end [default: by its time stamps]
+    #[arg(long, hide_short_help = true, value_name = "DATE", value_parser = end_of_day)]
     recorded: Option<UtcTime>,
 }
 
 impl OriginArgs {
+    /// Refuses a folder, and the options that choose in one, where one calibration is for all.
+    ///
+    /// # Errors
+    ///
+    /// `origin-unused` (usage).
+    pub fn refuse(&self, path: &Path) -> Result<()> {
+        if path.is_dir() {
+            return Err(Error::usage(
+                "origin-unused",
+                "a folder of calibrations has one for each recording, and many recordings are read here",
+            )
+            .at(path, None)
+            .with_hint("name the file of one calibration, or run the command for one recording"));
+        }
+        if self.sensor_id.is_some() || self.recorded.is_some() {
+            return Err(Error::usage(
+                "origin-unused",
+                "--sensor-id and --recorded choose among the calibrations of a folder, and this is a file",
+            )
+            .at(path, None)
+            .with_hint("leave them out, or name a folder"));
+        }
+        Ok(())
+    }
+
     /// The calibration at `path`; of a folder, that for `inputs`, which is said unless `quiet`.
     /// `swap`: the hint if calibration and recording are in each other's place.
     ///
@@ -41,14 +66,7 @@ impl OriginArgs {
         quiet: bool,
     ) -> Result<FoundCalibration> {
         if !path.is_dir() {
-            if self.sensor_id.is_some() || self.recorded.is_some() {
-                return Err(Error::usage(
-                    "origin-unused",
-                    "--sensor-id and --recorded choose among the calibrations of a folder, and this is a file",
-                )
-                .at(path, None)
-                .with_hint("leave them out, or name a folder"));
-            }
+            self.refuse(path)?;
             return read_file(path, inputs.first().map(PathBuf::as_path), swap);
         }
         let origin = RecordingOrigin {
@@ -65,6 +83,15 @@ impl OriginArgs {
         }
         Ok(found)
     }
+}
+
+/// The time in words of the user; a day without a time is its last second.
+fn end_of_day(text: &str) -> Result<UtcTime> {
+    const DAY: usize = "2026-03-09".len();
+    if text.len() == DAY {
+        return format!("{text}T23:59:59Z").parse();
+    }
+    text.parse()
 }
 
 /// Reads a calibration file. If the file is none but `recording` is, the hint is `swap`.

@@ -12,8 +12,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravical::escape::one_line;
 use gravical::live::folder::is_session;
-use gravical::output::{check_targets, make_folder, place, write_atomic};
-use gravical::session::{ENDINGS, SUMMARY_COLUMNS, may_be_recording};
+use gravical::output::{make_folder, write_atomic};
+use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
+use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 
 use crate::failure::QUALITY;
@@ -104,7 +105,8 @@ impl EachArgs {
     }
 }
 
-fn each_option(option: &str, why: &str, hint: &str) -> Error {
+/// An option that does not go with `--each`, or not without it.
+pub fn each_option(option: &str, why: &str, hint: &str) -> Error {
     Error::usage("each-option", format!("{option}: {why}")).with_hint(hint)
 }
 
@@ -112,14 +114,14 @@ fn each_option(option: &str, why: &str, hint: &str) -> Error {
 pub struct Plan<'a> {
     pub each: &'a EachArgs,
     pub inputs: &'a [PathBuf],
-    /// What is read for all of them.
+    /// Files that every input is read with: a calibration, noise, sections.
     pub shared: Vec<PathBuf>,
     /// A folder inside of a folder is an input, too.
     pub folders: bool,
     /// Folder of the results.
     pub output: Option<&'a Path>,
-    /// Ending of a result, with the dot, from the path of its input.
-    pub ending: fn(&Path) -> String,
+    /// Ending of a result, with the dot.
+    pub ending: &'static str,
     /// Columns of the summary behind the common ones.
     pub numbers: &'static [&'static str],
     pub force: bool,
@@ -132,7 +134,8 @@ pub struct Outcome {
     pub grade: String,
     /// The verdict fails the quality gate.
     pub is_poor: bool,
-    pub reason: String,
+    /// Reasons of the verdict, the main one first.
+    pub reasons: Vec<String>,
     /// Values of [`Plan::numbers`].
     pub numbers: Vec<String>,
 }
@@ -143,18 +146,15 @@ struct Item {
     result: Option<PathBuf>,
 }
 
-/// A row of the summary.
+/// A row of the summary: what was found, or the error.
 struct Row {
-    grade: String,
-    is_poor: bool,
-    reason: String,
+    outcome: Outcome,
     error_code: String,
     hint: String,
-    numbers: Vec<String>,
 }
 
-/// Calls `work` for every input, with the target of its result, on several threads. `read` is the
-/// outcome that a result of an earlier run holds, for `--resume`.
+/// Calls `work` for every input, with the target of its result, on several threads. For
+/// `--resume`, `read` gives the outcome in a result of an earlier run, if it is that of the input.
 ///
 /// # Errors
 ///
@@ -162,7 +162,7 @@ struct Row {
 pub fn run(
     plan: &Plan<'_>,
     work: impl Fn(&Path, Option<&Path>) -> anyhow::Result<Outcome> + Sync,
-    read: impl Fn(&Path) -> Result<Outcome> + Sync,
+    read: impl Fn(&Path, &Path) -> Option<Outcome> + Sync,
 ) -> anyhow::Result<ExitCode> {
     let outputs: Vec<&Path> = plan
         .output
@@ -172,7 +172,7 @@ pub fn run(
     let (given, lists) = given(plan.inputs)?;
     let paths = paths(plan, &given, &outputs)?;
     let force = plan.force || plan.each.resume;
-    let mut items = named(paths.clone(), plan);
+    let mut items = named(paths.clone(), plan)?;
     if let Some(Shard { index, count }) = plan.each.shard {
         items = items.into_iter().skip(index - 1).step_by(count).collect();
     }
@@ -192,11 +192,13 @@ pub fn run(
     let next = AtomicUsize::new(0);
     let rows: Mutex<BTreeMap<usize, Row>> = Mutex::default();
     let one = |item: &Item| {
-        let before = item.result.as_deref().filter(|_| plan.each.resume);
-        if let Some(result) = before.filter(|result| is_newer(result, &item.path)) {
-            return row(read(result).map_err(Into::into));
+        let result = item.result.as_deref();
+        let before =
+            result.filter(|result| plan.each.resume && is_newer(result, &item.path, &plan.shared));
+        if let Some(outcome) = before.and_then(|result| read(result, &item.path)) {
+            return row(Ok(outcome));
         }
-        let done = crash::guarded(|| work(&item.path, item.result.as_deref()));
+        let done = crash::guarded(|| work(&item.path, result));
         row(done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}"))))
     };
     std::thread::scope(|scope| {
@@ -205,8 +207,8 @@ pub fn run(
                 let at = next.fetch_add(1, Ordering::Relaxed);
                 let Some(item) = items.get(at) else { return };
                 let row = one(item);
-                progress::counted(row.is_poor);
-                if !plan.quiet || row.is_poor {
+                progress::counted(row.outcome.is_poor);
+                if !plan.quiet || row.outcome.is_poor {
                     // A reader who has gone does not end the work.
                     let _ = text::print_line(&row.line(&item.path, width));
                 }
@@ -228,10 +230,10 @@ pub fn run(
     if !plan.quiet {
         text::say(&tally(&rows));
     }
-    Ok(match rows.values().any(|row| row.is_poor) {
-        true => ExitCode::from(QUALITY),
-        false => ExitCode::SUCCESS,
-    })
+    if rows.values().any(|row| row.outcome.is_poor) {
+        return Ok(ExitCode::from(QUALITY));
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn threads(each: &EachArgs) -> usize {
@@ -239,7 +241,7 @@ fn threads(each: &EachArgs) -> usize {
     each.threads.map_or_else(cores, usize::from)
 }
 
-/// The arguments, the lines of `@LIST` in the place of that; and the lists.
+/// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
 ///
 /// # Errors
 ///
@@ -259,7 +261,7 @@ fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
             Some(list) => {
                 let list = Path::new(list);
                 let text = std::fs::read_to_string(list).map_err(|e| Error::io(list, e))?;
-                let lines = text.lines().map(str::trim);
+                let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
                 let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
                 found.extend(lines.map(PathBuf::from));
                 lists.push(list.to_owned());
@@ -279,16 +281,20 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<Pa
     let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
     let mut paths = Vec::new();
     for path in given {
-        if !path.is_dir() || is_session(path) {
+        if !path.is_dir() || plan.folders && is_session(path) {
             paths.push(path.clone());
             continue;
         }
         let entries = std::fs::read_dir(path).map_err(|e| Error::io(path, e))?;
         let mut entries: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
         entries.sort();
-        let is_input = |p: &PathBuf| match p.is_dir() {
-            true => plan.folders && !outputs.contains(&place(p)),
-            false => may_be_recording(p) && !outputs.contains(&place(p)),
+        let is_input = |p: &PathBuf| {
+            let is_session = if p.is_dir() {
+                plan.folders
+            } else {
+                may_be_recording(p) && !is_summary(p)
+            };
+            is_session && !outputs.contains(&place(p))
         };
         paths.extend(entries.into_iter().filter(is_input));
     }
@@ -304,33 +310,42 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<Pa
     Ok(paths)
 }
 
-/// Each path with its result: its name without endings, that of its folder in front where several
-/// would share one, and a number where that does not help.
-fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Vec<Item> {
-    let stems: Vec<String> = paths.iter().map(|p| stem(p)).collect();
-    let mut taken = HashSet::new();
-    let items = paths.into_iter().zip(&stems).map(|(path, stem)| {
-        let is_it = |other: &&String| other.eq_ignore_ascii_case(stem);
-        let mut name = stem.clone();
-        if stems.iter().filter(is_it).count() > 1
+/// Each path with its result: its name without endings; where several would share one, that of its
+/// folder in front. Names do not depend on the order of the paths, so that `--resume` finds them.
+///
+/// # Errors
+///
+/// `same-target` (usage) where that does not tell them apart.
+fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Result<Vec<Item>> {
+    let Some(output) = plan.output else {
+        let items = paths.into_iter().map(|path| Item { path, result: None });
+        return Ok(items.collect());
+    };
+    // File systems that ignore case take `A.json` and `a.json` for one file.
+    let mut uses: BTreeMap<String, usize> = BTreeMap::new();
+    for path in &paths {
+        *uses.entry(stem(path).to_lowercase()).or_default() += 1;
+    }
+    let (mut taken, mut items) = (HashSet::new(), Vec::new());
+    for path in paths {
+        let mut name = stem(&path);
+        if uses[&name.to_lowercase()] > 1
             && let Some(folder) = path.parent().and_then(Path::file_name)
         {
             name = format!("{}-{name}", folder.to_string_lossy());
         }
-        let plain = name.clone();
-        let mut number = 1;
-        // File systems that ignore case take `A.json` and `a.json` for one file.
-        while !taken.insert(name.to_lowercase()) {
-            number += 1;
-            name = format!("{plain}-{number}");
+        let result = output.join(format!("{name}{}", plan.ending));
+        if !taken.insert(name.to_lowercase()) {
+            return Err(same_target(&result).with_hint(
+                "several sessions have this name; give them in runs with an -o of their own",
+            ));
         }
-        let ending = (plan.ending)(&path);
-        let result = plan
-            .output
-            .map(|folder| folder.join(format!("{name}{ending}")));
-        Item { path, result }
-    });
-    items.collect()
+        items.push(Item {
+            path,
+            result: Some(result),
+        });
+    }
+    Ok(items)
 }
 
 /// Name of a recording without its endings (`x.csv.gz` has two); a folder keeps all of its name.
@@ -349,50 +364,39 @@ fn stem(path: &Path) -> String {
     stem.to_owned()
 }
 
-/// True if the result was written after everything of the session.
-fn is_newer(result: &Path, session: &Path) -> bool {
+/// True if the result was written after everything of the session, and after what it was read with.
+fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
     let time = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
     let inside = std::fs::read_dir(session).into_iter().flatten();
-    let inside = inside
-        .filter_map(|e| Some(e.ok()?.path()))
-        .filter_map(|p| time(&p));
-    let last = inside.chain(time(session)).max();
+    let inside = inside.filter_map(|e| Some(e.ok()?.path()));
+    let read = inside
+        .chain(shared.iter().cloned())
+        .chain([session.to_owned()]);
+    let last = read.filter_map(|path| time(&path)).max();
     matches!((time(result), last), (Some(result), Some(last)) if result > last)
 }
 
 fn row(outcome: anyhow::Result<Outcome>) -> Row {
-    let (code, error) = match outcome {
-        Ok(Outcome {
-            grade,
-            is_poor,
-            reason,
-            numbers,
-        }) => {
-            let (error_code, hint) = (String::new(), String::new());
-            return Row {
-                grade,
-                is_poor,
-                reason,
-                error_code,
-                hint,
-                numbers,
-            };
-        }
-        Err(error) => match error.downcast_ref::<Error>() {
-            Some(known) => (
-                known.code().to_owned(),
-                (known.in_flags(), known.hint().map(str::to_owned)),
-            ),
-            None => ("internal".to_owned(), (format!("{error:#}"), None)),
-        },
-    };
-    Row {
+    let failed = |reason: String| Outcome {
         grade: "failed".to_owned(),
         is_poor: true,
-        reason: error.0,
-        error_code: code,
-        hint: error.1.unwrap_or_default(),
+        reasons: vec![reason],
         numbers: Vec::new(),
+    };
+    match outcome {
+        Ok(outcome) => Row {
+            outcome,
+            error_code: String::new(),
+            hint: String::new(),
+        },
+        Err(error) => {
+            let known = error.downcast_ref::<Error>();
+            Row {
+                outcome: failed(known.map_or_else(|| format!("{error:#}"), Error::in_flags)),
+                error_code: known.map_or("internal", Error::code).to_owned(),
+                hint: known.and_then(Error::hint).unwrap_or_default().to_owned(),
+            }
+        }
     }
 }
 
@@ -401,13 +405,15 @@ fn shown_path(path: &Path) -> String {
 }
 
 impl Row {
+    /// With the main reason; the summary has all.
     fn line(&self, path: &Path, width: usize) -> String {
         let code = match self.error_code.as_str() {
             "" => String::new(),
             code => format!("{code}: "),
         };
-        let (path, reason) = (shown_path(path), one_line(&self.reason));
-        format!("{:<14}  {path:<width$}  {code}{reason}", self.grade)
+        let reason = self.outcome.reasons.first().map_or("", String::as_str);
+        let (path, reason) = (shown_path(path), one_line(reason));
+        format!("{:<14}  {path:<width$}  {code}{reason}", self.outcome.grade)
     }
 }
 
@@ -424,17 +430,21 @@ fn write_summary(
             .write_record(SUMMARY_COLUMNS.iter().chain(plan.numbers))
             .map_err(failed)?;
         for (item, row) in items.iter().zip(rows.values()) {
-            let result = item.result.as_deref().filter(|r| r.exists());
+            let found = &row.outcome;
+            let result = item.result.as_deref().filter(|_| row.error_code.is_empty());
             let common = [
                 item.path.display().to_string(),
-                row.grade.clone(),
-                row.reason.clone(),
+                found.grade.clone(),
+                found.reasons.join(" / "),
                 row.error_code.clone(),
                 row.hint.clone(),
                 result.map_or_else(String::new, |r| r.display().to_string()),
             ];
-            let mut cells: Vec<String> =
-                common.iter().chain(&row.numbers).map(|c| cell(c)).collect();
+            let mut cells: Vec<String> = common
+                .iter()
+                .chain(&found.numbers)
+                .map(|c| cell(c))
+                .collect();
             cells.resize(SUMMARY_COLUMNS.len() + plan.numbers.len(), String::new());
             table.write_record(cells).map_err(failed)?;
         }
@@ -444,19 +454,20 @@ fn write_summary(
 
 /// A text that a spreadsheet would take for a formula is quoted.
 fn cell(text: &str) -> String {
-    match text.starts_with(['=', '@', '+']) {
-        true => format!("'{text}"),
-        false => text.to_owned(),
+    if text.starts_with(['=', '@', '+']) {
+        return format!("'{text}");
     }
+    text.to_owned()
 }
 
 /// `50 sessions: 19 good, 27 not verifiable, 4 failed`.
 fn tally(rows: &BTreeMap<usize, Row>) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for row in rows.values() {
-        match counts.iter_mut().find(|(grade, _)| *grade == row.grade) {
+        let grade = &row.outcome.grade;
+        match counts.iter_mut().find(|(known, _)| known == grade) {
             Some((_, n)) => *n += 1,
-            None => counts.push((&row.grade, 1)),
+            None => counts.push((grade, 1)),
         }
     }
     counts.sort_by_key(|(grade, n)| (*grade == "failed", std::cmp::Reverse(*n)));

@@ -10,13 +10,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 11] = [
+const DOCUMENTS: [&str; 12] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
     "docs/recording.md",
     "docs/method.md",
     "docs/denoise.md",
+    "docs/many.md",
     "docs/noise.md",
     "docs/wearables.md",
     "docs/file-formats.md",

@@ -33,7 +33,7 @@ use crate::calibration_file::{
 use crate::estimate::accelerometer::{Session, accelerometer};
 use crate::estimate::{ferraris, gyro};
 use crate::gravity::Gravity;
-use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity};
+use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity, common_serial};
 use crate::segment::{SegmentOptions, Segmentation, segment};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
@@ -103,34 +103,6 @@ pub struct Calibrated {
     pub file: CalibrationFile,
     /// The placements and turns.
     pub segmentation: Segmentation,
-}
-
-/// The serial number that the files name, if any does.
-///
-/// # Errors
-///
-/// `sensors-differ` where they name several.
-pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
-    let named = || {
-        recordings
-            .iter()
-            .filter_map(|r| Some((r, r.serial.as_ref()?)))
-    };
-    let Some((one, serial)) = named().next() else {
-        return Ok(None);
-    };
-    match named().find(|(_, other)| *other != serial) {
-        None => Ok(Some(serial.clone())),
-        Some((other, another)) => Err(Error::input(
-            "sensors-differ",
-            format!(
-                "{} is of the sensor with the serial number {serial}, {} of {another}",
-                one.name, other.name
-            ),
-        )
-        .at(other.name.as_ref(), None)
-        .with_hint("calibrate the recordings of each sensor alone; --sensor-id NAME says that they are of one")),
-    }
 }
 
 /// Calibrates a sensor from the recordings of one session.

@@ -86,6 +86,8 @@ pub mod stats;
 #[doc(hidden)]
 pub mod still;
 #[doc(hidden)]
+pub mod targets;
+#[doc(hidden)]
 pub mod temperature;
 #[doc(hidden)]
 pub mod uncertainty;

@@ -148,16 +148,20 @@ pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code",
 /// True for a calibration, and for a table that holds results by its column names: of `apply`, of
 /// `motion`, or the summary of many sessions. What `convert` and `denoise` write is a recording.
 pub(crate) fn is_result_file(path: &Path) -> bool {
-    let options = ReadOptions::default();
-    let columns = SUMMARY_COLUMNS.join(",");
-    let is_summary = || -> Result<bool> {
-        let mut head = vec![0; columns.len()];
-        let read = open(path, &options)?.reader.read_exact(&mut head);
-        Ok(read.is_ok() && head == columns.as_bytes())
-    };
-    read_head(path, &options).is_ok_and(|head| head.is_result())
-        || is_summary().unwrap_or(false)
+    read_head(path, &ReadOptions::default()).is_ok_and(|head| head.is_result())
+        || is_summary(path)
         || CalibrationFile::read(path).is_ok()
+}
+
+/// True for the summary of many sessions.
+#[doc(hidden)]
+#[must_use]
+pub fn is_summary(path: &Path) -> bool {
+    let columns = SUMMARY_COLUMNS.join(",");
+    let mut head = vec![0; columns.len()];
+    let read =
+        open(path, &ReadOptions::default()).map(|mut input| input.reader.read_exact(&mut head));
+    matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
 }
 
 fn no_recordings(folder: &Path) -> Error {

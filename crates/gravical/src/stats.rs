@@ -30,16 +30,6 @@ pub(crate) fn weighted_median(pairs: &mut [(f64, f64)]) -> Option<f64> {
     middle.map(|(value, _)| *value)
 }
 
-/// The value below which the share `p` of `sorted` values lies, interpolated linearly between
-/// neighbours (Hyndman and Fan, The American Statistician 50(4), 1996, type 7). `None` if empty.
-pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
-    let last = sorted.len().checked_sub(1)?;
-    let at = p.clamp(0.0, 1.0) * last as f64;
-    let (low, share) = (at.floor() as usize, at.fract());
-    let next = sorted[(low + 1).min(last)];
-    Some(sorted[low] + share * (next - sorted[low]))
-}
-
 /// Mean of the values that are finite; NaN without any.
 pub(crate) fn mean_of_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     let finite = values.into_iter().filter(|v| v.is_finite());

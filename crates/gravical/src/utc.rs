@@ -7,8 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-const DAY_S: f64 = 86_400.0;
-
 /// Time stamps from here on are dates; below they count from the start of a board.
 const EARLIEST_S: i64 = 946_684_800; // 2000-01-01
 const LATEST_S: i64 = 4_102_444_800; // 2100-01-01
@@ -21,7 +19,7 @@ const LATEST_S: i64 = 4_102_444_800; // 2100-01-01
 /// let time: UtcTime = "2026-03-09T12:15:00+02:00".parse()?;
 /// assert_eq!(time.to_string(), "2026-03-09T10:15:00Z");
 /// // Without a zone it is UTC; a date alone is its midnight.
-/// assert_eq!("2026-03-09".parse::<UtcTime>()?.days_until(time), 10.25 / 24.0);
+/// assert_eq!("2026-03-09".parse::<UtcTime>()?.minute(), "2026-03-09 00:00");
 /// # Ok::<(), gravical::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -50,12 +48,6 @@ impl UtcTime {
             return None;
         }
         jiff::Timestamp::from_second(second).ok().map(UtcTime)
-    }
-
-    /// Days from this time to `later`; negative if that is earlier.
-    #[must_use]
-    pub fn days_until(self, later: UtcTime) -> f64 {
-        (later.0.as_second() - self.0.as_second()) as f64 / DAY_S
     }
 
     /// The date: `2026-03-09`.

@@ -122,8 +122,8 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.gyro.is_some()),
         ("--json", args.output.json),
-        ("CAL as a folder", args.calibration.is_dir()),
     ])?;
+    args.origin.refuse(&args.calibration)?;
     let Some(output) = args.output.output.as_deref() else {
         return Err(Error::usage(
             "each-option",
@@ -145,7 +145,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
         shared: files_of(&args.calibration),
         folders: false,
         output: Some(output),
-        ending: |_| ".csv".to_owned(),
+        ending: ".csv",
         numbers: &["rows"],
         force: args.output.force,
         quiet: args.output.quiet,
@@ -160,15 +160,15 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
         Ok(Outcome {
             grade: "done".to_owned(),
             is_poor: false,
-            reason: String::new(),
+            reasons: Vec::new(),
             numbers: vec![summary.rows.to_string()],
         })
     };
-    each::run(&plan, apply, |_| {
-        Ok(Outcome {
+    each::run(&plan, apply, |_, _| {
+        Some(Outcome {
             grade: "done before".to_owned(),
             is_poor: false,
-            reason: String::new(),
+            reasons: Vec::new(),
             numbers: Vec::new(),
         })
     })

@@ -256,6 +256,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         ("--figures", args.figures.figures.is_some()),
         ("--json", args.json),
         ("--recorded", args.recorded.is_some()),
+        ("--sensor-id", args.method.sensor_id.is_some()),
     ])?;
     let options = args.options()?;
     options.validate()?;
@@ -271,7 +272,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         shared: args.other_files(),
         folders: true,
         output: args.output.as_deref(),
-        ending: |_| ".json".to_owned(),
+        ending: ".json",
         numbers: &NUMBERS,
         force: args.force,
         quiet: args.quiet,
@@ -284,8 +285,11 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         }
         Ok(outcome(&file))
     };
-    each::run(&plan, calibrate, |result| {
-        CalibrationFile::read(result).map(|file| outcome(&file))
+    each::run(&plan, calibrate, |result, session| {
+        let file = CalibrationFile::read(result).ok()?;
+        let mut inputs = file.inputs.iter();
+        let is_own = inputs.any(|input| Path::new(&input.path).starts_with(session));
+        is_own.then(|| outcome(&file))
     })
 }
 
@@ -340,7 +344,7 @@ fn outcome(file: &CalibrationFile) -> Outcome {
     Outcome {
         grade: file.verdict.grade.name().to_owned(),
         is_poor: file.verdict.grade == Grade::Poor,
-        reason: file.verdict.reasons.join(" / "),
+        reasons: file.verdict.reasons.clone(),
         numbers,
     }
 }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use gravical::Result;
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::recording::{ReadOptions, Recording};
 use gravical::session::read_session;
-use gravical::{Error, Result};
 use gravical_report::report;
 
 use crate::calibration::{OriginArgs, files_of, read_file};
@@ -128,9 +128,12 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
         ("--gyro", args.gyro.is_some()),
         ("--report", args.report.is_wanted()),
         ("--json", args.json),
-        ("--resume", args.each.resume),
-        ("CAL as a folder", args.calibration.is_dir()),
     ])?;
+    args.origin.refuse(&args.calibration)?;
+    if args.each.resume {
+        let why = "check writes no results that a second run could keep";
+        return Err(each::each_option("--resume", why, "leave it out").into());
+    }
     let options = args.options()?;
     let read = ReadOptions {
         meter: None,
@@ -145,7 +148,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
         shared: files_of(&args.calibration),
         folders: true,
         output: None,
-        ending: |_| String::new(),
+        ending: "",
         numbers: &[
             "static_intervals",
             "rms_mps2",
@@ -163,7 +166,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
         Ok(Outcome {
             grade: report.verdict.judgement.name().to_owned(),
             is_poor: report.verdict.judgement == Judgement::DoesNotFit,
-            reason: report.verdict.reasons.join(" / "),
+            reasons: report.verdict.reasons.clone(),
             numbers: vec![
                 report.static_intervals.len().to_string(),
                 number(Some(report.rms_mps2)),
@@ -172,9 +175,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
             ],
         })
     };
-    each::run(&plan, check, |path| {
-        Err(Error::io(path, std::io::ErrorKind::NotFound.into()))
-    })
+    each::run(&plan, check, |_, _| None)
 }
 
 /// The check of one session, and its recordings.

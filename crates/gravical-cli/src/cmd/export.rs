@@ -7,7 +7,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
 use gravical::export::{ExportOptions, TARGETS, Target, export};
-use gravical::output::{check_targets, write_text};
+use gravical::output::write_text;
+use gravical::targets::check_targets;
 
 use crate::options::AxisMapArg;
 use crate::text;

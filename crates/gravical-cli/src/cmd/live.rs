@@ -21,8 +21,9 @@ use gravical::gravity::Gravity;
 use gravical::live::event::SourceKind;
 use gravical::live::folder::{Journal, RECORDING};
 use gravical::live::{LiveOptions, Session};
-use gravical::output::{check_targets, make_folder};
+use gravical::output::make_folder;
 use gravical::recording::ReadOptions;
+use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 use crate::cmd::log::BoardArgs;

@@ -1,7 +1,7 @@
 //! Boards: which ports there are, and what a board sends.
 //!
 //! Pure, without clock and without I/O, so that it can be tested row by row: [`wire`]
-//! (bytes to messages) over [`lines`] (text) and [`frames`] (the binary format); [`shape`]
+//! (bytes to messages) over [`lines`]; [`shape`]
 //! (what the rows are, by the rules for files) with [`named`] (numbers behind names); [`board`] (settings and
 //! commands), [`stamps`] (the board's clock), [`row_counts`], [`live`] (rate, rest, poses)
 //! and [`recorder`], the state machine over all of them.

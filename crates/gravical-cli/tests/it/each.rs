@@ -137,13 +137,40 @@ fn names_that_several_share_are_told_apart() {
     write(
         at,
         "list",
-        "# of today\n\na/s.csv\nb/S.csv\nb/s.txt\na/s.csv\n",
+        "\u{feff}# of today\n\na/s.csv\nb/S.csv\na/s.csv\n",
     );
     ends_with(at, "calibrate --each @list -o out", 0);
-    assert_eq!(
-        names(&at.join("out")),
-        ["a-s.json", "b-S.json", "b-s-2.json"]
+    assert_eq!(names(&at.join("out")), ["a-s.json", "b-S.json"]);
+    let run = ends_with(at, "calibrate --each b -o both", 2);
+    assert!(run.err.contains("code: same-target"), "{}", run.err);
+}
+
+#[test]
+fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
+    let folder = fleet(2);
+    let at = folder.path();
+    // The result of another session, one that cannot be read, and one that fails now.
+    ends_with(
+        at,
+        "calibrate --each fleet -o out --summary fleet/all.csv",
+        0,
     );
+    fs::copy(at.join("out/unit-2.json"), at.join("out/unit-1.json")).unwrap();
+    write(at, "out/unit-2.json", "{");
+    write(at, "out/unit-3.json", "{}");
+    write(at, "fleet/unit-3.csv", "t,ax,ay,az\n1,2\n");
+    let line = "calibrate --each fleet -o out --summary fleet/all.csv --resume";
+    ends_with(at, line, 4);
+    let rows = rows(&at.join("fleet/all.csv"));
+    // The summary of the first run is no session.
+    assert_eq!(rows.len(), 3);
+    assert_eq!(rows[2]["result"], "");
+    for (row, name) in rows.iter().zip(["unit-1", "unit-2"]) {
+        let file = fs::read(at.join(format!("out/{name}.json"))).unwrap();
+        let file: Value = serde_json::from_slice(&file).unwrap();
+        assert_eq!(file["inputs"][0]["path"], format!("fleet/{name}.csv"));
+        assert_eq!(row["bias_x"], file["accelerometer"]["bias"][0].to_string());
+    }
 }
 
 #[test]
@@ -164,6 +191,14 @@ fn check_and_apply_take_many() {
     ends_with(at, "apply cal.json fleet/unit-2.csv -o alone.csv", 0);
     let read = |name: &str| fs::read(at.join(name)).unwrap();
     assert!(read("out/unit-2.csv") == read("alone.csv"));
+    // With another calibration nothing is done before.
+    ends_with(at, "calibrate fleet/unit-2.csv -o cal.json --force", 0);
+    ends_with(
+        at,
+        "apply cal.json fleet/unit-1.csv fleet/unit-2.csv -o out --resume",
+        0,
+    );
+    assert!(read("out/unit-2.csv") != read("alone.csv"));
 }
 
 #[test]
@@ -173,7 +208,10 @@ fn what_cannot_be_done_is_said_before_the_work() {
     ends_with(at, "calibrate fleet/unit-1.csv -o cal.json", 0);
     for (line, code) in [
         ("calibrate fleet/unit-1.csv --summary s.csv", "each-option"),
-        ("check cal.json fleet/unit-1.csv --resume", "each-option"),
+        ("check cal.json --each fleet --resume", "each-option"),
+        ("calibrate --each fleet --sensor-id x", "each-option"),
+        ("check cal.json --each fleet --sensor-id x", "origin-unused"),
+        ("apply . --each fleet -o out", "origin-unused"),
         ("calibrate --each fleet --report r.html", "each-option"),
         (
             "apply cal.json fleet/unit-1.csv fleet/unit-1.csv",
@@ -191,13 +229,17 @@ fn what_cannot_be_done_is_said_before_the_work() {
             "apply cal.json --each fleet -o fleet --force",
             "target-is-input",
         ),
-        ("calibrate --each fleet --shard 3/2", "usage"),
+        (
+            "calibrate --each fleet --shard 3/2",
+            "the eight parts of a run",
+        ),
         ("calibrate --each @nowhere", "not-found"),
     ] {
         let run = run_in(at, words(line));
         assert!(
-            run.err.contains(&format!("code: {code}")) || code == "usage",
-            "{line}\n{}",
+            run.err.contains(code),
+            "{line}
+{}",
             run.err
         );
         assert!([2, 3].contains(&run.code), "{line}");

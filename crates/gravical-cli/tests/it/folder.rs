@@ -91,6 +91,30 @@ fn the_last_of_the_sensor_before_the_recording_is_taken() {
 }
 
 #[test]
+fn a_calibration_that_might_be_the_one_is_not_passed_over() {
+    let folder = calibrated();
+    let at = folder.path();
+    let apply = "apply cals line/line.csv -o a.csv --force --sensor-id left";
+    // A day stands for its end.
+    let run = gravical(at, &format!("{apply} --recorded 2026-05-01"), 0);
+    assert!(run.err.contains("left-2026-05-01"), "{}", run.err);
+    let cut = std::fs::read_to_string(at.join("cals/left-2026-05-01.json")).unwrap();
+    write(at, "cals/left-2026-05-01.json", &cut[..cut.len() / 2]);
+    let run = gravical(at, apply, 3);
+    assert!(run.err.contains("left-2026-05-01.json"), "{}", run.err);
+    // Calibrations without a sensor may be of several.
+    for seed in [1, 2] {
+        let line = format!("calibrate s{seed}/poses.csv -q -o unnamed/{seed}.json");
+        std::fs::create_dir_all(at.join("unnamed")).unwrap();
+        gravical(at, &line, 0);
+    }
+    let run = gravical(at, "apply unnamed line/line.csv -o b.csv", 2);
+    assert!(run.err.contains("code: sensor-id-missing"), "{}", run.err);
+    std::fs::remove_file(at.join("unnamed/2.json")).unwrap();
+    gravical(at, "apply unnamed line/line.csv -o b.csv", 0);
+}
+
+#[test]
 fn what_fits_nothing_is_refused_with_what_is_there() {
     let folder = calibrated();
     let at = folder.path();
@@ -124,7 +148,7 @@ fn what_fits_nothing_is_refused_with_what_is_there() {
         (
             "apply line line/line.csv -o a.csv",
             "no-calibration",
-            "there is: none",
+            "no calibration is in this folder",
         ),
     ] {
         let run = run_in(at, words(line));

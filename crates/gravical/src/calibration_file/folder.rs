@@ -6,8 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::unit::TOLERANCE;
 use super::{CalibrationFile, InputFile};
-use crate::calibrate::common_serial;
-use crate::recording::{AccelScale, AccelUnit, Recording};
+use crate::recording::{AccelScale, AccelUnit, Recording, common_serial};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
@@ -28,9 +27,9 @@ pub struct RecordingOrigin {
 pub struct FoundCalibration {
     /// The calibration.
     pub file: CalibrationFile,
-    /// Its file.
+    /// Path and checksum of its file, as results list it.
     pub input: InputFile,
-    /// The same.
+    /// Path of its file.
     pub path: PathBuf,
     /// When the sensor was calibrated: the time of the session, else of the computation.
     pub time: Option<UtcTime>,
@@ -88,39 +87,29 @@ pub fn find_calibration(
             .with_hint("leave out --sensor-id, or name the file of the calibration"));
     }
     let all = calibrations(folder)?;
-    let refuse = |what: &str| {
-        let lines: Vec<String> = all.iter().map(FoundCalibration::line).collect();
-        let more = lines.len().saturating_sub(MAX_LISTED);
-        let more = if more > 0 {
-            format!("; and {more} more")
-        } else {
-            String::new()
-        };
-        let listed = lines[..lines.len().min(MAX_LISTED)].join("; ");
-        let there = if lines.is_empty() {
-            "none".to_owned()
-        } else {
-            listed + &more
-        };
-        Error::input("no-calibration", format!("{what}; there is: {there}")).at(folder, None)
-    };
     let sensor = named.or_else(|| origin.sensor_id.clone());
     let mut own: Vec<&FoundCalibration> = match &sensor {
         Some(id) => all.iter().filter(|c| c.sensor() == Some(id)).collect(),
         None => all.iter().collect(),
+    };
+    let refuse = |what: &str| {
+        let what = format!("{what}{}", there_is(&all));
+        Error::input("no-calibration", what).at(folder, None)
     };
     if own.is_empty() {
         let of = sensor.map_or(String::new(), |id| format!(" of the sensor {id}"));
         return Err(refuse(&format!("no calibration{of} is in this folder"))
             .with_hint("calibrate the sensor with -o in this folder, or name a file"));
     }
-    if sensor.is_none() && own.iter().any(|c| c.sensor() != own[0].sensor()) {
-        let what = "the recording names no sensor, and the folder has calibrations of several";
-        let error = refuse(what).with_hint("name it: --sensor-id NAME");
+    // Calibrations that name no sensor may be of several.
+    let is_one = |c: &&FoundCalibration| c.sensor().is_some() && c.sensor() == own[0].sensor();
+    if sensor.is_none() && own.len() > 1 && !own.iter().all(is_one) {
+        let what =
+            "the recording names no sensor, and the calibrations in the folder may be of several";
         return Err(
-            Error::usage("sensor-id-missing", error.message().to_owned())
+            Error::usage("sensor-id-missing", format!("{what}{}", there_is(&all)))
                 .at(folder, None)
-                .with_hint("name the sensor: --sensor-id NAME"),
+                .with_hint("name the sensor: --sensor-id NAME; or the file of its calibration"),
         );
     }
     if let Some(scale) = recordings.first().map(|r| r.accel_scale) {
@@ -175,21 +164,60 @@ pub fn json_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
+/// `; there is: FILE: SENSOR, UNIT, TIME; …`, for errors.
+fn there_is(all: &[FoundCalibration]) -> String {
+    if all.is_empty() {
+        return String::new();
+    }
+    let mut lines: Vec<String> = all
+        .iter()
+        .take(MAX_LISTED)
+        .map(FoundCalibration::line)
+        .collect();
+    if all.len() > MAX_LISTED {
+        lines.push(format!("and {} more", all.len() - MAX_LISTED));
+    }
+    format!("; there is: {}", lines.join("; "))
+}
+
+/// The calibrations in a folder; other JSON is left out.
+///
+/// # Errors
+///
+/// Errors of the file system, and those of a calibration that cannot be read: it might be the one.
 fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
+    let io = |e| Error::io(folder, e);
     let mut found = Vec::new();
-    for path in json_files(folder)? {
-        if let Ok((file, input)) = CalibrationFile::read_with_input(&path) {
-            let recorded = file.recorded.map(|recorded| recorded.time);
-            let time = recorded.or_else(|| file.created.parse().ok());
-            let reason = String::new();
-            found.push(FoundCalibration {
-                file,
-                input,
-                path,
-                time,
-                reason,
-            });
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        let is_json = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        if !is_json {
+            continue;
+        }
+        match CalibrationFile::read_with_input(&path) {
+            Ok((file, input)) => {
+                let recorded = file.recorded.map(|recorded| recorded.time);
+                let time = recorded.or_else(|| file.created.parse().ok());
+                let reason = String::new();
+                found.push(FoundCalibration {
+                    file,
+                    input,
+                    path,
+                    time,
+                    reason,
+                });
+            }
+            Err(error) if claims_calibration(&path) => return Err(error),
+            Err(_) => {}
         }
     }
+    found.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(found)
+}
+
+fn claims_calibration(path: &Path) -> bool {
+    let text = std::fs::read(path).unwrap_or_default();
+    memchr::memmem::find(&text, b"\"gravical-calibration/").is_some()
 }

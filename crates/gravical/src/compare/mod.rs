@@ -6,8 +6,6 @@
 //! changes ‖a‖ (bias, scale, angles between the axes: M Mᵀ and b of u = M a + b),
 //! and the rotation between the frames.
 //!
-//! [`history`] does the same with any number of calibrations of one sensor.
-//!
 //! It rests on the covariances of both files. What they leave out (drift with
 //! temperature, another gravity, shared recordings) is reported as a finding.
 

@@ -7,9 +7,9 @@
 //! use gravical::recording::board::BoardSettings;
 //!
 //! let line = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, \
-//!     gyroscope +-500 deg/s, low-pass 44 Hz, rate 500.00 Hz, format 2";
+//!     gyroscope +-500 deg/s, low-pass 44 Hz, rate 250.00 Hz, format 1";
 //! let settings = BoardSettings::parse(line).ok_or("another line")?;
-//! assert_eq!((settings.accel_range_g, settings.rate_hz), (4, 500.0));
+//! assert_eq!((settings.accel_range_g, settings.rate_hz), (4, 250.0));
 //! assert!(settings.is_counts());
 //! # Ok::<(), &str>(())
 //! ```
@@ -28,7 +28,8 @@ pub struct BoardSettings {
     pub low_pass_hz: u16,
     /// Sampling rate, Hz, as realised by the sensor's divider.
     pub rate_hz: f64,
-    /// 0: text in SI units, 1: text in counts, 2: binary, 3: text with calibrated values.
+    /// 0: text in SI units, 1: text in counts, 3: text with calibrated values. Firmware before 1.2
+    /// had 2: counts in a binary coding, which the logger wrote as text.
     pub format: u8,
     /// The sensor is an MPU-6500 or one of its relatives.
     pub is_mpu6500: bool,
@@ -150,7 +151,7 @@ mod tests {
         }
     }
 
-    /// Simulates thirty seconds of the output of `gravical log --format binary`, at rest or
+    /// Three seconds of counts as a board sends them, at rest or
     /// shaken.
     fn file(board: &str, shaken: bool, header: &str) -> Recording {
         let mut text = format!(

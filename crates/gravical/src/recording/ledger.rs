@@ -105,7 +105,13 @@ impl Aside {
     /// Name for messages.
     #[must_use]
     pub fn name(self) -> &'static str {
-        self.finding_kind().map_or("header", FindingKind::name)
+        match self {
+            Aside::Metadata => "metadata-lines",
+            Aside::Comment => "comment-lines",
+            Aside::RegularBlank => "regular-blank-rows",
+            Aside::ErasedBlock => "erased-block",
+            _ => self.finding_kind().map_or("header", FindingKind::name),
+        }
     }
 
     fn meaning(self) -> &'static str {

@@ -267,6 +267,34 @@ fn whole<S: Serializer>(
     }
 }
 
+/// The serial number that the files name, if any does.
+///
+/// # Errors
+///
+/// `sensors-differ` where they name several.
+pub(crate) fn common_serial(recordings: &[Recording]) -> crate::Result<Option<String>> {
+    let named = || {
+        recordings
+            .iter()
+            .filter_map(|r| Some((r, r.serial.as_ref()?)))
+    };
+    let Some((one, serial)) = named().next() else {
+        return Ok(None);
+    };
+    match named().find(|(_, other)| *other != serial) {
+        None => Ok(Some(serial.clone())),
+        Some((other, another)) => Err(crate::Error::input(
+            "sensors-differ",
+            format!(
+                "{} is of the sensor with the serial number {serial}, {} of {another}",
+                one.name, other.name
+            ),
+        )
+        .at(other.name.as_ref(), None)
+        .with_hint("calibrate the recordings of each sensor alone; --sensor-id NAME says that they are of one")),
+    }
+}
+
 /// Ranges between `breaks` in `0..len`, without empty ones.
 pub(crate) fn between(breaks: &[usize], len: usize) -> Vec<std::ops::Range<usize>> {
     let mut edges = vec![0];

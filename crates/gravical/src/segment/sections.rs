@@ -31,19 +31,6 @@ struct Row {
     end: f64,
 }
 
-/// Reads a section list. JSON: `{"x_p": {"start": 540, "end": 1271}, …}` as
-/// imucal writes it, or a list of `{"label", "start", "end"}`; CSV: a header
-/// `label,start,end` (or none) and a section a line. Rows are counted from 0,
-/// the end is exclusive.
-///
-/// # Errors
-///
-/// `sections-syntax` (input) with the line, `sections-empty`, `sections-order`
-/// when a section ends before it starts.
-pub fn read_sections(path: &Path) -> Result<Vec<Section>> {
-    read_sections_with_input(path).map(|(sections, _)| sections)
-}
-
 /// The same, with the file that it was read from.
 ///
 /// # Errors

@@ -253,10 +253,7 @@ fn a_sketch_without_a_calibration_says_so() {
     board.run(0.5);
     board.uno.send(b"f3\n");
     let text = board.text(0.5);
-    assert_eq!(
-        notices(&text),
-        ["# no calibration in this sketch: f0 f1"]
-    );
+    assert_eq!(notices(&text), ["# no calibration in this sketch: f0 f1"]);
     assert!(rows(text.split_once('\n').unwrap().1).len() > 30);
 }
 

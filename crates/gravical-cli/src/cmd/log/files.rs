@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
-use gravical::output::check_targets;
+use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 use crate::device::board::{Settings, Wanted};

@@ -1,0 +1,104 @@
+//! No result destroys what a command reads.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use crate::live::folder::JOURNAL;
+use crate::output::{check_target, folder_of, is_special, no_folder};
+use crate::session::{files_in, is_result_file};
+use crate::{Error, Result};
+
+/// Checks all output files of a command before it starts: a result must replace neither another
+/// result nor what the command reads. `inputs` are files and folders. In an input folder that is
+/// whatever may be a recording by its name, except our results, and the journal of a session.
+///
+/// # Errors
+///
+/// Those of [`check_target`]; `no-folder`, `same-target`, and `target-is-input`, the last two
+/// independent of `force` (all usage).
+pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Result<()> {
+    let mut results: HashSet<PathBuf> = HashSet::new();
+    let (files, listed) = read_files(inputs);
+    for path in targets {
+        // Before `exists`: --force would not help.
+        check_target(path, true)?;
+        let id = file_id(path).filter(|_| !is_special(path));
+        if id.as_ref().is_some_and(|id| files.contains(id)) {
+            return Err(is_input(path, "this is an input file"));
+        }
+        if id.is_some_and(|id| listed.contains(&id)) && !is_result_file(path) {
+            return Err(is_input(path, "this may be a recording of an input folder"));
+        }
+        check_target(path, force)?;
+        let folder = folder_of(path);
+        if !folder.is_dir() {
+            return Err(no_folder(folder, path));
+        }
+        if !is_special(path) && !results.insert(place(path)) {
+            return Err(same_target(path));
+        }
+    }
+    Ok(())
+}
+
+/// Identifies a file by more than its name: links to it are the same file.
+#[cfg(unix)]
+type FileId = (u64, u64);
+#[cfg(not(unix))]
+type FileId = PathBuf;
+
+/// None for a file that does not exist.
+fn file_id(path: &Path) -> Option<FileId> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let file = std::fs::metadata(path).ok()?;
+        Some((file.dev(), file.ino()))
+    }
+    #[cfg(not(unix))]
+    path.canonicalize().ok()
+}
+
+/// The files that are read from `inputs`, and those of folders that may be recordings.
+fn read_files(inputs: &[PathBuf]) -> (HashSet<FileId>, HashSet<FileId>) {
+    let (mut files, mut listed) = (HashSet::new(), HashSet::new());
+    for input in inputs {
+        if input.is_dir() {
+            files.extend(file_id(&input.join(JOURNAL)));
+            let recordings = files_in(input).unwrap_or_default();
+            listed.extend(recordings.iter().filter_map(|p| file_id(p)));
+        } else if input == Path::new("-") {
+            files.extend(file_id(Path::new("/dev/stdin")));
+        } else {
+            files.extend(file_id(input));
+        }
+    }
+    (files, listed)
+}
+
+fn is_input(path: &Path, what: &str) -> Error {
+    let text = format!("{what}; a result must not replace it");
+    Error::usage("target-is-input", text)
+        .at(path, None)
+        .with_hint("name another file for the result")
+}
+
+/// The error of two results with one path.
+#[must_use]
+pub fn same_target(path: &Path) -> Error {
+    Error::usage("same-target", "two results would be written here")
+        .at(path, None)
+        .with_hint("name a separate place for each")
+}
+
+/// Canonical path, for comparison. A file that does not exist is identified by its folder.
+#[must_use]
+pub fn place(path: &Path) -> PathBuf {
+    if let Ok(whole) = path.canonicalize() {
+        return whole;
+    }
+    match (folder_of(path).canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_owned(),
+    }
+}
