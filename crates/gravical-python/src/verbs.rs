@@ -11,7 +11,6 @@ use gravical::denoise;
 use gravical::inspect::inspect;
 use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
-use gravical::targets::check_targets;
 use gravical::recording::{ReadOptions, Recording as Rows, join_gyroscope, open, read};
 use gravical::segment::still::StillOptions;
 use gravical::session::{read_for, read_session};
@@ -19,6 +18,7 @@ use gravical::simulate::{
     FileFormat, LineOptions, PosesOptions, Scenario, SimulateOptions, SixPositionOptions,
     SoakOptions, StaticOptions, simulate_to,
 };
+use gravical::targets::check_targets;
 use gravical::{Error, Result};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyRuntimeError;

@@ -41,7 +41,7 @@ fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws)
     let mut build = faces(options, o.hold_s, draws);
     for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
-        build.move_to(up.into());
+        build.move_to(up);
         build.rest(nominal, o.rest_s);
         build.turn(label, up, o.turn_angle_deg, o.turn_time_s);
         build.rest(nominal, o.rest_s);
@@ -70,7 +70,7 @@ fn faces(options: &SimulateOptions, hold_s: f64, draws: &mut Draws) -> Builder {
     let mut build = Builder::new(options, placed[0].1);
     for (nominal, up, label) in placed {
         if !build.path.pieces.is_empty() {
-            build.move_to(up.into());
+            build.move_to(up);
         }
         build.hold(&label, PoseKind::Face, Some(nominal), hold_s);
     }

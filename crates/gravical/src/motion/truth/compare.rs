@@ -250,7 +250,7 @@ fn turn(
             .sum::<f64>()
             .sqrt()
     };
-    let chosen = match wanted {
+    match wanted {
         Some(TruthAlign::None) => (TruthAlign::None, Rotation::none()),
         Some(TruthAlign::Yaw) => (TruthAlign::Yaw, fit(align::yaw)),
         Some(TruthAlign::Rotation) => (TruthAlign::Rotation, fit(align::rotation)),
@@ -266,8 +266,7 @@ fn turn(
                 (TruthAlign::Yaw, yaw)
             }
         }
-    };
-    chosen
+    }
 }
 
 /// Steps of [`STEP_S`] of reference and result: between them a result's drift,
