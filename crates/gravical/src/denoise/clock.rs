@@ -1,5 +1,8 @@
 //! Regularity of the time stamps: even steps, uneven steps and gaps.
 
+/// Steps longer than this many usual steps are gaps: twice the window of the weakest smoothing.
+const GAP_STEPS: f64 = 10.0;
+
 /// Steps that differ from the usual one by more than this share are uneven: it displaces a slope
 /// within a window by half of that share, which is small compared with noise.
 const EVEN_SHARE: f64 = 0.05;
@@ -46,15 +49,14 @@ pub(super) struct Splits {
 }
 
 impl Clock {
-    /// From the first time stamps, `None` without any, and their rate, Hz. Steps longer than
-    /// `gap_steps` usual steps are gaps.
-    pub fn new(rate_hz: Option<f64>, first_s: Option<&[f64]>, gap_steps: f64) -> Self {
+    /// From the first time stamps, `None` without any, and their rate, Hz.
+    pub fn new(rate_hz: Option<f64>, first_s: Option<&[f64]>) -> Self {
         let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);
         let digit_s = first_s.map_or(0.0, |t| digit_s(t, step_s));
         Clock {
             step_s,
             tolerance_s: (EVEN_SHARE * step_s).max(digit_s.min(UNEVEN_SHARE * step_s)),
-            gap_s: gap_steps * step_s,
+            gap_s: GAP_STEPS * step_s,
         }
     }
 

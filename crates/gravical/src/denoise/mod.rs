@@ -95,17 +95,11 @@ pub struct DenoiseOptions {
     pub filters: Vec<FilterSpec>,
     /// The channels that are filtered. Default: all.
     pub channels: Channels,
-    /// A step between time stamps longer than this many usual steps is a gap: filters restart
-    /// after it. 1.5 to 1000. Default: 10, twice the window of the weakest smoothing.
-    pub gap_steps: Option<f64>,
     /// Options for detecting the static intervals in which noise is measured.
     pub still: StillOptions,
 }
 
 impl DenoiseOptions {
-    /// Usual steps beyond which a step between time stamps is a gap.
-    pub const GAP_STEPS: f64 = 10.0;
-
     /// Options with these filters and defaults otherwise.
     #[must_use]
     pub fn new(filters: impl IntoIterator<Item = FilterSpec>) -> Self {
@@ -115,29 +109,17 @@ impl DenoiseOptions {
         }
     }
 
-    fn gap_steps(&self) -> f64 {
-        self.gap_steps.unwrap_or(Self::GAP_STEPS)
-    }
-
     /// Checks ranges.
     ///
     /// # Errors
     ///
-    /// `no-filter`, `filter-range`, `option-range` (usage).
+    /// `no-filter`, `filter-range` (usage).
     pub fn validate(&self) -> Result<()> {
         if self.filters.is_empty() {
             return Err(Error::usage("no-filter", "no filter was given")
                 .with_hint(format!("--filter with one of: {}", spec::EXAMPLES)));
         }
-        self.filters.iter().try_for_each(FilterSpec::validate)?;
-        let gap = self.gap_steps();
-        if !(1.5..=1000.0).contains(&gap) {
-            return Err(Error::range(
-                "gap_steps",
-                format!("{gap} is not between 1.5 and 1000"),
-            ));
-        }
-        Ok(())
+        self.filters.iter().try_for_each(FilterSpec::validate)
     }
 }
 
@@ -154,7 +136,7 @@ pub struct Denoised {
 
 /// Replaces the channels of a recording by filtered ones.
 ///
-/// No filter runs across a break, a gap ([`DenoiseOptions::GAP_STEPS`]) or a step back of the
+/// No filter runs across a break, a gap (a step longer than 10 usual steps) or a step back of the
 /// time stamps. Empty cells stay empty, and the samples around them are filtered as if one were
 /// lost. If time stamps are uneven (a step differs from the usual one by more than 5 % of it and
 /// by more than the resolution of the time stamps), samples are interpolated to an even grid, and
@@ -222,7 +204,7 @@ fn set_up(recording: &Recording, options: &DenoiseOptions) -> Result<Setup> {
     let rate_hz = recording.timing.rate_hz();
     Ok(Setup {
         filters: design(recording, options)?,
-        clock: Clock::new(rate_hz, stamps.as_deref(), options.gap_steps()),
+        clock: Clock::new(rate_hz, stamps.as_deref()),
         channels: channels(recording, options),
         at_rest: Vec::new(),
     })

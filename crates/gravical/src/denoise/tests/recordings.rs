@@ -56,11 +56,6 @@ fn invalid_options_are_refused() {
     let mut options = DenoiseOptions::new([mean]);
     options.channels = Channels::Gyro;
     assert_eq!(code(&options), "no-gyroscope");
-    for gap in [f64::NAN, 0.0, 1e9] {
-        let mut options = DenoiseOptions::new([mean]);
-        options.gap_steps = Some(gap);
-        assert_eq!(code(&options), "option-range");
-    }
 }
 
 #[test]
