@@ -48,6 +48,7 @@ pub const COMMANDS: &[&str] = &[
     "denoise line/line.csv --filter butter:4,5Hz -o {out} --json",
     "denoise line/line.csv --filter savgol:21,3 -o {out} --json",
     "denoise raw/poses.csv --filter hampel:7,3 -o {out} --json",
+    "denoise wrong/poses.csv --filter butter:4,5Hz -o {out} --json",
     "noise static/static.csv --json --part mpu6050",
     "motion line/line.csv -c {golden}/mps2.json -o {out} --json",
     "motion line/line.csv --json -o {out}",
