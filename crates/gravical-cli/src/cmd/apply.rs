@@ -9,6 +9,7 @@ use gravical::escape::one_line;
 use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
 use gravical::{Error, Result, numfmt};
 use gravical_report::document::Document;
+use serde::Serialize;
 
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
@@ -107,9 +108,21 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let done = format!("{input}: {rows} rows calibrated");
     let detail = ReportArgs::detail_of(args.verbose);
     let document = document(&summary);
+    let applied = Applied {
+        calibration: &found.input.path,
+        summary: &summary,
+    };
     args.output
-        .print_summary(&summary, &done, &document, detail)?;
+        .print_summary(&applied, &done, &document, detail)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The summary, and the calibration that was taken.
+#[derive(Serialize)]
+struct Applied<'a> {
+    calibration: &'a str,
+    #[serde(flatten)]
+    summary: &'a ApplySummary,
 }
 
 /// Runs the command for each of its recordings.

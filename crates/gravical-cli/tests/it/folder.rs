@@ -87,7 +87,12 @@ fn the_last_of_the_sensor_before_the_recording_is_taken() {
     gravical(at, "check cals s3/poses.csv --sensor-id right --json", 0);
     // Of one sensor no name is needed.
     std::fs::remove_file(at.join("cals/right-2026-04-01.json")).unwrap();
-    gravical(at, "apply cals line/line.csv -o a.csv --force", 0);
+    let applied = gravical(
+        at,
+        "apply cals line/line.csv -o a.csv --force --json --quiet",
+        0,
+    );
+    assert_eq!(applied.json()["calibration"], "cals/left-2026-05-01.json");
 }
 
 #[test]
