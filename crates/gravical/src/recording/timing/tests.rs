@@ -128,9 +128,7 @@ fn samples_in_a_pause_are_not_missing() {
     raw.drain(300..303);
     let timed = judge(&raw, &claims, |row| row as u64 + 1, break_at(200));
     assert_eq!(kinds(&timed), ["missing-samples"]);
-    assert_eq!(timed.findings[0].lines, [[201, 201]]);
-    assert!(timed.findings[0].message.contains("4.010 s"));
-    assert_eq!(timed.findings[1].count, 3);
+    assert_eq!(timed.findings[0].count, 3);
     assert!((timed.summary.timing.mean_rate_hz.unwrap() - 99.25).abs() < 0.1);
     assert!((timed.summary.timing.duration_s.unwrap() - 7.99).abs() < 1e-9);
     // After a named gap they are missing.
