@@ -328,12 +328,12 @@ fn half_a_soak_gives_nothing_to_take_off() {
 fn placements_at_other_temperatures_are_brought_to_one() {
     let folder = virtual_session(9);
     let at = folder.path();
-    // The same six placements while the part warms by 12 °C.
+    // The same six placements while the part warms by 10 °C.
     let sensor = "--seed 9 --decimals 6 --temperature-drift 1 -q --rate 50";
     let run = run_in(
         at,
         words(&format!(
-            "simulate six-position -o warm --hold 10 --tilt 0 --temperature-rise 12 --temperature-time 60 {sensor}"
+            "simulate six-position -o warm --hold 10 --tilt 0 --temperature-rise 20 {sensor}"
         )),
     );
     assert_eq!(run.code, 0, "{}", run.err);
