@@ -1,6 +1,7 @@
 //! The verbs of the program.
 
 use std::path::PathBuf;
+use std::slice::from_ref;
 use std::sync::Arc;
 
 use gravical::apply::{self, ApplySummary};
@@ -73,7 +74,7 @@ pub fn inspect_recording(
 }
 
 fn inputs_of(recording: &Rows) -> Vec<InputFile> {
-    InputFile::of(std::slice::from_ref(recording))
+    InputFile::of(from_ref(recording))
 }
 
 /// Three columns.
@@ -113,7 +114,7 @@ pub fn apply_file(
     let file: Arc<CalibrationFile> = calibration.get().file.clone();
     let summary = task::run(py, &meter, move || {
         let inputs: Vec<PathBuf> = std::iter::once(&path).chain(&gyro).cloned().collect();
-        check_targets(std::slice::from_ref(&output), &inputs, force)?;
+        check_targets(from_ref(&output), &inputs, force)?;
         let joined = gyro.as_deref().map(|gyro| -> Result<Rows> {
             let mut recording = read(&path, &apply.read.beside_gyroscope_file())?;
             join_gyroscope(&mut recording, gyro, &apply.read)?;
@@ -170,7 +171,7 @@ pub fn denoise_file(
     let denoise = options.denoise()?;
     let (read, meter) = options.read(true)?;
     let done = task::run(py, &meter, move || {
-        check_targets(&[output.clone()], std::slice::from_ref(&path), force)?;
+        check_targets(from_ref(&output), from_ref(&path), force)?;
         let mut done = None;
         write_atomic(&output, force, |out| {
             done = Some(denoise::denoise_file(&path, &read, &denoise, out)?);
@@ -256,7 +257,7 @@ pub fn check_recordings(
     let shared: Vec<Arc<Rows>> = recordings.iter().map(|r| r.get().shared.clone()).collect();
     task::run(py, &meter, move || {
         let result = match &shared[..] {
-            [one] => check(&file, &name, std::slice::from_ref(&**one), &wanted)?,
+            [one] => check(&file, &name, from_ref(&**one), &wanted)?,
             several => {
                 let rows: Vec<Rows> = several.iter().map(|r| (**r).clone()).collect();
                 check(&file, &name, &rows, &wanted)?
