@@ -16,7 +16,7 @@ use gravical::noise::{NoiseOptions, PARTS, Part, Spacing, Term};
 use gravical::recording::{AccelUnit, GyroUnit, Meter, ReadOptions, Recording, TimeUnit};
 use gravical::segment::SegmentOptions;
 use gravical::segment::face::AxisMap;
-use gravical::segment::sections::read_sections_with_input;
+use gravical::segment::sections::read_sections;
 use gravical::segment::still::StillOptions;
 use gravical::{Error, Result};
 use pyo3::prelude::*;
@@ -219,7 +219,7 @@ impl<'py> Options<'py> {
             ],
         )?;
         let sections = self.path("sections")?;
-        let sections = sections.as_deref().map(read_sections_with_input);
+        let sections = sections.as_deref().map(read_sections);
         let (sections, list) = sections.transpose().or_raise(py)?.unzip();
         let defaults = SegmentOptions::default();
         let options = CalibrateOptions {

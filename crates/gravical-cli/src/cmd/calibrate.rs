@@ -12,7 +12,7 @@ use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
 use gravical::recording::{ReadOptions, Recording};
 use gravical::segment::SegmentOptions;
-use gravical::segment::sections::read_sections_with_input;
+use gravical::segment::sections::read_sections;
 use gravical::segment::still::StillOptions;
 use gravical::session::{self, SessionCalibration};
 use gravical::utc::UtcTime;
@@ -397,7 +397,7 @@ impl Args {
 
     fn options(&self) -> Result<CalibrateOptions> {
         let m = &self.method;
-        let sections = m.sections.as_deref().map(read_sections_with_input);
+        let sections = m.sections.as_deref().map(read_sections);
         let (sections, list) = sections.transpose()?.unzip();
         Ok(CalibrateOptions {
             segment: SegmentOptions {

@@ -31,12 +31,15 @@ struct Row {
     end: f64,
 }
 
-/// The same, with the file that it was read from.
+/// Reads a section list, and says which file it was. JSON: `{"x_p": {"start": 540, "end": 1271}, …}`
+/// as imucal writes it, or a list of `{"label", "start", "end"}`; CSV: `label,start,end` on each
+/// line, with or without a header. Rows are counted from 0, the end is exclusive.
 ///
 /// # Errors
 ///
-/// As [`read_sections`].
-pub fn read_sections_with_input(path: &Path) -> Result<(Vec<Section>, InputFile)> {
+/// `sections-syntax` (input) with the line, `sections-empty`, `sections-order` if a section ends
+/// before it starts.
+pub fn read_sections(path: &Path) -> Result<(Vec<Section>, InputFile)> {
     InputFile::read(path, InputRole::Sections, parse_sections)
 }
 
