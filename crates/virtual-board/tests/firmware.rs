@@ -4,7 +4,7 @@
 
 mod board;
 
-use board::{Board, board, faulty, line, notices, report, rows, text};
+use board::{Board, board, line, notices, report, rows, text};
 use gravical::recording::{ReadOptions, read_bytes};
 use virtual_board::sensor::{Reading, SensorOptions};
 
