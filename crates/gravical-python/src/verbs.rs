@@ -315,7 +315,6 @@ fn simulate_options(py: Python<'_>, scenario: &str, o: &Options<'_>) -> PyResult
             number("hold", &mut s.hold_s)?;
             number("rest", &mut s.rest_s)?;
             number("turn_angle", &mut s.turn_angle_deg)?;
-            number("turn_time", &mut s.turn_time_s)?;
             Scenario::SixPosition(s)
         }
         "poses" => {
@@ -336,7 +335,6 @@ fn simulate_options(py: Python<'_>, scenario: &str, o: &Options<'_>) -> PyResult
                 gyro_drift_deg_s_per_c: 0.0,
             });
             if let Some(soak) = &mut s.soak {
-                number("soak_hysteresis", &mut soak.hysteresis_c)?;
                 number("gyro_drift", &mut soak.gyro_drift_deg_s_per_c)?;
             }
             Scenario::Static(s)
@@ -344,10 +342,8 @@ fn simulate_options(py: Python<'_>, scenario: &str, o: &Options<'_>) -> PyResult
         "line" => {
             let mut s = LineOptions::default();
             number("distance", &mut s.distance_m)?;
-            number("offset", &mut s.offset_m)?;
             number("move_time", &mut s.move_time_s)?;
             number("rest", &mut s.rest_s)?;
-            number("tilt_change", &mut s.tilt_change_deg)?;
             Scenario::Line(s)
         }
         other => {
@@ -362,7 +358,6 @@ fn simulate_options(py: Python<'_>, scenario: &str, o: &Options<'_>) -> PyResult
     number("gravity", &mut s.gravity_mps2)?;
     number("tilt", &mut s.tilt_sd_deg)?;
     number("rate", &mut s.rate_hz)?;
-    number("clock_error", &mut s.clock_error_ppm)?;
     number("jitter", &mut s.stamp_jitter_ms)?;
     number("drop", &mut s.dropped_fraction)?;
     s.file.format = match (o.switch("raw")?, o.switch("wrong_header")?) {
@@ -381,32 +376,8 @@ fn simulate_options(py: Python<'_>, scenario: &str, o: &Options<'_>) -> PyResult
     if let Some(range) = o.whole("range")? {
         part.accel_range_g = range;
     }
-    if let Some(range) = o.whole("gyro_range")? {
-        part.gyro_range_deg_s = range;
-    }
-    if let Some(hz) = o.number("low_pass")? {
-        part.low_pass_hz = Some(hz).filter(|hz| *hz != 0.0);
-    }
-    number("accel_noise", &mut part.accel_noise_mps_rts)?;
-    number("gyro_noise", &mut part.gyro_noise_deg_rts)?;
-    number(
-        "accel_bias_instability",
-        &mut part.accel_bias_instability_mps2,
-    )?;
-    number("accel_random_walk", &mut part.accel_random_walk_mps2_rts)?;
-    number(
-        "gyro_bias_instability",
-        &mut part.gyro_bias_instability_deg_h,
-    )?;
-    number("gyro_random_walk", &mut part.gyro_random_walk_deg_s_rts)?;
     number("scale_sd", &mut part.scale_sd_percent)?;
-    number("misalignment", &mut part.misalignment_sd_deg)?;
-    number("bias", &mut part.accel_bias_limit_mps2)?;
-    number("gyro_scale", &mut part.gyro_scale_limit_percent)?;
-    number("gyro_bias", &mut part.gyro_bias_limit_deg_s)?;
-    number("g_sensitivity", &mut part.g_sensitivity_sd_deg_s_per_g)?;
     number("temperature_rise", &mut part.temperature_rise_c)?;
-    number("temperature_time", &mut part.temperature_time_s)?;
     number("temperature_drift", &mut part.bias_drift_mg_per_c)?;
     if let Some(factor) = o.number("noise")? {
         s.sensor = s.sensor.with_noise_factor(factor);

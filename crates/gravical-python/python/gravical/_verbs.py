@@ -237,7 +237,7 @@ def denoise(
         ``"savgol:WINDOW,ORDER"``, ``"butter:ORDER,CUTOFFHz"``, ``"highpass:…"``,
         ``"hampel:WINDOW,SIGMAS"``, ``"mean:WINDOW"`` …, in this order.
     output : path, optional
-        From file to file, in constant memory, as the program.
+        From file to file, as the program: other columns are copied, values have six decimals.
     force : bool
         Overwrite ``output``.
     channels : str, optional
@@ -473,15 +473,13 @@ def _simulated(scenario: str, folder: Path, force: bool, given: Mapping[str, Any
 
 _SHARED = frozenset(
     """
-    seed gravity tilt rate clock_error jitter drop wrong_header raw decimals range gyro_range
-    low_pass noise accel_noise gyro_noise accel_bias_instability accel_random_walk
-    gyro_bias_instability gyro_random_walk scale_sd misalignment bias gyro_scale gyro_bias
-    g_sensitivity temperature_rise temperature_time temperature_drift
+    seed gravity tilt rate jitter drop wrong_header raw decimals range noise scale_sd
+    temperature_rise temperature_drift
     """.split()
 )
 _SCENARIOS = {
-    "six-position": frozenset({"hold", "continuous", "rest", "turn_angle", "turn_time"}),
+    "six-position": frozenset({"hold", "continuous", "rest", "turn_angle"}),
     "poses": frozenset({"hold", "free"}),
-    "static": frozenset({"duration", "soak", "soak_hysteresis", "gyro_drift"}),
-    "line": frozenset({"distance", "offset", "move_time", "rest", "tilt_change"}),
+    "static": frozenset({"duration", "soak", "gyro_drift"}),
+    "line": frozenset({"distance", "move_time", "rest"}),
 }
