@@ -186,16 +186,8 @@ fn there_is(all: &[FoundCalibration]) -> String {
 ///
 /// Errors of the file system, and those of a calibration that cannot be read: it might be the one.
 fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
-    let io = |e| Error::io(folder, e);
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(io)? {
-        let path = entry.map_err(io)?.path();
-        let is_json = path
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        if !is_json {
-            continue;
-        }
+    for path in json_files(folder)? {
         match CalibrationFile::read_with_input(&path) {
             Ok((file, input)) => {
                 let recorded = file.recorded.map(|recorded| recorded.time);
@@ -213,7 +205,6 @@ fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
             Err(_) => {}
         }
     }
-    found.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(found)
 }
 
