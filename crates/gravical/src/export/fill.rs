@@ -143,6 +143,9 @@ pub(super) fn ros(draft: &mut Draft<'_>) -> Result<()> {
 }
 
 pub(super) fn ros2(draft: &mut Draft<'_>) -> Result<()> {
+    // The name of a node.
+    let name = draft.options.name.as_deref().unwrap_or("imu_apply");
+    draft.values.text("name", name);
     draft.take_nominal()?;
     draft.note_drift();
     if let Some(mut gyroscope) = draft.gyroscope.take() {

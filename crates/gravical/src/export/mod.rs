@@ -184,6 +184,9 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
         values: Values::new(nine_digits),
         notes: Vec::new(),
     };
+    let name = options.name.as_deref().unwrap_or("gravical");
+    draft.values.text("name", name);
+    draft.values.text("NAME", name.to_uppercase());
     (target.fill)(&mut draft)?;
     let Draft {
         accelerometer,
@@ -192,14 +195,6 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
         notes,
         ..
     } = draft;
-    let usual = if target.name == "ros2" {
-        "imu_apply"
-    } else {
-        "gravical"
-    };
-    let name = options.name.as_deref().unwrap_or(usual);
-    values.text("name", name);
-    values.text("NAME", name.to_uppercase());
     values.text("created", in_comment(&file.created));
     values.text("about", describe(file, target, &notes).join("\n"));
     sensor::set_values(&mut values, &accelerometer, gyroscope.as_ref());
