@@ -1,4 +1,4 @@
-//! The golden table: what some seventy runs of the program find, reduced to the numbers that
+//! The golden table: what some eighty runs of the program find, reduced to the numbers that
 //! matter. A change that replaces how something is computed is judged by it: whatever moves beyond
 //! the tolerance of its column is printed, and explained by whoever writes the table anew.
 //!

@@ -140,13 +140,13 @@ pub struct Denoised {
 /// time stamps. Empty cells stay empty, and the samples around them are filtered as if one were
 /// lost. If time stamps are uneven (a step differs from the usual one by more than 5 % of it and
 /// by more than the resolution of the time stamps), samples are interpolated to an even grid, and
-/// the result back to the time stamps. Parts that are too short
-/// for a filter are left unchanged. Each of these is reported as a finding.
+/// the result back to the time stamps. Parts that are too short for a filter are left unchanged.
+/// Each of these is reported as a finding.
 ///
 /// # Errors
 ///
-/// `no-filter`, `filter-range`, `option-range`, `rate-unknown` (usage); `no-gyroscope` (input) if
-/// only the gyroscope is to be filtered and there is none.
+/// `no-filter`, `filter-range`, `rate-unknown` (usage); `no-gyroscope` (input) if only the
+/// gyroscope is to be filtered and there is none.
 pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
     options.validate()?;
     let (setup, mut begun) = begin(&mut recording, options)?;
