@@ -3,94 +3,17 @@
 
 mod names;
 
-use gravical_core::matrix3::{cross, dot, norm};
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
+pub use gravical_fit::{Face, angle_deg};
 #[doc(hidden)]
 pub use names::{Claim, claim};
-
-/// A face: one axis up (`+`, it reads +g) or down (`−`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Face {
-    /// 0, 1, 2 for x, y, z.
-    pub axis: usize,
-    /// True when the axis points up.
-    pub up: bool,
-}
-
-impl Face {
-    /// All six, +x −x +y −y +z −z.
-    #[must_use]
-    pub fn all() -> [Face; 6] {
-        std::array::from_fn(|i| Face {
-            axis: i / 2,
-            up: i % 2 == 0,
-        })
-    }
-
-    /// `+x`, `-z` ….
-    #[must_use]
-    pub fn name(self) -> String {
-        format!("{}{}", if self.up { '+' } else { '-' }, AXES[self.axis])
-    }
-
-    /// Its number in [`Face::all`].
-    #[must_use]
-    pub fn index(self) -> usize {
-        2 * self.axis + usize::from(!self.up)
-    }
-
-    /// Unit vector that specific force has at rest.
-    #[must_use]
-    pub fn direction(self) -> [f64; 3] {
-        let mut d = [0.0; 3];
-        d[self.axis] = if self.up { 1.0 } else { -1.0 };
-        d
-    }
-
-    /// The opposite face.
-    #[must_use]
-    pub fn opposite(self) -> Face {
-        Face {
-            axis: self.axis,
-            up: !self.up,
-        }
-    }
-
-    /// The face nearest to a reading, and the angle to it in degrees.
-    #[must_use]
-    pub fn nearest(reading: [f64; 3]) -> (Face, f64) {
-        let mut axis = 0;
-        for i in 1..3 {
-            if reading[i].abs() > reading[axis].abs() {
-                axis = i;
-            }
-        }
-        let face = Face {
-            axis,
-            up: reading[axis] >= 0.0,
-        };
-        (face, angle_deg(reading, face.direction()))
-    }
-}
 
 /// Names of the axes.
 #[doc(hidden)]
 pub const AXES: [char; 3] = ['x', 'y', 'z'];
-
-/// Angle between two vectors in degrees, accurate at small angles; 90 for a
-/// vanished one.
-#[must_use]
-#[doc(hidden)]
-pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let (sine, cosine) = (norm(&cross(&a, &b)), dot(&a, &b));
-    if sine == 0.0 && cosine == 0.0 {
-        return 90.0;
-    }
-    sine.atan2(cosine).to_degrees()
-}
 
 /// How the board sits in its case: row i says which board axis, with sign, is
 /// the case's axis i.

@@ -1,0 +1,104 @@
+//! u = M a + b, its parameters, and the derivatives of what follows from them.
+//!
+//! A pose reads u = M g n + b + noise. With A = M⁻¹ and a = A (u − b) it says ‖a‖ = g, whatever its
+//! direction n.
+
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
+
+/// Number of parameters: M row-major, b, drift of b per °C, bends of the axes (quadratic, cubic).
+pub const PARAMETERS: usize = 21;
+/// First element of b.
+pub const BIAS: usize = 9;
+/// First element of the drift.
+pub const DRIFT: usize = 12;
+/// First bend.
+pub const BENDS: usize = 15;
+
+/// M row-major; b; drift of b per °C; bends: quadratic, cubic, as a share of g at 1 g.
+pub type Parameters = SVector<f64, PARAMETERS>;
+/// Covariance of these.
+pub type Covariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
+
+/// M.
+#[must_use]
+pub fn matrix(x: &Parameters) -> Matrix3<f64> {
+    Matrix3::from_fn(|r, c| x[3 * r + c])
+}
+
+/// b at a temperature `warmer_c` above that of reference.
+#[must_use]
+pub fn bias(x: &Parameters, warmer_c: f64) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| x[BIAS + i] + warmer_c * x[DRIFT + i])
+}
+
+/// What ‖a‖ along n is too long by since the response of the axes bends, as a share of g for each
+/// of the six bends: Legendre's P₃ and P₄ (monic) of every component, the part of n² and n³ of an
+/// axis that no M and b imitate. M and b are thus those that suit the bent sensor best over the
+/// sphere.
+#[must_use]
+pub fn bends(n: &Vector3<f64>) -> SVector<f64, 6> {
+    SVector::from_fn(|i, _| {
+        let c = n[i % 3];
+        if i < 3 {
+            c * c * c - 0.6 * c
+        } else {
+            c.powi(4) - 6.0 / 7.0 * c * c + 3.0 / 35.0
+        }
+    })
+}
+
+/// What ‖a‖ along n is too long by through all bends, as a share of g.
+#[must_use]
+pub fn bend(x: &Parameters, n: &Vector3<f64>) -> f64 {
+    bends(n).dot(&x.fixed_rows::<6>(BENDS))
+}
+
+/// h of ‖a‖ along n: an error d of the parameters moves the length of a calibrated reading by
+/// −hᵀd. With w = M⁻ᵀ n it is [g w⊗n ; w], and g times [`bends`].
+#[must_use]
+pub fn sensitivity(inverse: &Matrix3<f64>, n: &Vector3<f64>, gravity: f64) -> Parameters {
+    let w = inverse.transpose() * n;
+    let bends = bends(n);
+    Parameters::from_fn(|i, _| match i {
+        0..BIAS => gravity * w[i / 3] * n[i % 3],
+        BIAS..DRIFT => w[i - BIAS],
+        DRIFT..BENDS => 0.0,
+        _ => gravity * bends[i - BENDS],
+    })
+}
+
+/// Derivatives of `f` by the parameters `free`, central differences with a step of 1e-5: `x` has to
+/// be scaled so that M is about 1. None where `f` has no value.
+pub fn jacobian(
+    x: &Parameters,
+    free: &[usize],
+    f: impl Fn(&Parameters) -> Option<DVector<f64>>,
+) -> Option<DMatrix<f64>> {
+    const STEP: f64 = 1e-5;
+    let column = |&i: &usize| {
+        let (mut up, mut down) = (*x, *x);
+        up[i] += STEP;
+        down[i] -= STEP;
+        Some((f(&up)? - f(&down)?) / (2.0 * STEP))
+    };
+    let columns: Option<Vec<_>> = free.iter().map(column).collect();
+    Some(DMatrix::from_columns(&columns?))
+}
+
+/// `count` directions spread evenly over the sphere (Fibonacci lattice).
+pub fn sphere(count: usize) -> impl Iterator<Item = Vector3<f64>> {
+    let golden = std::f64::consts::PI * (3.0 - 5_f64.sqrt());
+    (0..count).map(move |i| {
+        let z = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
+        let radius = (1.0 - z * z).sqrt();
+        let (sine, cosine) = (golden * i as f64).sin_cos();
+        Vector3::new(radius * cosine, radius * sine, z)
+    })
+}
+
+/// Two unit vectors that are perpendicular to n and to each other.
+#[must_use]
+pub fn tangents(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let t = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
+    [t, n.cross(&t)]
+}
