@@ -5,10 +5,20 @@
 //! Numbers only: no files, no rows, no units but those of the readings and SI, no words.
 //!
 //! 1. [`Pose`]: a mean reading at rest, and what is known of its direction.
-//! 2. [`model`]: u = M a + b, and what one pose says of M and b.
+//! 2. [`model`]: u = M a + b, and derivatives of what follows from it.
+//! 3. [`fit`]: M and b with their covariance.
+//! 4. [`Fit`]: how far they can be trusted.
 #![deny(missing_docs)]
 
+mod fit;
 pub mod model;
 mod pose;
+mod rows;
+mod search;
+mod trust;
+mod verdict;
 
+pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
 pub use pose::{Face, Hint, Pose, angle_deg};
+pub use trust::{Budget, GOOD_MPS2, LeftOut, NextPose, Undetected, WorstDirection};
+pub use verdict::{CONTRADICTION, FAIR_MPS2, Grade, Trust, UNVERIFIED_MPS2};

@@ -1,0 +1,393 @@
+//! Poses in, M and b with their covariance out.
+
+use std::fmt;
+
+use gravical_core::matrix3;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::model::{BENDS, BIAS, Covariance, DRIFT, Parameters, matrix};
+use crate::pose::{Face, Pose};
+use crate::rows::{Held, Placed, force};
+use crate::search::{Found, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
+
+/// What is known beside the poses.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Local gravity, m/s².
+    pub gravity: f64,
+    /// Its standard uncertainty, m/s².
+    pub gravity_sd: f64,
+    /// Nominal scale, input unit per m/s²; none if the range is not known.
+    pub nominal: Option<f64>,
+    /// Use what a data sheet says of scale, cross-axis sensitivity and zero-g offset; needs the nominal
+    /// scale.
+    pub prior: bool,
+    /// Standard deviation of each of the two components of a face's tilt, rad; none: estimated.
+    pub tilt: Option<f64>,
+    /// M to start with, input unit per m/s²: how the board sits in its case. None: straight.
+    pub start: Option<[[f64; 3]; 3]>,
+    /// Fit a drift of the bias with temperature; M and b are then those at the mean temperature.
+    pub drift: bool,
+    /// Leave out poses that contradict the others.
+    pub find_bad: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            gravity: gravical_core::unit::STANDARD_GRAVITY_MPS2,
+            gravity_sd: 0.0,
+            nominal: None,
+            prior: true,
+            tilt: None,
+            start: None,
+            drift: false,
+            find_bad: true,
+        }
+    }
+}
+
+/// The poses leave some direction open.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Undetermined {
+    /// Direction in which ‖a‖ is known least, axes of the case.
+    pub direction: [f64; 3],
+    /// Its standard deviation there, m/s²; infinite if nothing limits it.
+    pub sd_mps2: f64,
+}
+
+impl fmt::Display for Undetermined {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.direction;
+        write!(
+            f,
+            "the poses do not determine the parameters along ({x:.2}, {y:.2}, {z:.2})"
+        )
+    }
+}
+
+impl std::error::Error for Undetermined {}
+
+/// What became of a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FittedPose {
+    /// The face that it was fitted as.
+    pub face: Option<Face>,
+    /// Unit vector of the specific force, axes of the case.
+    pub direction: [f64; 3],
+    /// ‖a‖ − g, m/s².
+    pub error_mps2: f64,
+    /// Angle to its face and the standard deviation of its components, rad.
+    pub tilt: Option<(f64, f64)>,
+    /// Left out since it contradicts the others: the chance that a good pose misses as much.
+    pub bad: Option<f64>,
+}
+
+/// Drift of the bias with temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BiasDrift {
+    /// Temperature for which M and b hold, °C: the mean of the poses.
+    pub reference_c: f64,
+    /// Input unit per °C.
+    pub per_c: [f64; 3],
+    /// Standard deviations of these.
+    pub sd: [f64; 3],
+}
+
+/// The fitted accelerometer.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    pub(crate) search: Search,
+    pub(crate) found: Found,
+    pub(crate) gravity_sd: f64,
+    /// Place of every pose among those of the search: repeats are merged.
+    pub(crate) place_of: Vec<usize>,
+    bad: Vec<Option<f64>>,
+    /// Input unit per working unit.
+    scale: f64,
+    reference_c: f64,
+    /// Some faces hold the frame of the case.
+    pub oriented: bool,
+    /// Degrees of freedom of the angles of faces: what the tilt is estimated from.
+    pub tilt_freedom: f64,
+    /// … of the lengths.
+    pub freedom: f64,
+    /// χ² of the lengths by the noise of the means alone, over its degrees of freedom; none with less
+    /// than one.
+    pub chi2_per_freedom: Option<f64>,
+}
+
+/// σ(‖a‖) above this fraction of g in some direction counts as undetermined: the data sheet alone says
+/// as much.
+const UNDETERMINED: f64 = 0.028;
+/// Readings closer than this, as an angle or as a share of g, are those of a sensor that was not moved.
+const SAME_PLACEMENT: f64 = 0.3 * std::f64::consts::PI / 180.0;
+/// More poses than this are no session by hand: nothing is merged.
+const MAX_SESSION: usize = 64;
+
+/// Fits M and b.
+///
+/// The model is u = M a + b. A free pose says that ‖a‖ = g; a face, besides, that a lies along its axis
+/// but for a tilt whose two components have the standard deviation σ. Found out on the way, by restricted
+/// maximum likelihood: the roles of the poses, σ, a model error that is added to every mean, and the
+/// spread of six *bends*, what a nonlinear response does to ‖a‖ that M and b cannot; then the poses that
+/// contradict the others, one by one. Data sheets count unless `prior` is off.
+///
+/// # Errors
+///
+/// [`Undetermined`], without poses or with a mean that is no number as well.
+pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
+    let open = || Undetermined {
+        direction: least_covered(poses),
+        sd_mps2: f64::INFINITY,
+    };
+    let (mut search, place_of, scale, reference_c) = prepare(poses, options).ok_or_else(open)?;
+    search.first_roles();
+    let mut found = search.settle().ok_or_else(open)?;
+    let mut bad = vec![None; search.poses.len()];
+    while let Some((k, chance)) = search.worst_misfit().filter(|_| options.find_bad) {
+        search.poses[k].out = true;
+        bad[k] = Some(chance);
+        found = search.settle().ok_or_else(open)?;
+    }
+    let (direction, sd_mps2) = least_known(&found, options.gravity).ok_or_else(open)?;
+    if sd_mps2.is_nan() || sd_mps2 > UNDETERMINED * options.gravity {
+        return Err(Undetermined {
+            direction: direction.into(),
+            sd_mps2,
+        });
+    }
+    let counts = |k: usize| !search.poses[k].out;
+    let lengths = found.linear.lengths(&search.held, &found.solution, counts);
+    let bare = search.held.bare();
+    let alone = search.fit(&bare).ok_or_else(open)?;
+    let noise = alone.linear.lengths(&bare, &alone.solution, counts);
+    Ok(Fit {
+        gravity_sd: options.gravity_sd,
+        place_of,
+        bad,
+        scale,
+        reference_c,
+        oriented: search.is_oriented(),
+        tilt_freedom: tilt_freedom(&search, &found),
+        freedom: lengths.freedom,
+        chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
+        search,
+        found,
+    })
+}
+
+/// The poses in working units, repeats merged.
+fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64, f64)> {
+    let is_finite = |pose: &Pose| {
+        matrix3::norm(&pose.mean).is_finite() && pose.sd.iter().all(|s| s.is_finite() && *s > 0.0)
+    };
+    if poses.is_empty() || !poses.iter().all(is_finite) {
+        return None;
+    }
+    let mut lengths: Vec<f64> = poses.iter().map(|p| matrix3::norm(&p.mean)).collect();
+    lengths.sort_by(f64::total_cmp);
+    let usual = lengths[lengths.len() / 2] / options.gravity;
+    if usual.is_nan() || usual <= 0.0 {
+        return None;
+    }
+    // A nominal scale that gravity contradicts is a wrong unit or range: no knowledge.
+    let nominal = options
+        .nominal
+        .filter(|n| (0.8..1.25).contains(&(usual / n)));
+    let scale = nominal.unwrap_or(usual);
+    let known = poses.iter().filter_map(|p| p.temperature_c);
+    let reference_c = known.clone().sum::<f64>() / known.count() as f64;
+    let start = options
+        .start
+        .map(Matrix3::from)
+        .map(|m| m.transpose() / scale);
+    let start = start.unwrap_or_else(Matrix3::identity);
+    let mut placed = Vec::new();
+    let mut place_of = Vec::new();
+    for pose in poses {
+        let one = Placed {
+            mean: Vector3::from(pose.mean) / scale,
+            sd: Vector3::from(pose.sd) / scale,
+            warmer_c: pose.temperature_c.map_or(0.0, |t| t - reference_c),
+            hint: pose.hint,
+            face: None,
+            out: false,
+            shortfall: 0.0,
+        };
+        place_of.push(place(&mut placed, one, poses.len(), options.gravity));
+    }
+    let search = Search {
+        poses: placed.into_iter().map(|(pose, _)| pose).collect(),
+        held: Held {
+            gravity: options.gravity,
+            // Exact faces; a tilt of zero would divide by it.
+            tilt: options
+                .tilt
+                .unwrap_or(USUAL_TILT_DEG.to_radians())
+                .max(1e-7),
+            model_error: 0.0,
+            bend: USUAL_BEND.0,
+            prior: options.prior && nominal.is_some(),
+            drift: options.drift,
+        },
+        tilt: options.tilt,
+        channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
+        x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),
+    };
+    Some((search, place_of, scale, reference_c))
+}
+
+/// Merges a pose into one that it repeats, or adds it; its place.
+fn place(placed: &mut Vec<(Placed, f64)>, pose: Placed, count: usize, gravity: f64) -> usize {
+    let same = |(other, _): &(Placed, f64)| {
+        other.hint == pose.hint
+            && (other.mean - pose.mean).norm() < SAME_PLACEMENT * gravity
+            && count <= MAX_SESSION
+    };
+    let Some(k) = placed.iter().position(same) else {
+        placed.push((pose, 1.0));
+        return placed.len() - 1;
+    };
+    let (other, times) = &mut placed[k];
+    let sum = *times + 1.0;
+    other.mean = (other.mean * *times + pose.mean) / sum;
+    other.warmer_c = (other.warmer_c * *times + pose.warmer_c) / sum;
+    other.sd = other
+        .sd
+        .zip_map(&pose.sd, |a, b| (a * *times).hypot(b) / sum);
+    *times = sum;
+    k
+}
+
+/// The direction that the readings cover least.
+fn least_covered(poses: &[Pose]) -> [f64; 3] {
+    let mut spread = Matrix3::zeros();
+    for pose in poses.iter().filter(|p| matrix3::norm(&p.mean).is_finite()) {
+        let n = Vector3::from(pose.mean)
+            .try_normalize(0.0)
+            .unwrap_or_default();
+        spread += n * n.transpose();
+    }
+    let eigen = spread.symmetric_eigen();
+    let least = eigen.eigenvalues.imin();
+    eigen.eigenvectors.column(least).into_owned().into()
+}
+
+/// Degrees of freedom of the angles of faces, less what the parameters take of them.
+fn tilt_freedom(search: &Search, found: &Found) -> f64 {
+    let mut freedom = 0.0;
+    for (row, pose) in found.linear.rows.iter().zip(&search.poses) {
+        if let Some(whitener) = row
+            .whitener(&search.held)
+            .filter(|_| row.is_face && !pose.out)
+        {
+            let jacobian = whitener * row.jacobian;
+            let taken = jacobian * found.solution.covariance * jacobian.transpose();
+            freedom += 2.0 - taken[(1, 1)] - taken[(2, 2)];
+        }
+    }
+    freedom
+}
+
+impl Fit {
+    /// M of u = M a + b, input unit per m/s², row-major.
+    #[must_use]
+    pub fn model(&self) -> [[f64; 3]; 3] {
+        let m = matrix(self.found.x()) * self.scale;
+        std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
+    }
+
+    /// b, input unit.
+    #[must_use]
+    pub fn bias(&self) -> [f64; 3] {
+        std::array::from_fn(|i| self.found.x()[BIAS + i] * self.scale)
+    }
+
+    /// Drift of b, if it was fitted.
+    #[must_use]
+    pub fn drift(&self) -> Option<BiasDrift> {
+        let sd = |i: usize| self.found.solution.covariance[(DRIFT + i, DRIFT + i)].sqrt();
+        self.search.held.drift.then(|| BiasDrift {
+            reference_c: self.reference_c,
+            per_c: std::array::from_fn(|i| self.found.x()[DRIFT + i] * self.scale),
+            sd: std::array::from_fn(|i| sd(i) * self.scale),
+        })
+    }
+
+    /// Bends of the axes: what a nonlinear response adds to ‖a‖ in units of g at 1 g, quadratic then
+    /// cubic, x y z each. They are shown and not applied.
+    #[must_use]
+    pub fn bends(&self) -> [f64; 6] {
+        std::array::from_fn(|i| self.found.x()[BENDS + i])
+    }
+
+    /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
+    #[must_use]
+    pub fn covariance(&self) -> [[f64; 18]; 18] {
+        let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
+        let unit = |i: usize| if i < DRIFT { self.scale } else { 1.0 };
+        let with_gravity = self.with_gravity();
+        std::array::from_fn(|i| {
+            std::array::from_fn(|k| with_gravity[(of(i), of(k))] * unit(i) * unit(k))
+        })
+    }
+
+    /// The covariance with what gravity's uncertainty does: it scales M.
+    pub(crate) fn with_gravity(&self) -> Covariance {
+        let share = self.gravity_sd / self.search.held.gravity;
+        let scale = Parameters::from_fn(|i, _| {
+            if i < BIAS {
+                self.found.x()[i] * share
+            } else {
+                0.0
+            }
+        });
+        self.found.solution.covariance + scale * scale.transpose()
+    }
+
+    /// Standard deviation of each component of a face's tilt, rad.
+    #[must_use]
+    pub fn tilt(&self) -> f64 {
+        self.search.held.tilt
+    }
+
+    /// Standard deviation of what the model misses of a mean, m/s².
+    #[must_use]
+    pub fn model_error_mps2(&self) -> f64 {
+        self.search.held.model_error
+    }
+
+    /// The data sheet counted.
+    #[must_use]
+    pub fn used_prior(&self) -> bool {
+        self.search.held.prior
+    }
+
+    /// What became of each pose.
+    #[must_use]
+    pub fn poses(&self) -> Vec<FittedPose> {
+        self.place_of.iter().map(|&k| self.fitted(k)).collect()
+    }
+
+    fn fitted(&self, k: usize) -> FittedPose {
+        let pose = &self.search.poses[k];
+        let force = force(self.found.x(), pose).unwrap_or_default();
+        let row = &self.found.linear.rows[k];
+        let face = pose.face.filter(|_| row.is_face);
+        let tilt = || {
+            let variance = row.jacobian * self.found.solution.covariance * row.jacobian.transpose();
+            let sd = (0.5 * (variance[(1, 1)] + variance[(2, 2)]))
+                .max(0.0)
+                .sqrt();
+            (row.residual[1].hypot(row.residual[2]), sd)
+        };
+        FittedPose {
+            face,
+            direction: force.try_normalize(0.0).unwrap_or_default().into(),
+            error_mps2: force.norm() - self.search.held.gravity,
+            tilt: face.map(|_| tilt()),
+            bad: self.bad[k],
+        }
+    }
+}

@@ -1,0 +1,395 @@
+//! What the poses say of the parameters, linearised: the rows of the least squares.
+//!
+//! With a = M⁻¹(u − b) a free pose has one row, ‖a‖ − g. A face has two more, the angles between a and
+//! its axis, whose deviation is that of the tilt. The direction of a pose is thus eliminated in closed
+//! form: one residual or three, and no local parameters.
+//!
+//! Everything that the search and the judgement need follows from these rows and one linear solution:
+//! variances by their likelihood, poses left out, covariance by source. Near the solution the rows
+//! are linear enough: an error of 1 % in M leaves 1e-4 of g.
+
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
+
+use crate::model::{
+    BENDS, BIAS, Covariance, DRIFT, PARAMETERS, Parameters, bend, bias, jacobian, matrix, tangents,
+};
+use crate::pose::{Face, Hint};
+
+/// A pose in working units (M is about 1), and what the search found out about it.
+#[derive(Debug, Clone)]
+pub(crate) struct Placed {
+    pub mean: Vector3<f64>,
+    pub sd: Vector3<f64>,
+    /// °C above the temperature of reference.
+    pub warmer_c: f64,
+    pub hint: Hint,
+    pub face: Option<Face>,
+    /// Left out, since it contradicts the others.
+    pub out: bool,
+    /// Shortfall of ‖a‖ by tilts that the fit takes for misalignment, m/s².
+    pub shortfall: f64,
+}
+
+/// What is held while the parameters are fitted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held {
+    pub gravity: f64,
+    /// Standard deviation of each of the two components of a face's tilt, rad.
+    pub tilt: f64,
+    /// Standard deviation of what the model misses of a reading, m/s².
+    pub model_error: f64,
+    /// Standard deviation of a bend, share of g at 1 g; 0: none.
+    pub bend: f64,
+    /// The data sheet counts.
+    pub prior: bool,
+    /// The bias drifts with temperature.
+    pub drift: bool,
+}
+
+impl Held {
+    /// Without model error and bends: what noise alone explains.
+    pub fn bare(&self) -> Held {
+        Held {
+            model_error: 0.0,
+            bend: 0.0,
+            ..*self
+        }
+    }
+}
+
+/// M and its inverse at one point of the search.
+struct Point {
+    x: Parameters,
+    inverse: Matrix3<f64>,
+}
+
+impl Point {
+    fn new(x: &Parameters) -> Option<Point> {
+        let inverse = matrix(x).try_inverse()?;
+        inverse
+            .iter()
+            .all(|v| v.is_finite())
+            .then_some(Point { x: *x, inverse })
+    }
+
+    fn force(&self, pose: &Placed) -> Vector3<f64> {
+        self.inverse * (pose.mean - bias(&self.x, pose.warmer_c))
+    }
+
+    /// Length beyond g in m/s², and of a face the two angles off its axis in rad.
+    fn residual(&self, pose: &Placed, face: Option<Face>, gravity: f64) -> Vector3<f64> {
+        let force = self.force(pose);
+        let norm = force.norm();
+        let long = norm + pose.shortfall - gravity * (1.0 + bend(&self.x, &(force / norm)));
+        let Some(face) = face else {
+            return Vector3::new(long, 0.0, 0.0);
+        };
+        let axis = Vector3::from(face.direction());
+        let off = axis.cross(&force).norm().atan2(axis.dot(&force));
+        let stretch = if off > 1e-9 { off / off.sin() } else { 1.0 };
+        let [first, second] = tangents(&axis).map(|t| stretch * t.dot(&force) / norm);
+        Vector3::new(long, first, second)
+    }
+
+    /// How a residual follows the reading: the derivatives that its noise takes.
+    fn by_reading(&self, pose: &Placed, face: Option<Face>) -> Matrix3<f64> {
+        let force = self.force(pose);
+        let norm = force.norm();
+        let mut rows = Matrix3::zeros();
+        rows.set_row(0, &(force / norm).transpose());
+        if let Some(face) = face {
+            let [first, second] = tangents(&Vector3::from(face.direction()));
+            rows.set_row(1, &(first / norm).transpose());
+            rows.set_row(2, &(second / norm).transpose());
+        }
+        rows * self.inverse
+    }
+}
+
+/// Specific force of a pose in m/s², axes of the case.
+pub(crate) fn force(x: &Parameters, pose: &Placed) -> Option<Vector3<f64>> {
+    Some(Point::new(x)?.force(pose))
+}
+
+/// Data sheet: scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s². It speaks only of what a rotation of the
+/// board in its case leaves alone.
+fn data_sheet(x: &Parameters) -> DVector<f64> {
+    let m = matrix(x);
+    let row = |i: usize| m.row(i % 3).transpose();
+    DVector::from_fn(9, |i, _| match i {
+        0..3 => (row(i).norm() - 1.0) / 0.03,
+        3..6 => row(i).normalize().dot(&row(i + 1).normalize()) / (0.02 * 2_f64.sqrt()),
+        _ => x[BIAS + i - 6] / 0.6,
+    })
+}
+
+/// The rows of one pose.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    pub residual: Vector3<f64>,
+    pub jacobian: SMatrix<f64, 3, PARAMETERS>,
+    pub is_face: bool,
+    /// Covariance of the residual by the noise of the mean.
+    pub noise: Matrix3<f64>,
+    /// … by a model error of 1 m/s².
+    pub error: Matrix3<f64>,
+}
+
+impl Row {
+    /// Covariance by noise, model error and tilt.
+    pub fn parts(&self, held: &Held) -> [Matrix3<f64>; 3] {
+        let tilt = held.tilt.powi(2);
+        let tilts = Matrix3::from_diagonal(&Vector3::new(0.0, tilt, tilt));
+        [self.noise, self.error * held.model_error.powi(2), tilts]
+    }
+
+    /// L⁻¹ of the covariance L Lᵀ; of a free pose only its first row counts.
+    pub fn whitener(&self, held: &Held) -> Option<Matrix3<f64>> {
+        let [noise, error, tilt] = self.parts(held);
+        if !self.is_face {
+            let variance = noise[(0, 0)] + error[(0, 0)];
+            let weight = 1.0 / variance.sqrt();
+            let only = Matrix3::from_diagonal(&Vector3::new(weight, 0.0, 0.0));
+            return weight.is_finite().then_some(only);
+        }
+        let root = (noise + error + tilt).cholesky()?.l();
+        root.solve_lower_triangular(&Matrix3::identity())
+    }
+}
+
+/// The problem linearised at `x`.
+#[derive(Debug, Clone)]
+pub(crate) struct Linear {
+    pub x: Parameters,
+    /// Which parameters are fitted.
+    pub free: Vec<usize>,
+    /// One for every pose; those left out have one too.
+    pub rows: Vec<Row>,
+    /// Residuals of the data sheet and their derivatives.
+    sheet: (DVector<f64>, DMatrix<f64>),
+}
+
+/// Sums of squares over poses: what a solution needs of them.
+#[derive(Debug, Clone)]
+pub(crate) struct Normal {
+    matrix: Covariance,
+    gradient: Parameters,
+    cost: f64,
+    /// Logarithm of the determinant of the covariance of the rows.
+    log_determinant: f64,
+}
+
+/// The least squares of a linearised problem.
+#[derive(Debug, Clone)]
+pub(crate) struct Solution {
+    pub step: Parameters,
+    /// Zero for what is not fitted.
+    pub covariance: Covariance,
+    /// Length of the step in its own standard deviations.
+    pub decrement: f64,
+    /// Restricted likelihood: parameters integrated out.
+    pub log_likelihood: f64,
+}
+
+/// χ² of the lengths, and their degrees of freedom.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lengths {
+    pub chi2: f64,
+    pub freedom: f64,
+}
+
+impl Linear {
+    /// `oriented`: faces hold the frame and have rows of their own. `free` are the parameters that
+    /// are fitted.
+    pub fn new(
+        poses: &[Placed],
+        x: &Parameters,
+        (oriented, free): (bool, &[usize]),
+        held: &Held,
+    ) -> Option<Linear> {
+        let face = |pose: &Placed| pose.face.filter(|_| oriented);
+        let residuals = |x: &Parameters| {
+            let point = Point::new(x)?;
+            let each = poses
+                .iter()
+                .map(|pose| point.residual(pose, face(pose), held.gravity));
+            let mut stacked = DVector::zeros(3 * poses.len());
+            for (k, residual) in each.enumerate() {
+                stacked.fixed_rows_mut::<3>(3 * k).copy_from(&residual);
+            }
+            Some(stacked)
+        };
+        let point = Point::new(x)?;
+        let (value, derivatives) = (residuals(x)?, jacobian(x, free, residuals)?);
+        let row = |(k, pose): (usize, &Placed)| {
+            let by_reading = point.by_reading(pose, face(pose));
+            let mut full = SMatrix::<f64, 3, PARAMETERS>::zeros();
+            for (column, &parameter) in free.iter().enumerate() {
+                full.set_column(parameter, &derivatives.fixed_view::<3, 1>(3 * k, column));
+            }
+            let variance = Matrix3::from_diagonal(&pose.sd.component_mul(&pose.sd));
+            Row {
+                residual: value.fixed_rows::<3>(3 * k).into_owned(),
+                jacobian: full,
+                is_face: face(pose).is_some(),
+                noise: by_reading * variance * by_reading.transpose(),
+                error: by_reading * by_reading.transpose(),
+            }
+        };
+        let all: Vec<usize> = (0..PARAMETERS).collect();
+        Some(Linear {
+            x: *x,
+            free: free.to_vec(),
+            rows: poses.iter().enumerate().map(row).collect(),
+            sheet: (data_sheet(x), jacobian(x, &all, |x| Some(data_sheet(x)))?),
+        })
+    }
+
+    /// Sums over the poses that `count`.
+    pub fn normal(&self, held: &Held, counts: impl Fn(usize) -> bool) -> Option<Normal> {
+        let mut sum = Normal {
+            matrix: Covariance::zeros(),
+            gradient: Parameters::zeros(),
+            cost: 0.0,
+            log_determinant: 0.0,
+        };
+        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| counts(*k)) {
+            let whitener = row.whitener(held)?;
+            let residual = whitener * row.residual;
+            sum.cost += residual.norm_squared();
+            if row.is_face {
+                let jacobian = whitener * row.jacobian;
+                sum.matrix += jacobian.tr_mul(&jacobian);
+                sum.gradient += jacobian.tr_mul(&residual);
+                sum.log_determinant -= 2.0 * whitener.diagonal().map(f64::ln).sum();
+            } else {
+                let weighted = whitener[(0, 0)] * row.jacobian.row(0).transpose();
+                sum.matrix.ger(1.0, &weighted, &weighted, 1.0);
+                sum.gradient += weighted * residual[0];
+                sum.log_determinant -= 2.0 * whitener[(0, 0)].ln();
+            }
+        }
+        Some(sum)
+    }
+
+    /// The least squares with the data sheet and the bends as `held` has them. None where some
+    /// parameter is not determined at all.
+    pub fn solve(&self, normal: &Normal, held: &Held) -> Option<Solution> {
+        let mut normal = normal.clone();
+        if held.prior {
+            let (residual, derivatives) = &self.sheet;
+            normal.matrix += derivatives.transpose() * derivatives;
+            normal.gradient += derivatives.transpose() * residual;
+            normal.cost += residual.norm_squared();
+        }
+        if held.bend > 0.0 {
+            let weight = held.bend.powi(-2);
+            for i in BENDS..PARAMETERS {
+                normal.matrix[(i, i)] += weight;
+                normal.gradient[i] += weight * self.x[i];
+                normal.cost += weight * self.x[i].powi(2);
+                normal.log_determinant += 2.0 * held.bend.ln();
+            }
+        }
+        let fitted: Vec<usize> = self
+            .free
+            .iter()
+            .copied()
+            .filter(|i| *i < BENDS || held.bend > 0.0)
+            .collect();
+        // Columns of length one: units differ.
+        let scale = DVector::from_fn(fitted.len(), |i, _| {
+            normal.matrix[(fitted[i], fitted[i])].sqrt().recip()
+        });
+        let scaled = DMatrix::from_fn(fitted.len(), fitted.len(), |i, k| {
+            scale[i] * normal.matrix[(fitted[i], fitted[k])] * scale[k]
+        });
+        let root = scaled.cholesky()?;
+        let pivots = root.l_dirty().diagonal();
+        if !pivots.iter().all(|p| p.is_finite() && *p > MIN_PIVOT) {
+            return None;
+        }
+        let inverse = root.inverse();
+        let (mut step, mut covariance) = (Parameters::zeros(), Covariance::zeros());
+        for (i, &p) in fitted.iter().enumerate() {
+            for (k, &q) in fitted.iter().enumerate() {
+                covariance[(p, q)] = scale[i] * inverse[(i, k)] * scale[k];
+                step[p] -= covariance[(p, q)] * normal.gradient[q];
+            }
+        }
+        let gained = -step.dot(&normal.gradient);
+        let cost = normal.cost - gained;
+        let log_determinant = 2.0 * (pivots.map(f64::ln).sum() - scale.map(f64::ln).sum());
+        Some(Solution {
+            step,
+            covariance,
+            decrement: gained.max(0.0).sqrt(),
+            log_likelihood: -0.5 * (normal.log_determinant + log_determinant + cost),
+        })
+    }
+
+    /// The least squares of the poses that `count`.
+    pub fn solve_poses(&self, held: &Held, counts: impl Fn(usize) -> bool) -> Option<Solution> {
+        self.solve(&self.normal(held, counts)?, held)
+    }
+
+    /// Lengths alone show what the model misses: the angles of a face have a deviation of their own.
+    pub fn lengths(
+        &self,
+        held: &Held,
+        solution: &Solution,
+        counts: impl Fn(usize) -> bool,
+    ) -> Lengths {
+        let mut sum = Lengths {
+            chi2: 0.0,
+            freedom: 0.0,
+        };
+        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| counts(*k)) {
+            let variance = row.noise[(0, 0)] + row.error[(0, 0)] * held.model_error.powi(2);
+            let derivative = row.jacobian.row(0);
+            let residual = row.residual[0] + (derivative * solution.step)[0];
+            let taken = (derivative * solution.covariance * derivative.transpose())[0];
+            sum.chi2 += residual * residual / variance;
+            sum.freedom += 1.0 - taken / variance;
+        }
+        sum
+    }
+
+    /// Sum of squares at another point, weights as at this one; infinite where there is none.
+    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Held) -> f64 {
+        let cost = || {
+            let point = Point::new(x)?;
+            let mut sum = 0.0;
+            for (pose, row) in poses.iter().zip(&self.rows).filter(|(p, _)| !p.out) {
+                let face = pose.face.filter(|_| row.is_face);
+                sum +=
+                    (row.whitener(held)? * point.residual(pose, face, held.gravity)).norm_squared();
+            }
+            if held.prior {
+                sum += data_sheet(x).norm_squared();
+            }
+            if held.bend > 0.0 {
+                sum += x.fixed_rows::<6>(BENDS).norm_squared() / held.bend.powi(2);
+            }
+            Some(sum)
+        };
+        cost()
+            .filter(|c: &f64| c.is_finite())
+            .unwrap_or(f64::INFINITY)
+    }
+}
+
+/// Pivots of the scaled normal equations below this are rounding: the direction is undetermined.
+const MIN_PIVOT: f64 = 1e-7;
+
+/// Which parameters are fitted: without faces on two axes the frame of the case is open, and M is
+/// upper triangular in the axes of the channels (`channel_of` names that of each axis of the case).
+pub(crate) fn free_parameters(oriented: bool, channel_of: [usize; 3], held: &Held) -> Vec<usize> {
+    let is_free = |i: &usize| match *i {
+        0..BIAS => oriented || i / 3 <= channel_of[i % 3],
+        DRIFT..BENDS => held.drift,
+        BENDS.. => held.bend > 0.0,
+        _ => true,
+    };
+    (0..PARAMETERS).filter(is_free).collect()
+}

@@ -1,0 +1,481 @@
+//! Finds the parameters, and with them what poses cannot be fitted without: roles, tilt, model error,
+//! bends, and the poses that do not fit.
+
+use nalgebra::{Matrix3, Vector3};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use crate::model::{BENDS, BIAS, Parameters, matrix, sensitivity, tangents};
+use crate::pose::{Face, Hint, angle_deg};
+use crate::rows::{Held, Linear, Placed, Solution, force, free_parameters};
+
+/// Steps of the search for the parameters.
+const MAX_STEPS: usize = 40;
+/// Rounds in which roles and variances settle.
+const MAX_ROUNDS: usize = 8;
+/// Beyond this nothing is a face, degrees.
+const MAX_FACE_DEG: f64 = 25.0;
+
+/// The fit so far.
+#[derive(Debug, Clone)]
+pub(crate) struct Search {
+    pub poses: Vec<Placed>,
+    pub held: Held,
+    /// Tilt that was given, rad.
+    pub tilt: Option<f64>,
+    /// The channel along each axis of the case.
+    pub channel_of: [usize; 3],
+    pub x: Parameters,
+}
+
+/// Parameters at which the search came to rest, the problem linearised there, and its solution.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub linear: Linear,
+    pub solution: Solution,
+}
+
+impl Found {
+    pub fn x(&self) -> &Parameters {
+        &self.linear.x
+    }
+}
+
+impl Search {
+    pub fn is_oriented(&self) -> bool {
+        let faces = self.poses.iter().filter(|p| !p.out).filter_map(|p| p.face);
+        let mut axes = [false; 3];
+        faces.for_each(|face| axes[face.axis] = true);
+        axes.iter().filter(|on| **on).count() >= 2
+    }
+
+    /// Gauss–Newton with the weights of the present parameters; steps are halved until they help.
+    pub fn fit(&self, held: &Held) -> Option<Found> {
+        let oriented = self.is_oriented();
+        let free = free_parameters(oriented, self.channel_of, held);
+        let mut x = self.x;
+        if held.bend == 0.0 {
+            x.fixed_rows_mut::<6>(BENDS).fill(0.0);
+        }
+        if !oriented {
+            upper_triangular(&mut x, self.channel_of)?;
+        }
+        let mut found: Option<Found> = None;
+        for _ in 0..MAX_STEPS {
+            let linear = Linear::new(&self.poses, &x, (oriented, &free), held)?;
+            let solution = linear.solve_poses(held, |k| !self.poses[k].out)?;
+            let now = linear.cost_at(&self.poses, &x, held);
+            let shares = (0..14).map(|i| 0.5_f64.powi(i));
+            let next = shares
+                .map(|share| x + share * solution.step)
+                .find(|x| linear.cost_at(&self.poses, x, held) <= now * (1.0 + 1e-9));
+            let rests = solution.decrement < 1e-4 || next.is_none();
+            found = Some(Found { linear, solution });
+            match next {
+                Some(next) if !rests => x = next,
+                _ => break,
+            }
+        }
+        found
+    }
+
+    /// Roles and variances in turn until no role changes; then the shift of the scale by tilts.
+    pub fn settle(&mut self) -> Option<Found> {
+        self.poses.iter_mut().for_each(|p| p.shortfall = 0.0);
+        for _ in 0..MAX_ROUNDS {
+            let before: Vec<Option<Face>> = self.poses.iter().map(|p| p.face).collect();
+            self.variances()?;
+            self.roles();
+            if self.poses.iter().map(|p| p.face).eq(before) {
+                break;
+            }
+        }
+        let found = self.fit(&self.held)?;
+        self.shortfalls(&found);
+        let found = self.fit(&self.held)?;
+        self.x = *found.x();
+        Some(found)
+    }
+
+    /// Tilt, bends and model error by restricted maximum likelihood of the linearised problem.
+    fn variances(&mut self) -> Option<()> {
+        for _ in 0..MAX_ROUNDS {
+            let before = self.held;
+            let found = self.fit(&self.held)?;
+            self.x = *found.x();
+            let counts: Vec<bool> = self.poses.iter().map(|p| !p.out).collect();
+            let likelihood = |held: &Held| {
+                let solution = found.linear.solve_poses(held, |k| counts[k]);
+                solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
+            };
+            if self.tilt.is_none() && self.is_oriented() {
+                self.held.tilt = likeliest_tilt(&self.held, likelihood);
+            }
+            let normal = found.linear.normal(&self.held, |k| counts[k])?;
+            self.held.bend = likely_bend(|bend| {
+                let held = Held { bend, ..self.held };
+                let solution = found.linear.solve(&normal, &held);
+                solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
+            })?;
+            let bare = Held {
+                model_error: 0.0,
+                ..self.held
+            };
+            let exact = found.linear.solve_poses(&bare, |k| counts[k])?;
+            // Without a length left over there is no error to see.
+            let lengths = found.linear.lengths(&bare, &exact, |k| counts[k]);
+            self.held.model_error = if lengths.freedom < 1.0 {
+                0.0
+            } else {
+                likeliest_error(&self.held, likelihood)
+            };
+            if self.held.is_close(&before) {
+                break;
+            }
+        }
+        Some(())
+    }
+
+    /// What ‖a‖ of the faces falls short of by angles that the stretch of M leaves open. A rotation of
+    /// the frame changes no length and does not count.
+    fn shortfalls(&mut self, found: &Found) {
+        let Some(inverse) = matrix(found.x()).try_inverse() else {
+            return;
+        };
+        let by_case = inverse.transpose();
+        let gravity = self.held.gravity;
+        let covariance = &found.solution.covariance;
+        for pose in &mut self.poses {
+            let Some(face) = pose.face else { continue };
+            let n = Vector3::from(face.direction());
+            let across = |t: &Vector3<f64>| {
+                let (along, aside) = (by_case * n, by_case * t);
+                let h = Parameters::from_fn(|i, _| match i {
+                    0..BIAS => 0.5 * (aside[i / 3] * n[i % 3] + along[i / 3] * t[i % 3]),
+                    BIAS..12 => aside[i - BIAS] / gravity,
+                    _ => 0.0,
+                });
+                (covariance * h).dot(&h)
+            };
+            let variance: f64 = tangents(&n).iter().map(across).sum();
+            pose.shortfall = 0.5 * gravity * variance;
+        }
+    }
+
+    /// First roles: of the poses that may be a face the nearest to it, however far off the names are;
+    /// the others follow when the fit knows how faces lie.
+    pub fn first_roles(&mut self) {
+        let mut nearest: [Option<(usize, f64)>; 6] = [None; 6];
+        for k in 0..self.poses.len() {
+            if let Hint::Face(face) = self.poses[k].hint {
+                self.poses[k].face = Some(face);
+            }
+            let Some((face, angle_deg)) = self.candidate(k) else {
+                continue;
+            };
+            let named = self.poses[k].hint == Hint::Named(face);
+            let best = &mut nearest[face.index()];
+            if (named || angle_deg <= MAX_FACE_DEG) && best.is_none_or(|(_, a)| angle_deg < a) {
+                *best = Some((k, angle_deg));
+            }
+        }
+        for face in Face::all() {
+            let is_given = self.poses.iter().any(|p| p.hint == Hint::Face(face));
+            if let Some((k, _)) = nearest[face.index()].filter(|_| !is_given) {
+                self.poses[k].face = Some(face);
+            }
+        }
+    }
+
+    /// The face that a pose may lie on, and its angle to it in degrees.
+    fn candidate(&self, k: usize) -> Option<(Face, f64)> {
+        let pose = &self.poses[k];
+        let force = <[f64; 3]>::from(force(&self.x, pose)?);
+        match pose.hint {
+            Hint::Named(face) => Some((face, angle_deg(force, face.direction()))),
+            Hint::Open => Some(Face::nearest(force)),
+            Hint::Face(_) | Hint::Free => None,
+        }
+    }
+
+    /// A pose is a face where that is likelier than that it points anywhere. Faces have the spread
+    /// that makes all angles together likeliest: an estimate from what was taken for faces would grow
+    /// with every deliberate tilt among them.
+    fn roles(&mut self) {
+        let candidates: Vec<Option<(Face, f64)>> =
+            (0..self.poses.len()).map(|k| self.candidate(k)).collect();
+        let is_named = |k: usize| matches!(self.poses[k].hint, Hint::Named(_));
+        let angles: Vec<(f64, bool)> = (0..self.poses.len())
+            .filter(|&k| !self.poses[k].out)
+            .filter_map(|k| Some((candidates[k]?.1, is_named(k))))
+            .collect();
+        let likeliest = FaceMixture::likeliest(&angles);
+        let mut mixture = likeliest.unwrap_or(FaceMixture::USUAL);
+        mixture.spread_deg = mixture
+            .spread_deg
+            .max(self.tilt.unwrap_or(0.0).to_degrees());
+        let roles: Vec<Option<Face>> = (0..self.poses.len())
+            .map(|k| match (self.poses[k].hint, candidates[k]) {
+                (Hint::Face(face), _) => Some(face),
+                (_, Some((face, angle_deg))) => {
+                    let [is_face, is_none] = mixture.densities(angle_deg, is_named(k));
+                    // Among poses that lie anywhere some are near an axis by chance.
+                    let possible = likeliest.is_some() || is_named(k);
+                    (possible && angle_deg <= MAX_FACE_DEG && is_face > is_none).then_some(face)
+                }
+                (_, None) => None,
+            })
+            .collect();
+        for (pose, face) in self.poses.iter_mut().zip(roles) {
+            pose.face = face;
+        }
+    }
+}
+
+impl Held {
+    fn is_close(&self, other: &Held) -> bool {
+        let close = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.abs().max(b.abs());
+        close(self.tilt, other.tilt)
+            && close(self.bend, other.bend)
+            && close(self.model_error, other.model_error)
+    }
+}
+
+/// M = U Q with U upper triangular, of positive diagonal, in the axes of the channels, by an RQ
+/// decomposition: turns the frame of the case, which no length tells.
+fn upper_triangular(x: &mut Parameters, channel_of: [usize; 3]) -> Option<()> {
+    let m = matrix(x);
+    // Columns in the order of the channels.
+    let ordered = Matrix3::from_fn(|r, c| {
+        let axis = channel_of
+            .iter()
+            .position(|channel| *channel == c)
+            .unwrap_or(c);
+        m[(r, axis)]
+    });
+    let flip = |m: &Matrix3<f64>| Matrix3::from_fn(|r, c| m[(2 - c, 2 - r)]);
+    let upper = flip(&flip(&ordered).qr().r());
+    for axis in 0..3 {
+        let channel = channel_of[axis];
+        let same = m[(channel, axis)].signum() * upper[(channel, channel)].signum();
+        for r in 0..3 {
+            x[3 * r + axis] = same * upper[(r, channel)];
+        }
+    }
+    x.iter().all(|v| v.is_finite()).then_some(())
+}
+
+/// The largest of a function between `low` and `high`, by golden sections.
+fn golden_section(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
+    let ratio = 0.5 * (5_f64.sqrt() - 1.0);
+    let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut at_left, mut at_right) = (value(left), value(right));
+    for _ in 0..12 {
+        if at_left > at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - ratio * (high - low);
+            at_left = value(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + ratio * (high - low);
+            at_right = value(right);
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// What is known of the tilt before any pose, degrees: a box on a table, give or take a factor of e.
+pub(crate) const USUAL_TILT_DEG: f64 = 1.0;
+
+fn likeliest_tilt(held: &Held, likelihood: impl Fn(&Held) -> f64) -> f64 {
+    let value = |log: f64| {
+        let tilt = log.exp();
+        let before = -0.5 * (tilt.to_degrees() / USUAL_TILT_DEG).ln().powi(2);
+        before + likelihood(&Held { tilt, ..*held })
+    };
+    golden_section(0.1_f64.to_radians().ln(), 8_f64.to_radians().ln(), value).exp()
+}
+
+/// What is known of a bend before any pose: 0.05 % of g at 1 g, give or take a factor of e^1.5.
+pub(crate) const USUAL_BEND: (f64, f64) = (5e-4, 1.5);
+
+/// Six bends tell little of their spread: its square is averaged over all that is likely.
+fn likely_bend(likelihood: impl Fn(f64) -> f64) -> Option<f64> {
+    let (usual, factor) = USUAL_BEND;
+    let grid: Vec<(f64, f64)> = (0..10)
+        .map(|i| 3e-5 * 2_f64.powi(i))
+        .map(|bend| {
+            let before = -0.5 * ((bend / usual).ln() / factor).powi(2);
+            (bend, before + likelihood(bend))
+        })
+        .collect();
+    let best = grid.iter().map(|g| g.1).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |value: f64| (value - best).exp();
+    let all: f64 = grid.iter().map(|(_, value)| weight(*value)).sum();
+    let squares: f64 = grid.iter().map(|(b, value)| b * b * weight(*value)).sum();
+    best.is_finite().then(|| (squares / all).sqrt())
+}
+
+/// The model error, m/s²; none where that is likelier.
+fn likeliest_error(held: &Held, likelihood: impl Fn(&Held) -> f64) -> f64 {
+    let value = |model_error: f64| {
+        likelihood(&Held {
+            model_error,
+            ..*held
+        })
+    };
+    let best = golden_section(1e-4_f64.ln(), 0.3_f64.ln(), |log| value(log.exp())).exp();
+    if value(best) > value(0.0) { best } else { 0.0 }
+}
+
+/// How poses near faces are distributed: faces, and others.
+#[derive(Debug, Clone, Copy)]
+struct FaceMixture {
+    /// Standard deviation of each component of a face's tilt, degrees.
+    spread_deg: f64,
+    /// Share of the named poses that are meant to be faces.
+    share: f64,
+}
+
+impl FaceMixture {
+    /// Of poses that are named, where nothing else tells.
+    const USUAL: FaceMixture = FaceMixture {
+        spread_deg: USUAL_TILT_DEG,
+        share: 0.95,
+    };
+    /// Angle of a deliberate tilt off the face that a pose is named after, degrees.
+    const OFF_FACE_DEG: f64 = 10.0;
+    /// Poses that lie anywhere, by chance near axes, raise the logarithm of the likelihood by less.
+    const MIN_GAIN: f64 = 5.0;
+
+    /// Density of a pose at this angle from a face, and of one that is none, each times its share.
+    /// Named, the latter leans off its face; else it points anywhere, while faces have a sixth of the
+    /// sphere each.
+    fn densities(self, angle_deg: f64, named: bool) -> [f64; 2] {
+        let normal = |sd: f64| {
+            let sd = sd.to_radians();
+            let angle = angle_deg.to_radians();
+            (-0.5 * (angle / sd).powi(2)).exp() / (std::f64::consts::TAU * sd * sd)
+        };
+        if named {
+            let leaning = (1.0 - self.share) * normal(Self::OFF_FACE_DEG);
+            return [self.share * normal(self.spread_deg), leaning];
+        }
+        let anywhere = 1.0 / (4.0 * std::f64::consts::PI);
+        [0.5 * normal(self.spread_deg) / 6.0, 0.5 * anywhere]
+    }
+
+    /// The likeliest mixture; none where nothing looks like a face. Spreads are those from a fixture
+    /// to a hand.
+    fn likeliest(angles: &[(f64, bool)]) -> Option<FaceMixture> {
+        let spreads = (0..=60).map(|i| 0.1 * 35_f64.powf(f64::from(i) / 60.0));
+        let mixtures = spreads
+            .flat_map(|spread_deg| [0.95, 0.8, 0.5].map(|share| FaceMixture { spread_deg, share }));
+        mixtures
+            .map(|mixture| (mixture, mixture.gain(angles)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, gain)| *gain > Self::MIN_GAIN)
+            .map(|(mixture, _)| mixture)
+    }
+
+    /// Logarithm of the likelihood over that of no face at all.
+    fn gain(self, angles: &[(f64, bool)]) -> f64 {
+        let one = |&(angle_deg, named): &(f64, bool)| {
+            let [face, none] = self.densities(angle_deg, named);
+            let share = if named { 1.0 - self.share } else { 0.5 };
+            ((face + none) / (none / share)).ln()
+        };
+        angles.iter().map(one).sum()
+    }
+}
+
+/// What is known of χ² per degree of freedom before any residual is seen: about 4, since real sensors
+/// miss the model by more than the noise of their means (8.8 was seen on 38 poses), worth as much as
+/// four residuals.
+pub(crate) const USUAL_CHI2: f64 = 4.0;
+/// … so many.
+pub(crate) const USUAL_FREEDOM: f64 = 4.0;
+/// A pose is bad when one as far off is rarer than this among all poses.
+const CHANCE: f64 = 1e-3;
+/// Poses that are tried in earnest: the likeliest by their residual alone.
+const MAX_TRIALS: usize = 64;
+/// With fewer degrees of freedom one bad pose can look like another: the worst has to be so many times
+/// rarer than the next.
+const PLENTY_OF_FREEDOM: f64 = 3.0;
+const CLEARLY: f64 = 100.0;
+/// At most this share of the poses is left out.
+const MAX_SHARE_OUT: f64 = 0.2;
+
+impl Search {
+    /// The pose whose deletion lowers χ² of the lengths by more than chance, and the chance of that: an
+    /// F test by noise alone against what remains, with Bonferroni's correction for having picked the
+    /// worst. Bends are left out, since they would take in what one bad pose does.
+    pub fn worst_misfit(&self) -> Option<(usize, f64)> {
+        let held = self.held.bare();
+        let count = self.poses.iter().filter(|p| !p.out).count();
+        let most = MAX_SHARE_OUT * self.poses.len() as f64;
+        if (self.poses.len() - count + 1) as f64 > most {
+            return None;
+        }
+        let found = self.fit(&held)?;
+        let counts = |k: usize| !self.poses[k].out;
+        let whole = found.linear.lengths(&held, &found.solution, counts);
+        let mut trials = Vec::new();
+        for k in self.suspects(&found, &held) {
+            let others = |i: usize| counts(i) && i != k;
+            let Some(solution) = found.linear.solve_poses(&held, others) else {
+                continue;
+            };
+            let rest = found.linear.lengths(&held, &solution, others);
+            if rest.freedom >= 1.0 {
+                let freed = (whole.freedom - rest.freedom).max(0.5);
+                let chance =
+                    deletion_chance(whole.chi2 - rest.chi2, freed, rest.chi2, rest.freedom);
+                trials.push((k, count as f64 * chance, rest.freedom));
+            }
+        }
+        trials.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let next = trials.get(1).map_or(1.0, |n| n.1);
+        let clear = |chance: f64, freedom: f64| {
+            chance < CHANCE && (freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * chance)
+        };
+        let (k, chance, _) = *trials.first().filter(|t| clear(t.1, t.2))?;
+        Some((k, chance))
+    }
+
+    /// The poses with the largest residuals of their lengths, each over what the others predict.
+    fn suspects(&self, found: &Found, held: &Held) -> Vec<usize> {
+        let mut all: Vec<(usize, f64)> = (0..self.poses.len())
+            .filter(|&k| !self.poses[k].out)
+            .map(|k| {
+                let row = &found.linear.rows[k];
+                let derivative = row.jacobian.row(0);
+                let variance = row.noise[(0, 0)] + row.error[(0, 0)] * held.model_error.powi(2);
+                let taken = (derivative * found.solution.covariance * derivative.transpose())[0];
+                let share = (1.0 - taken / variance).max(1e-6);
+                (k, row.residual[0].powi(2) / variance / share)
+            })
+            .collect();
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+        all.into_iter().take(MAX_TRIALS).map(|(k, _)| k).collect()
+    }
+}
+
+/// Probability that the deletion of a good pose lowers χ² by so much and frees so many degrees of
+/// freedom when so much remains, the scale known by what remains and by what is usual.
+fn deletion_chance(lost: f64, freed: f64, rest: f64, freedom: f64) -> f64 {
+    let (rest, freedom) = (rest + USUAL_FREEDOM * USUAL_CHI2, freedom + USUAL_FREEDOM);
+    let ratio = (lost.max(0.0) / freed / (rest / freedom)).min(1e6);
+    FisherSnedecor::new(freed, freedom).map_or(1.0, |f| f.sf(ratio))
+}
+
+/// Where ‖a‖ of a direction is known least, and its standard deviation there by M and b, m/s².
+pub(crate) fn least_known(found: &Found, gravity: f64) -> Option<(Vector3<f64>, f64)> {
+    let inverse = matrix(found.x()).try_inverse()?;
+    crate::model::sphere(400)
+        .map(|n| {
+            let mut h = sensitivity(&inverse, &n, gravity);
+            h.fixed_rows_mut::<6>(BENDS).fill(0.0);
+            (n, (found.solution.covariance * h).dot(&h).max(0.0).sqrt())
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+}

@@ -1,0 +1,405 @@
+//! How far a fit can be trusted: numbers only.
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::fit::Fit;
+use crate::model::{
+    BIAS, Covariance, PARAMETERS, Parameters, bend, bias, matrix, sensitivity, sphere,
+};
+use crate::rows::{Held, Placed, Solution, force};
+use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
+
+/// Directions over which ‖a‖ is looked at.
+const DIRECTIONS: usize = 400;
+/// A pose and all within this angle of it are left out together, rad.
+const NEIGHBOUR: f64 = 25.0 * std::f64::consts::PI / 180.0;
+/// So many poses are left out at most, evenly chosen.
+const MAX_LEFT_OUT: usize = 64;
+/// Error of ‖a‖ (2σ) up to which a result is good: 5 mg in m/s².
+pub const GOOD_MPS2: f64 = 5e-3 * gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+/// ‖a‖ − g of a pose that the fit did not use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeftOut {
+    /// The error, m/s².
+    pub error_mps2: f64,
+    /// Its expected standard deviation: covariance of the fit without it, and noise of its mean.
+    pub sd_mps2: f64,
+}
+
+/// A direction and what is claimed of ‖a‖ there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorstDirection {
+    /// Unit vector, axes of the case.
+    pub direction: [f64; 3],
+    /// Limit of the error: what the bends show, and 2σ of what is open, m/s².
+    pub error_mps2: f64,
+    /// Standard deviation of what is open, m/s².
+    pub sd_mps2: f64,
+}
+
+/// The error of one pose that does most harm unseen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Undetected {
+    /// Number of the pose.
+    pub pose: usize,
+    /// The smallest error of its mean along gravity that shows with 90 %, m/s²; infinite if the others
+    /// do not test it.
+    pub reading_mps2: f64,
+    /// What it does to ‖a‖ in the worst direction, m/s².
+    pub effect_mps2: f64,
+    /// That direction.
+    pub direction: [f64; 3],
+}
+
+/// A free pose that is proposed, and what the session says once it is read, too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NextPose {
+    /// Direction of the specific force, axes of the case.
+    pub direction: [f64; 3],
+    /// Predicted error of ‖a‖ over the sphere, m/s².
+    pub predicted_mps2: f64,
+    /// Error claimed in the worst direction, m/s².
+    pub worst_mps2: f64,
+    /// Effect of an undetected error of one pose, m/s²; infinite if nothing limits it.
+    pub undetected_mps2: f64,
+}
+
+/// Uncertainty of ‖a‖ over the sphere by source, m/s².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// Noise of the means.
+    pub noise: f64,
+    /// What the model misses of the readings.
+    pub model_error: f64,
+    /// Nonlinear response: the bends that the poses show.
+    pub bends: f64,
+    /// Tilts of the faces.
+    pub tilt: f64,
+    /// Data sheet and what is usual of bends, where the poses determine less.
+    pub data_sheet: f64,
+}
+
+/// The session as far as it decides what the next pose brings.
+#[derive(Clone)]
+struct State {
+    covariance: Covariance,
+    /// The same without bends: what one pose tests of another.
+    straight: Covariance,
+    /// Of each pose that counts: its number, derivatives of the whitened response to an error of 1 m/s²
+    /// along gravity, and its square.
+    tests: Vec<(usize, Parameters, f64)>,
+    freedom: f64,
+}
+
+impl Fit {
+    fn inverse(&self) -> Matrix3<f64> {
+        matrix(self.found.x())
+            .try_inverse()
+            .unwrap_or_else(|| Matrix3::repeat(f64::NAN))
+    }
+
+    fn counts(&self, k: usize) -> bool {
+        !self.search.poses[k].out
+    }
+
+    /// What is claimed of ‖a‖ along n, m/s²: the error by the bends that the poses show, and the
+    /// standard deviation of what they leave open. The model error is in it once and in full: poses do
+    /// not average it out.
+    #[must_use]
+    pub fn error_along(&self, direction: [f64; 3]) -> (f64, f64) {
+        let n = Vector3::from(direction);
+        self.claim(&self.inverse(), &self.with_gravity(), &n)
+    }
+
+    fn claim(
+        &self,
+        inverse: &Matrix3<f64>,
+        covariance: &Covariance,
+        n: &Vector3<f64>,
+    ) -> (f64, f64) {
+        let gravity = self.search.held.gravity;
+        let h = sensitivity(inverse, n, gravity);
+        let open = (covariance * h).dot(&h).max(0.0).sqrt();
+        let bent = gravity * bend(self.found.x(), n);
+        (bent, open.hypot(self.search.held.model_error))
+    }
+
+    /// The direction in which the error claimed of ‖a‖ is largest.
+    #[must_use]
+    pub fn weakest(&self) -> WorstDirection {
+        self.weakest_by(&self.with_gravity())
+    }
+
+    fn weakest_by(&self, covariance: &Covariance) -> WorstDirection {
+        let inverse = self.inverse();
+        let each = sphere(DIRECTIONS).map(|n| {
+            let (bent, sd_mps2) = self.claim(&inverse, covariance, &n);
+            WorstDirection {
+                direction: n.into(),
+                error_mps2: bent.abs() + 2.0 * sd_mps2,
+                sd_mps2,
+            }
+        });
+        let worst = each.max_by(|a, b| a.error_mps2.total_cmp(&b.error_mps2));
+        worst.unwrap_or(WorstDirection {
+            direction: [0.0, 0.0, 1.0],
+            error_mps2: f64::INFINITY,
+            sd_mps2: f64::INFINITY,
+        })
+    }
+
+    /// Predicted error of ‖a‖, root mean square over the sphere, m/s².
+    #[must_use]
+    pub fn predicted_mps2(&self) -> f64 {
+        self.predicted_by(&self.with_gravity())
+    }
+
+    fn predicted_by(&self, covariance: &Covariance) -> f64 {
+        let inverse = self.inverse();
+        let squares = sphere(DIRECTIONS).map(|n| {
+            let (bent, sd) = self.claim(&inverse, covariance, &n);
+            bent * bent + sd * sd
+        });
+        (squares.sum::<f64>() / DIRECTIONS as f64).sqrt()
+    }
+
+    /// ‖a‖ − g of each pose by a fit without it and all within 25° of it; none where the others do not
+    /// determine the parameters without the data sheet.
+    #[must_use]
+    pub fn left_out(&self) -> Vec<Option<LeftOut>> {
+        let poses = &self.search.poses;
+        let x = self.found.x();
+        let forces: Vec<Vector3<f64>> = poses
+            .iter()
+            .map(|p| force(x, p).unwrap_or_default())
+            .collect();
+        let stride = poses.len().div_ceil(MAX_LEFT_OUT).max(1);
+        let each: Vec<Option<LeftOut>> = (0..poses.len())
+            .map(|k| self.leave_out(k, &forces).filter(|_| k % stride == 0))
+            .collect();
+        self.place_of.iter().map(|&k| each[k]).collect()
+    }
+
+    fn leave_out(&self, k: usize, forces: &[Vector3<f64>]) -> Option<LeftOut> {
+        let others = |i: usize| self.counts(i) && angle(&forces[i], &forces[k]) > NEIGHBOUR;
+        let held = &self.search.held;
+        if !self.counts(k) || (0..forces.len()).filter(|i| others(*i)).count() < 6 {
+            return None;
+        }
+        let linear = &self.found.linear;
+        let normal = linear.normal(held, others)?;
+        let without_sheet = Held {
+            prior: false,
+            ..*held
+        };
+        let bare = linear.solve(&normal, &without_sheet)?;
+        let sd_without_sheet = sphere(DIRECTIONS)
+            .map(|n| self.claim(&self.inverse(), &bare.covariance, &n).1)
+            .fold(0.0, f64::max);
+        if sd_without_sheet.is_nan() || sd_without_sheet > MAX_UNDETERMINED_MPS2 {
+            return None;
+        }
+        let rest = linear.solve(&normal, held)?;
+        let pose = &self.search.poses[k];
+        let x = linear.x + rest.step;
+        let inverse = matrix(&x).try_inverse()?;
+        let force = inverse * (pose.mean - bias(&x, pose.warmer_c));
+        let n = force.normalize();
+        let gravity = held.gravity;
+        let h = sensitivity(&inverse, &n, gravity);
+        let noise: f64 = (0..3).map(|i| (h[BIAS + i] * pose.sd[i]).powi(2)).sum();
+        let variance = (rest.covariance * h).dot(&h) + held.model_error.powi(2) + noise;
+        Some(LeftOut {
+            error_mps2: force.norm() - gravity,
+            sd_mps2: variance.sqrt().hypot(gravity * bend(&x, &n)),
+        })
+    }
+
+    fn state(&self) -> Option<State> {
+        let held = &self.search.held;
+        let straight = Held { bend: 0.0, ..*held };
+        let linear = &self.found.linear;
+        let solution: Solution = linear.solve_poses(&straight, |k| self.counts(k))?;
+        let test = |k: usize| {
+            let row = &linear.rows[k];
+            // An error along gravity changes the length and no angle.
+            let change = row.whitener(held)? * Vector3::new(1.0, 0.0, 0.0);
+            let whitened: SMatrix<f64, 3, PARAMETERS> = row.whitener(held)? * row.jacobian;
+            Some((k, whitened.tr_mul(&change), change.norm_squared()))
+        };
+        Some(State {
+            covariance: self.found.solution.covariance,
+            straight: solution.covariance,
+            tests: (0..linear.rows.len())
+                .filter(|k| self.counts(*k))
+                .filter_map(test)
+                .collect(),
+            freedom: linear.lengths(held, &solution, |k| self.counts(k)).freedom,
+        })
+    }
+
+    /// The error of one pose that does most harm to ‖a‖ in any direction and is not shown by the others
+    /// with 90 %: Baarda's external reliability (A testing procedure for use in geodetic networks, 1968)
+    /// for an error of a mean along gravity. The residual is held against Student's t, 5 % over all poses,
+    /// with the scale of the others and of what is usual.
+    #[must_use]
+    pub fn undetected(&self) -> Option<Undetected> {
+        let hidden = self.undetected_by(&self.state()?)?;
+        let pose = self.place_of.iter().position(|k| *k == hidden.pose)?;
+        Some(Undetected { pose, ..hidden })
+    }
+
+    fn undetected_by(&self, state: &State) -> Option<Undetected> {
+        let inverse = self.inverse();
+        let gravity = self.search.held.gravity;
+        let along: Vec<(Vector3<f64>, Parameters)> = sphere(DIRECTIONS)
+            .map(|n| (n, sensitivity(&inverse, &n, gravity)))
+            .collect();
+        let freedom = (state.freedom - 1.0).max(0.0) + USUAL_FREEDOM;
+        let level = 1.0 - 0.025 / state.tests.len() as f64;
+        let limit = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(level);
+        let scale = ((state.freedom - 1.0).max(0.0) + USUAL_CHI2 * USUAL_FREEDOM) / freedom;
+        let shown = (limit + POWER_90) * scale.sqrt();
+        let each = state.tests.iter().filter_map(|(k, influence, weight)| {
+            let moved = state.straight * influence;
+            let redundancy = weight - influence.dot(&moved);
+            // Below this share of the error the difference is rounding.
+            let reading_mps2 = if redundancy > 1e-9 * weight {
+                shown / redundancy.sqrt()
+            } else {
+                f64::INFINITY
+            };
+            let gain = along.iter().map(|(n, h)| (n, h.dot(&moved).abs()));
+            let (direction, gain) = gain.max_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some(Undetected {
+                pose: *k,
+                reading_mps2,
+                effect_mps2: gain * reading_mps2,
+                direction: (*direction).into(),
+            })
+        });
+        each.max_by(|a, b| a.effect_mps2.total_cmp(&b.effect_mps2))
+    }
+
+    /// The session with one free pose more along n: nothing moves, the covariance shrinks.
+    fn with_pose(&self, state: &State, n: &Vector3<f64>, sd: f64) -> State {
+        let h = sensitivity(&self.inverse(), n, self.search.held.gravity);
+        let mut more = state.clone();
+        let variance = sd * sd;
+        for covariance in [&mut more.covariance, &mut more.straight] {
+            let moved = *covariance * h;
+            *covariance -= moved * moved.transpose() / (h.dot(&moved) + variance);
+        }
+        more.freedom += 1.0 - (more.straight * h).dot(&h) / variance;
+        let number = self.search.poses.len() + state.tests.len();
+        more.tests.push((number, -h / variance, 1.0 / variance));
+        more
+    }
+
+    /// Free poses that improve the result most, each after those before it: the direction in which ‖a‖
+    /// is known least, and once that is good, the one after which an undetected error does least.
+    #[must_use]
+    pub fn next(&self, count: usize) -> Vec<NextPose> {
+        let Some(mut state) = self.state() else {
+            return Vec::new();
+        };
+        let mut directions: Vec<Vector3<f64>> = self.directions();
+        let sd = self.usual_sd_mps2();
+        let mut proposed = Vec::new();
+        for _ in 0..count {
+            let worst = self.weakest_by(&self.and_gravity(&state.covariance));
+            let mut direction = Vector3::from(worst.direction);
+            let hidden = |state: &State| {
+                self.undetected_by(state)
+                    .map_or(f64::INFINITY, |u| u.effect_mps2)
+            };
+            if worst.error_mps2 <= GOOD_MPS2 && hidden(&state) > GOOD_MPS2 {
+                let is_new = |n: &Vector3<f64>| directions.iter().all(|d| angle(d, n) > APART);
+                let each = sphere(100).filter(is_new);
+                let each = each.map(|n| (n, hidden(&self.with_pose(&state, &n, sd))));
+                let best = each.min_by(|a, b| a.1.total_cmp(&b.1));
+                direction = best.filter(|b| b.1.is_finite()).map_or(direction, |b| b.0);
+            }
+            state = self.with_pose(&state, &direction, sd);
+            directions.push(direction);
+            let covariance = self.and_gravity(&state.covariance);
+            proposed.push(NextPose {
+                direction: direction.into(),
+                predicted_mps2: self.predicted_by(&covariance),
+                worst_mps2: self.weakest_by(&covariance).error_mps2,
+                undetected_mps2: hidden(&state),
+            });
+        }
+        proposed
+    }
+
+    fn and_gravity(&self, covariance: &Covariance) -> Covariance {
+        covariance + self.with_gravity() - self.found.solution.covariance
+    }
+
+    fn directions(&self) -> Vec<Vector3<f64>> {
+        let force = |p: &Placed| force(self.found.x(), p);
+        self.search.poses.iter().filter_map(force).collect()
+    }
+
+    /// Standard deviation of the length of one more mean, m/s².
+    fn usual_sd_mps2(&self) -> f64 {
+        let poses = self.search.poses.iter();
+        let mut all: Vec<f64> = poses.flat_map(|p| [p.sd[0], p.sd[1], p.sd[2]]).collect();
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2].hypot(self.search.held.model_error)
+    }
+
+    /// The uncertainty of ‖a‖ by source: of each row the part of its covariance by every source is
+    /// propagated.
+    #[must_use]
+    pub fn budget(&self) -> Option<Budget> {
+        let Found { linear, solution } = &self.found;
+        let held = &self.search.held;
+        let mut sums = [Covariance::zeros(); 3];
+        for (_, row) in linear
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| self.counts(*k))
+        {
+            let whitener = row.whitener(held)?;
+            let gain = solution.covariance * (whitener * row.jacobian).transpose() * whitener;
+            for (sum, part) in sums.iter_mut().zip(row.parts(held)) {
+                *sum += gain * part * gain.transpose();
+            }
+        }
+        let rest = solution.covariance - sums[0] - sums[1] - sums[2];
+        let inverse = self.inverse();
+        let over_sphere = |f: &dyn Fn(Vector3<f64>) -> f64| {
+            (sphere(DIRECTIONS).map(f).sum::<f64>() / DIRECTIONS as f64).sqrt()
+        };
+        let of = |c: &Covariance| {
+            over_sphere(&|n| {
+                let h = sensitivity(&inverse, &n, held.gravity);
+                (c * h).dot(&h).max(0.0)
+            })
+        };
+        Some(Budget {
+            noise: of(&sums[0]),
+            model_error: of(&sums[1]).hypot(held.model_error),
+            tilt: of(&sums[2]),
+            data_sheet: of(&rest),
+            bends: over_sphere(&|n| (held.gravity * bend(self.found.x(), &n)).powi(2)),
+        })
+    }
+}
+
+/// Normal quantile of a power of 90 %.
+const POWER_90: f64 = 1.281_551_565_544_6;
+/// A proposed pose has to be so far from all others, rad: what a guided session calls another.
+const APART: f64 = 33.0 * std::f64::consts::PI / 180.0;
+/// σ(‖a‖) of a session without one pose and without the data sheet, m/s², above which the others do not
+/// determine what that pose should read.
+const MAX_UNDETERMINED_MPS2: f64 = 0.5;
+
+fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}
