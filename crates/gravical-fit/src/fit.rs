@@ -145,7 +145,10 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     search.first_roles();
     let mut found = search.settle().ok_or_else(open)?;
     let mut bad = vec![None; search.poses.len()];
-    while let Some((k, chance)) = search.worst_misfit().filter(|_| options.find_bad) {
+    while options.find_bad
+        && let Some((k, chance)) = search.worst_misfit()
+        && search.is_outlier(k, &found)
+    {
         search.poses[k].out = true;
         bad[k] = Some(chance);
         found = search.settle().ok_or_else(open)?;
@@ -214,6 +217,7 @@ fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64
             face: None,
             out: false,
             shortfall: 0.0,
+            doubt: 0.0,
         };
         place_of.push(place(&mut placed, one, poses.len(), options.gravity));
     }

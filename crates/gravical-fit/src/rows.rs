@@ -28,6 +28,8 @@ pub(crate) struct Placed {
     pub out: bool,
     /// Shortfall of ‖a‖ by tilts that the fit takes for misalignment, m/s².
     pub shortfall: f64,
+    /// Standard deviation of an error of its length that is tried, m/s².
+    pub doubt: f64,
 }
 
 /// What is held while the parameters are fitted.
@@ -228,11 +230,13 @@ impl Linear {
                 full.set_column(parameter, &derivatives.fixed_view::<3, 1>(3 * k, column));
             }
             let variance = Matrix3::from_diagonal(&pose.sd.component_mul(&pose.sd));
+            let mut noise = by_reading * variance * by_reading.transpose();
+            noise[(0, 0)] += pose.doubt.powi(2);
             Row {
                 residual: value.fixed_rows::<3>(3 * k).into_owned(),
                 jacobian: full,
                 is_face: face(pose).is_some(),
-                noise: by_reading * variance * by_reading.transpose(),
+                noise,
                 error: by_reading * by_reading.transpose(),
             }
         };

@@ -298,17 +298,21 @@ fn likeliest_tilt(held: &Held, likelihood: impl Fn(&Held) -> f64) -> f64 {
 /// What is known of a bend before any pose: 0.05 % of g at 1 g, give or take a factor of e^1.5.
 pub(crate) const USUAL_BEND: (f64, f64) = (5e-4, 1.5);
 
+/// Spreads of bends, and the logarithm of their density: prior times likelihood.
+fn bend_grid(likelihood: impl Fn(f64) -> f64) -> (Vec<(f64, f64)>, f64) {
+    let (usual, factor) = USUAL_BEND;
+    let density = |bend: f64| {
+        let before = -0.5 * ((bend / usual).ln() / factor).powi(2);
+        (bend, before + likelihood(bend))
+    };
+    let grid: Vec<(f64, f64)> = (0..10).map(|i| density(3e-5 * 2_f64.powi(i))).collect();
+    let best = grid.iter().map(|g| g.1).fold(f64::NEG_INFINITY, f64::max);
+    (grid, best)
+}
+
 /// Six bends tell little of their spread: its square is averaged over all that is likely.
 fn likely_bend(likelihood: impl Fn(f64) -> f64) -> Option<f64> {
-    let (usual, factor) = USUAL_BEND;
-    let grid: Vec<(f64, f64)> = (0..10)
-        .map(|i| 3e-5 * 2_f64.powi(i))
-        .map(|bend| {
-            let before = -0.5 * ((bend / usual).ln() / factor).powi(2);
-            (bend, before + likelihood(bend))
-        })
-        .collect();
-    let best = grid.iter().map(|g| g.1).fold(f64::NEG_INFINITY, f64::max);
+    let (grid, best) = bend_grid(likelihood);
     let weight = |value: f64| (value - best).exp();
     let all: f64 = grid.iter().map(|(_, value)| weight(*value)).sum();
     let squares: f64 = grid.iter().map(|(b, value)| b * b * weight(*value)).sum();
@@ -440,6 +444,37 @@ impl Search {
         };
         let (k, chance, _) = *trials.first().filter(|t| clear(t.1, t.2))?;
         Some((k, chance))
+    }
+
+    /// An error of pose `k` explains the session better than a nonlinear response does: the evidence for
+    /// both, a pose in fifty being off by some 50 mg.
+    pub fn is_outlier(&self, k: usize, found: &Found) -> bool {
+        const SHARE: f64 = 0.02;
+        const ERROR_MPS2: f64 = 0.5;
+        let mut other = self.clone();
+        other.poses[k].doubt = ERROR_MPS2;
+        let Some(doubted) = other.settle() else {
+            return false;
+        };
+        other.evidence(&doubted) + SHARE.ln() > self.evidence(found)
+    }
+
+    /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends.
+    fn evidence(&self, found: &Found) -> f64 {
+        let counts = |k: usize| !self.poses[k].out;
+        let Some(normal) = found.linear.normal(&self.held, counts) else {
+            return f64::NEG_INFINITY;
+        };
+        let (grid, best) = bend_grid(|bend| {
+            let held = Held { bend, ..self.held };
+            let solution = found.linear.solve(&normal, &held);
+            solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
+        });
+        best + grid
+            .iter()
+            .map(|(_, value)| (value - best).exp())
+            .sum::<f64>()
+            .ln()
     }
 
     /// The poses with the largest residuals of their lengths, each over what the others predict.
