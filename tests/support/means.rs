@@ -12,13 +12,9 @@ use rand::{Rng, RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use gravical::estimate::joint::JointFit;
 use gravical::predicted;
-use gravical::segment::face::{Face, angle_deg};
+use gravical::segment::face::Face;
 use gravical::simulate::spread_directions;
-
-/// Number of directions over which errors of ‖a‖ are averaged.
-const DIRECTIONS: usize = 300;
 
 /// Distribution of the parts and poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -230,60 +226,6 @@ impl Part {
         let force = matrix3::mul_vec(&self.model, &direction);
         std::array::from_fn(|i| g * force[i] + self.bias[i])
     }
-
-    /// Error of ‖matrix · (u − bias)‖ along a direction, m/s².
-    fn norm_error(&self, matrix: &[[f64; 3]; 3], bias: &[f64; 3], n: [f64; 3]) -> f64 {
-        let a = matrix3::mul_vec(matrix, &matrix3::sub(&self.read(n), bias));
-        matrix3::norm(&a) - self.options.gravity_mps2
-    }
-
-    /// Errors of an estimate of M and b. `None` if M is singular.
-    pub fn errors(&self, model: &[[f64; 3]; 3], bias: &[f64; 3]) -> Option<Errors> {
-        let matrix = matrix3::inverse(model)?;
-        let norm: f64 = predicted::sphere(DIRECTIONS)
-            .map(|n| self.norm_error(&matrix, bias, n).powi(2))
-            .sum();
-        let directions: f64 = (0..3)
-            .map(|i| angle_deg(model[i], self.model[i]).to_radians().powi(2))
-            .sum();
-        let difference = matrix3::sub(bias, &self.bias);
-        Some(Errors {
-            norm_mps2: (norm / DIRECTIONS as f64).sqrt(),
-            bias_mps2: (matrix3::dot(&difference, &difference) / 3.0).sqrt(),
-            direction_rad: (directions / 3.0).sqrt(),
-        })
-    }
-
-    /// Errors of a fit over their standard deviations by the fit. `None` if M is singular.
-    pub fn scores(&mut self, fit: &JointFit) -> Option<Scores> {
-        let matrix = matrix3::inverse(&fit.model)?;
-        let (found, truth) = (
-            matrix3::row_norms(&fit.model),
-            matrix3::row_norms(&self.model),
-        );
-        let score = |error: f64, h: [f64; 12]| {
-            let sd = predicted::variance(&fit.covariance, &h).sqrt();
-            (error / sd, fit.coverage_factor_95(&h))
-        };
-        let norm = std::array::from_fn(|_| {
-            let n = self.random_direction();
-            let h = predicted::sensitivity(&matrix, n, self.options.gravity_mps2);
-            score(self.norm_error(&matrix, &fit.bias, n), h)
-        });
-        let scale = std::array::from_fn(|i| {
-            let mut h = [0.0; 12];
-            for j in 0..3 {
-                h[3 * i + j] = fit.model[i][j] / found[i];
-            }
-            score(found[i] - truth[i], h)
-        });
-        let bias = std::array::from_fn(|i| {
-            let mut h = [0.0; 12];
-            h[9 + i] = 1.0;
-            score(fit.bias[i] - self.bias[i], h)
-        });
-        Some(Scores { bias, scale, norm })
-    }
 }
 
 /// The stream of random numbers of one purpose, as the simulator has it.
@@ -317,27 +259,4 @@ fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
 fn turned([p, q]: [f64; 2], angle_rad: f64) -> [f64; 2] {
     let (sine, cosine) = angle_rad.sin_cos();
     [cosine * p - sine * q, sine * p + cosine * q]
-}
-
-/// Errors of an estimate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Errors {
-    /// Root mean square over the sphere of ‖a‖ − g, m/s².
-    pub norm_mps2: f64,
-    /// … of the bias over the axes, m/s².
-    pub bias_mps2: f64,
-    /// … of the angle between true and estimated sensitive axis over the axes, rad.
-    pub direction_rad: f64,
-}
-
-/// Errors over their standard deviations, each with the coverage factor of its 95 % interval: in
-/// 95 of 100 cases the magnitude of the first should be at most the second.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scores {
-    /// Of each bias.
-    pub bias: [(f64, f64); 3],
-    /// Of each scale (row norm of M).
-    pub scale: [(f64, f64); 3],
-    /// Of ‖a‖ in three random directions.
-    pub norm: [(f64, f64); 3],
 }

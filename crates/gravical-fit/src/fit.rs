@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::model::{BENDS, BIAS, Covariance, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
 use crate::rows::{Held, Placed, force};
-use crate::search::{Found, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
+use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
 
 /// What is known beside the poses.
 #[derive(Debug, Clone, Copy)]
@@ -28,8 +28,6 @@ pub struct Options {
     pub start: Option<[[f64; 3]; 3]>,
     /// Fit a drift of the bias with temperature; M and b are then those at the mean temperature.
     pub drift: bool,
-    /// Leave out poses that contradict the others.
-    pub find_bad: bool,
 }
 
 impl Default for Options {
@@ -42,7 +40,6 @@ impl Default for Options {
             tilt: None,
             start: None,
             drift: false,
-            find_bad: true,
         }
     }
 }
@@ -122,8 +119,6 @@ pub struct Fit {
 const UNDETERMINED: f64 = 0.028;
 /// Readings closer than this, as an angle or as a share of g, are those of a sensor that was not moved.
 const SAME_PLACEMENT: f64 = 0.3 * std::f64::consts::PI / 180.0;
-/// More poses than this are no session by hand: nothing is merged.
-const MAX_SESSION: usize = 64;
 
 /// Fits M and b.
 ///
@@ -145,13 +140,14 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     search.first_roles();
     let mut found = search.settle().ok_or_else(open)?;
     let mut bad = vec![None; search.poses.len()];
-    while options.find_bad
-        && let Some((k, chance)) = search.worst_misfit()
-        && search.is_outlier(k, &found)
-    {
-        search.poses[k].out = true;
-        bad[k] = Some(chance);
+    let mut misfits = search.misfits();
+    while misfits.iter().any(|(k, _)| search.is_outlier(*k, &found)) {
+        for (k, chance) in misfits {
+            search.poses[k].out = true;
+            bad[k] = Some(chance);
+        }
         found = search.settle().ok_or_else(open)?;
+        misfits = search.misfits();
     }
     let (direction, sd_mps2) = least_known(&found, options.gravity).ok_or_else(open)?;
     if sd_mps2.is_nan() || sd_mps2 > UNDETERMINED * options.gravity {
@@ -178,6 +174,20 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
         search,
         found,
     })
+}
+
+/// The search with the first roles, and the error if it finds nothing.
+pub(crate) fn prepare_search(
+    poses: &[Pose],
+    options: &Options,
+) -> Result<(Search, Undetermined), Undetermined> {
+    let open = Undetermined {
+        direction: least_covered(poses),
+        sd_mps2: f64::INFINITY,
+    };
+    let (mut search, ..) = prepare(poses, options).ok_or(open)?;
+    search.first_roles();
+    Ok((search, open))
 }
 
 /// The poses in working units, repeats merged.
@@ -235,6 +245,7 @@ fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64
             prior: options.prior && nominal.is_some(),
             drift: options.drift,
         },
+        median_bend: USUAL_BEND.0,
         tilt: options.tilt,
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
         x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),

@@ -15,10 +15,12 @@ pub mod model;
 mod pose;
 mod rows;
 mod search;
+mod temperature;
 mod trust;
 mod verdict;
 
 pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
 pub use pose::{Face, Hint, Pose, angle_deg};
+pub use temperature::{DriftTest, test_drift};
 pub use trust::{Budget, GOOD_MPS2, LeftOut, NextPose, Undetected, WorstDirection};
 pub use verdict::{CONTRADICTION, FAIR_MPS2, Grade, Trust, UNVERIFIED_MPS2};

@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::model::{BENDS, BIAS, Parameters, matrix, sensitivity, tangents};
 use crate::pose::{Face, Hint, angle_deg};
-use crate::rows::{Held, Linear, Placed, Solution, force, free_parameters};
+use crate::rows::{Held, Lengths, Linear, Placed, Solution, force, free_parameters};
 
 /// Steps of the search for the parameters.
 const MAX_STEPS: usize = 40;
@@ -20,6 +20,8 @@ const MAX_FACE_DEG: f64 = 25.0;
 pub(crate) struct Search {
     pub poses: Vec<Placed>,
     pub held: Held,
+    /// The likely spread of bends where it is not to be exaggerated: half of the time it is larger.
+    pub median_bend: f64,
     /// Tilt that was given, rad.
     pub tilt: Option<f64>,
     /// The channel along each axis of the case.
@@ -41,6 +43,16 @@ impl Found {
 }
 
 impl Search {
+    /// What parameters are estimated with. What is claimed of them has to allow for all bends that are
+    /// likely, and `held` has their mean square; with that the parameters would trust directions across
+    /// an axis, which no bend changes, more than is usually right.
+    pub fn estimating(&self) -> Held {
+        Held {
+            bend: self.median_bend,
+            ..self.held
+        }
+    }
+
     pub fn is_oriented(&self) -> bool {
         let faces = self.poses.iter().filter(|p| !p.out).filter_map(|p| p.face);
         let mut axes = [false; 3];
@@ -68,7 +80,7 @@ impl Search {
             let next = shares
                 .map(|share| x + share * solution.step)
                 .find(|x| linear.cost_at(&self.poses, x, held) <= now * (1.0 + 1e-9));
-            let rests = solution.decrement < 1e-4 || next.is_none();
+            let rests = solution.decrement < 1e-3 || next.is_none();
             found = Some(Found { linear, solution });
             match next {
                 Some(next) if !rests => x = next,
@@ -89,11 +101,12 @@ impl Search {
                 break;
             }
         }
-        let found = self.fit(&self.held)?;
+        let found = self.fit(&self.estimating())?;
         self.shortfalls(&found);
-        let found = self.fit(&self.held)?;
-        self.x = *found.x();
-        Some(found)
+        let linear = self.fit(&self.estimating())?.linear;
+        self.x = linear.x;
+        let solution = linear.solve_poses(&self.held, |k| !self.poses[k].out)?;
+        Some(Found { linear, solution })
     }
 
     /// Tilt, bends and model error by restricted maximum likelihood of the linearised problem.
@@ -111,7 +124,7 @@ impl Search {
                 self.held.tilt = likeliest_tilt(&self.held, likelihood);
             }
             let normal = found.linear.normal(&self.held, |k| counts[k])?;
-            self.held.bend = likely_bend(|bend| {
+            (self.held.bend, self.median_bend) = likely_bend(|bend| {
                 let held = Held { bend, ..self.held };
                 let solution = found.linear.solve(&normal, &held);
                 solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
@@ -233,7 +246,7 @@ impl Search {
 
 impl Held {
     fn is_close(&self, other: &Held) -> bool {
-        let close = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.abs().max(b.abs());
+        let close = |a: f64, b: f64| (a - b).abs() <= 0.05 * a.abs().max(b.abs());
         close(self.tilt, other.tilt)
             && close(self.bend, other.bend)
             && close(self.model_error, other.model_error)
@@ -310,13 +323,16 @@ fn bend_grid(likelihood: impl Fn(f64) -> f64) -> (Vec<(f64, f64)>, f64) {
     (grid, best)
 }
 
-/// Six bends tell little of their spread: its square is averaged over all that is likely.
-fn likely_bend(likelihood: impl Fn(f64) -> f64) -> Option<f64> {
+/// Six bends tell little of their spread: the root of the mean of its square over all that is likely,
+/// and the geometric mean.
+fn likely_bend(likelihood: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
     let (grid, best) = bend_grid(likelihood);
     let weight = |value: f64| (value - best).exp();
     let all: f64 = grid.iter().map(|(_, value)| weight(*value)).sum();
     let squares: f64 = grid.iter().map(|(b, value)| b * b * weight(*value)).sum();
-    best.is_finite().then(|| (squares / all).sqrt())
+    let logs: f64 = grid.iter().map(|(b, value)| b.ln() * weight(*value)).sum();
+    best.is_finite()
+        .then(|| ((squares / all).sqrt(), (logs / all).exp()))
 }
 
 /// The model error, m/s²; none where that is likelier.
@@ -400,8 +416,8 @@ pub(crate) const USUAL_CHI2: f64 = 4.0;
 pub(crate) const USUAL_FREEDOM: f64 = 4.0;
 /// A pose is bad when one as far off is rarer than this among all poses.
 const CHANCE: f64 = 1e-3;
-/// Poses that are tried in earnest: the likeliest by their residual alone.
-const MAX_TRIALS: usize = 64;
+/// More poses than this are no session by hand.
+pub(crate) const MAX_SESSION: usize = 64;
 /// With fewer degrees of freedom one bad pose can look like another: the worst has to be so many times
 /// rarer than the next.
 const PLENTY_OF_FREEDOM: f64 = 3.0;
@@ -409,41 +425,79 @@ const CLEARLY: f64 = 100.0;
 /// At most this share of the poses is left out.
 const MAX_SHARE_OUT: f64 = 0.2;
 
+/// A pose, tried without.
+struct Deletion {
+    pose: usize,
+    /// That a good one would be missed as little.
+    chance: f64,
+    /// Degrees of freedom of what remains.
+    freedom: f64,
+}
+
 impl Search {
     /// The pose whose deletion lowers χ² of the lengths by more than chance, and the chance of that: an
     /// F test by noise alone against what remains, with Bonferroni's correction for having picked the
-    /// worst. Bends are left out, since they would take in what one bad pose does.
-    pub fn worst_misfit(&self) -> Option<(usize, f64)> {
+    /// worst. Bends are left out, since they would take in what one bad pose does. Of more poses than a
+    /// session by hand has, all that are rarer than chance.
+    pub fn misfits(&self) -> Vec<(usize, f64)> {
         let held = self.held.bare();
         let count = self.poses.iter().filter(|p| !p.out).count();
         let most = MAX_SHARE_OUT * self.poses.len() as f64;
-        if (self.poses.len() - count + 1) as f64 > most {
-            return None;
-        }
-        let found = self.fit(&held)?;
+        let spare = most - (self.poses.len() - count) as f64;
+        let Some(found) = self.fit(&held).filter(|_| spare >= 1.0) else {
+            return Vec::new();
+        };
         let counts = |k: usize| !self.poses[k].out;
         let whole = found.linear.lengths(&held, &found.solution, counts);
-        let mut trials = Vec::new();
-        for k in self.suspects(&found, &held) {
-            let others = |i: usize| counts(i) && i != k;
-            let Some(solution) = found.linear.solve_poses(&held, others) else {
-                continue;
-            };
-            let rest = found.linear.lengths(&held, &solution, others);
-            if rest.freedom >= 1.0 {
-                let freed = (whole.freedom - rest.freedom).max(0.5);
-                let chance =
-                    deletion_chance(whole.chi2 - rest.chi2, freed, rest.chi2, rest.freedom);
-                trials.push((k, count as f64 * chance, rest.freedom));
-            }
+        let mut trials: Vec<Deletion> = (0..self.poses.len())
+            .filter(|&k| counts(k))
+            .map(|k| self.delete(k, &found, &held, whole))
+            .collect();
+        trials.sort_by(|a, b| a.chance.total_cmp(&b.chance));
+        let rare = |d: &&Deletion| count as f64 * d.chance < CHANCE;
+        if count > MAX_SESSION {
+            let all = trials.iter().filter(rare).take(spare as usize);
+            return all.map(|d| (d.pose, count as f64 * d.chance)).collect();
         }
-        trials.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let next = trials.get(1).map_or(1.0, |n| n.1);
-        let clear = |chance: f64, freedom: f64| {
-            chance < CHANCE && (freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * chance)
+        let next = trials.get(1).map_or(1.0, |d| d.chance);
+        let clear = |d: &&Deletion| d.freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * d.chance;
+        let worst = trials.iter().take(1).filter(rare).filter(clear);
+        worst.map(|d| (d.pose, count as f64 * d.chance)).collect()
+    }
+
+    /// The fit without pose `k`. Of many poses, by the residual and its share of the redundancy, which
+    /// is exact for a free pose.
+    fn delete(&self, k: usize, found: &Found, held: &Held, whole: Lengths) -> Deletion {
+        let counts = |i: usize| !self.poses[i].out && i != k;
+        let rest = if self.poses.len() <= MAX_SESSION {
+            let solution = found.linear.solve_poses(held, counts);
+            solution.map(|solution| found.linear.lengths(held, &solution, counts))
+        } else {
+            let row = &found.linear.rows[k];
+            let derivative = row.jacobian.row(0);
+            let variance = row.noise[(0, 0)];
+            let taken = (derivative * found.solution.covariance * derivative.transpose())[0];
+            let share = (1.0 - taken / variance).max(1e-6);
+            Some(Lengths {
+                chi2: whole.chi2 - row.residual[0].powi(2) / variance / share,
+                freedom: whole.freedom - share,
+            })
         };
-        let (k, chance, _) = *trials.first().filter(|t| clear(t.1, t.2))?;
-        Some((k, chance))
+        let chance = |rest: &Lengths| {
+            let freed = (whole.freedom - rest.freedom).max(0.5);
+            deletion_chance(
+                whole.chi2 - rest.chi2,
+                freed,
+                rest.chi2.max(0.0),
+                rest.freedom,
+            )
+        };
+        let rest = rest.filter(|rest| rest.freedom >= 1.0);
+        Deletion {
+            pose: k,
+            chance: rest.as_ref().map_or(1.0, chance),
+            freedom: rest.map_or(0.0, |rest| rest.freedom),
+        }
     }
 
     /// An error of pose `k` explains the session better than a nonlinear response does: the evidence for
@@ -451,6 +505,9 @@ impl Search {
     pub fn is_outlier(&self, k: usize, found: &Found) -> bool {
         const SHARE: f64 = 0.02;
         const ERROR_MPS2: f64 = 0.5;
+        if self.poses.len() > MAX_SESSION {
+            return true;
+        }
         let mut other = self.clone();
         other.poses[k].doubt = ERROR_MPS2;
         let Some(doubted) = other.settle() else {
@@ -475,23 +532,6 @@ impl Search {
             .map(|(_, value)| (value - best).exp())
             .sum::<f64>()
             .ln()
-    }
-
-    /// The poses with the largest residuals of their lengths, each over what the others predict.
-    fn suspects(&self, found: &Found, held: &Held) -> Vec<usize> {
-        let mut all: Vec<(usize, f64)> = (0..self.poses.len())
-            .filter(|&k| !self.poses[k].out)
-            .map(|k| {
-                let row = &found.linear.rows[k];
-                let derivative = row.jacobian.row(0);
-                let variance = row.noise[(0, 0)] + row.error[(0, 0)] * held.model_error.powi(2);
-                let taken = (derivative * found.solution.covariance * derivative.transpose())[0];
-                let share = (1.0 - taken / variance).max(1e-6);
-                (k, row.residual[0].powi(2) / variance / share)
-            })
-            .collect();
-        all.sort_by(|a, b| b.1.total_cmp(&a.1));
-        all.into_iter().take(MAX_TRIALS).map(|(k, _)| k).collect()
     }
 }
 

@@ -200,21 +200,23 @@ impl Fit {
     pub fn left_out(&self) -> Vec<Option<LeftOut>> {
         let poses = &self.search.poses;
         let x = self.found.x();
-        let forces: Vec<Vector3<f64>> = poses
+        let directions: Vec<Vector3<f64>> = poses
             .iter()
-            .map(|p| force(x, p).unwrap_or_default())
+            .map(|p| force(x, p).unwrap_or_default().normalize())
             .collect();
         let stride = poses.len().div_ceil(MAX_LEFT_OUT).max(1);
-        let each: Vec<Option<LeftOut>> = (0..poses.len())
-            .map(|k| self.leave_out(k, &forces).filter(|_| k % stride == 0))
-            .collect();
+        let mut each = vec![None; poses.len()];
+        for k in (0..poses.len()).step_by(stride) {
+            each[k] = self.leave_out(k, &directions);
+        }
         self.place_of.iter().map(|&k| each[k]).collect()
     }
 
-    fn leave_out(&self, k: usize, forces: &[Vector3<f64>]) -> Option<LeftOut> {
-        let others = |i: usize| self.counts(i) && angle(&forces[i], &forces[k]) > NEIGHBOUR;
+    fn leave_out(&self, k: usize, directions: &[Vector3<f64>]) -> Option<LeftOut> {
+        let near = NEIGHBOUR.cos();
+        let others = |i: usize| self.counts(i) && directions[i].dot(&directions[k]) < near;
         let held = &self.search.held;
-        if !self.counts(k) || (0..forces.len()).filter(|i| others(*i)).count() < 6 {
+        if !self.counts(k) || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
             return None;
         }
         let linear = &self.found.linear;
@@ -224,15 +226,16 @@ impl Fit {
             ..*held
         };
         let bare = linear.solve(&normal, &without_sheet)?;
+        let inverse = self.inverse();
         let sd_without_sheet = sphere(DIRECTIONS)
-            .map(|n| self.claim(&self.inverse(), &bare.covariance, &n).1)
+            .map(|n| self.claim(&inverse, &bare.covariance, &n).1)
             .fold(0.0, f64::max);
         if sd_without_sheet.is_nan() || sd_without_sheet > MAX_UNDETERMINED_MPS2 {
             return None;
         }
         let rest = linear.solve(&normal, held)?;
         let pose = &self.search.poses[k];
-        let x = linear.x + rest.step;
+        let x = linear.x + linear.solve(&normal, &self.search.estimating())?.step;
         let inverse = matrix(&x).try_inverse()?;
         let force = inverse * (pose.mean - bias(&x, pose.warmer_c));
         let n = force.normalize();

@@ -222,7 +222,7 @@ pub fn calibrate_paths(
     noise: Option<Bound<'_, PyAny>>,
     options: Options<'_>,
 ) -> PyResult<Calibration> {
-    let (calibrate, soak_alone) = options.calibrate()?;
+    let calibrate = options.calibrate()?;
     let gravity: Option<Gravity> = options.gravity()?;
     let noise = noise_of(py, noise.as_ref())?;
     let (read, meter) = options.read(true)?;
@@ -233,7 +233,6 @@ pub fn calibrate_paths(
             read: &read,
             options: &calibrate,
             gravity,
-            soak_alone,
         };
         session.calibrate()
     })?;
@@ -248,13 +247,13 @@ pub fn calibrate_recordings(
     noise: Option<Bound<'_, PyAny>>,
     options: Options<'_>,
 ) -> PyResult<Calibration> {
-    let (calibrate, soak_alone) = options.calibrate()?;
+    let calibrate = options.calibrate()?;
     let noise = noise_of(py, noise.as_ref())?;
     let (_, meter) = options.read(false)?;
     let shared: Vec<Arc<Rows>> = recordings.iter().map(|r| r.get().shared.clone()).collect();
     let done = task::run(py, &meter, move || -> Result<SessionCalibration> {
         let rows = shared.iter().map(|r| (**r).clone()).collect();
-        calibrate_rows(rows, &calibrate, soak_alone)
+        calibrate_rows(rows, &calibrate)
     })?;
     Ok(with_noise(done, noise))
 }

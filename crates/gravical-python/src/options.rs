@@ -204,18 +204,14 @@ impl<'py> Options<'py> {
         given.or_raise(self.py())
     }
 
-    /// How to calibrate, and whether only the drift with temperature is wanted.
-    pub fn calibrate(&self) -> PyResult<(CalibrateOptions, bool)> {
+    /// How to calibrate.
+    pub fn calibrate(&self) -> PyResult<CalibrateOptions> {
         let py = self.py();
         let method = self.word(
             "method",
             &[
-                ("joint", Some(Method::Joint)),
-                ("ferraris", Some(Method::Ferraris)),
-                ("magnitude9", Some(Method::Magnitude9)),
-                ("magnitude6", Some(Method::Magnitude6)),
-                ("linear12", Some(Method::Linear12)),
-                ("thermal", None),
+                ("joint", Method::Joint),
+                ("ferraris", Method::Ferraris),
             ],
         )?;
         let sections = self.path("sections")?;
@@ -237,7 +233,7 @@ impl<'py> Options<'py> {
             },
             gravity: self.gravity()?.unwrap_or_default(),
             estimate: EstimateOptions {
-                method: method.flatten().unwrap_or_default(),
+                method: method.unwrap_or_default(),
                 pose_tilt_deg: self.number("pose_tilt")?,
                 prior: self
                     .word("prior", &[("data-sheet", true), ("off", false)])?
@@ -255,7 +251,7 @@ impl<'py> Options<'py> {
             thermal: self.thermal()?,
         };
         options.validate().or_raise(py)?;
-        Ok((options, matches!(method, Some(None))))
+        Ok(options)
     }
 
     /// Soak recordings: in memory, or read for what they tell of the temperature.

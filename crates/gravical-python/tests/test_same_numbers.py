@@ -22,7 +22,7 @@ SESSIONS: list[tuple[str, dict[str, Any]]] = [
     ("examples/simulated-six-position", {"gravity": 9.80665}),
     ("examples/demo/poses", {"latitude": 48.1, "altitude": 500}),
     ("examples/report-six-means.csv", {"gravity": 9.81, "method": "ferraris"}),
-    ("examples/demo/poses", {"method": "magnitude9", "prior": "off", "axes": "y,-x,z"}),
+    ("examples/demo/poses", {"prior": "off", "axes": "y,-x,z"}),
 ]
 DATA_SESSIONS: list[tuple[str, dict[str, Any]]] = [
     ("imucal-ferraris/annotated_session.csv", {"rate": 204.8, "gravity": 9.81}),

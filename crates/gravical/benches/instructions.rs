@@ -22,9 +22,9 @@ mod counted {
     use gravical::apply::{ApplyOptions, apply};
     use gravical::calibration_file::CalibrationFile;
     use gravical::core::calibration::Calibration;
-    use gravical::estimate::joint::{JointOptions, JointPose, Role, joint};
     use gravical::recording::open::{Input, from_reader};
     use gravical::recording::{ReadOptions, Recording, read_bytes};
+    use gravical_fit::{Hint, Options, Pose, fit};
     use gungraun::{library_benchmark, library_benchmark_group};
 
     use super::ROWS;
@@ -99,17 +99,17 @@ mod counted {
     }
 
     /// Six faces and random poses, nothing said of them.
-    fn session(frees: usize) -> Vec<JointPose> {
+    fn session(frees: usize) -> Vec<Pose> {
         let options = MeansOptions::default();
         let mut part = Part::draw(&options, 5, 0);
         let mut planned = Planned::six_faces();
         planned.extend(part.random_poses(frees));
         part.place(&planned)
             .iter()
-            .map(|m| JointPose {
+            .map(|m| Pose {
                 mean: m.mean,
-                standard_error: [options.noise_mps2; 3],
-                role: Role::Open,
+                sd: [options.noise_mps2; 3],
+                hint: Hint::Open,
                 temperature_c: None,
             })
             .collect()
@@ -119,17 +119,12 @@ mod counted {
     #[library_benchmark]
     #[bench::poses_12(session(6))]
     #[bench::poses_38(session(32))]
-    fn joint_fit(poses: Vec<JointPose>) -> bool {
-        let options = JointOptions {
-            gravity: 9.80665,
+    fn fit_poses(poses: Vec<Pose>) -> bool {
+        let options = Options {
             nominal: Some(1.0),
-            prior: true,
-            tilt: None,
-            ..JointOptions::default()
+            ..Options::default()
         };
-        let done = joint(black_box(&poses), &options).is_ok();
-        assert!(done);
-        done
+        fit(black_box(&poses), &options).is_ok_and(|fit| !fit.left_out().is_empty())
     }
 
     fn single() -> Calibration<f32> {
@@ -153,7 +148,7 @@ mod counted {
 
     library_benchmark_group!(
         name = recordings,
-        benchmarks = [read, calibrate_rows, joint_fit]
+        benchmarks = [read, calibrate_rows, fit_poses]
     );
     library_benchmark_group!(name = samples, benchmarks = [sample]);
     gungraun::main!(library_benchmark_groups = recordings, samples);

@@ -22,7 +22,12 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
-mod soak;
+mod checks;
+mod estimate;
+mod section;
+mod sensors;
+mod undetermined;
+mod verdict;
 
 use gravical_core::matrix3;
 
@@ -30,18 +35,22 @@ use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource,
     SensorInfo, TemperatureRange, creation_time,
 };
-use crate::estimate::accelerometer::{Session, accelerometer};
 use crate::estimate::{ferraris, gyro};
 use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity, common_serial};
 use crate::segment::{SegmentOptions, Segmentation, segment};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
-use crate::validate::{checks, errors, trust, verdict};
 use crate::{Error, Result};
 
-pub use crate::estimate::accelerometer::{EstimateOptions, Method};
-pub use soak::soak_alone;
+use estimate::{Session, accelerometer};
+
+pub use crate::calibration_file::Method;
+pub(crate) use checks::MANY_POSES;
+pub(crate) use estimate::Estimate;
+pub use estimate::EstimateOptions;
+pub(crate) use section::DRIFT_MPS2_PER_C;
+pub(crate) use undetermined::distinct;
 
 /// How to calibrate.
 #[derive(Debug, Clone, Default)]
@@ -140,7 +149,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             segmentation,
             axes: &options.segment.axes,
             faces_by_name: options.segment.faces_by_name,
-            gravity,
+            gravity: &options.gravity,
             drift,
         };
         accelerometer(&session, &options.estimate)
@@ -150,7 +159,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let mut estimate = estimated(&segmentation, drift)?;
     if drift {
         temperature_model = from_poses(recordings, &estimate, &mut segmentation);
-        if estimate.drift.is_none() {
+        if temperature_model.is_none() {
             // The poses of one part of the session are all there are of some direction.
             temperature_model = for_calibration(recordings, &[], &mut segmentation)?;
             estimate = estimated(&segmentation, false)?;
@@ -180,19 +189,13 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 
     // What do the placements say of the result, and what can they not say?
     let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
-    let poses = errors::poses(
-        placements,
-        &estimate.uses,
-        &estimate.calibration,
-        gravity,
-        offset,
-    );
+    let poses = section::poses(placements, &estimate, gravity, offset);
     let temperatures: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
     let range = temperature(&temperatures);
     let nominal = recordings.first().and_then(|r| r.accel_scale.nominal());
     let scale = matrix3::row_norms(&estimate.model);
     let accelerometer = AccelerometerSection {
-        method: estimate.method.name().to_owned(),
+        method: options.estimate.method,
         input_unit: recordings
             .first()
             .map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
@@ -203,13 +206,12 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         matrix: estimate.calibration.matrix,
         scale,
         orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
-        errors: errors::fit_errors(&poses),
+        degrees_of_freedom: degrees_of_freedom(&estimate),
         poses,
         scale_deviation_percent: nominal.map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
-        degrees_of_freedom: estimate.degrees_of_freedom,
         ..AccelerometerSection::default()
     };
-    let accelerometer = trust::trust(
+    let accelerometer = section::complete(
         accelerometer,
         &estimate,
         &options.gravity,
@@ -223,7 +225,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         .flat_map(|r| r.findings.iter().cloned())
         .collect();
     findings.extend(segmentation.findings.iter().cloned());
-    findings.extend(estimate.findings.iter().cloned());
     findings.extend(gyroscope.findings);
     findings.extend(options.gravity.finding());
     findings.extend(checks::inputs(recordings));
@@ -232,7 +233,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         &estimate,
         placements,
         offset,
-        gravity,
     ));
     findings.extend(checks::names(
         &options.segment.axes,
@@ -246,7 +246,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         // The motions have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
-    let verdict = verdict::verdict(&accelerometer, &findings, gravity);
+    let verdict = verdict::verdict(&accelerometer, &estimate, options.gravity.source, &findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
     let mut inputs = InputFile::of(recordings);
@@ -274,6 +274,12 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         noise: None,
     };
     Ok(Calibrated { file, segmentation })
+}
+
+/// Poses beyond the parameters of their magnitude: nine by a fit, six by the closed form.
+fn degrees_of_freedom(estimate: &Estimate) -> u32 {
+    let fitted = estimate.uses.iter().filter(|u| u.fitted).count() as u32;
+    fitted.saturating_sub(if estimate.fit().is_some() { 9 } else { 6 })
 }
 
 /// When a session was recorded, as far as that is known.

@@ -7,8 +7,7 @@
 //! 1. [`recording`] reads recordings in many formats and reports their faults; [`inspect`]
 //!    summarises their contents.
 //! 2. [`segment`] finds the static intervals and the face that was up in each.
-//! 3. [`calibrate`] estimates the parameters ([`estimate`]), validates them ([`validate`]) and
-//!    gives a verdict on their accuracy. Read it first: it contains the whole method in order.
+//! 3. [`calibrate`] estimates the parameters and gives a verdict on their accuracy. Read it first: it contains the whole method in order.
 //! 4. [`calibration_file`] stores them; [`apply`] calibrates recordings of any size with them,
 //!    [`check`] determines whether one still fits new recordings, [`compare`] whether two of them
 //!    differ by more than their uncertainty; [`export`] writes them as code or parameters for
@@ -71,6 +70,7 @@ pub mod numfmt;
 #[doc(hidden)]
 pub mod output;
 mod polynomial;
+mod poses;
 #[doc(hidden)]
 pub mod predicted;
 pub mod recording;
@@ -92,8 +92,6 @@ pub mod temperature;
 #[doc(hidden)]
 pub mod uncertainty;
 pub mod utc;
-#[doc(hidden)]
-pub mod validate;
 
 /// Name and version of the program, as results state it.
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));

@@ -75,19 +75,6 @@ pub fn weakest(
     (worst.0, worst.1.sqrt())
 }
 
-/// The covariance once a length with the sensitivity `h` has been read with the
-/// standard deviation `noise`: C − C h hᵀC/(hᵀC h + σ²).
-pub(crate) fn read_along(covariance: &mut [[f64; 12]; 12], h: &[f64; 12], noise: f64) {
-    let ch = times(covariance, h);
-    let known: f64 = ch.iter().zip(h).map(|(c, h)| c * h).sum();
-    let total = known + noise * noise;
-    for i in 0..12 {
-        for j in 0..12 {
-            covariance[i][j] -= ch[i] * ch[j] / total;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,7 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use crate::calibrate::{CalibrateOptions, calibrate, soak_alone};
+use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::CalibrationFile;
 use crate::escape::path_word;
 use crate::excerpt;
@@ -31,8 +31,6 @@ pub struct Session<'a> {
     pub options: &'a CalibrateOptions,
     /// Gravity, if it is given: that of a guided session is then not used.
     pub gravity: Option<Gravity>,
-    /// The drift with temperature alone, from a recording at rest that warms or cools.
-    pub soak_alone: bool,
 }
 
 /// A calibration and what it was computed from.
@@ -40,8 +38,8 @@ pub struct Session<'a> {
 pub struct SessionCalibration {
     /// The calibration, with what was left out of a folder among its findings.
     pub file: CalibrationFile,
-    /// The poses; none from a soak alone.
-    pub segmentation: Option<Segmentation>,
+    /// The poses.
+    pub segmentation: Segmentation,
     /// The recordings. Of a long one only the rows that were needed are in memory.
     pub recordings: Vec<Recording>,
 }
@@ -51,15 +49,13 @@ impl Session<'_> {
     ///
     /// # Errors
     ///
-    /// Those of [`read_session`], [`calibrate`], [`soak_alone`] and of a guided session.
+    /// Those of [`read_session`], [`calibrate`] and of a guided session.
     pub fn calibrate(&self) -> Result<SessionCalibration> {
         let segment = &self.options.segment;
         // Sections and numbers of rows name rows: the whole recording is needed.
         let by_rows = segment.sections.is_some() || segment.rows.is_some();
         let guided = match self.inputs {
-            [folder] if !by_rows && !self.soak_alone && self.gyro.is_none() => {
-                is_session(folder).then_some(folder)
-            }
+            [folder] if !by_rows && self.gyro.is_none() => is_session(folder).then_some(folder),
             _ => None,
         };
         if let Some(folder) = guided {
@@ -67,38 +63,31 @@ impl Session<'_> {
                 calibrate_session(folder, self.read, self.options, self.gravity)?;
             return Ok(SessionCalibration {
                 file: done.file,
-                segmentation: Some(done.segmentation),
+                segmentation: done.segmentation,
                 recordings,
             });
         }
         let still = (!by_rows).then_some(&segment.still);
         let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read, still)?;
-        let mut done = calibrate_recordings(recordings, self.options, self.soak_alone)?;
+        let mut done = calibrate_recordings(recordings, self.options)?;
         done.file.findings.extend(left_out);
         Ok(done)
     }
 }
 
-/// The calibration of recordings in memory; with `from_soak` of the drift with temperature alone.
+/// The calibration of recordings in memory.
 ///
 /// # Errors
 ///
-/// Those of [`calibrate`] and [`soak_alone`].
+/// Those of [`calibrate`].
 pub fn calibrate_recordings(
     recordings: Vec<Recording>,
     options: &CalibrateOptions,
-    from_soak: bool,
 ) -> Result<SessionCalibration> {
-    let (file, segmentation) = match from_soak {
-        true => (soak_alone(&recordings, options)?, None),
-        false => {
-            let done = calibrate(&recordings, options)?;
-            (done.file, Some(done.segmentation))
-        }
-    };
+    let done = calibrate(&recordings, options)?;
     Ok(SessionCalibration {
-        file,
-        segmentation,
+        file: done.file,
+        segmentation: done.segmentation,
         recordings,
     })
 }

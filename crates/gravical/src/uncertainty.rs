@@ -230,11 +230,11 @@ pub(crate) fn covariance_at_its_gravity(
     }))
 }
 
-/// The covariance of a file as numbers; none where it is absent, of another
+/// The covariance of M and b in a file as numbers; none where it is absent, of another
 /// size, not finite or zero throughout.
 pub fn covariance_of(section: &AccelerometerSection) -> Option<Covariance12> {
     let values = &section.covariance.as_ref()?.values;
-    if values.len() != 12 || values.iter().any(|row| row.len() != 12) {
+    if values.len() < 12 || values.iter().any(|row| row.len() < 12) {
         return None;
     }
     let all = || values.iter().flatten();

@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::calibrate::CalibrateOptions;
+use gravical::calibrate::{self, CalibrateOptions, EstimateOptions};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
 use gravical::escape::path_word;
-use gravical::estimate::accelerometer::{self, EstimateOptions};
 use gravical::excerpt;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
@@ -156,14 +155,6 @@ enum Method {
     Joint,
     /// Six faces, closed form
     Ferraris,
-    /// Nine parameters from the magnitude of gravity, any poses
-    Magnitude9,
-    /// Scale and bias from the magnitude of gravity, any poses
-    Magnitude6,
-    /// Linear least squares with exact faces, for precise fixtures
-    Linear12,
-    /// Temperature drift only, from a recording at rest that warms or cools
-    Thermal,
 }
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
@@ -210,13 +201,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.output {
         save(path, args.force, &file)?;
     }
-    let session = segmentation.as_ref().map(|segmentation| Session {
+    let session = Session {
         recordings: &recordings,
-        segmentation,
-    });
+        segmentation: &segmentation,
+    };
     let drawn = args.report.is_wanted() || args.figures.figures.is_some();
     let figures = match drawn {
-        true => figure::calibration::figures(&file, session),
+        true => figure::calibration::figures(&file, Some(session)),
         false => Vec::new(),
     };
     args.figures.write(&figures, args.force, args.quiet)?;
@@ -367,7 +358,6 @@ fn compute(
         read: read_options,
         options,
         gravity: args.gravity.given()?,
-        soak_alone: matches!(args.method.method, Method::Thermal),
     };
     let mut done = session.calibrate()?;
     if let Some((noise, input)) = noise {
@@ -411,11 +401,8 @@ impl Args {
             gravity: self.gravity.given()?.unwrap_or_default(),
             estimate: EstimateOptions {
                 method: match m.method {
-                    Method::Joint | Method::Thermal => accelerometer::Method::Joint,
-                    Method::Ferraris => accelerometer::Method::Ferraris,
-                    Method::Magnitude9 => accelerometer::Method::Magnitude9,
-                    Method::Magnitude6 => accelerometer::Method::Magnitude6,
-                    Method::Linear12 => accelerometer::Method::Linear12,
+                    Method::Joint => calibrate::Method::Joint,
+                    Method::Ferraris => calibrate::Method::Ferraris,
                 },
                 pose_tilt_deg: m.pose_tilt,
                 prior: m.prior == Prior::DataSheet,

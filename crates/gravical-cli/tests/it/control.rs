@@ -134,7 +134,7 @@ fn no_verb_passes_on_what_steers_a_terminal() {
             &out,
             "--force",
             "--method",
-            "magnitude6",
+            "ferraris",
         ],
         &["calibrate", &line, "--sections", &sections],
         &[

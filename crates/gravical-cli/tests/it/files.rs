@@ -26,7 +26,7 @@ fn an_existing_file_is_kept_unless_forced() {
 
     let run = run_in(path, words("export cal.json --to imucal -o cal.json"));
     assert_eq!(run.code, 2);
-    assert!(kept().contains("gravical-calibration/1"));
+    assert!(kept().contains("gravical-calibration/2"));
 }
 
 #[test]
@@ -137,7 +137,7 @@ fn broken_calibrations_are_refused_with_their_place() {
             "/9",
         ),
         (
-            "{\"format\": \"gravical-calibration/1\"}",
+            "{\"format\": \"gravical-calibration/2\"}",
             "calibration-syntax",
             "cal.json",
         ),

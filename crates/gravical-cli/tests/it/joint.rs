@@ -106,7 +106,6 @@ fn tomisuarez_ten_poses_stay_within_the_data_sheet() {
     let file = calibrate(&data, "tomisuarez-mpu6050/calibration.csv", 0);
     assert_eq!(poses(&file).len(), 10);
     assert_eq!(faces(&file).len(), 6);
-    finding(&file, "ill-conditioned");
     let r = numbers(&accelerometer(&file)["orientation"]);
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let cosine: f64 = (0..3).map(|k| r[3 * i + k] * r[3 * j + k]).sum();
@@ -117,35 +116,19 @@ fn tomisuarez_ten_poses_stay_within_the_data_sheet() {
 }
 
 #[test]
-fn tomisuarez_nine_parameters_are_too_many() {
-    let Some(data) = data() else { return };
-    let line = "tomisuarez-mpu6050/calibration.csv --method magnitude9";
-    let run = run_in(&data, words(&format!("calibrate {line} --json")));
-    let file = run.json();
-    let reported = |kind: &str| finding(&file, kind)["message"].to_string();
-    assert!(reported("ill-conditioned").contains("condition"));
-    assert!(reported("cross-axis-high").contains("data sheet"));
-    assert_eq!(run.code, 4);
-}
-
-#[test]
 fn imucals_session_by_default() {
     let Some(data) = data() else { return };
     let line = "imucal-ferraris/example_ferraris_session.csv --rate 102.4 --gravity 9.81";
     let file = calibrate(&data, line, 0);
     let a = accelerometer(&file);
     let deviations = &a["deviations"];
-    let t = number(&deviations["coverage_factor_95"]);
-    // Two holds on +x read 8 mm/s² more than the two around the turn, and nothing tells
-    // which are right.
-    finding(&file, "repeats-contradict");
     assert!(poses(&file).iter().all(|p| p["fitted"] == true));
     let bias = [0.5371174244458201, -0.6162029930860964, 0.3988673423902682];
     let scale = [0.9967458650887003, 1.0024376185894108, 1.0233953475452096];
     for i in 0..3 {
         let sd = |key: &str| number(&deviations[key][i]);
-        close(number(&a["bias"][i]), bias[i], 2.0 * t * sd("bias"));
-        close(number(&a["scale"][i]), scale[i], 2.0 * t * sd("scale"));
+        close(number(&a["bias"][i]), bias[i], 4.0 * sd("bias"));
+        close(number(&a["scale"][i]), scale[i], 4.0 * sd("scale"));
     }
     let tilt = number(&a["pose_tilt_deg"]["value"]);
     assert!((0.05..0.3).contains(&tilt), "on a table: {tilt}°");

@@ -1,8 +1,6 @@
 //! Drift with temperature: the real soak says what is known about it, and what
 //! was put into a virtual sensor is taken off again.
 
-use std::path::Path;
-
 use serde_json::Value;
 
 use crate::support::*;
@@ -96,65 +94,6 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
         table.contains("  corrected, order 2") && table.contains("not corrected"),
         "{table}"
     );
-}
-
-#[test]
-fn the_drones_drift_is_halved_where_it_is_predictable() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let file = data.join(SOAK).display().to_string();
-    let made = calibrate(
-        folder.path(),
-        &format!("{file} --method thermal --gyro-unit rad/s -o cal.json"),
-        0,
-    );
-    assert_eq!(made["verdict"]["grade"], "not-verifiable");
-    assert_eq!(made["accelerometer"]["method"], "thermal");
-    let sha = made["temperature_model"]["inputs"][0]["sha256"]
-        .as_str()
-        .unwrap();
-    assert_eq!(sha.len(), 64);
-    let done = run_in(
-        folder.path(),
-        words(&format!(
-            "apply cal.json {file} -o out.tsv --gyro-unit rad/s --json"
-        )),
-    );
-    assert_eq!(done.code, 0, "{}", done.err);
-    let summary = done.json();
-    assert_eq!(
-        summary["temperature"]["channels"],
-        serde_json::json!(["ax", "gy"])
-    );
-    // The first minute was warmer than what both ways reached.
-    finding(&summary, "temperature-outside");
-
-    // What temperature explains in hindsight is no proof; that much it has to be.
-    let spread = |path: &Path, name: &str| {
-        let text = std::fs::read_to_string(path).unwrap();
-        let mut lines = text.lines();
-        let column = lines
-            .next()
-            .unwrap()
-            .split('\t')
-            .position(|n| n == name)
-            .unwrap();
-        let values: Vec<f64> = lines
-            .map(|l| l.split('\t').nth(column).unwrap().parse().unwrap())
-            .collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
-    };
-    let (before, after) = (data.join(SOAK), folder.path().join("out.tsv"));
-    for (raw, calibrated, most) in [
-        ("imu.acc.x", "ax_mps2", 0.4),
-        ("imu.gyro.y", "gy_rad_s", 0.3),
-        ("imu.acc.z", "az_mps2", 1.000001),
-    ] {
-        let ratio = spread(&after, calibrated) / spread(&before, raw);
-        assert!(ratio < most, "{raw}: {ratio}");
-        assert!(most < 1.0 || ratio > 0.99, "{raw} was refused: {ratio}");
-    }
 }
 
 /// A folder with `soak/static.csv` of a virtual sensor that drifts by 1 mg per
@@ -288,10 +227,6 @@ fn a_soak_that_cannot_serve_is_refused() {
         "temperature-span"
     );
     assert_eq!(code("six --thermal nowhere.csv", 3), "not-found");
-    assert_eq!(
-        code("six/x_axis_pos.csv --method thermal", 3),
-        "temperature-span"
-    );
     let counts = run_in(
         at,
         words("simulate static -o counts --soak 45,5 --duration 300 --raw --seed 7 -q --rate 50"),
@@ -301,27 +236,6 @@ fn a_soak_that_cannot_serve_is_refused() {
     assert!(text.contains("temp"));
     // Counts of the thermometer are no °C.
     assert_eq!(code("six --thermal counts/static.csv", 3), "units-differ");
-    assert_eq!(
-        code("counts/static.csv --method thermal", 3),
-        "missing-temperature"
-    );
-}
-
-#[test]
-fn half_a_soak_gives_nothing_to_take_off() {
-    let folder = virtual_session(8);
-    let at = folder.path();
-    let text = std::fs::read_to_string(at.join("soak/static.csv")).unwrap();
-    let half: Vec<&str> = text.lines().take(22_000).collect();
-    write(at, "half.csv", &half.join("\n"));
-    let made = calibrate(at, "half.csv --method thermal", 4);
-    assert_eq!(made["verdict"]["grade"], "poor");
-    assert_eq!(accepted(&made["temperature_model"]), [""; 0]);
-    let reason = channel(&made["temperature_model"], "ax")["reason"]
-        .as_str()
-        .unwrap();
-    assert!(reason.contains("only fell"), "{reason}");
-    finding(&made, "temperature-refused");
 }
 
 #[test]

@@ -19,7 +19,7 @@ from ._types import Floats, Path, Reading, options, text
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-Method = Literal["joint", "ferraris", "magnitude9", "magnitude6", "linear12", "thermal"]
+Method = Literal["joint", "ferraris"]
 
 
 class Calibration(Judged):
@@ -361,8 +361,8 @@ def calibrate(
     latitude, altitude : float, optional
         Latitude in degrees and height in m, from which gravity is computed.
     method : str, optional
-        ``"joint"`` (the default: face and free poses in one fit that allows for tilted faces),
-        ``"ferraris"``, ``"magnitude9"``, ``"magnitude6"``, ``"linear12"`` or ``"thermal"``.
+        ``"joint"`` (the default: face and free poses in one fit that allows for tilted faces) or
+        ``"ferraris"`` (six faces in closed form).
     gyro : path, optional
         Gyroscope of the one recording in a second file.
     sections : path, optional

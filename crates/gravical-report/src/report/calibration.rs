@@ -7,12 +7,12 @@ use crate::document::{
 };
 use crate::figure::Figure;
 use gravical::calibration_file::{
-    CalibrationFile, Grade, GravitySource, InputFile, PoseKind, PoseResult, ReferenceSource,
-    TiltSource,
+    CalibrationFile, Grade, GravitySource, InputFile, Method, PoseKind, PoseResult,
+    ReferenceSource, Source, TiltSource,
 };
 use gravical::escape::path_word;
 use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
-use gravical::temperature::short;
+use gravical::segment::face::in_words;
 
 use super::gyroscope::gyroscope;
 use super::matrices::matrices;
@@ -32,24 +32,15 @@ pub fn calibration<'a>(
     figures: &'a [Figure],
 ) -> Document<'a> {
     let a = &file.accelerometer;
-    // A recording at rest determines no geometry: the summary leaves nominal values out.
-    let soak = a.method == "thermal";
-    let measured = |section: Section<'a>| if soak { section.only_full() } else { section };
     let figure = |id, title, name| Section::new(id, title).figures(named(figures, &[name]));
     let mut document = Document {
-        subject: if soak {
-            soak_subject(file)
-        } else {
-            subject(file)
-        },
+        subject: subject(file),
         verdict: Some(verdict(file, saved)),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
-    .with(measured(
-        parameters(file).figures(named(figures, &["parameters"])),
-    ));
+    .with(parameters(file).figures(named(figures, &["parameters"])));
     if let Some(gyro) = &file.gyroscope {
-        document = document.with(measured(gyroscope(gyro)));
+        document = document.with(gyroscope(gyro));
     }
     document = document.with(figure("magnitude", "Magnitude at rest", "norm"));
     if !a.poses.is_empty() {
@@ -121,10 +112,9 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         0 => format!("{} free poses", a.poses.len()),
         n => format!("{n} poses on {on}{oblique}"),
     };
-    let method = match a.method.as_str() {
-        "ferraris" => "Ferraris calibration".to_owned(),
-        "joint" => "Calibration".to_owned(),
-        other => format!("Calibration ({other})"),
+    let method = match a.method {
+        Method::Ferraris => "Ferraris calibration",
+        Method::Joint | Method::Unknown => "Calibration",
     };
     let g = match file.gravity_source {
         GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
@@ -135,22 +125,6 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         format!("{method} of {inputs}: {placed}"),
         format!("raw in {unit}, g = {g} m/s² ({gravity}){tilt}"),
     ]
-}
-
-/// The same for a temperature calibration alone.
-fn soak_subject(file: &CalibrationFile) -> Vec<String> {
-    let inputs: Vec<String> = file.recordings().map(|i| short_name(&i.path)).collect();
-    let mut lines = vec![format!(
-        "Temperature calibration of {}, raw in {}: scale nominal, bias of the accelerometer not determined",
-        inputs.join(", "),
-        file.accelerometer.input_unit.name()
-    )];
-    lines.extend(file.gyroscope.as_ref().map(|gyro| {
-        let [x, y, z] = gyro.bias.map(short);
-        let unit = gyro.input_unit.name();
-        format!("Gyroscope at rest: bias {x}, {y}, {z} {unit}")
-    }));
-    lines
 }
 
 fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
@@ -217,7 +191,7 @@ fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
     let pose = a.next_poses.first().map(|p| {
         format!(
             "Record one more pose ({}) and calibrate with all recordings again.",
-            p.hint
+            in_words(p.direction)
         )
     });
     let apply =
@@ -279,9 +253,8 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
         None => section,
         Some(d) => {
             let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
-            let k = digits(d.coverage_factor_95, 3);
             section.full(Block::paragraph(format!(
-                "Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°. The 95 % interval is ± {k} standard uncertainties."
+                "Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°. The 95 % interval is ± 1.96 standard uncertainties."
             )))
         }
     };
@@ -324,7 +297,7 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
 /// Method, assumptions, poses left out, uncertainty budget.
 fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
     let section = Section::new("method", "Method and uncertainty")
-        .full(Block::paragraph(how(&file.accelerometer.method)))
+        .full(Block::paragraph(how(file.accelerometer.method)))
         .full(Block::List(assumptions(file)));
     let rejected = rejected(file);
     let section = match rejected.is_empty() {
@@ -341,27 +314,15 @@ fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
 }
 
 /// The method in words.
-fn how(method: &str) -> &'static str {
+fn how(method: Method) -> &'static str {
     match method {
-        "joint" => {
-            "One fit of all poses: at a face pose the direction of gravity is known up to a tilt, which is estimated, too; at a free pose only the magnitude is used. Bias, scale and the angles between the axes are estimated with their covariance."
+        Method::Joint => {
+            "One fit of all poses: at a face pose the direction of gravity is known up to a tilt, whose size is estimated; at a free pose only the magnitude is used. Bias, scale, the angles between the axes and a nonlinear response are estimated with their covariance. The nonlinear response is shown and not corrected."
         }
-        "ferraris" => {
+        Method::Ferraris => {
             "Six faces in closed form (Ferraris, Grimaldi and Parvis 1995): the faces are assumed exact, so a tilted pose changes the parameters."
         }
-        "magnitude-9" | "magnitude9" => {
-            "Nine parameters from the magnitude of gravity alone, any poses: the frame is that of the sensor, not of its case."
-        }
-        "magnitude-6" | "magnitude6" => {
-            "Scale and bias from the magnitude of gravity alone; the axes are assumed perpendicular."
-        }
-        "linear-12" | "linear12" => {
-            "Linear least squares for twelve parameters with exact faces: for precise fixtures."
-        }
-        "thermal" => {
-            "Drift of each channel with temperature, from a recording at rest that warms or cools. Scale and axes are nominal."
-        }
-        _ => "The parameters are from another program; the method is unknown.",
+        Method::Unknown => "The parameters are from another program; the method is unknown.",
     }
 }
 
@@ -378,11 +339,10 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
         ));
     }
     if let Some(fit) = a.fit {
-        let prior = match fit.prior {
-            true => {
-                "Data sheet limits of scale, cross-axis terms and bias are used as weak prior knowledge."
-            }
-            false => "No data sheet limits are used.",
+        let prior = if fit.prior {
+            "Data sheet limits of scale, cross-axis terms and bias are used as weak prior knowledge."
+        } else {
+            "No data sheet limits are used."
         };
         lines.push(prior.to_owned());
         if let Some(chi2) = fit.chi2_per_freedom {
@@ -429,7 +389,7 @@ fn rejection(pose: &PoseResult, file: &CalibrationFile) -> String {
         (Some(finding), _) => finding.message.clone(),
         (None, PoseKind::Free) => format!(
             "{own}it is on no face, and {} uses face poses only",
-            file.accelerometer.method
+            file.accelerometer.method.name()
         ),
         (None, PoseKind::Face) => format!("{own}see the findings"),
     }
@@ -443,9 +403,9 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     let parts = budget.contributions.iter();
     let parts = parts.map(|part| {
         Row::from([
-            Cell::text(part.source.replace('-', " ")),
+            Cell::text(part.source.name()),
             Cell::maybe(part.norm_mps2, mg),
-            Cell::text(&part.basis),
+            Cell::Text(basis(part.source, file)),
         ])
     });
     let sum = |name: &str, value: f64, how: String| {
@@ -464,4 +424,36 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
         .row(sum("combined", budget.combined_mps2, squares))
         .row(sum("expanded", budget.expanded_mps2, k));
     Some(table)
+}
+
+/// What the value of a source rests on.
+fn basis(source: Source, file: &CalibrationFile) -> String {
+    let tilt = || {
+        file.accelerometer
+            .pose_tilt_deg
+            .map_or("no face poses".to_owned(), |t| {
+                format!("σ of {:.2}° in each of two components", t.value)
+            })
+    };
+    let text = match source {
+        Source::Noise => "standard errors of the means",
+        Source::Quantisation => "steps of the converter",
+        Source::ModelError => "deviation of the poses from the model, beyond their noise",
+        Source::Nonlinearity => "response that the poses show, not corrected",
+        Source::PoseTilt => return tilt(),
+        Source::DataSheet => {
+            "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the poses determine less"
+        }
+        Source::NoiseAndTilt => return format!("standard errors of the means; {}", tilt()),
+        Source::LocalGravity => match file.gravity_source {
+            GravitySource::Given => "taken as exact: it was given",
+            GravitySource::Latitude => "anomalies of the field at that latitude",
+            GravitySource::Standard => "9.80665 m/s² assumed; 9.780 to 9.832 at sea level",
+        },
+        Source::Temperature => match &file.temperature_c {
+            None => "no temperature was recorded",
+            Some(t) => return format!("{:.1} to {:.1} °C during the session", t.min, t.max),
+        },
+    };
+    text.to_owned()
 }

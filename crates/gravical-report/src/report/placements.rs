@@ -2,8 +2,9 @@
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::figure::Figure;
-use gravical::calibration_file::{CalibrationFile, PoseResult};
+use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
 use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed, unit};
+use gravical::segment::face::in_words;
 
 use super::direction;
 
@@ -11,7 +12,7 @@ use super::direction;
 pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     // The closed form has only errors of the vectors.
-    let exact = a.method == "ferraris";
+    let exact = a.method == Method::Ferraris;
     let only = |there: bool, column: Column| if there { column } else { column.full() };
     let raw = a.poses.iter().flat_map(|p| p.raw);
     let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -49,10 +50,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
             value(e.mean_norm),
         ]);
     let note = "The parameters were fitted to these poses: the errors are no measure of accuracy.";
-    match exact {
-        true => section.with(errors).with(Block::note(note)),
-        false => section.full(errors).full(Block::note(note)),
-    }
+    section.with(errors).with(Block::note(note))
 }
 
 fn row(p: &PoseResult, decimals: usize) -> Row {
@@ -82,17 +80,20 @@ fn row(p: &PoseResult, decimals: usize) -> Row {
 pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
     let a = &file.accelerometer;
     let mut section = Section::new("directions", "Directions and tilts").figures(figures);
-    if let Some(worst) = &a.least_consistent_pose {
+    if let Some((worst, z)) = a.least_consistent() {
         section = section.full(Block::paragraph(format!(
-            "Least consistent pose: {} ({}).",
-            worst.label, worst.reason
+            "Least consistent pose: {} (leave-one-out error {} mg, {} of its standard deviations).",
+            worst.called(),
+            worst
+                .left_out_error_mps2
+                .map_or_else(String::new, |e| signed(milli_g(e), 2)),
+            fixed(z, 1)
         )));
     }
-    if let Some(known) = &a.known_gravity {
+    if let Some(known) = a.error_with_known_gravity(file.gravity_source) {
         section = section.full(Block::paragraph(format!(
-            "Gravity was assumed, which is most of the uncertainty: with {} the standard uncertainty of the magnitude is {} mg. No pose determines gravity.",
-            known.hint,
-            mg(known.predicted_norm_error_mps2)
+            "Gravity was assumed, which is most of the uncertainty: with --latitude or --gravity the standard uncertainty of the magnitude is {} mg. No pose determines gravity.",
+            mg(known)
         )));
     }
     if a.proposed_poses().is_empty() {
@@ -119,7 +120,7 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
         let then = next.predicted_norm_error_mps2;
         Row::from([
             Cell::text((i + 1).to_string()),
-            Cell::text(&next.hint),
+            Cell::Text(in_words(next.direction)),
             Cell::text(direction(next.direction)),
             Cell::number(mg(then)),
             Cell::maybe(next.undetected_effect_mps2, mg),

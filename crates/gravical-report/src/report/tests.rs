@@ -4,7 +4,6 @@ use std::path::Path;
 use super::*;
 use crate::document::{Block, Cell, Detail, Document};
 use crate::figure::{Axis, Panel, Role, Series};
-use gravical::calibrate::soak_alone;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::PoseKind;
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
@@ -14,10 +13,7 @@ use gravical::denoise::DenoiseOptions;
 use gravical::motion::truth::{TruthOptions, add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionOptions, Move};
 use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
-use gravical::segment::face::AxisMap;
-use gravical::simulate::{
-    PosesOptions, Scenario, SimulateOptions, SoakOptions, StaticOptions, simulate, write,
-};
+use gravical::simulate::{PosesOptions, Scenario, SimulateOptions, simulate, write};
 
 fn simulated(scenario: Scenario) -> Recording {
     let folder = tempfile::tempdir().unwrap();
@@ -246,22 +242,6 @@ fn six_faces_show_no_figure_that_proves_nothing() {
     file.inputs.clear();
     let text = calibration(&file, None, &[]).to_text(Detail::Full);
     assert!(text.contains("Findings\n  None.") && !text.contains("NaN"));
-}
-
-#[test]
-fn a_soak_says_the_same_everywhere() {
-    let soak = simulated(Scenario::Static(StaticOptions {
-        soak: Some(SoakOptions::default()),
-        duration_s: 300.0,
-    }));
-    let file = soak_alone(std::slice::from_ref(&soak), &CalibrateOptions::default()).unwrap();
-    let document = calibration(&file, None, &[]);
-    assert!(holds(&document) > 50);
-    // What is nominal is not worth a terminal.
-    assert!(!document.to_text(Detail::Summary).contains("Accelerometer"));
-    let inspection = gravical::inspect::inspect(&soak, &AxisMap::default());
-    assert!(inspection.temperature_drift.is_some());
-    assert!(holds(&super::inspection(&inspection)) > 10);
 }
 
 #[test]

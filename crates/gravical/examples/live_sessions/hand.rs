@@ -309,7 +309,7 @@ impl Ended {
         let deviations = section.deviations?;
         let (bias, _) = self.truth();
         Some(std::array::from_fn(|i| {
-            (section.bias[i] - bias[i]).abs() <= deviations.coverage_factor_95 * deviations.bias[i]
+            (section.bias[i] - bias[i]).abs() <= 1.96 * deviations.bias[i]
         }))
     }
 

@@ -9,7 +9,7 @@
 // The exemption of tests in clippy.toml does not reach examples.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../accuracy/each.rs"]
+#[path = "../../../../tests/support/each.rs"]
 mod each;
 #[allow(dead_code, reason = "the tests use more of it")]
 mod hand;

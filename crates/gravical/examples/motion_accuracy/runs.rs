@@ -1,8 +1,8 @@
 //! Lines moved by a virtual sensor, and what motion makes of them.
 
+use gravical::calibrate::Method;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Covariance, GyroscopeSection};
-use gravical::estimate::accelerometer::Method;
 use gravical::motion::{Calibrated, MotionOptions, motion};
 use gravical::recording::{GyroUnit, ReadOptions, read, read_bytes};
 use gravical::simulate::{LineOptions, Scenario, SimulateOptions, Simulation, simulate, write};

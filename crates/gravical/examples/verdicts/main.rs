@@ -12,7 +12,7 @@
 //! none. `--seed=5000` begins with the session of that number in place of 0; a word is
 //! part of the name of a session or a disturbance, whose lines are made alone.
 
-#[path = "../accuracy/each.rs"]
+#[path = "../../../../tests/support/each.rs"]
 mod each;
 #[path = "../../../../tests/support/means.rs"]
 #[allow(dead_code, reason = "others use more of it")]

@@ -35,9 +35,9 @@ impl CalibrationFile {
             &a.scale,
             &a.orientation,
         )?;
-        let twelve = Covariance::parameter_names();
+        let all = Covariance::names_with_bends();
         if let Some(c) = &a.covariance {
-            c.check("accelerometer.covariance", &[&twelve])?;
+            c.check("accelerometer.covariance", &[&all[..12], &all])?;
         }
         for (field, value) in [
             ("gravity_sd_mps2", Some(a.gravity_sd_mps2)),
@@ -57,7 +57,7 @@ impl CalibrationFile {
             sensor("gyroscope", &g.bias, &g.matrix, &g.scale, &g.orientation)?;
             sizes("gyroscope.g_sensitivity", g.g_sensitivity.as_flattened())?;
             if let Some(c) = &g.covariance {
-                c.check("gyroscope.covariance", &[&twelve, &twelve[9..]])?;
+                c.check("gyroscope.covariance", &[&all[..12], &all[9..12]])?;
             }
         }
         if self.noise.as_ref().is_some_and(|noise| !noise.is_sound()) {

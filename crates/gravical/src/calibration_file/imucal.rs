@@ -13,7 +13,7 @@ use crate::{Error, Result};
 
 use super::syntax::syntax;
 use super::{
-    AccelerometerSection, CalibrationFile, FORMAT, Grade, GravitySource, GyroscopeSection,
+    AccelerometerSection, CalibrationFile, FORMAT, Grade, GravitySource, GyroscopeSection, Method,
     SensorInfo, Verdict, creation_time,
 };
 
@@ -72,7 +72,10 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
     unit(&file.gyr_unit, "deg/s")?;
     let (scale, orientation, matrix) = parts(&file.K_a, &file.R_a, 1.0)?;
     let accelerometer = AccelerometerSection {
-        method: file.cal_type.to_lowercase(),
+        method: match file.cal_type.to_lowercase().as_str() {
+            "ferraris" => Method::Ferraris,
+            _ => Method::Unknown,
+        },
         input_unit: file
             .from_acc_unit
             .as_deref()

@@ -35,7 +35,9 @@ pub use types::*;
 pub(crate) use unit::{Applied, judge_unit};
 
 /// Value of `format`.
-pub const FORMAT: &str = "gravical-calibration/1";
+pub const FORMAT: &str = "gravical-calibration/2";
+/// That of files from before the first release.
+const OLD_FORMAT: &str = "gravical-calibration/1";
 
 impl CalibrationFile {
     /// Parameters of the accelerometer for the core crate.
@@ -124,6 +126,13 @@ impl CalibrationFile {
         }
         match value.get("format").and_then(serde_json::Value::as_str) {
             Some(FORMAT) => {}
+            Some(OLD_FORMAT) => {
+                return Err(Error::input(
+                    "calibration-format",
+                    "this calibration was made before 0.1.0, in a format that is no longer read",
+                )
+                .with_hint("calibrate again from the recordings"));
+            }
             Some(other) => {
                 return Err(Error::input(
                     "calibration-format",

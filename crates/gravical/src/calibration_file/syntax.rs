@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn errors_of_the_parser_are_in_words() {
-        const FORMAT: &str = "\"format\": \"gravical-calibration/1\"";
+        const FORMAT: &str = "\"format\": \"gravical-calibration/2\"";
         for (text, wanted) in [
             ("", "the file is empty"),
             (

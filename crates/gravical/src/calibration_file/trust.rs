@@ -1,9 +1,8 @@
 //! Fields of a calibration file about its uncertainty.
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
-use super::AccelerometerSection;
+use super::{AccelerometerSection, GravitySource, PoseKind, PoseResult};
 
 /// Standard deviations (1σ) from the covariance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -15,9 +14,6 @@ pub struct Deviations {
     pub scale: [f64; 3],
     /// Of the angles between the sensitive axes xy, yz and zx, degrees.
     pub axis_angle_deg: [f64; 3],
-    /// Factor on the standard deviations for an interval of 95 %: Student's t where a tilt was
-    /// estimated from the same poses, the largest that any of them needs.
-    pub coverage_factor_95: f64,
 }
 
 /// Quality of a fit.
@@ -32,38 +28,21 @@ pub struct FitQuality {
     /// Standard deviation added to every mean so that χ² equals its expected value, m/s²;
     /// included in the covariance.
     pub model_error_mps2: f64,
-    /// Condition number of the nine parameters determined by the magnitudes alone, with columns
-    /// of length one; null for fewer than nine poses.
-    pub condition: Option<f64>,
     /// False if too few faces determine the orientation of the sensor frame in the case; the
     /// matrix is then triangular by convention.
     pub oriented: bool,
-    /// Repeats of a face had the same orientation and share their tilt.
-    pub shared_tilts: bool,
     /// Components of the tilts that the data determine.
     pub tilt_degrees_of_freedom: f64,
     /// The data sheet was used.
     pub prior: bool,
 }
 
-/// The least consistent pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct LeastConsistentPose {
-    /// Its label.
-    pub label: String,
-    /// Reason, with numbers.
-    pub reason: String,
-}
-
 /// A pose that would lower the predicted error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NextPose {
     /// Unit vector of specific force: the calibrated reading in this pose, over gravity.
     pub direction: [f64; 3],
-    /// How to hold the sensor.
-    pub hint: String,
     /// Predicted error of ‖a‖ over all directions with this pose, m/s².
     pub predicted_norm_error_mps2: f64,
     /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; null without
@@ -74,9 +53,6 @@ pub struct NextPose {
 
 /// Poses are proposed if all of them together bring an error below this share.
 const MATTERS: f64 = 0.8;
-/// Error of ‖a‖ up to which a result is good, mg: as predicted in the worst direction (2σ), and
-/// by an error of one pose that is not detected.
-pub(crate) const GOOD_MG: f64 = 5.0;
 
 impl AccelerometerSection {
     /// True if the proposed poses lower the predicted error of ‖a‖ by more than a fifth.
@@ -92,44 +68,65 @@ impl AccelerometerSection {
     /// where that is above 5 mg, the error that one pose can cause undetected.
     #[must_use]
     pub fn proposed_poses(&self) -> &[NextPose] {
-        let good = GOOD_MG * STANDARD_GRAVITY_MPS2 / 1000.0;
         let now = self.undetected.as_ref().map(|u| u.effect_mps2);
         let then = self.next_poses.iter();
         let then = then.filter_map(|p| p.undetected_effect_mps2);
-        let test_more = then
-            .min_by(f64::total_cmp)
-            .is_some_and(|least| now.is_none_or(|now| now > good && least < MATTERS * now));
-        match self.next_poses_lower_error() || test_more {
-            true => &self.next_poses,
-            false => &[],
+        let test_more = then.min_by(f64::total_cmp).is_some_and(|least| {
+            now.is_none_or(|now| now > gravical_fit::GOOD_MPS2 && least < MATTERS * now)
+        });
+        if self.next_poses_lower_error() || test_more {
+            &self.next_poses
+        } else {
+            &[]
         }
+    }
+
+    /// Predicted error of ‖a‖ without that of gravity, m/s², if gravity was assumed and is most of it.
+    #[must_use]
+    pub fn error_with_known_gravity(&self, source: GravitySource) -> Option<f64> {
+        let squared = self.predicted_norm_error_mps2?.powi(2);
+        let without = (squared - self.gravity_sd_mps2.powi(2)).max(0.0);
+        let matters = source == GravitySource::Standard && 2.0 * without < squared;
+        matters.then(|| without.sqrt())
+    }
+
+    /// The pose with the largest leave-one-out error, in its own standard deviations, and that ratio.
+    #[must_use]
+    pub fn least_consistent(&self) -> Option<(&PoseResult, f64)> {
+        let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
+        let each = self.poses.iter().filter_map(|p| Some((p, ratio(p)?)));
+        each.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
+    /// its standard deviations it is off.
+    #[must_use]
+    pub fn contradiction(&self) -> Option<(&PoseResult, f64)> {
+        self.least_consistent()
+            .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
+    }
+
+    /// RMS of ‖a‖ − g over free poses that took no part in the fit, m/s², and their number.
+    #[must_use]
+    pub(crate) fn free_norm_error(&self) -> Option<(f64, usize)> {
+        let free = self.poses.iter();
+        let free = free.filter(|p| p.kind == PoseKind::Free && !p.fitted);
+        let errors: Vec<f64> = free.filter_map(|p| p.magnitude_error_mps2).collect();
+        let squares: f64 = errors.iter().map(|e| e * e).sum();
+        (!errors.is_empty()).then(|| ((squares / errors.len() as f64).sqrt(), errors.len()))
     }
 }
 
-/// What it would bring to know local gravity, which was assumed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct KnownGravity {
-    /// Options that give it.
-    pub hint: String,
-    /// Predicted error of ‖a‖ over all directions without that of gravity, m/s².
-    pub predicted_norm_error_mps2: f64,
-}
-
 /// The direction in which ‖a‖ is known least.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WorstDirection {
     /// Unit vector of specific force.
     pub direction: [f64; 3],
-    /// How to hold the sensor for this direction.
-    pub hint: String,
     /// Standard uncertainty of ‖a‖ there, m/s².
     pub sd_mps2: f64,
-    /// Factor on it for a limit that errors stay below in 95 % of sessions: 2, larger if model
-    /// error or tilt were estimated from few readings.
-    pub coverage_factor: f64,
-    /// The product, m/s².
+    /// Limit of the error that holds in every direction at once in 95 % of sessions: what the
+    /// response is seen to bend, and at least 2 standard uncertainties, m/s².
     pub error_mps2: f64,
 }
 
@@ -146,18 +143,6 @@ pub struct UndetectedError {
     pub effect_mps2: f64,
     /// That direction, unit vector of specific force.
     pub direction: [f64; 3],
-    /// How to hold the sensor for this direction.
-    pub hint: String,
-}
-
-/// A pose that is inconsistent with the others.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct ContradictedPose {
-    /// The pose.
-    pub label: String,
-    /// Its test value over the limit that is exceeded by chance in at most 5 % of sessions.
-    pub excess: f64,
 }
 
 /// Uncertainty of ‖a‖ at rest, root mean square over all directions.
@@ -175,14 +160,54 @@ pub struct Budget {
 }
 
 /// A contribution to the uncertainty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Contribution {
-    /// `noise`, `pose-tilt`, `quantisation`, `model-error`, `data-sheet`,
-    /// `local-gravity`, `temperature`.
-    pub source: String,
+    /// Where it comes from.
+    pub source: Source,
     /// Standard uncertainty of ‖a‖, m/s²; null if unknown.
     pub norm_mps2: Option<f64>,
-    /// Basis of the value.
-    pub basis: String,
+}
+
+/// Source of an uncertainty of ‖a‖.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// Noise of the means.
+    Noise,
+    /// Rounding of the readings.
+    Quantisation,
+    /// What the model misses of the readings beyond their noise.
+    ModelError,
+    /// Nonlinear response that the poses show.
+    Nonlinearity,
+    /// Tilt of face poses.
+    PoseTilt,
+    /// Data sheet, where the poses determine less.
+    DataSheet,
+    /// Noise and tilt together, by the closed form.
+    NoiseAndTilt,
+    /// Gravity at the place.
+    LocalGravity,
+    /// Change of temperature during the session.
+    Temperature,
+}
+
+impl Source {
+    /// In tables and figures.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Source::Noise => "noise",
+            Source::Quantisation => "quantisation",
+            Source::ModelError => "model error",
+            Source::Nonlinearity => "nonlinearity",
+            Source::PoseTilt => "pose tilt",
+            Source::DataSheet => "data sheet",
+            Source::NoiseAndTilt => "noise and tilt",
+            Source::LocalGravity => "local gravity",
+            Source::Temperature => "temperature",
+        }
+    }
 }

@@ -3,10 +3,7 @@
 use gravical_core::matrix3;
 use serde::{Deserialize, Serialize};
 
-use super::trust::{
-    Budget, ContradictedPose, Deviations, FitQuality, KnownGravity, LeastConsistentPose, NextPose,
-    UndetectedError, WorstDirection,
-};
+use super::trust::{Budget, Deviations, FitQuality, NextPose, UndetectedError, WorstDirection};
 use super::{InputFile, NoiseSection, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
@@ -15,9 +12,9 @@ use crate::utc::UtcTime;
 /// A calibration of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(title = "gravical-calibration/1"))]
+#[cfg_attr(feature = "schema", schemars(title = "gravical-calibration/2"))]
 pub struct CalibrationFile {
-    /// `gravical-calibration/1`.
+    /// `gravical-calibration/2`.
     pub format: String,
     /// Time of the computation, RFC 3339, UTC.
     pub created: String,
@@ -116,8 +113,8 @@ pub struct TemperatureRange {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AccelerometerSection {
-    /// `ferraris`, ….
-    pub method: String,
+    /// How it was estimated.
+    pub method: Method,
     /// Unit of the raw values.
     pub input_unit: AccelUnit,
     /// `m/s^2`.
@@ -130,16 +127,20 @@ pub struct AccelerometerSection {
     pub scale: [f64; 3],
     /// R: rows of length one, in general not orthogonal.
     pub orientation: [[f64; 3]; 3],
-    /// Covariance of the twelve parameters of raw = M a + b, M = K R; null if no standard errors
-    /// are known.
+    /// Covariance of the twelve parameters of raw = M a + b, M = K R, and of the six bends if they
+    /// were fitted; null if no standard errors are known.
     pub covariance: Option<Covariance>,
+    /// Nonlinear response of the axes, not applied: what it adds to ‖a‖ as a share of g at 1 g,
+    /// quadratic x, y, z, then cubic; null if it was not fitted.
+    #[serde(default)]
+    pub bends: Option<[f64; 6]>,
     /// Standard uncertainty of local gravity that is included in the covariance, m/s²: σ
     /// contributes (σ/g)² times the outer product of M's elements. 0 if gravity was given.
     #[serde(default)]
     pub gravity_sd_mps2: f64,
     /// The poses.
     pub poses: Vec<PoseResult>,
-    /// Errors over the poses that the parameters were fitted to; not a measure of accuracy.
+    /// Errors over the faces that the closed form was fitted to; not a measure of accuracy.
     pub errors: Option<FitErrors>,
     /// Deviation of the scale from nominal, %; null if the nominal scale is unknown.
     pub scale_deviation_percent: Option<[f64; 3]>,
@@ -156,28 +157,18 @@ pub struct AccelerometerSection {
     /// Effect of an undetected error of one pose; null without redundancy.
     #[serde(default)]
     pub undetected: Option<UndetectedError>,
-    /// The pose that is inconsistent with the others, if there is one.
-    #[serde(default)]
-    pub contradicted: Option<ContradictedPose>,
     /// Tilt of the poses assumed in the uncertainty, degrees (standard deviation of each of two
     /// components).
     pub pose_tilt_deg: Option<PoseTilt>,
     /// Standard deviations of bias, scale and the angles between the axes.
     #[serde(default)]
     pub deviations: Option<Deviations>,
-    /// Quality of the fit (joint and magnitude fits).
+    /// Quality of the fit; null for the closed form.
     #[serde(default)]
     pub fit: Option<FitQuality>,
-    /// The least consistent pose.
-    #[serde(default)]
-    pub least_consistent_pose: Option<LeastConsistentPose>,
     /// Poses that lower the predicted error most, each after the ones before it.
     #[serde(default)]
     pub next_poses: Vec<NextPose>,
-    /// What it would bring to know gravity; null unless it was assumed and is most of the
-    /// predicted error.
-    #[serde(default)]
-    pub known_gravity: Option<KnownGravity>,
     /// What the uncertainty of ‖a‖ at rest consists of.
     #[serde(default)]
     pub budget: Option<Budget>,
@@ -187,7 +178,7 @@ pub struct AccelerometerSection {
 impl Default for AccelerometerSection {
     fn default() -> Self {
         AccelerometerSection {
-            method: String::new(),
+            method: Method::Unknown,
             input_unit: AccelUnit::Unknown,
             output_unit: AccelUnit::MetrePerSecondSquared,
             bias: [0.0; 3],
@@ -195,6 +186,7 @@ impl Default for AccelerometerSection {
             scale: [1.0; 3],
             orientation: matrix3::identity(),
             covariance: None,
+            bends: None,
             gravity_sd_mps2: 0.0,
             poses: Vec::new(),
             errors: None,
@@ -204,14 +196,37 @@ impl Default for AccelerometerSection {
             predicted_norm_error_mps2: None,
             worst_direction: None,
             undetected: None,
-            contradicted: None,
             pose_tilt_deg: None,
             deviations: None,
             fit: None,
-            least_consistent_pose: None,
             next_poses: Vec::new(),
-            known_gravity: None,
             budget: None,
+        }
+    }
+}
+
+/// How an accelerometer was estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Faces and free poses in one fit that allows for tilted faces.
+    #[default]
+    Joint,
+    /// Six faces in closed form.
+    Ferraris,
+    /// By another program, in a way that its file does not tell.
+    Unknown,
+}
+
+impl Method {
+    /// As it is written in options and files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Method::Joint => "joint",
+            Method::Ferraris => "ferraris",
+            Method::Unknown => "unknown",
         }
     }
 }
@@ -220,8 +235,8 @@ impl Default for AccelerometerSection {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Covariance {
-    /// `m_xx, m_xy, … m_zz, bias_x, bias_y, bias_z`; m in input unit per m/s²,
-    /// bias in input unit.
+    /// `m_xx, m_xy, … m_zz, bias_x, bias_y, bias_z`, and for a fit `bend_x2 … bend_z3`; m in input
+    /// unit per m/s², bias in input unit, bends as shares of g.
     pub parameters: Vec<String>,
     /// Rows.
     pub values: Vec<Vec<f64>>,
@@ -238,6 +253,15 @@ impl Covariance {
         elements
             .chain(axes.iter().map(|a| format!("bias_{a}")))
             .collect()
+    }
+
+    /// The same, and of the six bends.
+    #[must_use]
+    pub fn names_with_bends() -> Vec<String> {
+        let bends = ["2", "3"].map(|power| ["x", "y", "z"].map(|a| format!("bend_{a}{power}")));
+        let mut names = Self::parameter_names();
+        names.extend(bends.into_iter().flatten());
+        names
     }
 }
 
@@ -278,7 +302,7 @@ pub struct PoseResult {
     pub error: [f64; 3],
     /// Its length.
     pub error_norm: f64,
-    /// Tilt from the face, degrees; null for free poses. Fitted by `joint`; for `ferraris` the
+    /// Tilt from the face, degrees; null for free poses. For `ferraris` the
     /// angle of the raw mean, which combines pose, bias and misalignment.
     pub tilt_deg: Option<f64>,
     /// Standard deviation of a fitted tilt, degrees (each of two components).
@@ -452,6 +476,17 @@ pub enum Grade {
     Poor,
     /// Not verified by data left out of the fit.
     NotVerifiable,
+}
+
+impl From<gravical_fit::Grade> for Grade {
+    fn from(grade: gravical_fit::Grade) -> Self {
+        match grade {
+            gravical_fit::Grade::Good => Grade::Good,
+            gravical_fit::Grade::Fair => Grade::Fair,
+            gravical_fit::Grade::NotVerifiable => Grade::NotVerifiable,
+            gravical_fit::Grade::Poor => Grade::Poor,
+        }
+    }
 }
 
 impl Grade {

@@ -3,7 +3,7 @@
 use gravical_core::matrix3::norm;
 
 use super::types::Coverage;
-use crate::estimate::accelerometer::distinct;
+use crate::calibrate::distinct;
 use crate::segment::face::{AXES, Face, angle_deg};
 
 /// Poses nearer to each other than this are one direction, degrees.

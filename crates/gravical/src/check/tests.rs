@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
+use crate::calibrate::{EstimateOptions, Method};
 use crate::calibration_file::TemperatureRange;
-use crate::estimate::accelerometer::{EstimateOptions, Method};
 use crate::recording::{ReadOptions, read_bytes};
 use crate::segment::still::find_stills;
 use rand::{RngExt, SeedableRng};

@@ -4,11 +4,11 @@ use gravical_core::matrix3::{inverse, mul_vec, norm};
 use nalgebra::{Cholesky, DMatrix, DVector, SMatrix, SVector};
 
 use super::rests::Rest;
+use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::AccelerometerSection;
 use crate::gravity::Gravity;
 use crate::predicted::{sensitivity, variance};
 use crate::uncertainty::{Covariance12, norm_curvature};
-use crate::validate::trust::DRIFT_MPS2_PER_C;
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias
 /// wanders by as much from one minute to the next.

@@ -1,9 +1,9 @@
 //! Files made by hand: what is said of units, gravity, temperature, gaps.
 
 use super::*;
+use crate::calibrate::Method;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{Covariance, GyroscopeSection, InputFile, TemperatureRange};
-use crate::estimate::accelerometer::Method;
 use crate::recording::units::GyroUnit;
 use crate::recording::{AccelUnit, ReadOptions, read_bytes};
 

@@ -326,7 +326,7 @@ kinds! {
             "the drift is not corrected; the message says how large it may be"
             "record the temperature";
         GyroUnitUnknown "gyro-unit-unknown" Warning
-            "`--method thermal`: the unit of the gyroscope is unknown"
+            "the unit of the gyroscope is unknown"
             "its values are used as they are"
             "give `--gyro-unit`";
         TemperatureUnit "temperature-unit" Note
@@ -409,10 +409,6 @@ kinds! {
             "the magnitude at one pose contradicts all others significantly"
             "not used in the fit; the table shows its readings"
             "check whether the sensor moved; record the pose again";
-        RepeatsContradict "repeats-contradict" Warning
-            "repeated poses of one direction differ significantly in magnitude, and no majority decides"
-            "all are used; the model misfit and every uncertainty are larger"
-            "record that face again when the sensor is warm";
         NoFace "no-face" Warning
             "a pose is named after a face but tilted so far that an intended free pose is more likely"
             "used as a free pose: only its magnitude is used"
@@ -429,18 +425,10 @@ kinds! {
             "one face is recorded twice, once under the name of the missing face (or as two of six poses)"
             "computed without the missing face"
             "record the file that the message names again";
-        SamePose "same-pose" Note
-            "repeats of a face with the same tilt"
-            "one common tilt is estimated: the repeats reduce only the noise"
-            "rotate the sensor by 180° on the table between repeats";
         OrientationOpen "orientation-open" Note
             "face poses on fewer than two axes, or a method without faces"
             "the matrix is triangular by convention"
             "record face poses if directions matter; the magnitude does not need them";
-        IllConditioned "ill-conditioned" Either
-            "the magnitudes alone determine the nine parameters badly (condition number above 30)"
-            "a note for `joint`, which also uses faces and data sheet; a warning for `magnitude9` and `magnitude6`"
-            "record the poses that the verdict proposes";
         CrossAxisHigh "cross-axis-high" Warning
             "the angle between two axes differs from 90° by more than 2.9°; data sheets allow 1.6°"
             "computed"
@@ -453,10 +441,6 @@ kinds! {
             "the rows are means of unknown standard error"
             "4 mm/s² are assumed"
             "give the recordings instead of their means";
-        FacesExact "faces-exact" Warning
-            "`--method linear12` assumes that every face is exactly level"
-            "the uncertainty does not include the tilt"
-            "use it with a precise fixture only";
         FaceTilt "face-tilt" Warning
             "a face pose is tilted by more than 10° (bias included)"
             "used"

@@ -68,7 +68,7 @@ impl Fit {
                 results.filter(|(r, _)| r.label == label || label.starts_with(&r.called()));
             named.next().map(|(_, pose)| pose.pose)
         };
-        let suspect = section.contradicted.as_ref();
+        let suspect = section.contradiction().map(|(pose, _)| pose.called());
         Fit {
             stage: match poses.len() < FULL_FIT {
                 true => Stage::Rough,
@@ -88,7 +88,7 @@ impl Fit {
                 motions: gyro.motions.map_or(0, |m| m.used),
             }),
             poses: section.poses.iter().zip(poses).map(fitted).collect(),
-            suspect: suspect.and_then(|c| called(&c.label)),
+            suspect: suspect.and_then(|c| called(&c)),
         }
     }
 }

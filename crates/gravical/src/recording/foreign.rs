@@ -85,7 +85,7 @@ mod tests {
         let object = "{\n  \"values\": [\n    1.0,\n    2.0\n  ]\n}\n";
         for (text, code, what) in [
             (
-                "{\n  \"format\": \"gravical-calibration/1\",\n  \"bias\": [1, 2, 3]\n}\n"
+                "{\n  \"format\": \"gravical-calibration/2\",\n  \"bias\": [1, 2, 3]\n}\n"
                     .to_owned(),
                 "is-a-calibration",
                 "this is a calibration file",

@@ -15,6 +15,32 @@ pub use names::{Claim, claim};
 #[doc(hidden)]
 pub const AXES: [char; 3] = ['x', 'y', 'z'];
 
+/// A direction of specific force as an attitude of the case: `x up`, or `x up, tilted 30°, z lowered`.
+#[must_use]
+#[doc(hidden)]
+pub fn in_words(n: [f64; 3]) -> String {
+    let (face, angle_deg) = Face::nearest(n);
+    let name = |face: Face| AXES[face.axis];
+    let up = format!("{} {}", name(face), if face.up { "up" } else { "down" });
+    if angle_deg < 12.0 {
+        return up;
+    }
+    let moved = |face: Face| {
+        let how = if face.up { "raised" } else { "lowered" };
+        format!("{} {how}", name(face))
+    };
+    let mut rest = n;
+    rest[face.axis] = 0.0;
+    let (second, aside_deg) = Face::nearest(rest);
+    rest[second.axis] = 0.0;
+    let third = if aside_deg < 15.0 {
+        String::new()
+    } else {
+        format!(", {}", moved(Face::nearest(rest).0))
+    };
+    format!("{up}, tilted {angle_deg:.0}°, {}{third}", moved(second))
+}
+
 /// How the board sits in its case: row i says which board axis, with sign, is
 /// the case's axis i.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,25 +114,6 @@ impl AxisMap {
         Face {
             axis,
             up: face.up == self.rows[axis].1,
-        }
-    }
-
-    /// Turns the columns of M in a covariance of row-major M and b from axes of
-    /// the board to axes of the case.
-    pub fn columns_to_case(&self, covariance: &mut [[f64; 12]; 12]) {
-        let from = |index: usize| -> (usize, f64) {
-            if index >= 9 {
-                return (index, 1.0);
-            }
-            let (axis, same) = self.rows[index % 3];
-            (index - index % 3 + axis, if same { 1.0 } else { -1.0 })
-        };
-        let board = *covariance;
-        for i in 0..12 {
-            for j in 0..12 {
-                let ((row, a), (column, b)) = (from(i), from(j));
-                covariance[i][j] = a * b * board[row][column];
-            }
         }
     }
 

@@ -1,9 +1,9 @@
 //! Temperature model of the accelerometer from the poses of a session, by the joint fit.
 
+use crate::calibrate::{Estimate, MANY_POSES};
 use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
 };
-use crate::estimate::accelerometer::{Estimate, MANY_POSES};
 use crate::numfmt::milli_g;
 use crate::recording::Recording;
 use crate::segment::{Placement, Segmentation};
@@ -35,15 +35,15 @@ fn range_c(placements: &[Placement]) -> [f64; 2] {
 /// gyroscope from its static intervals. The means of the poses are converted to the temperature at
 /// which bias and matrix are valid. None where the estimate tested no drift.
 #[must_use]
-pub fn from_poses(
+pub(crate) fn from_poses(
     recordings: &[Recording],
     estimate: &Estimate,
     segmentation: &mut Segmentation,
 ) -> Option<TemperatureModel> {
-    let test = estimate.drift?;
+    let test = estimate.drift_test()?;
     let poses = range_c(&segmentation.placements);
     let some: Vec<f64> = temperatures(&segmentation.placements).collect();
-    let fitted = estimate.joint.as_ref().and_then(|fit| fit.drift);
+    let fitted = estimate.fit().and_then(gravical_fit::Fit::drift);
     let reference_c = some.iter().sum::<f64>() / some.len() as f64;
     let unit = recordings
         .first()

@@ -60,9 +60,10 @@ use crate::stats::median;
 use crate::{Error, Result};
 
 pub use crate::polynomial::evaluate;
+pub(crate) use attach::cost_text;
 pub use attach::for_calibration;
-pub(crate) use attach::{cost_text, summary_finding};
-pub use from_poses::{enough_poses, from_poses};
+pub use from_poses::enough_poses;
+pub(crate) use from_poses::from_poses;
 pub(crate) use reason::in_unit;
 pub use reason::{r2_text, short};
 pub use tested::LEAST_R2;

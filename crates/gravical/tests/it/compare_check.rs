@@ -2,10 +2,10 @@
 //! difference claimed where there is none, and is one found where there is?
 
 use gravical::calibrate::CalibrateOptions;
+use gravical::calibrate::{EstimateOptions, Method};
 use gravical::calibration_file::CalibrationFile;
 use gravical::check::{Cause, CheckOptions, CheckReport, Judgement, check};
 use gravical::compare::{Agreement, Comparison, compare};
-use gravical::estimate::accelerometer::{EstimateOptions, Method};
 use gravical::gravity::Gravity;
 use gravical::recording::Recording;
 use gravical::simulate::{

@@ -88,7 +88,7 @@ fn all_specified_keys_are_written() {
     ] {
         assert!(written.pointer(pointer).is_some(), "{pointer}");
     }
-    assert_eq!(written["format"], "gravical-calibration/1");
+    assert_eq!(written["format"], "gravical-calibration/2");
     assert_eq!(written["accelerometer"]["poses"][0]["kind"], "face");
     assert_eq!(written["verdict"]["grade"], "not-verifiable");
     assert_eq!(

@@ -15,10 +15,7 @@ mod formats;
 #[allow(dead_code, reason = "the example uses more of it")]
 mod hand;
 mod join;
-mod joint;
-mod joint_properties;
 mod live;
-mod magnitude;
 #[path = "../../../../tests/support/means.rs"]
 #[allow(dead_code, reason = "the examples use more of it")]
 mod means;

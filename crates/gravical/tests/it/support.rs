@@ -6,8 +6,8 @@ mod synthetic;
 pub use synthetic::*;
 
 use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
+use gravical::calibrate::{EstimateOptions, Method};
 use gravical::calibration_file::CalibrationFile;
-use gravical::estimate::accelerometer::{EstimateOptions, Method};
 use gravical::gravity::Gravity;
 use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
 

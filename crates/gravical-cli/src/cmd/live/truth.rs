@@ -29,7 +29,7 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> Event {
         mg((squares.sum::<f64>() / DIRECTIONS as f64).sqrt())
     };
     let scale = matrix3::row_norms(&sensor.matrix);
-    let factor = found.deviations.map(|d| (d, d.coverage_factor_95));
+    let limits = found.deviations.map(|d| (d, 1.96));
     let rows = (0..3).flat_map(|i| {
         let axis = ["x", "y", "z"][i];
         [
@@ -38,14 +38,14 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> Event {
                 unit: "mg".to_owned(),
                 truth: mg(bias[i]),
                 found: mg(found.bias[i]),
-                plus_minus: factor.map(|(d, k)| mg(k * d.bias[i])),
+                plus_minus: limits.map(|(d, k)| mg(k * d.bias[i])),
             },
             TruthRow {
                 name: format!("scale {axis}"),
                 unit: "%".to_owned(),
                 truth: 100.0 * (scale[i] - 1.0),
                 found: 100.0 * (found.scale[i] - 1.0),
-                plus_minus: factor.map(|(d, k)| 100.0 * k * d.scale[i]),
+                plus_minus: limits.map(|(d, k)| 100.0 * k * d.scale[i]),
             },
         ]
     });

@@ -20,7 +20,7 @@ pub(super) fn parameters(file: &CalibrationFile, scale: &Scale) -> Option<Figure
         0.0 => "bias".to_owned(),
         some => format!("bias − {some}"),
     };
-    let factor = sd.map_or(f64::NAN, |d| d.coverage_factor_95);
+    let factor = sd.map_or(f64::NAN, |_| 1.96);
     let bias = panel(
         Axis::new(&less, accel_unit(a.input_unit)),
         a.bias.map(|b| b - offset),

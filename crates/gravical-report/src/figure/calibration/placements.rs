@@ -1,7 +1,7 @@
 //! What each placement shows: magnitude, error, tilt.
 
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
-use gravical::calibration_file::{CalibrationFile, PoseResult, TiltSource};
+use gravical::calibration_file::{CalibrationFile, Method, PoseResult, TiltSource};
 use gravical::numfmt::milli_g;
 use gravical::predicted::{sensitivity, variance};
 use gravical::uncertainty::covariance_of;
@@ -131,7 +131,7 @@ pub(super) fn tilt(file: &CalibrationFile) -> Option<Figure> {
         .map(|p| p.tilt_sd_deg.unwrap_or(f64::NAN))
         .collect();
     let labels = faces.iter().map(|p| p.label.clone()).collect();
-    let fitted = a.method != "ferraris";
+    let fitted = a.method != Method::Ferraris;
     let name = if fitted {
         "tilt"
     } else {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::figure::{Arrangement, Series, svg};
+use gravical::calibrate::Method;
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::estimate::accelerometer::Method;
 use gravical::numfmt::milli_g;
 use gravical::recording::{ReadOptions, read, read_bytes};
 use gravical::simulate::{

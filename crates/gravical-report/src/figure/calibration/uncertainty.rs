@@ -12,7 +12,7 @@ pub(super) fn budget(file: &CalibrationFile) -> Option<Figure> {
     let known: Vec<_> = budget
         .contributions
         .iter()
-        .filter_map(|c| Some((c.source.replace('-', " "), milli_g(c.norm_mps2?))))
+        .filter_map(|c| Some((c.source.name().to_owned(), milli_g(c.norm_mps2?))))
         .collect();
     if known.is_empty() {
         return None;

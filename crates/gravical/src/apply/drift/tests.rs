@@ -6,7 +6,7 @@ use crate::recording::open::from_reader;
 /// °C, measured from 0 to 50 °C; ay was refused.
 fn calibration(with_model: bool) -> CalibrationFile {
     let mut value = serde_json::json!({
-        "format": "gravical-calibration/1", "created": "", "tool": "",
+        "format": "gravical-calibration/2", "created": "", "tool": "",
         "sensor": {"id": null, "model": null},
         "gravity_mps2": 9.80665, "gravity_source": "standard", "temperature_c": null,
         "accelerometer": {

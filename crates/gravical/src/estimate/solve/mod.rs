@@ -55,7 +55,6 @@ mod factor;
 mod levenberg;
 mod loss;
 
-pub(crate) use factor::singular_values;
 pub use factor::{Covariance, Factor};
 pub use levenberg::solve;
 pub use loss::Loss;

@@ -9,6 +9,7 @@ use crate::live::judge::Accepted;
 use crate::live::{mg, words};
 use crate::numfmt::count;
 use crate::recording::collect::Columns;
+use crate::segment::face::in_words;
 use crate::segment::sections::Section;
 
 use super::Session;
@@ -78,7 +79,7 @@ impl Session {
                 .and_then(|f| f.accelerometer.next_poses.first());
             if let Some(next) = next {
                 predicted_mg = Some(2.0 * mg(next.predicted_norm_error_mps2));
-                (up, self.next_hint) = (Some(next.direction), Some(next.hint.clone()));
+                (up, self.next_hint) = (Some(next.direction), Some(in_words(next.direction)));
             }
             Wanted::Free
         };

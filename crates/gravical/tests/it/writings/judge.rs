@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
-use gravical::calibration_file::{CalibrationFile, Grade, GyroscopeSection};
+use gravical::calibration_file::{CalibrationFile, Grade, GyroscopeSection, Source};
 use gravical::gravity::Gravity;
 use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
@@ -334,10 +334,10 @@ fn calibrations(
     }
     // What rounding adds: its own part of the budget, what of it the noise averages, and
     // noise of the rows that a still has more or fewer (see `static_intervals`).
-    let part = |name: &str| -> f64 {
+    let part = |source: Source| -> f64 {
         let budget = os.budget.iter().flat_map(|b| &b.contributions);
         budget
-            .filter(|c| c.source == name)
+            .filter(|c| c.source == source)
             .filter_map(|c| c.norm_mps2)
             .sum()
     };
@@ -349,8 +349,8 @@ fn calibrations(
         .map(|(p, o)| p.rows.abs_diff(o.rows) as f64 / p.rows.max(o.rows) as f64)
         .fold(0.0, f64::max);
     let other_rows = if as_many { other_rows } else { 1.0 };
-    let noise = part("noise") * averaged.max((2.0 * other_rows).sqrt());
-    let allowed = 3.0 * part("quantisation").hypot(noise) + 2e-5;
+    let noise = part(Source::Noise) * averaged.max((2.0 * other_rows).sqrt());
+    let allowed = 3.0 * part(Source::Quantisation).hypot(noise) + 2e-5;
     // The plain one is in m/s².
     let ratio = own.nominal;
     let m = matrix3::scale_rows(&ps.orientation, &ps.scale);

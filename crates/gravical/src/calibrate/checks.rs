@@ -4,15 +4,16 @@ mod fit;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::calibration_file::{AccelerometerSection, TiltSource};
-use crate::estimate::accelerometer::{Estimate, MANY_POSES, Method};
+use crate::calibration_file::{AccelerometerSection, Method, TiltSource};
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
 
-use super::errors::free_norm_error;
+use super::estimate::{By, Estimate};
 
+/// Nobody places a sensor in so many poses: they are found in days of wear.
+pub(crate) const MANY_POSES: usize = 64;
 /// Scale further from nominal than this is wrong rather than inaccurate, %.
 /// The data sheet allows 3 %, a second range is 100 % away.
 const SCALE_GATE_PERCENT: f64 = 10.0;
@@ -68,12 +69,11 @@ fn orientations(estimate: &Estimate) -> Option<Finding> {
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
 /// offset in its bias.
 #[must_use]
-pub fn accelerometer(
+pub(super) fn accelerometer(
     section: &AccelerometerSection,
     estimate: &Estimate,
     placements: &[Placement],
     offset: f64,
-    gravity: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let axes = ["x", "y", "z"];
@@ -138,20 +138,20 @@ pub fn accelerometer(
             );
         }
     }
-    findings.extend(oblique(section, gravity));
+    findings.extend(oblique(section));
     findings.extend(tilts(section, estimate, placements));
     findings.extend(orientations(estimate));
-    findings.extend(fit::findings(section, estimate, placements, gravity));
+    findings.extend(fit::findings(section, estimate, placements));
     findings
 }
 
 /// Placements that took no part in the fit and contradict it.
-fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
+fn oblique(section: &AccelerometerSection) -> Option<Finding> {
     let predicted = section.predicted_norm_error_mps2?;
-    if section.method != Method::Ferraris.name() {
+    if section.method != Method::Ferraris {
         return None;
     }
-    let (error, count) = free_norm_error(&section.poses, gravity)?;
+    let (error, count) = section.free_norm_error()?;
     (error > OBLIQUE_GATE * predicted).then(|| {
         Finding::new(
             FindingKind::FreePoseOff,
@@ -166,7 +166,7 @@ fn oblique(section: &AccelerometerSection, gravity: f64) -> Option<Finding> {
 /// Inputs that do not belong into a session: a recording that is calibrated
 /// already, or the same one twice.
 #[must_use]
-pub fn inputs(recordings: &[Recording]) -> Vec<Finding> {
+pub(super) fn inputs(recordings: &[Recording]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (i, recording) in recordings.iter().enumerate() {
         if recording.is_calibrated {
@@ -235,7 +235,9 @@ fn tilts(
     let Some(tilt) = section.pose_tilt_deg else {
         return findings;
     };
-    if let Some(face_angle_rms_deg) = estimate.face_angle_rms_deg
+    if let By::Ferraris {
+        face_angle_rms_deg, ..
+    } = estimate.by
         && tilt.source == TiltSource::Estimated
     {
         findings.push(Finding::new(
@@ -258,7 +260,7 @@ fn tilts(
 /// swapped. All six the other way round is a convention, and a turned board a
 /// mounting; both keep the data's word.
 #[must_use]
-pub fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Finding> {
+pub(super) fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Finding> {
     if by_name {
         return Vec::new();
     }

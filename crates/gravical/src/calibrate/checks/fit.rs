@@ -1,15 +1,12 @@
-//! What the joint fit itself shows to be odd.
+//! What the fit itself shows to be odd.
 
+use crate::calibrate::estimate::{Estimate, UNUSUAL_TILT};
 use crate::calibration_file::{AccelerometerSection, TiltSource};
-use crate::estimate::accelerometer::{Estimate, Method, UNUSUAL_TILT};
 use crate::numfmt::milli_g;
-use crate::predicted::{sensitivity, variance};
 use crate::recording::{Finding, FindingKind};
 use crate::segment::Placement;
 use crate::segment::face::{Claim, Face};
 
-/// Nine parameters of the magnitude with a condition above this hang on details.
-const CONDITION_NOTE: f64 = 30.0;
 /// Two axes further from a right angle than this are no MPU6050's, cosine:
 /// two and a half times the ±2 % of the data sheet.
 const CROSS_AXIS_GATE: f64 = 0.05;
@@ -17,12 +14,11 @@ const CROSS_AXIS_GATE: f64 = 0.05;
 /// the model has no word for.
 const MODEL_ERROR_NOTE: f64 = 0.02;
 
-/// Findings about poses and parameters of the joint fit.
+/// Findings about poses and parameters of the fit.
 pub(super) fn findings(
     section: &AccelerometerSection,
     estimate: &Estimate,
     placements: &[Placement],
-    gravity: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let cosines = cosines(section);
@@ -69,66 +65,29 @@ pub(super) fn findings(
             );
         }
     }
-    let weak = section
-        .fit
-        .and_then(|f| f.condition)
-        .filter(|c| *c > CONDITION_NOTE);
-    let Some(fit) = &estimate.joint else {
+    let Some(fit) = estimate.fit() else {
         return findings;
     };
-    if estimate.noise.assumed {
+    if estimate.noise_assumed {
         findings.push(Finding::new(
             FindingKind::NoiseAssumed,
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty",
         ));
     }
-    if estimate.method != Method::Joint {
-        findings.extend(weak.map(|condition| {
-            Finding::warning(
-                FindingKind::IllConditioned,
-                format!(
-                    "the poses determine the parameters badly (condition {condition:.0}, more than {CONDITION_NOTE}): small errors become large ones. The default method uses faces and data sheet too"
-                ),
-            )
-        }));
-        if section.fit.is_some_and(|f| !f.oriented) {
-            findings.push(orientation_open(
-                "the length of gravity alone does not determine the orientation of the sensor in its case",
-            ));
-        }
-        return findings;
-    }
-    findings.extend(fit.disputed.iter().map(|sides| disputed(section, sides)));
-    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate, gravity)));
-    if let Some(quality) = &section.fit {
-        if let Some(condition) = weak {
-            findings.push(Finding::note(
-                FindingKind::IllConditioned,
-                format!(
-                    "the magnitudes of {} poses alone determine their nine parameters badly (condition {condition:.0}, more than {CONDITION_NOTE}): known faces and the data sheet carry the rest",
-                    section.poses.len()
-                ),
-            ));
-        }
-        if quality.model_error_mps2 > MODEL_ERROR_NOTE {
-            findings.push(Finding::new(
-                FindingKind::ModelError,
-                format!(
-                    "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
-                    1000.0 * quality.model_error_mps2
-                ),
-            ));
-        }
-    }
-    if !fit.oriented {
-        findings.push(orientation_open(
-            "faces on fewer than two axes: the orientation of the sensor in its case is unknown",
+    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate)));
+    if fit.model_error_mps2() > MODEL_ERROR_NOTE {
+        findings.push(Finding::new(
+            FindingKind::ModelError,
+            format!(
+                "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
+                1000.0 * fit.model_error_mps2()
+            ),
         ));
     }
-    if fit.shared_tilts {
+    if !fit.oriented {
         findings.push(Finding::new(
-            FindingKind::SamePose,
-            "some repeats of a face have the same tilt: they reduce noise, not tilt. Turn the sensor by 180° on the table between repeats",
+            FindingKind::OrientationOpen,
+            "faces on fewer than two axes: the orientation of the sensor in its case is unknown. The frame was fixed by convention (triangular matrix); magnitudes are not affected",
         ));
     }
     if let Some(tilt) = section.pose_tilt_deg
@@ -156,32 +115,6 @@ pub(super) fn findings(
         ));
     }
     findings
-}
-
-fn orientation_open(why: &str) -> Finding {
-    Finding::new(
-        FindingKind::OrientationOpen,
-        format!(
-            "{why}. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
-        ),
-    )
-}
-
-/// Repeats of one direction that contradict each other with nothing to tell which are right.
-fn disputed(section: &AccelerometerSection, sides: &[Vec<usize>; 2]) -> Finding {
-    let errors = || sides.iter().flatten().map(|&k| magnitude(section, k));
-    let range = errors().fold(f64::NEG_INFINITY, f64::max) - errors().fold(f64::INFINITY, f64::min);
-    let [some, others] = sides.each_ref().map(|side| {
-        let names = side.iter().map(|&k| section.poses[k].called());
-        names.collect::<Vec<_>>().join(", ")
-    });
-    Finding::new(
-        FindingKind::RepeatsContradict,
-        format!(
-            "poses of one direction differ by up to {:.1} mg in magnitude ({some} against {others}), and nothing tells which are right: all of them count, and the uncertainty is the larger for it. Was the sensor still warming up, or was one of them moved? Record that side again",
-            milli_g(range),
-        ),
-    )
 }
 
 /// A face that was recorded twice in place of another one, which is missing: by
@@ -236,7 +169,7 @@ fn face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> 
 }
 
 /// Faces only, and one of them missing: what that costs.
-fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
+fn missing_face(estimate: &Estimate) -> Option<Finding> {
     let uses = || estimate.uses.iter().filter(|u| u.fitted);
     let missing: Vec<Face> = Face::all()
         .into_iter()
@@ -245,12 +178,11 @@ fn missing_face(estimate: &Estimate, gravity: f64) -> Option<Finding> {
     if missing.is_empty() || uses().any(|u| u.face.is_none()) {
         return None;
     }
-    let c = estimate.covariance.as_ref()?;
+    let fit = estimate.fit()?;
     let list: Vec<String> = missing
         .iter()
         .map(|face| {
-            let h = sensitivity(&estimate.calibration.matrix, face.direction(), gravity);
-            let sd = variance(c, &h).max(0.0).sqrt();
+            let (_, sd) = fit.error_along(face.direction());
             format!("{} up: ±{:.0} mg", face.name(), milli_g(sd))
         })
         .collect();

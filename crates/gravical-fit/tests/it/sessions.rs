@@ -1,0 +1,282 @@
+//! Sessions of simulated sensors, pose by pose: what a session measures, without its rows.
+
+use gravical_fit::model::sphere;
+use gravical_fit::{Face, Fit, Hint, Options, Pose, fit};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+pub type V = Vector3<f64>;
+pub const G: f64 = 9.80665;
+pub const MG: f64 = G / 1000.0;
+
+pub fn normal(rng: &mut impl Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+pub fn direction(rng: &mut impl Rng) -> V {
+    V::from_fn(|_, _| normal(rng)).normalize()
+}
+
+/// A sensor of a cheap kind.
+#[derive(Clone)]
+pub struct Sensor {
+    pub m: Matrix3<f64>,
+    pub b: V,
+    pub cubic: f64,
+    pub quadratic: f64,
+}
+
+impl Sensor {
+    pub fn draw(rng: &mut impl Rng) -> Sensor {
+        let m = Matrix3::from_fn(|r, c| {
+            if r == c {
+                1.0 + 0.02 * normal(rng)
+            } else {
+                1_f64.to_radians() * normal(rng)
+            }
+        });
+        Sensor {
+            m,
+            b: V::from_fn(|_, _| rng.random_range(-0.5..0.5)),
+            cubic: 0.0,
+            quadratic: 0.0,
+        }
+    }
+
+    pub fn read(&self, n: &V) -> V {
+        (self.m * n * G + self.b)
+            .map(|u| u + G * (self.cubic * (u / G).powi(3) + self.quadratic * (u / G).powi(2)))
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Plan {
+    /// Faces, with so many free poses as proposed after the six and after every three more.
+    Proposed(usize),
+    Spread(usize),
+    /// Free poses over the sphere.
+    Free(usize),
+    /// Edges, then corners, leaned on by hand.
+    Edges(usize),
+    Again(usize),
+}
+
+impl Plan {
+    pub fn name(self) -> String {
+        match self {
+            Plan::Proposed(0) => "6 faces".into(),
+            Plan::Proposed(n) => format!("6 faces + {n} proposed"),
+            Plan::Spread(n) => format!("6 faces + {n} spread"),
+            Plan::Free(n) => format!("{n} free"),
+            Plan::Edges(n) => format!("{n} edges and corners"),
+            Plan::Again(n) => format!("each face {n} times"),
+        }
+    }
+}
+
+pub const PLANS: [Plan; 12] = [
+    Plan::Proposed(0),
+    Plan::Proposed(3),
+    Plan::Proposed(6),
+    Plan::Spread(4),
+    Plan::Spread(12),
+    Plan::Free(10),
+    Plan::Free(12),
+    Plan::Free(18),
+    Plan::Free(24),
+    Plan::Edges(18),
+    Plan::Edges(24),
+    Plan::Again(4),
+];
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Disturbance {
+    Nothing,
+    OnePose,
+    Drift,
+    Cubic(f64),
+    Quadratic(f64),
+}
+
+impl Disturbance {
+    pub fn name(self) -> String {
+        match self {
+            Disturbance::Nothing => "nothing".into(),
+            Disturbance::OnePose => "20 mg in one pose".into(),
+            Disturbance::Drift => "drift of 20 mg".into(),
+            Disturbance::Cubic(c) => format!("cubic {:.1} %", 100.0 * c),
+            Disturbance::Quadratic(c) => format!("quadratic {:.1} %", 100.0 * c),
+        }
+    }
+}
+
+pub const DISTURBANCES: [Disturbance; 9] = [
+    Disturbance::Nothing,
+    Disturbance::OnePose,
+    Disturbance::Drift,
+    Disturbance::Cubic(0.003),
+    Disturbance::Cubic(0.005),
+    Disturbance::Cubic(0.008),
+    Disturbance::Cubic(0.01),
+    Disturbance::Quadratic(0.005),
+    Disturbance::Quadratic(0.01),
+];
+
+pub struct Session {
+    pub rng: ChaCha8Rng,
+    pub sensor: Sensor,
+    /// Standard deviation of a mean, m/s².
+    pub noise: f64,
+    /// … of each component of a tilt, rad.
+    pub tilt: f64,
+    pub options: Options,
+}
+
+impl Session {
+    pub fn new(seed: u64) -> Session {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let sensor = Sensor::draw(&mut rng);
+        Session {
+            rng,
+            sensor,
+            noise: 1.5e-3,
+            tilt: 1_f64.to_radians(),
+            options: Options {
+                nominal: Some(1.0),
+                gravity: G,
+                ..Options::default()
+            },
+        }
+    }
+
+    pub fn face(&mut self, face: Face) -> V {
+        let n = V::from(face.direction());
+        let lean = V::from_fn(|_, _| self.tilt * normal(&mut self.rng));
+        let lean = lean - n * n.dot(&lean);
+        Rotation3::new(lean) * n
+    }
+
+    pub fn by_hand(&mut self, n: V) -> V {
+        (n + 0.15 * direction(&mut self.rng)).normalize()
+    }
+
+    pub fn directions(&mut self, plan: Plan) -> Vec<V> {
+        let faces = Face::all();
+        match plan {
+            Plan::Proposed(_) => faces.map(|f| self.face(f)).to_vec(),
+            Plan::Spread(n) => {
+                let mut all = faces.map(|f| self.face(f)).to_vec();
+                for _ in 0..n {
+                    let far = sphere(400).max_by(|a, b| {
+                        let near = |n: &V| all.iter().map(|d| d.dot(n)).fold(-1.0, f64::max);
+                        near(b).total_cmp(&near(a))
+                    });
+                    let lean = 0.09 * normal(&mut self.rng);
+                    let axis = Unit::new_normalize(direction(&mut self.rng));
+                    all.push(Rotation3::from_axis_angle(&axis, lean) * far.unwrap_or_default());
+                }
+                all
+            }
+            Plan::Free(n) => {
+                let mut all: Vec<V> = sphere(n).map(|n| self.by_hand(n)).collect();
+                for i in (1..all.len()).rev() {
+                    all.swap(i, self.rng.random_range(0..=i));
+                }
+                all
+            }
+            Plan::Edges(n) => {
+                let signs = [1.0, -1.0];
+                let mut all = Vec::new();
+                for axis in 0..3 {
+                    for a in signs {
+                        for b in signs {
+                            let mut n = V::zeros();
+                            n[(axis + 1) % 3] = a;
+                            n[(axis + 2) % 3] = b;
+                            all.push(n.normalize());
+                        }
+                    }
+                }
+                for a in signs {
+                    for b in signs {
+                        for c in signs {
+                            all.push(V::new(a, b, c).normalize());
+                        }
+                    }
+                }
+                let corners = all[12..].to_vec();
+                all.extend(corners);
+                all.truncate(n);
+                all.into_iter().map(|n| self.by_hand(n)).collect()
+            }
+            Plan::Again(times) => (0..times)
+                .flat_map(|_| faces)
+                .map(|f| self.face(f))
+                .collect(),
+        }
+    }
+
+    pub fn pose(&mut self, n: &V, more: V) -> Pose {
+        let u = self.sensor.read(n) + more;
+        Pose {
+            mean: std::array::from_fn(|i| u[i] + self.noise * normal(&mut self.rng)),
+            sd: [self.noise; 3],
+            temperature_c: None,
+            hint: Hint::Open,
+        }
+    }
+
+    /// Fit, and the largest error of ‖a‖ over the sphere.
+    pub fn run(&mut self, plan: Plan, disturbance: Disturbance) -> Option<(Fit, f64)> {
+        match disturbance {
+            Disturbance::Cubic(c) => self.sensor.cubic = c,
+            Disturbance::Quadratic(c) => self.sensor.quadratic = c,
+            _ => {}
+        }
+        let mut directions = self.directions(plan);
+        if let Plan::Proposed(count) = plan {
+            while directions.len() < 6 + count {
+                let poses: Vec<Pose> = directions
+                    .clone()
+                    .iter()
+                    .map(|n| self.pose(n, V::zeros()))
+                    .collect();
+                let found = fit(&poses, &self.options).ok()?;
+                let next: Vec<V> = found.next(3).iter().map(|n| V::from(n.direction)).collect();
+                directions.extend(next.into_iter().map(|n| self.by_hand(n)));
+            }
+        }
+        let hit = self.rng.random_range(0..directions.len());
+        let way = direction(&mut self.rng);
+        let count = directions.len();
+        let poses: Vec<Pose> = directions
+            .iter()
+            .enumerate()
+            .map(|(k, n)| {
+                let more = match disturbance {
+                    Disturbance::OnePose if k == hit => way * 20.0 * MG,
+                    Disturbance::Drift => way * 20.0 * MG * (k as f64 / (count - 1) as f64 - 0.5),
+                    _ => V::zeros(),
+                };
+                self.pose(n, more)
+            })
+            .collect();
+        let found = fit(&poses, &self.options).ok()?;
+        let worst = errors(&found, &self.sensor)?.0;
+        Some((found, worst))
+    }
+}
+
+/// Largest error of ‖a‖ over the sphere and its root mean square, m/s².
+pub fn errors(found: &Fit, sensor: &Sensor) -> Option<(f64, f64)> {
+    let m = found.model();
+    let inverse = Matrix3::from_fn(|r, c| m[r][c]).try_inverse()?;
+    let b = V::from(found.bias());
+    let each = sphere(1000).map(|n| ((inverse * (sensor.read(&n) - b)).norm() - G).abs());
+    let errors: Vec<f64> = each.collect();
+    let squares: f64 = errors.iter().map(|e| e * e).sum();
+    let largest = errors.iter().copied().fold(0.0, f64::max);
+    Some((largest, (squares / errors.len() as f64).sqrt()))
+}

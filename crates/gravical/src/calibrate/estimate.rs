@@ -1,0 +1,304 @@
+//! The accelerometer by the method that was asked for: poses in, parameters in axes of the case out.
+
+use gravical_core::calibration::Calibration;
+use gravical_core::matrix3;
+use gravical_fit::{Fit, Options, Trust, fit};
+
+use crate::calibration_file::{Method, PoseTilt, TiltSource};
+use crate::estimate::ferraris;
+use crate::gravity::Gravity;
+use crate::poses::from_segments::{Poses, poses, start};
+use crate::recording::Recording;
+use crate::segment::face::{AxisMap, Face};
+use crate::segment::{Placement, Segmentation};
+use crate::{Error, Result};
+
+use super::sensors::one_sensor;
+use super::undetermined::explain;
+
+/// What the user says about estimating.
+#[derive(Debug, Clone)]
+pub struct EstimateOptions {
+    /// Which estimator.
+    pub method: Method,
+    /// Tilt of the placements, degrees (sd of each of two components); default: estimated.
+    pub pose_tilt_deg: Option<f64>,
+    /// Use what the data sheet says about scale, cross-axis and bias. Default.
+    pub prior: bool,
+    /// Placements (label or file name) that are no faces, whatever they look like.
+    pub free: Vec<String>,
+    /// Placements that are faces, however they lie.
+    pub face: Vec<String>,
+}
+
+impl Default for EstimateOptions {
+    fn default() -> Self {
+        EstimateOptions {
+            method: Method::Joint,
+            pose_tilt_deg: None,
+            prior: true,
+            free: Vec::new(),
+            face: Vec::new(),
+        }
+    }
+}
+
+/// What a placement was used for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Use {
+    /// The face it was fitted as, axes of the case.
+    pub face: Option<Face>,
+    /// It took part in the fit.
+    pub fitted: bool,
+    /// Tilt off the face in degrees (raw angle by Ferraris' method), and its standard deviation.
+    pub tilt_deg: Option<(f64, Option<f64>)>,
+    /// Direction of specific force, unit vector in axes of the case.
+    pub direction: Option<[f64; 3]>,
+    /// Left out because it does not fit: chance of that.
+    pub bad: Option<f64>,
+}
+
+/// An estimated accelerometer, axes of the case.
+#[derive(Debug, Clone)]
+pub(crate) struct Estimate {
+    /// M of u = M a + b, input unit per m/s².
+    pub model: [[f64; 3]; 3],
+    /// b, input unit, less the zero offset.
+    pub bias: [f64; 3],
+    /// matrix · (raw − bias).
+    pub calibration: Calibration<f64>,
+    /// For every placement.
+    pub uses: Vec<Use>,
+    /// The tilt of the placements.
+    pub tilt: Option<PoseTilt>,
+    /// The six faces in Ferraris' terms, where all are there.
+    pub faces: Option<ferraris::Faces>,
+    /// By what it was found, and how far that can be trusted.
+    pub by: By,
+    pub noise_assumed: bool,
+    /// Share of the standard errors that rounding makes.
+    pub rounding: f64,
+}
+
+/// The method, and what it says beyond parameters.
+#[derive(Debug, Clone)]
+pub(crate) enum By {
+    Fit {
+        fit: Box<Fit>,
+        trust: Box<Trust>,
+        /// Whether a drift of the bias with temperature helps, where many poses tell.
+        drift: Option<gravical_fit::DriftTest>,
+    },
+    Ferraris {
+        /// Of row-major M and b; none without standard errors.
+        covariance: Option<Box<[[f64; 12]; 12]>>,
+        /// Angle between faces and means that bias and scale leave, rms, degrees.
+        face_angle_rms_deg: f64,
+    },
+}
+
+impl Estimate {
+    pub fn fit(&self) -> Option<&Fit> {
+        match &self.by {
+            By::Fit { fit, .. } => Some(fit),
+            By::Ferraris { .. } => None,
+        }
+    }
+
+    /// Whether a drift with temperature helps, where that was tested.
+    pub fn drift_test(&self) -> Option<gravical_fit::DriftTest> {
+        match &self.by {
+            By::Fit { drift, .. } => *drift,
+            By::Ferraris { .. } => None,
+        }
+    }
+
+    pub fn trust(&self) -> Option<&Trust> {
+        match &self.by {
+            By::Fit { trust, .. } => Some(trust),
+            By::Ferraris { .. } => None,
+        }
+    }
+}
+
+/// What the estimators need to know of a session.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Session<'a> {
+    pub recordings: &'a [Recording],
+    pub segmentation: &'a Segmentation,
+    /// How the board sits in its case.
+    pub axes: &'a AxisMap,
+    /// Names of placements are believed, not data.
+    pub faces_by_name: bool,
+    pub gravity: &'a Gravity,
+    /// The drift with temperature is tested, and fitted where it helps.
+    pub drift: bool,
+}
+
+impl Session<'_> {
+    fn nominal(&self) -> Option<f64> {
+        self.recordings.first()?.accel_scale.nominal()
+    }
+
+    /// Input units per m/s²: nominal, or as gravity reads.
+    fn scale(&self) -> f64 {
+        let placements = self.segmentation.placements.iter();
+        let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
+        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity.value_mps2;
+        self.nominal().unwrap_or_else(usual)
+    }
+}
+
+/// Estimates the accelerometer.
+///
+/// # Errors
+///
+/// `missing-face`, `same-face-twice`, `singular` (Ferraris); `underdetermined`; `left-handed` where
+/// names contradict each other; `sensors-differ` where recordings that can be fitted alone contradict
+/// each other; `no-such-pose` (usage) for a name in `--face-pose` or `--free-pose`.
+pub(crate) fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result<Estimate> {
+    let scale = session.scale();
+    let found = poses(session.segmentation, options, scale)?;
+    let fit_options = Options {
+        gravity: session.gravity.value_mps2,
+        gravity_sd: session.gravity.uncertainty_mps2(),
+        nominal: session.nominal(),
+        prior: options.prior,
+        tilt: options.pose_tilt_deg.map(f64::to_radians),
+        start: Some(start(
+            session.segmentation,
+            session.axes,
+            scale,
+            session.gravity.value_mps2,
+            session.faces_by_name,
+        )),
+        ..Options::default()
+    };
+    if session.recordings.len() > 1 {
+        one_sensor(session, &found.poses, &fit_options)?;
+    }
+    match options.method {
+        Method::Ferraris => by_ferraris(session, options, &found),
+        _ => by_fit(session, fit_options, &found),
+    }
+}
+
+fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<Estimate> {
+    let placements = &session.segmentation.placements;
+    let faces = ferraris::sort_into_faces(placements, session.recordings).ok();
+    if session.faces_by_name
+        && let Some(faces) = &faces
+    {
+        // Names that contradict each other, or --axes, are refused in the words of the closed form.
+        ferraris::accelerometer(faces, options.gravity, Some(session.axes))?;
+    }
+    let drift = session
+        .drift
+        .then(|| gravical_fit::test_drift(&found.poses, &options).ok())
+        .flatten();
+    options.drift = drift.is_some_and(|test| test.helps);
+    let fit = fit(&found.poses, &options).map_err(|open| explain(open, session))?;
+    let (model, bias) = (fit.model(), fit.bias());
+    let hand = matrix3::det(&model) / matrix3::row_norms(&model).iter().product::<f64>();
+    if hand <= 0.0 {
+        return Err(left_handed(&format!("det R = {hand:.3}")));
+    }
+    let matrix = matrix3::inverse(&model).ok_or_else(|| {
+        Error::input("singular", "the fitted model has no inverse")
+            .with_hint("`gravical inspect` shows what each pose reads")
+    })?;
+    let fitted = fit.poses();
+    let uses = fitted.iter().map(|pose| Use {
+        face: pose.face,
+        fitted: pose.bad.is_none(),
+        tilt_deg: pose
+            .tilt
+            .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
+        direction: Some(pose.direction),
+        bad: pose.bad,
+    });
+    let source = match options.tilt {
+        Some(_) => TiltSource::Given,
+        // From fewer components it is mostly what is usual.
+        None if fit.tilt_freedom >= 4.0 => TiltSource::Estimated,
+        None => TiltSource::Assumed,
+    };
+    Ok(Estimate {
+        model,
+        bias,
+        calibration: Calibration { matrix, bias },
+        uses: uses.collect(),
+        tilt: fitted.iter().any(|p| p.face.is_some()).then(|| PoseTilt {
+            value: fit.tilt().to_degrees(),
+            source,
+        }),
+        faces,
+        noise_assumed: found.noise_assumed,
+        rounding: found.rounding,
+        by: By::Fit {
+            trust: Box::new(fit.trust()),
+            fit: Box::new(fit),
+            drift,
+        },
+    })
+}
+
+/// Faces that were taken from names make a mirror image.
+fn left_handed(why: &str) -> Error {
+    Error::input(
+        "left-handed",
+        format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
+    )
+    .with_hint("leave --faces-from names out, and the faces are taken from the data")
+}
+
+/// Tilt of placements that nobody gave, degrees.
+const USUAL_TILT_DEG: f64 = 1.0;
+/// So many times the usual tilt is more than chance and a good board explain.
+pub(crate) const UNUSUAL_TILT: f64 = 1.6;
+
+fn by_ferraris(
+    session: &Session<'_>,
+    options: &EstimateOptions,
+    found: &Poses,
+) -> Result<Estimate> {
+    let placements = &session.segmentation.placements;
+    let gravity = session.gravity.value_mps2;
+    let faces = ferraris::sort_into_faces(placements, session.recordings)?;
+    let names = session.faces_by_name.then_some(session.axes);
+    let fit = ferraris::accelerometer(&faces, gravity, names)?;
+    let face_angle_rms_deg = fit.face_angle_rms_deg(&faces);
+    // Faces further off than the usual tilt explains are not believed to be better than they look: an
+    // angle of rms α has two components of sd α/√2.
+    let seen = face_angle_rms_deg / std::f64::consts::SQRT_2;
+    let (value, source) = match options.pose_tilt_deg {
+        Some(value) => (value, TiltSource::Given),
+        None if seen > USUAL_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
+        None => (USUAL_TILT_DEG, TiltSource::Assumed),
+    };
+    let on_face = |(index, placement): (usize, &Placement)| {
+        let face = faces.face_of(index);
+        Use {
+            face,
+            fitted: face.is_some(),
+            tilt_deg: face.map(|_| (placement.angle_deg, None)),
+            ..Use::default()
+        }
+    };
+    Ok(Estimate {
+        model: fit.parameters.model(),
+        bias: fit.parameters.bias,
+        calibration: fit.calibration,
+        uses: placements.iter().enumerate().map(on_face).collect(),
+        tilt: Some(PoseTilt { value, source }),
+        noise_assumed: found.noise_assumed,
+        rounding: found.rounding,
+        by: By::Ferraris {
+            covariance: fit
+                .covariance(&faces, gravity, value.to_radians())
+                .map(Box::new),
+            face_angle_rms_deg,
+        },
+        faces: Some(faces),
+    })
+}

@@ -1,0 +1,152 @@
+//! Placements of a segmentation as poses of the fit.
+
+use gravical_core::matrix3;
+use gravical_fit::{Hint, Pose};
+
+use crate::calibrate::EstimateOptions;
+use crate::segment::face::{AxisMap, Claim, Face};
+use crate::segment::{Placement, Segmentation};
+use crate::{Error, Result};
+
+/// Standard error of a mean whose scatter is unknown, m/s²: a second of an MPU6050 at 100 Hz with its
+/// 44 Hz low-pass.
+const ASSUMED_MPS2: f64 = 4e-3;
+
+/// The poses, and how far their noise is known.
+pub(crate) struct Poses {
+    pub poses: Vec<Pose>,
+    /// A row was a mean itself, and its standard error is assumed.
+    pub noise_assumed: bool,
+    /// Share of the standard errors that rounding makes, root mean square.
+    pub rounding: f64,
+}
+
+/// The poses of a session; `scale` is about 1 m/s² in the input unit.
+///
+/// # Errors
+///
+/// `no-such-pose` (usage) for a name of `options` that no placement has.
+pub(crate) fn poses(
+    session: &Segmentation,
+    options: &EstimateOptions,
+    scale: f64,
+) -> Result<Poses> {
+    check_names(&session.placements, options)?;
+    let rounding = session.noise.rounding;
+    let sd = |p: &Placement| match p.standard_error {
+        Some(error) => error.map(|e| e.max(1e-7 * scale)),
+        None => rounding.map(|q| q.hypot(ASSUMED_MPS2 * scale)),
+    };
+    let poses: Vec<Pose> = session
+        .placements
+        .iter()
+        .map(|p| Pose {
+            mean: p.mean,
+            sd: sd(p),
+            temperature_c: p.temperature_c,
+            hint: hint(p, options),
+        })
+        .collect();
+    let squares =
+        |of: &dyn Fn(&Pose) -> [f64; 3]| -> f64 { poses.iter().flat_map(of).map(|v| v * v).sum() };
+    Ok(Poses {
+        noise_assumed: session
+            .placements
+            .iter()
+            .any(|p| p.standard_error.is_none()),
+        rounding: (squares(&|_| rounding) / squares(&|p| p.sd))
+            .sqrt()
+            .min(1.0),
+        poses,
+    })
+}
+
+/// M to start with, input unit per m/s²: as the board sits in its case, or with `by_name` each column
+/// from the two faces that are named so.
+pub(crate) fn start(
+    session: &Segmentation,
+    axes: &AxisMap,
+    scale: f64,
+    gravity: f64,
+    by_name: bool,
+) -> [[f64; 3]; 3] {
+    let unit = matrix3::diagonal([scale; 3]);
+    let mut model = unit.map(|row| axes.to_case(row));
+    let mean = |face: Face| {
+        let means: Vec<[f64; 3]> = session
+            .placements
+            .iter()
+            .filter(|p| by_name && p.claim == Some(Claim::Face(face)))
+            .map(|p| p.mean)
+            .collect();
+        let sum = means.iter().fold([0.0; 3], |s, m| matrix3::add(&s, m));
+        (!means.is_empty()).then(|| sum.map(|s| s / means.len() as f64))
+    };
+    for axis in 0..3 {
+        if let [Some(up), Some(down)] = [true, false].map(|up| mean(Face { axis, up })) {
+            for row in 0..3 {
+                model[row][axis] = (up[row] - down[row]) / (2.0 * gravity);
+            }
+        }
+    }
+    model
+}
+
+/// Names were believed, or held against the data, when the session was cut.
+fn hint(placement: &Placement, options: &EstimateOptions) -> Hint {
+    if options.free.iter().any(|n| is_called(placement, n)) {
+        return Hint::Free;
+    }
+    if options.face.iter().any(|n| is_called(placement, n)) {
+        return placement.face.map_or(Hint::Open, Hint::Face);
+    }
+    match (placement.claim, placement.face) {
+        (Some(Claim::Face(_) | Claim::Axis(_)), Some(face)) => Hint::Named(face),
+        _ => Hint::Open,
+    }
+}
+
+/// True when `name` is the label of a placement, its face (`+x`: all poses on it), or its file.
+fn is_called(placement: &Placement, name: &str) -> bool {
+    let stem = crate::recording::open::stem(&placement.source);
+    let file = std::path::Path::new(&placement.source).file_name();
+    placement.label == name
+        || placement.face.is_some_and(|face| face.name() == name)
+        || stem == name
+        || placement.source == name
+        || file.is_some_and(|file| file == name)
+}
+
+fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()> {
+    for (option, names) in [("free", &options.free), ("face", &options.face)] {
+        for name in names {
+            let Some(placement) = placements.iter().find(|p| is_called(p, name)) else {
+                let known: Vec<String> = placements.iter().map(called).collect();
+                let what = format!("there is no pose {name}");
+                return Err(Error::usage("no-such-pose", what)
+                    .of_option(option)
+                    .with_hint(format!("give one of: {}", known.join(", "))));
+            };
+            if option == "face" && placement.face.is_none() {
+                let what = format!(
+                    "{name} is {:.0}° from the nearest axis; beyond 25° it is no face pose",
+                    placement.angle_deg
+                );
+                return Err(Error::usage("no-such-pose", what)
+                    .of_option(option)
+                    .with_hint("leave it to the fit, which treats it as a free pose"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The label, and the face where it is another word.
+fn called(placement: &Placement) -> String {
+    match placement.face {
+        Some(face) if face.name() != placement.label => {
+            format!("{} ({})", placement.label, face.name())
+        }
+        _ => placement.label.clone(),
+    }
+}
