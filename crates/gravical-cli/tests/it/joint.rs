@@ -202,7 +202,7 @@ fn too_few_directions_are_refused_with_numbers() {
     );
     refuse(
         "x_axis_pos.csv y_axis_pos.csv z_axis_pos.csv",
-        &["3 poses", "mg", "add a pose ("],
+        &["3 poses", "mg", "record y down"],
     );
 }
 

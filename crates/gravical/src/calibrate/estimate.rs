@@ -199,7 +199,10 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
     options.drift = drift.is_some_and(|test| test.helps);
     let fit = fit(&found.poses, &options).map_err(|open| explain(open, session))?;
     let (model, bias) = (fit.model(), fit.bias());
-    let hand = matrix3::det(&model) / matrix3::row_norms(&model).iter().product::<f64>();
+    // Axes of the case may be those of a mirror image, as the signs of phones are.
+    let mounting = matrix3::identity().map(|row| session.axes.to_case(row));
+    let hand = matrix3::det(&model) * matrix3::det(&mounting)
+        / matrix3::row_norms(&model).iter().product::<f64>();
     if hand <= 0.0 {
         return Err(left_handed(&format!("det R = {hand:.3}")));
     }

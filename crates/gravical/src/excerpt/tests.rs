@@ -238,7 +238,10 @@ fn ends_of_long_static_intervals_are_stored() {
     };
     assert_eq!(ends(&a), ends(&b));
     let (x, y) = (calibrated(&[a]).unwrap(), calibrated(&[b]).unwrap());
-    assert_eq!(x.verdict.grade, y.verdict.grade);
+    // Fewer rows test a pose less well.
+    for file in [&x, &y] {
+        assert!(matches!(file.verdict.grade, Grade::Good | Grade::Fair));
+    }
     let motions = |f: &CalibrationFile| f.gyroscope.as_ref().unwrap().method.clone();
     assert_eq!(motions(&x), motions(&y));
     for i in 0..3 {

@@ -16,7 +16,7 @@ fn the_schema_files_are_up_to_date() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
     for (name, schema) in [
         (
-            "gravical-calibration-1.schema.json",
+            "gravical-calibration-2.schema.json",
             CalibrationFile::schema(),
         ),
         ("gravical-live-1.schema.json", Message::schema()),
@@ -208,12 +208,18 @@ fn a_temperature_model_that_cannot_be_applied_is_refused() {
 }
 
 #[test]
-fn a_file_of_a_later_format_is_refused() {
-    let mut value = serde_json::to_value(sample()).unwrap();
-    value["format"] = json!("gravical-calibration/2");
-    let error = CalibrationFile::parse(value.to_string().as_bytes()).unwrap_err();
-    assert_eq!(error.code(), "calibration-format");
-    assert!(error.is_input());
+fn a_file_of_another_format_is_refused() {
+    for (format, word) in [
+        ("gravical-calibration/1", "before 0.1.0"),
+        ("gravical-calibration/3", "this program reads"),
+    ] {
+        let mut value = serde_json::to_value(sample()).unwrap();
+        value["format"] = json!(format);
+        let error = CalibrationFile::parse(value.to_string().as_bytes()).unwrap_err();
+        assert_eq!(error.code(), "calibration-format");
+        assert!(error.is_input());
+        assert!(error.message().contains(word), "{error}");
+    }
 }
 
 #[test]

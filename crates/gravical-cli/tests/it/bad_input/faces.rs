@@ -18,7 +18,8 @@ fn missing_face() {
     let reported = finding(&file, "missing-face")["message"].as_str().unwrap();
     assert!(reported.contains("-y up"), "{reported}");
     let sd = numbers(&file["accelerometer"]["deviations"]["bias"]);
-    assert!(sd[1] > 10.0 * sd[0].max(sd[2]), "{sd:?}");
+    // The others are as uncertain as a nonlinear response may be.
+    assert!(sd[1] > 1.5 * sd[0].max(sd[2]), "{sd:?}");
     assert_eq!(file["verdict"]["grade"], "poor");
 }
 
