@@ -10,11 +10,9 @@
 use nalgebra::{
     DMatrix, DVector, Matrix3, Rotation3, SMatrix, SymmetricEigen, UnitQuaternion, Vector3,
 };
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use crate::model::{
-    BENDS, BIAS, Covariance, DRIFT, Parameters, bend, bias, jacobian, matrix, sensitivity, sphere,
-};
+use crate::model::{BENDS, BIAS, Covariance, Parameters, bend, bias, matrix, sensitivity, sphere};
 
 /// Below this probability chance is no explanation.
 pub const SIGNIFICANCE: f64 = 0.01;
@@ -51,6 +49,19 @@ impl Test {
         let tail = ChiSquared::new(rank as f64).map(|d| d.sf(chi2.max(0.0)));
         let p = tail.unwrap_or(1.0).clamp(0.0, 1.0);
         Test { chi2, rank, p }
+    }
+
+    /// The same where the size of the covariance is known by `freedom` residuals only: F in place
+    /// of χ².
+    fn with_freedom(self, freedom: f64) -> Test {
+        let rank = self.rank as f64;
+        match FisherSnedecor::new(rank, freedom) {
+            Ok(f) if freedom.is_finite() => Test {
+                p: f.sf(self.chi2 / rank).clamp(0.0, 1.0),
+                ..self
+            },
+            _ => self,
+        }
     }
 }
 
@@ -99,6 +110,9 @@ pub struct Sensor {
     pub gravity: Gravity,
     /// Standard deviation of what the model leaves out of a length, m/s².
     pub model_error_mps2: f64,
+    /// Tilts of placements that σ_tilt, and with it the uncertainty of the frame, was estimated
+    /// from; infinite where it was given.
+    pub tilt_freedom: f64,
 }
 
 impl Sensor {
@@ -166,6 +180,8 @@ pub struct Explanation {
     pub change: f64,
     /// Its standard deviation.
     pub sd: f64,
+    /// The change alone.
+    pub test: Test,
     /// The errors once it is taken off.
     pub left: Test,
 }
@@ -174,8 +190,7 @@ impl Explanation {
     /// The change is more than chance, and what is left is not.
     #[must_use]
     pub fn is_enough(&self) -> bool {
-        let change = Test::new((self.change / self.sd).powi(2), 1);
-        change.p < SIGNIFICANCE && self.left.p >= SIGNIFICANCE
+        self.test.p < SIGNIFICANCE && self.left.p >= SIGNIFICANCE
     }
 }
 
@@ -192,28 +207,43 @@ pub struct Check {
     pub bias: [Option<Explanation>; 3],
 }
 
+impl Check {
+    /// Probability that chance makes as much: the test of all errors dilutes a single fault among
+    /// many stills, so half of the level is for that, half for the likeliest fault (Bonferroni).
+    #[must_use]
+    pub fn p(&self) -> f64 {
+        let faults = self.bias.iter().chain([&self.share]).flatten();
+        let each: Vec<f64> = faults.map(|e| e.test.p).collect();
+        let fault = each.iter().fold(1.0, |least: f64, p| least.min(*p)) * each.len() as f64;
+        match self.lengths.len() {
+            // One length has one test.
+            1 => self.test.p,
+            _ => (2.0 * self.test.p.min(fault)).min(1.0),
+        }
+    }
+}
+
 /// Holds the lengths of `stills` against gravity: that of the calibration, or of another place,
 /// `here`. None without a still or where a number is no number.
 ///
-/// With d the errors of the lengths, H their [`sensitivity`], the covariance is
-/// H C Hᵀ + σ_g² + model error + noise of the means: the stills share all but the last. Lengths are
-/// taken as linear in the parameters.
+/// The stills share the errors of the parameters, of gravity and of the model; the noise of each
+/// mean is its own.
 #[must_use]
 pub fn check(sensor: &Sensor, here: Option<Gravity>, stills: &[Still]) -> Option<Check> {
-    let gravity = here.unwrap_or(sensor.gravity);
-    let inverse = matrix(&sensor.parameters).try_inverse()?;
-    let force = |s: &Still| inverse * (s.mean - bias(&sensor.parameters, 0.0));
-    let forces: Vec<Vector3<f64>> = stills.iter().map(force).collect();
-    let usable = |a: &Vector3<f64>| a.norm().is_finite() && a.norm() > 0.0;
-    if stills.is_empty() || !forces.iter().all(usable) || !sensor.is_finite() {
+    let gravity = here.unwrap_or(sensor.gravity).value_mps2;
+    if stills.is_empty() || !sensor.is_finite() {
         return None;
     }
+    let x = &sensor.parameters;
+    let inverse = matrix(x).try_inverse()?;
+    let forces: Vec<Vector3<f64>> = stills
+        .iter()
+        .map(|s| inverse * (s.mean - bias(x, 0.0)))
+        .collect();
+    let errors = length_errors(x, gravity, stills)?;
     let directions: Vec<Vector3<f64>> = forces.iter().map(Vector3::normalize).collect();
-    let expected = |n| gravity.value_mps2 * (1.0 + bend(&sensor.parameters, n));
-    let errors = forces.iter().zip(&directions);
-    let errors = errors.map(|(a, n)| a.norm() - expected(n));
-    let errors = DVector::from_iterator(stills.len(), errors);
-    let covariance = covariance_of_lengths(sensor, here, &inverse, &directions, stills);
+    let by_parameters = propagated(x, &sensor.covariance, |x| length_errors(x, gravity, stills))?;
+    let covariance = by_parameters + covariance_of_the_rest(sensor, here, &directions, stills)?;
     let length = |i: usize| Length {
         force: forces[i],
         error_mps2: errors[i],
@@ -227,24 +257,62 @@ pub fn check(sensor: &Sensor, here: Option<Gravity>, stills: &[Still]) -> Option
     Some(Check {
         lengths: (0..stills.len()).map(length).collect(),
         test: consistent(&errors, &covariance),
-        share: explain(&|_| gravity.value_mps2),
+        share: explain(&|_| gravity),
         bias: std::array::from_fn(|axis| sees(axis).then(|| explain(&|n| n[axis])).flatten()),
     })
 }
 
-/// Covariance (n × n) of the lengths along `directions`.
-fn covariance_of_lengths(
+/// ‖a‖ less gravity, the bend taken off. None where that is no number.
+fn length_errors(x: &Parameters, gravity: f64, stills: &[Still]) -> Option<DVector<f64>> {
+    let inverse = matrix(x).try_inverse()?;
+    let error = |s: &Still| {
+        let force = inverse * (s.mean - bias(x, 0.0));
+        force.norm() - gravity * (1.0 + bend(x, &force.normalize()))
+    };
+    let errors = DVector::from_iterator(stills.len(), stills.iter().map(error));
+    errors.iter().all(|e| e.is_finite()).then_some(errors)
+}
+
+/// Covariance of `f` by the errors of the parameters, from steps of one standard deviation along
+/// the axes of their covariance. With slopes s_k and curves q_k along these it is
+/// Σ s_k s_kᵀ + 2 Σ q_k q_kᵀ + (Σ q_k)(Σ q_k)ᵀ: a frame known to 2° lengthens a reading by 0.06 %,
+/// of which slopes know nothing.
+fn propagated(
+    x: &Parameters,
+    covariance: &Covariance,
+    f: impl Fn(&Parameters) -> Option<DVector<f64>>,
+) -> Option<DMatrix<f64>> {
+    let here = f(x)?;
+    let eigen = SymmetricEigen::try_new(*covariance, f64::EPSILON, MAX_STEPS)?;
+    let mut covariance = DMatrix::zeros(here.len(), here.len());
+    let mut curved = DVector::zeros(here.len());
+    for (variance, axis) in eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+    {
+        if *variance <= 0.0 {
+            continue;
+        }
+        let step = axis * variance.sqrt();
+        let (up, down) = (f(&(x + step))?, f(&(x - step))?);
+        let slope = (&up - &down) / 2.0;
+        let curve = (up + down) / 2.0 - &here;
+        covariance += &slope * slope.transpose() + &curve * curve.transpose() * 2.0;
+        curved += curve;
+    }
+    covariance += &curved * curved.transpose();
+    Some(covariance)
+}
+
+/// Covariance of the lengths along `directions` by gravity, model error and noise.
+fn covariance_of_the_rest(
     sensor: &Sensor,
     here: Option<Gravity>,
-    inverse: &Matrix3<f64>,
     directions: &[Vector3<f64>],
     stills: &[Still],
-) -> DMatrix<f64> {
-    let gravity = here.unwrap_or(sensor.gravity);
-    let rows: Vec<Parameters> = directions
-        .iter()
-        .map(|n| sensitivity(inverse, n, gravity.value_mps2))
-        .collect();
+) -> Option<DMatrix<f64>> {
+    let inverse = matrix(&sensor.parameters).try_inverse()?;
     // Held against its own gravity, the error of that counts once.
     let elsewhere = here.map_or(0.0, |here| here.sd_mps2.powi(2));
     let of_gravity = sensor.gravity.sd_mps2.powi(2) + elsewhere;
@@ -253,13 +321,13 @@ fn covariance_of_lengths(
         sensor.model_error_mps2.powi(2) * (-chord * chord).exp()
     };
     let noise = |i: usize| {
-        let by_mean = rows[i].fixed_rows::<3>(BIAS).component_mul(&stills[i].sd);
-        by_mean.norm_squared() + stills[i].sd_of_length_mps2.powi(2)
+        let along = inverse.tr_mul(&directions[i]).component_mul(&stills[i].sd);
+        along.norm_squared() + stills[i].sd_of_length_mps2.powi(2)
     };
-    DMatrix::from_fn(stills.len(), stills.len(), |i, j| {
+    Some(DMatrix::from_fn(stills.len(), stills.len(), |i, j| {
         let own = if i == j { noise(i) } else { 0.0 };
-        rows[i].dot(&(sensor.covariance * rows[j])) + of_gravity + model_error(i, j) + own
-    })
+        of_gravity + model_error(i, j) + own
+    }))
 }
 
 /// One change whose effect on the errors is known, by generalised least squares. None where the
@@ -277,6 +345,7 @@ fn explanation(
     (information > 0.0 && change.is_finite()).then(|| Explanation {
         change,
         sd: information.sqrt().recip(),
+        test: Test::new(explained, 1),
         left: Test::new(whole.chi2 - explained, whole.rank.saturating_sub(1)),
     })
 }
@@ -362,7 +431,8 @@ pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
     }
     let pair = Pair::new(a, b);
     let nine = |x: &Parameters, y: &Parameters| Some(invariants(y) - invariants(x));
-    let (change, covariance) = pair.difference(nine)?;
+    let (change, [by_a, by_b, common]) = pair.difference(nine)?;
+    let covariance = by_a + by_b + common;
     let values = pair.parameters.map(|x| invariants(&x));
     let three = |x: &Parameters, y: &Parameters| {
         turn(&matrix(x), &matrix(y)).map(|t| DVector::from_column_slice(t.as_slice()))
@@ -378,10 +448,17 @@ pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
             ..difference(&change, &covariance, i)
         }),
         magnitude: consistent(&change, &covariance),
-        turn: pair.difference(three).map(|(change, covariance)| {
-            let each = std::array::from_fn(|i| difference(&change, &covariance, i));
-            (each, consistent(&change, &covariance))
-        }),
+        turn: pair
+            .difference(three)
+            .map(|(change, [by_a, by_b, common])| {
+                // Welch and Satterthwaite.
+                let parts = [(by_a.trace(), a), (by_b.trace(), b)];
+                let weighed = parts.map(|(variance, s)| variance * variance / s.tilt_freedom);
+                let freedom = (by_a.trace() + by_b.trace()).powi(2) / (weighed[0] + weighed[1]);
+                let covariance = by_a + by_b + common;
+                let each = std::array::from_fn(|i| difference(&change, &covariance, i));
+                (each, consistent(&change, &covariance).with_freedom(freedom))
+            }),
         norm: pair.norm(a.gravity.value_mps2)?,
     })
 }
@@ -423,24 +500,20 @@ impl Pair {
         }
     }
 
-    /// A difference of both, and its covariance.
+    /// A difference of both, and its covariance by the first, the second, and what is common.
     fn difference(
         &self,
         f: impl Fn(&Parameters, &Parameters) -> Option<DVector<f64>>,
-    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let free: Vec<usize> = (0..DRIFT).collect();
+    ) -> Option<(DVector<f64>, [DMatrix<f64>; 3])> {
         let [a, b] = &self.parameters;
-        let by_a = jacobian(a, &free, |x| f(x, b))?;
-        let by_b = jacobian(b, &free, |x| f(a, x))?;
-        let [of_a, of_b] = self
-            .covariances
-            .map(|c| c.fixed_view::<DRIFT, DRIFT>(0, 0).into_owned());
-        let mut covariance = &by_a * of_a * by_a.transpose() + &by_b * of_b * by_b.transpose();
-        for [step_a, step_b] in &self.common {
-            let step = &by_a * step_a.rows(0, DRIFT) + &by_b * step_b.rows(0, DRIFT);
-            covariance += &step * step.transpose();
+        let of_a = propagated(a, &self.covariances[0], |x| f(x, b))?;
+        let of_b = propagated(b, &self.covariances[1], |x| f(a, x))?;
+        let mut common = DMatrix::zeros(of_a.nrows(), of_a.ncols());
+        for [by_a, by_b] in &self.common {
+            let slope = (f(&(a + by_a), &(b + by_b))? - f(&(a - by_a), &(b - by_b))?) / 2.0;
+            common += &slope * slope.transpose();
         }
-        Some((f(a, b)?, covariance))
+        Some((f(a, b)?, [of_a, of_b, common]))
     }
 
     fn norm(&self, gravity: f64) -> Option<NormDifference> {
@@ -488,7 +561,7 @@ fn root(covariance: &SMatrix<f64, 6, 6>) -> SMatrix<f64, 6, 6> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::PARAMETERS;
+    use crate::model::{DRIFT, PARAMETERS};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
     use rand_distr::StandardNormal;
@@ -559,6 +632,7 @@ mod tests {
                 sd_mps2: 0.0,
             },
             model_error_mps2: 0.0,
+            tilt_freedom: f64::INFINITY,
         }
     }
 
@@ -595,6 +669,8 @@ mod tests {
         for (chi2, rank, p) in [(6.635, 1, 0.01), (16.919, 9, 0.05), (26.217, 12, 0.01)] {
             assert!((Test::new(chi2, rank).p - p).abs() < 1e-5);
         }
+        // F of 3 and 10 degrees of freedom: 6.552 at 1 %.
+        assert!((Test::new(3.0 * 6.552, 3).with_freedom(10.0).p - 0.01).abs() < 1e-5);
     }
 
     #[test]
