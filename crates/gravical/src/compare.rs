@@ -1,178 +1,138 @@
 //! Do two calibrations of one sensor differ by more than their uncertainty?
 //!
-//! A board that sits differently in its case, or faces that lay crookedly, turn
-//! the frame: that changes the direction of what is measured and never its
-//! length. So a difference is reported in two parts, each with its own test: what
-//! changes ‖a‖ (bias, scale, angles between the axes: M Mᵀ and b of u = M a + b),
-//! and the rotation between the frames.
+//! A board that sits differently in its case, or faces that lie crookedly, turn the frame: that
+//! changes the direction of what is measured and never its length. So a difference is reported in
+//! two parts, each with its own test: what changes ‖a‖ (bias, scale, angles between the axes), and
+//! the rotation between the frames ([`gravical_fit::later::compare`]).
 //!
-//! It rests on the covariances of both files. What they leave out (drift with
-//! temperature, another gravity, shared recordings) is reported as a finding.
+//! It rests on the covariances of both files. What they leave out (drift with temperature, another
+//! gravity, shared recordings) is said.
 
-mod findings;
-mod norms;
-mod parameters;
-mod types;
-mod unit;
-mod verdict;
+use gravical_core::matrix3::norm;
+use gravical_fit::later::{self, Difference, Sensor, Test};
+use serde::Serialize;
 
-use nalgebra::{DMatrix, DVector};
+use crate::calibration_file::{
+    AccelerometerSection, CalibrationFile, Grade, PoseKind, TemperatureRange,
+};
+use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, sensor};
+use crate::recording::{AccelUnit, Finding, FindingKind};
+use crate::{Error, Result};
 
-use crate::Result;
-use crate::calibration_file::CalibrationFile;
-use crate::recording::{Finding, FindingKind};
-use crate::segment::face::AXES;
-use crate::uncertainty::{chi_square, freedom_of_sum};
+pub use crate::later::{ChiSquare, Judgement, ParameterDifference, Part, Reason, Verdict};
 
-use findings::{Independence, SAME_GRAVITY, circumstances, independence, orientation_is_known};
-use parameters::{Jacobian, PAIRS, Rotation, invariants, propagate, rotation, second_order};
-use unit::{NominalModel, sides};
+/// Scales within this fraction of each other are of one unit and range: far beyond any sensor, far
+/// below the next range.
+const SAME_SCALE: f64 = 0.2;
 
-pub use types::*;
+/// Sessions further apart than this were at different temperatures, °C: half of it moves an
+/// MPU6050's bias by less than a milli-g and a half.
+const TEMPERATURE_STEP_C: f64 = 3.0;
 
-/// Probability at which two calibrations that do not differ are said to: the
-/// exit code of `compare` and the verdict rest on it.
-pub const SIGNIFICANCE: f64 = 0.01;
+/// Scales of gyroscopes further apart than this are of two ranges, %.
+const SAME_RANGE_PERCENT: f64 = 20.0;
 
-/// The same for each of the two parts, so that both together keep
-/// [`SIGNIFICANCE`] (Bonferroni).
-pub const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
+/// Name, unit, and factor to it: of the nine numbers that change ‖a‖, and of the turn.
+const PARAMETERS: [(&str, &str, f64); 12] = {
+    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    [
+        ("bias_x", "m/s^2", 1.0),
+        ("bias_y", "m/s^2", 1.0),
+        ("bias_z", "m/s^2", 1.0),
+        ("scale_x", "%", 100.0),
+        ("scale_y", "%", 100.0),
+        ("scale_z", "%", 100.0),
+        ("angle_xy", "deg", DEGREES),
+        ("angle_xz", "deg", DEGREES),
+        ("angle_yz", "deg", DEGREES),
+        ("rotation_x", "deg", DEGREES),
+        ("rotation_y", "deg", DEGREES),
+        ("rotation_z", "deg", DEGREES),
+    ]
+};
 
-/// A difference in directions without variance is reported above this (share of
-/// gravity, share of scale, or rad).
-const OUTSIDE: f64 = 1e-6;
-
-/// Names of a rotation's components, and of all parameters.
-fn names() -> Vec<(String, ParameterKind)> {
-    let each = |prefix: &'static str, kind| AXES.map(|a| (format!("{prefix}_{a}"), kind));
-    let mut out: Vec<_> = each("bias", ParameterKind::Bias).into();
-    out.extend(each("scale", ParameterKind::Scale));
-    out.extend(PAIRS.map(|(i, j)| {
-        (
-            format!("angle_{}{}", AXES[i], AXES[j]),
-            ParameterKind::Misalignment,
-        )
-    }));
-    out.extend(each("rotation", ParameterKind::Orientation));
-    out
+/// Two calibrations, compared. A is the first one, B the second; every difference is B − A.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The files as they were given.
+    pub files: [String; 2],
+    /// Gravity that each scale rests on, m/s².
+    pub gravity_mps2: [f64; 2],
+    /// Temperatures of the two sessions, °C.
+    pub temperature_c: [Option<TemperatureRange>; 2],
+    /// The differences, one entry a parameter.
+    pub parameters: Vec<ParameterDifference>,
+    /// What changes ‖a‖: bias, scale and the angles between the sensor's axes.
+    pub magnitude: MagnitudeDifference,
+    /// How the frames are turned against each other; null when one is the mirror image of the
+    /// other.
+    pub orientation: Option<OrientationDifference>,
+    /// Bias and scale of the gyroscopes; null unless both files have one.
+    pub gyroscope: Option<GyroscopeDifference>,
+    /// What has to be known to read the result.
+    pub findings: Vec<Finding>,
+    /// The judgement of both parts together.
+    pub verdict: Verdict,
 }
 
-/// Differences B − A of the twelve with their covariance: bias in m/s², scale as
-/// share of nominal, angles in rad, the rotation vector in rad.
-struct Difference {
-    a: [f64; 9],
-    b: [f64; 9],
-    values: DVector<f64>,
-    covariance: Option<DMatrix<f64>>,
-    /// Degrees of freedom that the covariance of the rotation is estimated with: it is
-    /// that of the tilts.
-    turn_freedom: Option<f64>,
-    /// Nine without a rotation.
-    count: usize,
+/// The part that changes the length of what is measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MagnitudeDifference {
+    /// χ² of the nine parameters; null without covariances.
+    pub test: Option<ChiSquare>,
+    /// The judgement.
+    pub judgement: Judgement,
+    /// Root mean square over all directions of ‖a‖ by B less ‖a‖ by A for the same reading at
+    /// rest, m/s².
+    pub norm_rms_mps2: f64,
+    /// What the two uncertainties predict for it, m/s².
+    pub predicted_rms_mps2: Option<f64>,
+    /// Where it is largest: the difference with its sign, m/s².
+    pub norm_largest_mps2: f64,
+    /// In this direction (calibrated axes of A).
+    pub largest_at: [f64; 3],
 }
 
-impl Difference {
-    fn new(a: &NominalModel, b: &NominalModel, rotation: Option<&Rotation>) -> Self {
-        let ((va, ja), (vb, jb)) = (invariants(a), invariants(b));
-        let count = if rotation.is_some() { 12 } else { 9 };
-        let values = DVector::from_fn(count, |i, _| match rotation {
-            Some(rotation) if i >= 9 => rotation.vector[i - 9],
-            _ => vb[i] - va[i],
-        });
-        // Rows of both kinds, with the sign of their side in the difference.
-        let rows = |j: &Jacobian<9>, sign: f64, which: usize| -> Jacobian<12> {
-            Jacobian::<12>::from_fn(|r, c| match rotation {
-                Some(rotation) if r >= 9 => rotation.jacobians[which][(r - 9, c)],
-                None if r >= 9 => 0.0,
-                _ => sign * j[(r, c)],
-            })
-        };
-        let covariance = a.covariance.as_ref().zip(b.covariance.as_ref());
-        let mut turn_freedom = None;
-        let covariance = covariance.map(|(ca, cb)| {
-            let [of_a, of_b] = [
-                propagate(&rows(&ja, -1.0, 0), ca),
-                propagate(&rows(&jb, 1.0, 1), cb),
-            ];
-            let turned = |c: &DMatrix<f64>| (9..12).map(|i| c[(i, i)]).sum::<f64>();
-            turn_freedom = freedom_of_sum(&[
-                (turned(&of_a), a.tilt_degrees_of_freedom),
-                (turned(&of_b), b.tilt_degrees_of_freedom),
-            ]);
-            let sum = of_a + of_b;
-            let mut sum = sum.view((0, 0), (count, count)).into_owned();
-            let second = second_order(a, ca) + second_order(b, cb);
-            let mut block = sum.view_mut((0, 0), (9, 9));
-            block += second;
-            sum
-        });
-        Difference {
-            a: va,
-            b: vb,
-            values,
-            covariance,
-            turn_freedom,
-            count,
-        }
-    }
+/// The part that changes the direction of what is measured and not its length.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OrientationDifference {
+    /// Angle by which the frame of B is turned against that of A, degrees.
+    pub angle_deg: f64,
+    /// About this axis; zero for no turn.
+    pub axis: [f64; 3],
+    /// χ² of the three components of the rotation vector; null without covariances, or where the
+    /// placements of a session do not show how its frame sits in the case.
+    pub test: Option<ChiSquare>,
+    /// The judgement.
+    pub judgement: Judgement,
+}
 
-    /// χ² of the parameters `from..to`, and what no variance covers; biases are
-    /// counted in `gravity`, so that all are shares or rad.
-    fn test(&self, from: usize, to: usize, gravity: f64) -> Option<(ChiSquare, f64)> {
-        let covariance = self.covariance.as_ref()?;
-        let unit = |i: usize| if i < 3 { gravity } else { 1.0 };
-        let n = to.min(self.count) - from;
-        let d = DVector::from_fn(n, |i, _| self.values[from + i] / unit(from + i));
-        let c = DMatrix::from_fn(n, n, |r, k| {
-            covariance[(from + r, from + k)] / unit(from + r) / unit(from + k)
-        });
-        // What changes ‖a‖ is determined by means whose noise is well known.
-        let freedom = self.turn_freedom.filter(|_| from == 9);
-        chi_square(&d, &c, freedom)
-    }
-
-    fn listed(&self) -> Vec<ParameterDifference> {
-        let list = names().into_iter().take(self.count).enumerate();
-        list.map(|(i, (name, kind))| {
-            let (unit, factor) = match kind {
-                ParameterKind::Bias => ("m/s^2", 1.0),
-                ParameterKind::Scale => ("%", 100.0),
-                ParameterKind::Misalignment | ParameterKind::Orientation => {
-                    ("deg", 1_f64.to_degrees())
-                }
-            };
-            let sigma = self
-                .covariance
-                .as_ref()
-                .map(|c| factor * c[(i, i)].max(0.0).sqrt());
-            let difference = factor * self.values[i];
-            ParameterDifference {
-                name,
-                kind,
-                unit: unit.to_owned(),
-                a: self.a.get(i).map(|v| factor * v),
-                b: self.b.get(i).map(|v| factor * v),
-                difference,
-                sigma,
-                z: sigma.filter(|s| *s > 0.0).map(|s| difference / s),
-            }
-        })
-        .collect()
-    }
+/// The gyroscopes, without a judgement: the bias of one changes with every start by more than the
+/// uncertainty of its file says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GyroscopeDifference {
+    /// Bias in A as an angular rate about the axes of the case, °/s.
+    pub bias_a_deg_s: [f64; 3],
+    /// Bias in B, °/s.
+    pub bias_b_deg_s: [f64; 3],
+    /// B − A, °/s.
+    pub bias_difference_deg_s: [f64; 3],
+    /// Scale of each channel of B against A, %; null where the input units differ.
+    pub scale_difference_percent: Option<[f64; 3]>,
 }
 
 /// Compares two calibrations; `names` are the files as they were given.
 ///
 /// # Errors
 ///
-/// `units-differ` (input) where their units cannot be brought together,
-/// `calibration-values` where a matrix is singular.
+/// `units-differ` (input) where their units cannot be brought together, `calibration-values` where
+/// a matrix is singular.
 ///
 /// # Example
 ///
 /// ```
 /// use gravical::calibrate::{CalibrateOptions, calibrate};
-/// use gravical::compare::{Agreement, compare};
+/// use gravical::compare::{Judgement, compare};
 /// use gravical::estimate::accelerometer::Method;
 /// use gravical::recording::{ReadOptions, read_bytes};
 ///
@@ -187,119 +147,316 @@ impl Difference {
 /// let result = compare(&file, &moved, ["a.json", "b.json"])?;
 /// assert!((result.parameters[0].difference - 1.0).abs() < 1e-9);
 /// // Six means without standard errors carry no covariance.
-/// assert_eq!(result.verdict.judgement, Agreement::Undecided);
+/// assert_eq!(result.verdict.judgement, Judgement::Undecided);
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Result<Comparison> {
     let mut findings = Vec::new();
-    let [side_a, side_b] = sides(a, b, names, &mut findings)?;
-    let independence = independence(a, b, &mut findings);
-    circumstances(a, b, names, &mut findings);
-    let turned = rotation(&side_a, &side_b);
-    let difference = Difference::new(&side_a, &side_b, turned.as_ref());
-    let gravity = side_a.gravity;
-
-    let magnitude_test = difference.test(0, 9, gravity);
-    tell_outside(magnitude_test, "bias, scale or misalignment", &mut findings);
-    let ratio = side_b.gravity / side_a.gravity;
-    let test_at_one_gravity = ((ratio - 1.0).abs() > SAME_GRAVITY)
-        .then(|| {
-            let same = side_b.at_gravity(side_a.gravity);
-            let turned = rotation(&side_a, &same);
-            Difference::new(&side_a, &same, turned.as_ref()).test(0, 9, gravity)
-        })
-        .flatten()
-        .map(|(test, _)| test);
-    let known = orientation_is_known(a) && orientation_is_known(b);
-    let orientation = turned.as_ref().map(|t| {
-        let test = difference.test(9, 12, gravity);
-        orientation(t, test, known, independence, &mut findings)
-    });
-    if orientation.is_none() {
-        findings.push(Finding::new(
-            FindingKind::FramesMirrored,
-            "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign",
-        ));
-    }
-    let norms = norms::difference(&side_a, &side_b);
-    let magnitude = MagnitudeDifference {
-        test: magnitude_test.map(|(test, _)| test),
-        test_at_one_gravity,
-        judgement: judge(magnitude_test.map(|(test, _)| test), independence),
-        norm_rms_mps2: norms.rms,
-        norm_largest_mps2: norms.largest,
-        largest_at: norms.largest_at,
-        predicted_rms_mps2: norms.predicted_rms,
-        predicted_at_largest_mps2: norms.predicted_at_largest,
-    };
-    let verdict = verdict::verdict(&magnitude, orientation.as_ref(), independence, known);
+    let pair = [a, b];
+    let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
+    let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
+    circumstances(pair, names, &mut findings);
+    let evidence = Evidence::new(pair, &mut findings);
+    let magnitude = evidence.magnitude(&found);
+    let orientation = evidence.orientation(&found, &mut findings);
+    let parameters = parameters(&found, evidence.has_covariances);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     Ok(Comparison {
         files: names.map(str::to_owned),
-        gravity_mps2: [a.gravity_mps2, b.gravity_mps2],
-        temperature_c: [a.temperature_c, b.temperature_c],
-        parameters: difference.listed(),
+        gravity_mps2: pair.map(|f| f.gravity_mps2),
+        temperature_c: pair.map(|f| f.temperature_c),
+        gyroscope: gyroscope(a, b),
+        verdict: evidence.verdict(pair, &magnitude, orientation.as_ref(), &parameters),
+        parameters,
         magnitude,
         orientation,
-        gyroscope: norms::gyroscope(a, b),
         findings,
-        verdict,
     })
 }
 
-fn judge(test: Option<ChiSquare>, independence: Independence) -> Agreement {
-    match (test, independence) {
-        (None, _) | (_, Independence::Same) => Agreement::Undecided,
-        (Some(test), _) if test.p_value < PART_SIGNIFICANCE => Agreement::Differ,
-        (_, Independence::SharedRecordings) => Agreement::Undecided,
-        _ => Agreement::Agree,
+/// What a judgement may rest on.
+struct Evidence {
+    has_covariances: bool,
+    /// Both hold the same parameters.
+    is_same: bool,
+    /// Recordings of one are recordings of the other, too: agreement proves nothing.
+    is_shared: bool,
+    /// The frames of both sit in the case in a way that is known.
+    is_oriented: bool,
+}
+
+impl Evidence {
+    fn new([a, b]: [&CalibrationFile; 2], findings: &mut Vec<Finding>) -> Evidence {
+        let [x, y] = [&a.accelerometer, &b.accelerometer];
+        let is_same = x.matrix == y.matrix && x.bias == y.bias;
+        let shared = if is_same { None } else { shared(a, b) };
+        findings.extend(shared.clone());
+        Evidence {
+            has_covariances: x.covariance.is_some() && y.covariance.is_some(),
+            is_same,
+            is_shared: shared.is_some(),
+            is_oriented: is_oriented(a) && is_oriented(b),
+        }
+    }
+
+    fn judge(&self, test: Option<ChiSquare>) -> Judgement {
+        match test {
+            Some(test) if !self.is_same && test.p_value < PART_SIGNIFICANCE => Judgement::Differ,
+            Some(_) if !self.is_same && !self.is_shared => Judgement::Agree,
+            _ => Judgement::Undecided,
+        }
+    }
+
+    fn test(&self, test: Test) -> Option<ChiSquare> {
+        (self.has_covariances && test.rank > 0).then(|| test.into())
+    }
+
+    fn magnitude(&self, found: &later::Compare) -> MagnitudeDifference {
+        let test = self.test(found.magnitude);
+        let norm = &found.norm;
+        MagnitudeDifference {
+            test,
+            judgement: self.judge(test),
+            norm_rms_mps2: norm.rms_mps2,
+            predicted_rms_mps2: self.has_covariances.then_some(norm.predicted_rms_mps2),
+            norm_largest_mps2: norm.largest_mps2,
+            largest_at: norm.largest_at.into(),
+        }
+    }
+
+    fn orientation(
+        &self,
+        found: &later::Compare,
+        findings: &mut Vec<Finding>,
+    ) -> Option<OrientationDifference> {
+        let Some((turn, test)) = &found.turn else {
+            findings.push(Finding::new(
+                FindingKind::FramesMirrored,
+                "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign",
+            ));
+            return None;
+        };
+        let vector = turn.map(|d| d.change);
+        let angle = norm(&vector);
+        let test = self.test(*test).filter(|_| self.is_oriented);
+        Some(OrientationDifference {
+            angle_deg: angle.to_degrees(),
+            axis: vector.map(|v| if angle > 0.0 { v / angle } else { 0.0 }),
+            test,
+            judgement: self.judge(test),
+        })
+    }
+
+    /// Did it change? What most, and what may explain it?
+    fn verdict(
+        &self,
+        pair: [&CalibrationFile; 2],
+        magnitude: &MagnitudeDifference,
+        orientation: Option<&OrientationDifference>,
+        parameters: &[ParameterDifference],
+    ) -> Verdict {
+        // Mirror images differ, whatever their uncertainty.
+        let turned = orientation.map_or(Judgement::Differ, |o| o.judgement);
+        let judgement = if turned.is_change() {
+            Judgement::Differ
+        } else {
+            // The rotation may be a convention; ‖a‖ does not depend on it.
+            magnitude.judgement
+        };
+        let mut reasons = vec![self.part(Part::Magnitude, magnitude.judgement, magnitude.test)];
+        if magnitude.judgement.is_change() {
+            reasons.extend(most(&parameters[..9]).map(Reason::Most));
+        }
+        reasons.push(orientation.map_or(Reason::Mirrored, |o| {
+            self.part(Part::Orientation, o.judgement, o.test)
+        }));
+        if judgement.is_change() {
+            reasons.extend(circumstance(pair));
+        }
+        Verdict { judgement, reasons }
+    }
+
+    fn part(&self, part: Part, judgement: Judgement, test: Option<ChiSquare>) -> Reason {
+        let why = if self.is_same {
+            "both files contain the same parameters"
+        } else if !self.has_covariances {
+            "one of the files has no covariance"
+        } else if part == Part::Orientation && !self.is_oriented {
+            "one of the sessions has faces on less than two axes"
+        } else {
+            "both were made from the same recordings"
+        };
+        match test.filter(|_| judgement != Judgement::Undecided) {
+            Some(test) => Reason::Part(part, judgement, test),
+            None => Reason::NotTested(part, why),
+        }
     }
 }
 
-fn tell_outside(test: Option<(ChiSquare, f64)>, what: &str, findings: &mut Vec<Finding>) {
-    if let Some((test, outside)) = test
-        && outside > OUTSIDE
-    {
-        findings.push(Finding::new(
-            FindingKind::UndeterminedDirection,
-            format!(
-                "neither file determines some combinations of {what}; the difference in them, {:.2} ‰, is not tested. {}",
-                1000.0 * outside,
-                match test.degrees_of_freedom {
-                    1 => "1 combination is tested".to_owned(),
-                    n => format!("{n} combinations are tested"),
-                }
-            ),
-        ));
+fn most(parameters: &[ParameterDifference]) -> Option<ParameterDifference> {
+    let known = parameters.iter().filter(|p| p.z.is_some());
+    let size = |p: &ParameterDifference| p.z.map_or(0.0, f64::abs);
+    known.max_by(|p, q| size(p).total_cmp(&size(q))).cloned()
+}
+
+/// What may be behind a difference, beside a change of the sensor.
+fn circumstance([a, b]: [&CalibrationFile; 2]) -> Option<Reason> {
+    let differ = |x: &Option<String>, y: &Option<String>| {
+        let both = x.clone().zip(y.clone());
+        both.filter(|(x, y)| x != y).map(|(x, y)| [x, y])
+    };
+    let sensors = differ(&a.sensor.id, &b.sensor.id);
+    if let Some(two) = sensors.or_else(|| differ(&a.sensor.model, &b.sensor.model)) {
+        return Some(Reason::TwoSensors(two));
+    }
+    let (x, y) = a.temperature_c.zip(b.temperature_c)?;
+    ((y.mean - x.mean).abs() > TEMPERATURE_STEP_C).then_some(Reason::Temperatures([x, y]))
+}
+
+fn parameters(found: &later::Compare, has_covariances: bool) -> Vec<ParameterDifference> {
+    let turn = found.turn.iter().flat_map(|(turn, _)| turn);
+    let list = PARAMETERS.iter().zip(found.invariants.iter().chain(turn));
+    list.map(|(&(name, unit, factor), d)| parameter(name, unit, factor, d, has_covariances))
+        .collect()
+}
+
+fn parameter(
+    name: &'static str,
+    unit: &'static str,
+    factor: f64,
+    d: &Difference,
+    has_covariances: bool,
+) -> ParameterDifference {
+    let sigma = has_covariances.then_some(factor * d.sd);
+    let difference = factor * d.change;
+    ParameterDifference {
+        name,
+        unit,
+        a: d.values.map(|[a, _]| factor * a),
+        b: d.values.map(|[_, b]| factor * b),
+        difference,
+        sigma,
+        z: sigma.filter(|s| *s > 0.0).map(|s| difference / s),
     }
 }
 
-fn orientation(
-    rotation: &Rotation,
-    test: Option<(ChiSquare, f64)>,
-    known: bool,
-    independence: Independence,
+/// Says which recordings both were made from.
+fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
+    let mut shared = a
+        .recordings()
+        .filter(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256));
+    let first = shared.next()?;
+    let text = format!(
+        "{} of {} recordings of the first calibration went into the second one, too ({}): their errors are shared, so that agreement proves nothing",
+        1 + shared.count(),
+        a.recordings().count(),
+        first.path
+    );
+    Some(Finding::new(FindingKind::SameRecordings, text))
+}
+
+/// False where the placements do not show how the sensor sits in its case: the fit says so, or
+/// there are faces on one axis at most. Files without placements are believed.
+fn is_oriented(file: &CalibrationFile) -> bool {
+    if let Some(fit) = &file.accelerometer.fit {
+        return fit.oriented;
+    }
+    let poses = &file.accelerometer.poses;
+    let on = |axis: &char| {
+        let face = |p: &&crate::calibration_file::PoseResult| p.kind == PoseKind::Face;
+        poses.iter().filter(face).any(|p| p.label.ends_with(*axis))
+    };
+    poses.is_empty() || ['x', 'y', 'z'].iter().filter(|axis| on(axis)).count() >= 2
+}
+
+/// Gravity and quality.
+fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut Vec<Finding>) {
+    let ratio = b.gravity_mps2 / a.gravity_mps2 - 1.0;
+    if ratio.abs() > SAME_GRAVITY {
+        let text = format!(
+            "the scales rest on {:.5} m/s² and {:.5} m/s²: if both sessions were in one place, {:+.3} % of scale comes from that alone; calibrate both with the same gravity",
+            a.gravity_mps2,
+            b.gravity_mps2,
+            -100.0 * ratio
+        );
+        findings.push(Finding::new(FindingKind::GravityDiffers, text));
+    }
+    for (file, name) in [a, b].into_iter().zip(names) {
+        if file.verdict.grade == Grade::Poor {
+            let text = "the verdict of the calibration is poor; fix what it names before comparing";
+            findings.push(Finding::new(FindingKind::PoorCalibration, text).in_file(name));
+        }
+    }
+}
+
+/// Both as numbers in nominal m/s², so that counts and g compare.
+///
+/// # Errors
+///
+/// `units-differ` (input) where a nominal scale is not known and the units or ranges are not the
+/// same; `calibration-values` for a singular matrix.
+fn sensors(
+    pair: [&CalibrationFile; 2],
+    names: [&str; 2],
     findings: &mut Vec<Finding>,
-) -> OrientationDifference {
-    let length = gravical_core::matrix3::norm(&rotation.vector);
-    if known {
-        tell_outside(test, "rotation", findings);
-    } else {
-        findings.push(Finding::new(
-            FindingKind::OrientationUnknown,
-            "one of the sessions has faces on less than two axes: how its frame sits in the case is a convention, and the rotation between the frames is not tested",
-        ));
-    }
-    let test = test.map(|(test, _)| test).filter(|_| known);
-    OrientationDifference {
-        angle_deg: length.to_degrees(),
-        axis: rotation
-            .vector
-            .map(|v| if length > 0.0 { v / length } else { 0.0 }),
-        judgement: judge(test, independence),
-        test,
-    }
+) -> Result<[Sensor; 2]> {
+    let [x, y] = pair.map(|f| &f.accelerometer);
+    let per = match (x.nominal_per_mps2(), y.nominal_per_mps2()) {
+        (Some(x), Some(y)) => [x, y],
+        (known, other) => {
+            let [of_x, of_y] = [x, y].map(mean_scale);
+            let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
+            if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE
+            {
+                return Err(units_differ([x, y], names));
+            }
+            if unknown {
+                let text = "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same";
+                findings.push(Finding::new(FindingKind::UnitUnverified, text));
+            }
+            [known.or(other).unwrap_or(of_x); 2]
+        }
+    };
+    let one = |i: usize| {
+        let section = &pair[i].accelerometer;
+        sensor(pair[i], per[i], section.zero_offset()).ok_or_else(|| singular(names[i]))
+    };
+    Ok([one(0)?, one(1)?])
 }
 
-#[cfg(test)]
-mod tests;
+fn singular(name: &str) -> Error {
+    let text = "the accelerometer's matrix is singular";
+    Error::input("calibration-values", text).at(name.as_ref(), None)
+}
+
+fn mean_scale(section: &AccelerometerSection) -> f64 {
+    section.scale.iter().sum::<f64>() / 3.0
+}
+
+fn units_differ(pair: [&AccelerometerSection; 2], names: [&str; 2]) -> Error {
+    let [a, b] = pair.map(|s| {
+        let known = s.nominal_per_mps2().is_some();
+        let note = if known { "" } else { ", nominal scale unknown" };
+        let unit = s.input_unit.name();
+        format!("{unit} ({:.5} per m/s²{note})", mean_scale(s))
+    });
+    let [name_a, name_b] = names;
+    let text =
+        format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
+    Error::input("units-differ", text).with_hint(
+        "calibrate again with the range given (--accel-unit counts --accel-range 2), so that counts can be converted",
+    )
+}
+
+fn gyroscope(a: &CalibrationFile, b: &CalibrationFile) -> Option<GyroscopeDifference> {
+    let (ga, gb) = (a.gyroscope.as_ref()?, b.gyroscope.as_ref()?);
+    let (bias_a, bias_b) = (ga.bias_deg_s(), gb.bias_deg_s());
+    let ratios: [f64; 3] = std::array::from_fn(|i| 100.0 * (gb.scale[i] / ga.scale[i] - 1.0));
+    let is_alike = ratios.iter().all(|r| r.abs() < SAME_RANGE_PERCENT);
+    Some(GyroscopeDifference {
+        bias_a_deg_s: bias_a,
+        bias_b_deg_s: bias_b,
+        bias_difference_deg_s: std::array::from_fn(|i| bias_b[i] - bias_a[i]),
+        scale_difference_percent: (ga.input_unit == gb.input_unit && is_alike).then_some(ratios),
+    })
+}

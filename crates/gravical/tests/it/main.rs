@@ -17,6 +17,7 @@ mod hand;
 mod join;
 mod joint;
 mod joint_properties;
+mod later;
 mod live;
 mod magnitude;
 #[path = "../../../../tests/support/means.rs"]
