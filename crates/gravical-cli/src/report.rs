@@ -9,7 +9,7 @@ use gravical::escape::path_text;
 use gravical::output::{is_special, write_text};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
-use gravical_report::document::{Block, Detail, Document};
+use gravical_report::document::{Block, Detail, Document, paragraph};
 use gravical_report::figure::{Figure, check_figures, write_figures};
 use gravical_report::report::Provenance;
 
@@ -170,6 +170,13 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
         created: &gravical::calibration_file::creation_time(),
         inputs,
     })
+}
+
+/// The next step of a verdict, where its text does not list it.
+pub fn next_step(document: &Document<'_>, detail: Detail) -> String {
+    let steps = document.verdict.iter().flat_map(|v| &v.next);
+    let shown = steps.filter(|_| detail == Detail::Summary);
+    shown.map(|step| paragraph("\nNext: ", step)).collect()
 }
 
 /// Checks everything that a command is going to write, before its work.

@@ -50,7 +50,6 @@ pub(crate) use checks::MANY_POSES;
 pub(crate) use estimate::Estimate;
 pub use estimate::EstimateOptions;
 pub(crate) use section::DRIFT_MPS2_PER_C;
-pub(crate) use undetermined::distinct;
 
 /// How to calibrate.
 #[derive(Debug, Clone, Default)]

@@ -62,6 +62,7 @@ pub mod finding;
 pub mod gravity;
 mod hash;
 pub mod inspect;
+mod later;
 pub mod live;
 pub mod motion;
 pub mod noise;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibration_file::{CalibrationFile, InputFile};
-use gravical::check::{CheckOptions, CheckReport, Judgement, check};
+use gravical::check::{CheckOptions, CheckReport, check};
 use gravical::recording::{ReadOptions, Recording};
 use gravical::session::read_session;
 use gravical_report::report;
@@ -14,7 +14,7 @@ use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::QUALITY;
 use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
-use crate::report::{ReportArgs, with_origin};
+use crate::report::{ReportArgs, next_step, with_origin};
 use crate::text;
 
 /// Test whether a calibration still fits new recordings at rest
@@ -110,11 +110,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&result)?;
     } else {
         text::print_report(&document.to_text(args.report.detail()))?;
+        text::print(&next_step(&document, args.report.detail()))?;
     }
     args.report.say();
-    Ok(match result.verdict.judgement {
-        Judgement::DoesNotFit => ExitCode::from(QUALITY),
-        Judgement::Fits | Judgement::Undecided => ExitCode::SUCCESS,
+    Ok(if result.verdict.judgement.is_change() {
+        ExitCode::from(QUALITY)
+    } else {
+        ExitCode::SUCCESS
     })
 }
 
@@ -162,16 +164,16 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
     let check = |session: &Path, _: Option<&Path>| {
         let input = [session.to_owned()];
         let (report, _) = compute(args, &calibration, path, &input, &read, &options)?;
-        let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+        let reasons = report.verdict.reasons.iter();
         Ok(Outcome {
             grade: report.verdict.judgement.name().to_owned(),
-            is_poor: report.verdict.judgement == Judgement::DoesNotFit,
-            reasons: report.verdict.reasons.clone(),
+            is_poor: report.verdict.judgement.is_change(),
+            reasons: reasons.map(ToString::to_string).collect(),
             numbers: vec![
                 report.static_intervals.len().to_string(),
-                number(Some(report.rms_mps2)),
-                number(report.predicted_rms_mps2),
-                number(report.p_value),
+                report.rms_mps2.to_string(),
+                report.predicted_rms_mps2.to_string(),
+                report.p_value.to_string(),
             ],
         })
     };

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::calibration_file::CalibrationFile;
-use gravical::compare::{Agreement, compare};
+use gravical::compare::compare;
 use gravical_report::report::comparison;
 
 use crate::failure::QUALITY;
-use crate::report::{ReportArgs, with_origin};
+use crate::report::{ReportArgs, next_step, with_origin};
 use crate::text;
 
 /// Test whether two calibrations of a sensor differ by more than their uncertainty
@@ -52,10 +52,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&result)?;
     } else {
         text::print_report(&document.to_text(args.report.detail()))?;
+        text::print(&next_step(&document, args.report.detail()))?;
     }
     args.report.say();
-    Ok(match result.verdict.judgement {
-        Agreement::Differ => ExitCode::from(QUALITY),
-        Agreement::Agree | Agreement::Undecided => ExitCode::SUCCESS,
+    Ok(if result.verdict.judgement.is_change() {
+        ExitCode::from(QUALITY)
+    } else {
+        ExitCode::SUCCESS
     })
 }

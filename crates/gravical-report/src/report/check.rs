@@ -2,7 +2,7 @@
 
 use crate::document::{Block, Cell, Column, Document, Grade, Row, Section, Table, Verdict};
 use gravical::calibration_file::GravitySource;
-use gravical::check::{CheckReport, GyroscopeCheck, Judgement, StillCheck};
+use gravical::check::{Cause, CheckReport, GyroscopeCheck, Judgement, Reason, StillCheck};
 use gravical::numfmt::{fixed, milli_g, signed};
 use gravical::segment::still::StillOptions;
 
@@ -16,10 +16,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         [one] => short_name(one),
         several => format!("{} recordings", several.len()),
     };
-    let stills = match report.static_intervals.len() {
-        1 => "1 static interval".to_owned(),
-        n => format!("{n} static intervals"),
-    };
+    let stills = gravical::numfmt::count(report.static_intervals.len(), "static interval");
     let gravity = match (report.gravity_of_calibration, report.gravity_source) {
         (true, GravitySource::Standard) => "as assumed by the calibration",
         (true, _) => "as in the calibration",
@@ -27,32 +24,63 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         (false, GravitySource::Latitude) => "from latitude",
         (false, GravitySource::Standard) => "assumed",
     };
-    let judgement = report.verdict.judgement;
-    let grade = match judgement {
-        Judgement::Fits => Grade::Good,
-        Judgement::DoesNotFit => Grade::Poor,
-        Judgement::Undecided => Grade::Unknown,
-    };
     let mut document = Document {
         subject: vec![
             format!("{calibration} checked with {recordings}: {stills}"),
             format!("g = {} m/s² ({gravity})", fixed(report.gravity_mps2, 5)),
         ],
-        verdict: Some(Verdict::new(
-            grade,
-            judgement.name(),
-            &report.verdict.reasons,
-        )),
+        verdict: Some(Verdict {
+            next: next(report),
+            ..judged(&report.verdict)
+        }),
         ..Document::new(format!("Check of {calibration}"))
     };
-    document = document.with(stills_of(report));
+    document = document.with(intervals(report));
     if let Some(gyroscope) = &report.gyroscope {
         document = document.with(gyroscope_at_rest(gyroscope));
     }
     document.with_findings(&report.findings, report.recordings.len() > 1)
 }
 
-fn stills_of(report: &CheckReport) -> Section<'static> {
+/// The verdict of `check` or `compare`.
+pub(super) fn judged(verdict: &gravical::check::Verdict) -> Verdict {
+    let grade = match verdict.judgement {
+        Judgement::Fits | Judgement::Agree => Grade::Good,
+        Judgement::DoesNotFit | Judgement::Differ => Grade::Poor,
+        Judgement::Undecided => Grade::Unknown,
+    };
+    let reasons: Vec<String> = verdict.reasons.iter().map(ToString::to_string).collect();
+    let explained = |r: &&Reason| matches!(r, Reason::Explained(..));
+    Verdict {
+        conclusion: verdict
+            .reasons
+            .iter()
+            .find(explained)
+            .map(ToString::to_string),
+        ..Verdict::new(grade, verdict.judgement.name(), &reasons)
+    }
+}
+
+/// What to do about it.
+fn next(report: &CheckReport) -> Vec<String> {
+    let causes: Vec<Cause> = report.explanations.iter().map(|e| e.cause).collect();
+    let step = match report.verdict.judgement {
+        Judgement::Undecided => {
+            "Record the sensor at rest again, and check with a calibration that has a covariance"
+        }
+        judgement if judgement.is_change() && causes == [Cause::Share] => {
+            "Give the gravity of this place; if it does not fit then, either, calibrate again"
+        }
+        judgement if judgement.is_change() => "Calibrate again",
+        _ if !report.untested_axes.is_empty() => {
+            "To test the other axes, too, record the sensor with each of them up"
+        }
+        _ => return Vec::new(),
+    };
+    vec![step.to_owned()]
+}
+
+fn intervals(report: &CheckReport) -> Section<'static> {
     let columns = [
         Column::left("interval"),
         Column::number("rows"),
@@ -66,15 +94,9 @@ fn stills_of(report: &CheckReport) -> Section<'static> {
     let table = Table::new("")
         .columns(columns)
         .rows(rows.map(|(i, still)| row(report, i, still)));
-    let mg = |mps2: f64| format!("{} mg", fixed(milli_g(mps2), 2));
-    let predicted = report
-        .predicted_rms_mps2
-        .map_or(String::new(), |p| format!(", {} predicted", mg(p)));
-    let rms = format!("RMS {}{predicted}", mg(report.rms_mps2));
     Section::new("intervals", "Static intervals")
         .opening()
         .with(table)
-        .with(Block::paragraph(rms))
         .with(Block::note(format!(
             "A static interval lasts at least {} here; `inspect` lists longer ones only.",
             StillOptions::short_rests().shortest()
@@ -92,23 +114,23 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         (None, _) => format!("{} {at}", short_name(&still.file)),
     };
     let worst = i == report.worst && report.static_intervals.len() > 1;
-    let mark = match (worst, still.counts) {
-        (true, _) => "← largest",
-        (false, false) if still.clipped > 0 => "clipped",
-        (false, false) => "not counted",
-        (false, true) => "",
+    let mark = if worst {
+        "← largest"
+    } else if still.counts {
+        ""
+    } else if still.clipped > 0 {
+        "clipped"
+    } else {
+        "not counted"
     };
-    let sigma = still
-        .sigma_mps2
-        .filter(|s| s.is_finite())
-        .map(|s| fixed(milli_g(s), 2));
+    let mg = |mps2: f64| signed(milli_g(mps2), 2);
     let cells = [
         Cell::text(name),
         Cell::number(still.rows.to_string()),
         Cell::text(&still.nearest),
         Cell::number(fixed(still.face_angle_deg, 1)),
-        Cell::number(signed(still.error_mg, 2)).plus_minus(sigma),
-        Cell::maybe(still.z, |z| signed(z, 1)),
+        Cell::number(mg(still.error_mps2)).plus_minus(Some(fixed(milli_g(still.sigma_mps2), 2))),
+        Cell::number(signed(still.z, 1)),
         Cell::text(mark),
     ];
     Row {
@@ -122,24 +144,16 @@ fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
         let sigma = g.standard_error_deg_s.map(|e| fixed(e[i], 3));
         Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma)
     };
-    let rates = [Cell::text("rate, °/s"), rate(0), rate(1), rate(2)];
+    let now = |i: usize| Cell::number(format!("{:.5}", g.bias_now[i]));
     let table = Table::new("")
         .columns([Column::left("")])
         .columns(Column::axes(""))
-        .row(rates);
-    let limit = g.limit_deg_s;
-    let judgement = match g.judgement {
-        Judgement::Fits => format!("within {limit} °/s: the bias fits"),
-        Judgement::DoesNotFit => format!(
-            "more than {limit} °/s: the bias has changed (it does with every power-up and with temperature); bias at rest now: {} {}",
-            g.bias_now.map(|b| format!("{b:.5}")).join(", "),
-            g.input_unit.name()
-        ),
-        Judgement::Undecided => {
-            format!("too short or unsteady to test against {limit} °/s")
-        }
-    };
-    Section::new("gyroscope", "Gyroscope at rest, calibrated")
-        .with(table)
-        .with(Block::paragraph(judgement))
+        .row([Cell::text("rate, °/s"), rate(0), rate(1), rate(2)])
+        .row([
+            Cell::text(format!("bias at rest now, {}", g.input_unit.name())),
+            now(0),
+            now(1),
+            now(2),
+        ]);
+    Section::new("gyroscope", "Gyroscope at rest, calibrated").with(table)
 }

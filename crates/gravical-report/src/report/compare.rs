@@ -1,11 +1,10 @@
 //! Report of a comparison of two calibrations.
 
-use crate::document::{Block, Cell, Column, Document, Grade, Row, Section, Table, Verdict};
-use gravical::compare::{
-    Agreement, Comparison, GyroscopeDifference, ParameterDifference, ParameterKind,
-};
+use crate::document::{Block, Cell, Column, Document, Row, Section, Table, Verdict};
+use gravical::compare::{Comparison, GyroscopeDifference, Judgement, ParameterDifference};
 use gravical::numfmt::{decimals_for, fixed, milli_g, signed, unit};
 
+use super::check::judged;
 use super::{direction, short_name};
 
 /// The document of a comparison.
@@ -19,29 +18,18 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
             c.files[i], c.gravity_mps2[i]
         )
     };
-    let facts = ["A", "B"]
-        .into_iter()
-        .map(str::to_owned)
-        .zip([of(0), of(1)]);
-    let judgement = c.verdict.judgement;
-    let grade = match judgement {
-        Agreement::Agree => Grade::Good,
-        Agreement::Differ => Grade::Poor,
-        Agreement::Undecided => Grade::Unknown,
-    };
+    let facts = vec![("A".to_owned(), of(0)), ("B".to_owned(), of(1))];
     let [a, b] = c.files.each_ref().map(|file| short_name(file));
     let mut document = Document {
         subject: vec![format!("{b} (B) against {a} (A)")],
-        verdict: Some(Verdict::new(grade, judgement.name(), &c.verdict.reasons)),
+        verdict: Some(Verdict {
+            next: next(c),
+            ..judged(&c.verdict)
+        }),
         ..Document::new(format!("{b} against {a}"))
     }
-    .with(
-        Section::new("calibrations", "Calibrations")
-            .opening()
-            .with(Block::Facts(facts.collect())),
-    )
-    .with(parameters(&c.parameters))
-    .with(magnitude(c));
+    .with(magnitude(c))
+    .with(parameters(&c.parameters));
     if let Some(o) = &c.orientation {
         let axis = o.axis.map(|v| signed(v, 2)).join(", ");
         document = document.with(
@@ -53,7 +41,23 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     if let Some(gyroscope) = &c.gyroscope {
         document = document.with(gyroscopes(gyroscope));
     }
-    document.with_findings(&c.findings, true)
+    document
+        .with(Section::new("calibrations", "Calibrations").with(Block::Facts(facts)))
+        .with_findings(&c.findings, true)
+}
+
+/// What to do about it.
+fn next(c: &Comparison) -> Vec<String> {
+    let step = if c.magnitude.judgement.is_change() {
+        "Use the newer calibration; `gravical check` tells which of them fits a new recording"
+    } else if c.verdict.judgement.is_change() {
+        "Use the calibration whose session had the board in its case as it is now"
+    } else if c.verdict.judgement == Judgement::Undecided {
+        "Give calibrations of two sessions that have covariances"
+    } else {
+        return Vec::new();
+    };
+    vec![step.to_owned()]
 }
 
 fn parameters(list: &[ParameterDifference]) -> Section<'static> {
@@ -67,14 +71,12 @@ fn parameters(list: &[ParameterDifference]) -> Section<'static> {
 
 fn parameter(p: &ParameterDifference) -> Row {
     // Three digits of what is judged, whether σ is known or not.
-    let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(match p.kind {
-        ParameterKind::Bias => 1e-3,
-        _ => 1e-2,
-    });
+    let coarse = if p.unit == "m/s^2" { 1e-3 } else { 1e-2 };
+    let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(coarse);
     let n = decimals_for(worth);
     let sigma = p.sigma.filter(|s| s.is_finite()).map(|s| fixed(s, n));
     let cells = [
-        Cell::text(format!("{}, {}", p.name.replace('_', " "), unit(&p.unit))),
+        Cell::text(format!("{}, {}", p.name.replace('_', " "), unit(p.unit))),
         Cell::maybe(p.a, |v| fixed(v, n)),
         Cell::maybe(p.b, |v| fixed(v, n)),
         Cell::number(signed(p.difference, n)).plus_minus(sigma),
@@ -107,9 +109,11 @@ fn magnitude(c: &Comparison) -> Section<'static> {
         .row(row(
             format!("largest, at {}", direction(m.largest_at)),
             m.norm_largest_mps2,
-            m.predicted_at_largest_mps2,
+            None,
         ));
-    Section::new("magnitude", "Magnitude at rest").with(table)
+    Section::new("magnitude", "Magnitude at rest")
+        .opening()
+        .with(table)
 }
 
 fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {

@@ -21,8 +21,8 @@ mod means;
 mod session;
 
 use gravical::calibration_file::Grade;
-use gravical::check::{CheckOptions, Judgement, check};
-use gravical::compare::{Agreement, compare};
+use gravical::check::{CheckOptions, check};
+use gravical::compare::compare;
 
 use each::each;
 use session::{Disturbance, Judged, Plan, Session};
@@ -86,14 +86,12 @@ fn alarms(count: usize, seed: u64) {
             let b = session::calibrated(&second)?;
             let compared = compare(&a, &b, ["a.json", "b.json"]).ok()?;
             let checked = check(&a, "a.json", &second, &CheckOptions::default()).ok()?;
-            let turned = compared
-                .orientation
-                .is_some_and(|o| o.judgement == Agreement::Differ);
+            let turned = compared.orientation.map(|o| o.judgement);
             Some([
-                compared.verdict.judgement == Agreement::Differ,
-                compared.magnitude.judgement == Agreement::Differ,
-                turned,
-                checked.verdict.judgement == Judgement::DoesNotFit,
+                compared.verdict.judgement.is_change(),
+                compared.magnitude.judgement.is_change(),
+                turned.is_some_and(|judgement| judgement.is_change()),
+                checked.verdict.judgement.is_change(),
             ])
         });
         let there: Vec<&[bool; 4]> = pairs.iter().flatten().collect();

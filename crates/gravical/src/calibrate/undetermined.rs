@@ -66,7 +66,7 @@ fn uncovered(directions: &[[f64; 3]]) -> Vec<char> {
 }
 
 /// Directions that are further than 25° from every one counted before.
-pub(crate) fn distinct(directions: &[[f64; 3]]) -> usize {
+fn distinct(directions: &[[f64; 3]]) -> usize {
     let mut kept: Vec<[f64; 3]> = Vec::new();
     for d in directions {
         if kept

@@ -2,7 +2,7 @@
 //! so that its judgement stands apart from that of the accelerometer.
 
 use super::rests::Rest;
-use super::types::{GyroscopeCheck, Judgement};
+use super::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};

@@ -1,12 +1,14 @@
-//! Still readings to hold a calibration against, and what their means are worth.
+//! Readings at rest to hold a calibration against, and what their means are worth.
 
 use std::ops::Range;
 
+use crate::calibration_file::CalibrationFile;
 use crate::recording::{Finding, FindingKind, Recording, full_scale};
 use crate::segment::hold::{HoldNoise, pooled_noise, robust_mean};
 use crate::segment::still::{StillOptions, find_calm, find_calmest};
 use crate::segment::{SegmentOptions, segment};
 use crate::stats::mean_of_finite;
+use crate::temperature::cost_text;
 use crate::{Error, Result};
 
 /// A recording faster than this is averaged down to it when the correlation of
@@ -231,5 +233,36 @@ fn measure(draft: Draft, recordings: &[Recording], noise: &Noise, gyro_noise: &N
         temperature_c: recording.mean_temperature_c(&draft.rows),
         clipped,
         rows: draft.rows,
+    }
+}
+
+/// Takes drift and gain of the accepted channels off the means of the rests, as `apply` does row
+/// by row: (raw − drift(T)) / (1 + gain(T)), held at the edges of the model's range.
+pub(super) fn at_reference(
+    calibration: &CalibrationFile,
+    rests: &mut [Rest],
+    findings: &mut Vec<Finding>,
+) {
+    let Some(model) = calibration.drift_model() else {
+        return;
+    };
+    let without = rests.iter().filter(|r| r.temperature_c.is_none()).count();
+    if without > 0 {
+        let (all, cost) = (rests.len(), cost_text(model));
+        let text = format!(
+            "{without} of {all} static intervals have no temperature, so the calibration's drift with temperature is not taken off there: {cost}"
+        );
+        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
+    }
+    for rest in rests {
+        let Some(t_c) = rest.temperature_c else {
+            continue;
+        };
+        for axis in 0..3 {
+            rest.mean[axis] = model.at_reference(axis, t_c, rest.mean[axis]);
+            if let Some((gyro, _)) = &mut rest.gyro {
+                gyro[axis] = model.at_reference(3 + axis, t_c, gyro[axis]);
+            }
+        }
     }
 }

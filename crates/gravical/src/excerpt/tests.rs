@@ -2,7 +2,7 @@ use serde_json::Value;
 
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::{CalibrationFile, Grade};
 use crate::check::{CheckOptions, check};
 use crate::inspect::inspect;
 use crate::recording::read_bytes;

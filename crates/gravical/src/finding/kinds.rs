@@ -279,10 +279,6 @@ kinds! {
             "`apply`, `check`, `compare`: the unit of the recording cannot be verified"
             "assumed to be that of the calibration"
             "compare the magnitude at rest with gravity";
-        UnitsConverted "units-converted" Note
-            "`compare`: one calibration is for counts, the other for g or m/s² (or one for unsigned counts)"
-            "both are converted to m/s² with the nominal scale"
-            "nothing";
     }
     "Samples" {
         Clipped "clipped" Warning
@@ -725,54 +721,22 @@ kinds! {
             "nothing";
     }
     "Check and compare" {
-        CovarianceMissing "covariance-missing" Warning
-            "a calibration has no covariance (files of imucal never do)"
-            "differences are shown; `compare` does not test them, `check` tests only errors above 20 mg"
-            "calibrate again from the recordings";
-        SameCalibration "same-calibration" Warning
-            "`compare`: both files contain the same parameters"
-            "not tested"
-            "give a calibration of another session";
         SameRecordings "same-recordings" Warning
             "both calibrations share recordings, or `check` was given a recording of the calibration"
             "agreement proves nothing; `check` does not count the intervals that the calibration was fitted to; alone they give `undecided`"
             "make a new recording";
-        SensorDiffers "sensor-differs" Warning
-            "`compare`: the sensor names or types differ"
-            "compared anyway"
-            "give two calibrations of one sensor";
         GravityDiffers "gravity-differs" Warning
             "two values of gravity"
-            "`compare` repeats the test with one value for both; `check` uses the given one"
+            "`compare` counts the uncertainty of both; `check` uses the given one"
             "use the same `--gravity` for both if they were made in one place";
-        TemperatureDiffers "temperature-differs" Warning
-            "`compare`: the temperatures of the sessions differ by more than 3 °C; the message gives the typical change of bias"
-            "nothing: the uncertainties do not include it"
-            "compare sessions at one temperature";
         FramesMirrored "frames-mirrored" Warning
             "`compare`: one calibration is the mirror image of the other"
             "they differ"
             "look for two poses that were swapped";
-        OrientationUnknown "orientation-unknown" Note
-            "`compare`: the orientation of one frame in its case is a convention (too few faces)"
-            "the rotation is not tested"
-            "nothing, or record face poses";
-        UndeterminedDirection "undetermined-direction" Note
-            "`compare`: a difference in a direction without uncertainty in both files"
-            "that part is not tested"
-            "record more poses";
         IntervalsLeftOut "intervals-left-out" Note
             "`check`: more than 400 static intervals; or a [long recording](#long-recordings) with more than fit in memory"
             "the longest are used, in a long recording the longest of each direction"
             "nothing; split the recording if the others matter";
-        OffByShare "off-by-share" Warning
-            "`check`: all errors are the same fraction of gravity"
-            "the message gives it"
-            "check gravity; otherwise the scale has changed: calibrate again";
-        OffAlongAxis "off-along-axis" Warning
-            "`check`: a changed bias of one axis explains the errors"
-            "the message names axis and size"
-            "calibrate again";
     }
 }
 

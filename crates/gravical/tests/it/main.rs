@@ -15,6 +15,7 @@ mod formats;
 #[allow(dead_code, reason = "the example uses more of it")]
 mod hand;
 mod join;
+mod later;
 mod live;
 #[path = "../../../../tests/support/means.rs"]
 #[allow(dead_code, reason = "the examples use more of it")]

@@ -1,0 +1,603 @@
+//! Does a calibration still fit new readings at rest?
+//!
+//! At rest ‖a‖ is g in every pose. The mean of each static interval is calibrated, its length
+//! compared with g, and the errors of all are held against what the calibration's covariance, the
+//! noise of the means and the model error predict together ([`gravical_fit::later::check`]).
+//!
+//! It tests what was recorded and nothing else: the verdict says which axes were not. An interval
+//! of constant velocity or acceleration looks like rest and is judged as one.
+
+mod gyroscope;
+mod rests;
+
+use gravical_core::matrix3::norm;
+use gravical_fit::later::{self, Length, SIGNIFICANCE, Sensor, Still};
+use gravical_fit::model::BIAS;
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use crate::calibrate::DRIFT_MPS2_PER_C;
+use crate::calibration_file::{CalibrationFile, Grade, GravitySource, InputFile, judge_unit};
+use crate::gravity::Gravity;
+use crate::later::{SAME_GRAVITY, sensor};
+use crate::recording::board::why_calibrated;
+use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
+use crate::segment::face::{AxisMap, Face};
+use crate::segment::still::StillOptions;
+use crate::{Error, Result};
+
+use rests::{Rest, rests};
+
+pub use crate::later::{Cause, ChiSquare, Explanation, Judgement, Reason, Verdict};
+#[doc(hidden)]
+pub use gyroscope::GYRO_LIMIT_DEG_S;
+
+/// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias wanders by as
+/// much from one minute to the next.
+const FLOOR_MPS2: f64 = 0.001;
+
+/// A rest of T seconds, cut out of a motion that comes to its end, may begin and end at speeds
+/// that differ by this, m/s; its mean is off by as much over T: 0.7 mg at 0.15 s, nothing at 3 s.
+const REST_SPEED_MPS: f64 = 0.001;
+
+/// More static intervals than this say nothing new; the longest are taken.
+const MAX_STILLS: usize = 400;
+
+/// An axis is tested by an interval within 60° of it.
+const TESTED_COSINE: f64 = 0.5;
+
+/// A static interval this far outside the calibration's temperatures is reported, °C.
+const TEMPERATURE_MARGIN_C: f64 = 2.0;
+
+/// Temperatures of a calibration and of a check that nobody recorded differ by this, °C: a part
+/// that has just been switched on warms up by as much in some minutes.
+const UNKNOWN_TEMPERATURE_C: f64 = 2.0;
+
+/// How to check.
+#[derive(Debug, Clone)]
+pub struct CheckOptions {
+    /// Local gravity; default: that of the calibration.
+    pub gravity: Option<Gravity>,
+    /// How the board sits in its case, for the names of directions.
+    pub axes: AxisMap,
+    /// How static intervals are found; default: short ones, too.
+    pub still: StillOptions,
+}
+
+impl Default for CheckOptions {
+    fn default() -> Self {
+        CheckOptions {
+            gravity: None,
+            axes: AxisMap::default(),
+            still: StillOptions::short_rests(),
+        }
+    }
+}
+
+/// A calibration held against readings at rest.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CheckReport {
+    /// The calibration as it was given.
+    pub calibration: String,
+    /// The recordings as they were given.
+    pub recordings: Vec<String>,
+    /// What ‖a‖ has to be at rest, m/s².
+    pub gravity_mps2: f64,
+    /// How it is known; of the calibration where none was given here.
+    pub gravity_source: GravitySource,
+    /// True when gravity is the calibration's, for want of another.
+    pub gravity_of_calibration: bool,
+    /// The static intervals, in the order of the recordings.
+    pub static_intervals: Vec<StillCheck>,
+    /// Index of the interval with the largest |z| of those that count.
+    pub worst: usize,
+    /// Root mean square of the errors that count, m/s².
+    pub rms_mps2: f64,
+    /// What the uncertainty predicts for it, m/s².
+    pub predicted_rms_mps2: f64,
+    /// All errors together.
+    pub test: ChiSquare,
+    /// Probability of such errors if the calibration fits, by all together or by a single fault:
+    /// the verdict rests on it.
+    pub p_value: f64,
+    /// Single changes that explain the errors; empty when they need no explanation.
+    pub explanations: Vec<Explanation>,
+    /// Axes of the case that no interval has within 60°: `x` ….
+    pub untested_axes: Vec<&'static str>,
+    /// Axes that pointed up or down only: bias and scale are not distinguished there.
+    pub one_way_axes: Vec<&'static str>,
+    /// The gyroscope at rest; null where file or recording has none.
+    pub gyroscope: Option<GyroscopeCheck>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+    /// The judgement.
+    pub verdict: Verdict,
+}
+
+/// One static interval.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StillCheck {
+    /// The file.
+    pub file: String,
+    /// Label of a placement that was named; null for an interval that was found.
+    pub label: Option<String>,
+    /// First and last line of the file.
+    pub lines: [u64; 2],
+    /// Seconds from the start of the recording; null without a rate.
+    pub start_s: Option<f64>,
+    /// Rows that the mean is over.
+    pub rows: u64,
+    /// Mean, calibrated, in axes of the case, m/s².
+    pub calibrated: [f64; 3],
+    /// The axis that is nearest to up: `+x` ….
+    pub nearest: String,
+    /// Angle to it, degrees.
+    pub face_angle_deg: f64,
+    /// ‖a‖ − g, m/s².
+    pub error_mps2: f64,
+    /// Its standard deviation if the calibration fits, m/s².
+    pub sigma_mps2: f64,
+    /// error / sigma.
+    pub z: f64,
+    /// Mean temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// Samples at the end of the range.
+    pub clipped: u64,
+    /// Whether it counts: not with clipped samples, nor where the calibration was fitted to it,
+    /// unless no other is left.
+    pub counts: bool,
+}
+
+/// The gyroscope at rest, where it has to read zero.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GyroscopeCheck {
+    /// Unit of the calibration's bias.
+    pub input_unit: GyroUnit,
+    /// Calibrated rate at rest, °/s.
+    pub rate_deg_s: [f64; 3],
+    /// Its standard error, °/s.
+    pub standard_error_deg_s: Option<[f64; 3]>,
+    /// The bias that would make it zero, input unit.
+    pub bias_now: [f64; 3],
+    /// What it is judged against, °/s.
+    pub limit_deg_s: f64,
+    /// The judgement; that of the accelerometer does not depend on it.
+    pub judgement: Judgement,
+}
+
+/// Holds `calibration` (its file is called `name`) against the static intervals of `recordings`.
+///
+/// # Errors
+///
+/// Input errors: `no-recordings`, `never-static`, `calibration-values` for a singular matrix, and
+/// `unit-mismatch` where the recording is in another unit or range than the calibration, or
+/// measures gravity off by more than a fifth.
+///
+/// # Example
+///
+/// ```
+/// use gravical::calibrate::{CalibrateOptions, calibrate};
+/// use gravical::check::{CheckOptions, check};
+/// use gravical::estimate::accelerometer::Method;
+/// use gravical::recording::{ReadOptions, read_bytes};
+///
+/// let means = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
+///              -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
+/// let read = |text: &str| read_bytes(text.as_bytes(), "means.csv", &ReadOptions::default());
+/// let mut options = CalibrateOptions::default();
+/// options.estimate.method = Method::Ferraris;
+/// let file = calibrate(&[read(means)?], &options)?.file;
+///
+/// // Later, once more with z up.
+/// let later = "label,ax,ay,az\nagain,0.81,-0.15,10.52\n";
+/// let report = check(&file, "cal.json", &[read(later)?], &CheckOptions::default())?;
+/// assert!((report.static_intervals[0].error_mps2 - 0.1).abs() < 0.005);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub fn check(
+    calibration: &CalibrationFile,
+    name: &str,
+    recordings: &[Recording],
+    options: &CheckOptions,
+) -> Result<CheckReport> {
+    let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
+    let mut rests = rests(recordings, &options.still, &mut findings)
+        .map_err(|error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
+    rests::at_reference(calibration, &mut rests, &mut findings);
+    keep_longest(&mut rests, &mut findings);
+    let gravity = options.gravity.unwrap_or(Gravity {
+        value_mps2: calibration.gravity_mps2,
+        source: calibration.gravity_source,
+    });
+    judge_units(calibration, recordings, &rests, &gravity, &mut findings)?;
+
+    let singular = || singular(name);
+    let mut sensor = sensor(calibration, 1.0, 0.0).ok_or_else(singular)?;
+    widen_for_temperature(&mut sensor, calibration, &rests);
+    let here = options.gravity.map(|g| later::Gravity {
+        value_mps2: g.value_mps2,
+        sd_mps2: g.uncertainty_mps2(),
+    });
+    let stills: Vec<Still> = rests.iter().map(still).collect();
+    let fitted = fitted(calibration, recordings, &rests);
+    let counted = counted(&rests, &fitted);
+    let used: Vec<Still> = counted.iter().map(|i| stills[*i]).collect();
+    let whole = later::check(&sensor, here, &stills).ok_or_else(singular)?;
+    let result = later::check(&sensor, here, &used).ok_or_else(singular)?;
+
+    let mut intervals = Vec::new();
+    for (i, (rest, length)) in rests.iter().zip(&whole.lengths).enumerate() {
+        let mut interval = describe(&recordings[rest.recording], rest, length, &options.axes);
+        interval.counts = counted.contains(&i);
+        intervals.push(interval);
+    }
+    circumstances(
+        calibration,
+        recordings,
+        &rests,
+        &gravity,
+        options,
+        &mut findings,
+    );
+    let forces: Vec<[f64; 3]> = whole.lengths.iter().map(|l| l.force.into()).collect();
+    let gyroscope = gyroscope::gyroscope(calibration, recordings, &rests, &forces, &mut findings);
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    let is_own = counted.iter().all(|i| fitted[*i]);
+    let judgement = judgement(calibration, &result, is_own);
+    let [untested_axes, one_way_axes] = coverage(&result.lengths, &options.axes);
+    let mut report = CheckReport {
+        calibration: name.to_owned(),
+        recordings: recordings.iter().map(|r| r.name.clone()).collect(),
+        gravity_mps2: gravity.value_mps2,
+        gravity_source: gravity.source,
+        gravity_of_calibration: options.gravity.is_none(),
+        worst: worst(&intervals),
+        static_intervals: intervals,
+        rms_mps2: root_mean_square(&result.lengths, |l| l.error_mps2),
+        predicted_rms_mps2: root_mean_square(&result.lengths, |l| l.sd_mps2),
+        test: result.test.into(),
+        p_value: result.p(),
+        explanations: if judgement.is_change() {
+            explanations(&result)
+        } else {
+            Vec::new()
+        },
+        untested_axes,
+        one_way_axes,
+        gyroscope,
+        findings,
+        verdict: Verdict {
+            judgement,
+            reasons: Vec::new(),
+        },
+    };
+    report.verdict.reasons = reasons(&report, calibration, &gravity, is_own);
+    Ok(report)
+}
+
+fn judgement(calibration: &CalibrationFile, result: &later::Check, is_own: bool) -> Judgement {
+    if result.p() < SIGNIFICANCE {
+        Judgement::DoesNotFit
+    } else if is_own || calibration.accelerometer.covariance.is_none() {
+        // What it was fitted to agrees with it; what is assumed is no proof.
+        Judgement::Undecided
+    } else {
+        Judgement::Fits
+    }
+}
+
+/// Is it still good? Where not, what explains it? What was not tested?
+fn reasons(
+    report: &CheckReport,
+    calibration: &CalibrationFile,
+    gravity: &Gravity,
+    is_own: bool,
+) -> Vec<Reason> {
+    let mut reasons = vec![
+        Reason::Errors {
+            rms_mps2: report.rms_mps2,
+            predicted_rms_mps2: report.predicted_rms_mps2,
+            is_assumed: calibration.accelerometer.covariance.is_none(),
+        },
+        Reason::Chance {
+            p_value: report.p_value,
+            all: report.test,
+        },
+    ];
+    for explanation in &report.explanations {
+        let share = explanation.cause == Cause::Share;
+        let there = gravity.value_mps2 * (1.0 + explanation.change / 100.0);
+        reasons.push(Reason::Explained(*explanation, share.then_some(there)));
+    }
+    if report.verdict.judgement.is_change() && report.explanations.is_empty() {
+        reasons.push(Reason::Unexplained);
+    }
+    if is_own {
+        reasons.push(Reason::Fitted);
+    }
+    reasons.push(Reason::Untested {
+        untested: report.untested_axes.clone(),
+        one_way: report.one_way_axes.clone(),
+    });
+    if gravity.source == GravitySource::Standard {
+        reasons.push(Reason::GravityAssumed(2.0 * gravity.uncertainty_mps2()));
+    }
+    reasons.extend(report.gyroscope.as_ref().map(|g| {
+        let largest = g.rate_deg_s.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+        Reason::Gyroscope(g.judgement, largest, g.limit_deg_s)
+    }));
+    reasons
+}
+
+fn explanations(result: &later::Check) -> Vec<Explanation> {
+    let causes = [Cause::BiasX, Cause::BiasY, Cause::BiasZ];
+    let biases = causes.into_iter().zip(result.bias);
+    std::iter::once((Cause::Share, result.share))
+        .chain(biases)
+        .filter_map(|(cause, found)| Explanation::new(cause, found))
+        .collect()
+}
+
+fn singular(name: &str) -> Error {
+    Error::input(
+        "calibration-values",
+        "the accelerometer's matrix is singular",
+    )
+    .at(name.as_ref(), None)
+}
+
+/// The findings of a recording, with its name.
+fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
+    recording.findings.iter().cloned().map(|finding| {
+        if finding.file.is_some() {
+            finding
+        } else {
+            finding.in_file(&recording.name)
+        }
+    })
+}
+
+/// Keeps the longest [`MAX_STILLS`] in their order.
+fn keep_longest(rests: &mut Vec<Rest>, findings: &mut Vec<Finding>) {
+    let all = rests.len();
+    if all <= MAX_STILLS {
+        return;
+    }
+    let mut counts: Vec<usize> = rests.iter().map(|r| r.count).collect();
+    counts.sort_unstable_by(|a, b| b.cmp(a));
+    rests.retain(|r| r.count >= counts[MAX_STILLS - 1]);
+    rests.truncate(MAX_STILLS);
+    findings.push(Finding::new(
+        FindingKind::IntervalsLeftOut,
+        format!("{all} static intervals; the longest {MAX_STILLS} are compared"),
+    ));
+}
+
+/// Is every recording in the unit of the calibration?
+///
+/// # Errors
+///
+/// `unit-mismatch`.
+fn judge_units(
+    calibration: &CalibrationFile,
+    recordings: &[Recording],
+    rests: &[Rest],
+    gravity: &Gravity,
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
+    let apply = calibration.accelerometer_calibration();
+    for (index, recording) in recordings.iter().enumerate() {
+        let own = rests.iter().filter(|r| r.recording == index);
+        let mut norms: Vec<f64> = own.map(|r| norm(&apply.apply(r.mean))).collect();
+        if !norms.is_empty() {
+            judge_unit(
+                calibration,
+                recording,
+                &mut norms,
+                gravity.value_mps2,
+                findings,
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds to the bias what it drifts by where one of the temperatures is not known.
+fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, rests: &[Rest]) {
+    let is_known = calibration.drift_model().is_some()
+        || calibration.temperature_c.is_some() && rests.iter().all(|r| r.temperature_c.is_some());
+    if is_known || calibration.accelerometer.covariance.is_none() {
+        return;
+    }
+    let drift = UNKNOWN_TEMPERATURE_C * DRIFT_MPS2_PER_C;
+    for axis in 0..3 {
+        let scale = calibration.accelerometer.scale[axis];
+        sensor.covariance[(BIAS + axis, BIAS + axis)] += (drift * scale).powi(2);
+    }
+}
+
+fn still(rest: &Rest) -> Still {
+    let duration_s = rest.duration_s.filter(|t| *t > 0.0);
+    let speed = duration_s.map_or(0.0, |t| REST_SPEED_MPS / t);
+    Still {
+        mean: Vector3::from(rest.mean),
+        sd: rest
+            .standard_error
+            .map_or_else(Vector3::zeros, Vector3::from),
+        sd_of_length_mps2: speed.hypot(FLOOR_MPS2),
+    }
+}
+
+/// True for each static interval that the calibration was fitted to.
+fn fitted(calibration: &CalibrationFile, recordings: &[Recording], rests: &[Rest]) -> Vec<bool> {
+    let fitted = |rest: &Rest| {
+        let recording = &recordings[rest.recording];
+        let (first, last) = (recording.line(rest.first()), recording.line(rest.last()));
+        inputs_of(calibration, recording).any(|input| {
+            let poses = calibration.accelerometer.poses.iter();
+            let mut poses = poses.filter(|p| p.fitted && p.source.contains(&input.path));
+            // Without lines the pose may be anywhere in the file.
+            poses.any(|p| p.lines.is_none_or(|[from, to]| from <= last && first <= to))
+        })
+    };
+    rests.iter().map(fitted).collect()
+}
+
+/// The inputs of the calibration that are this recording, by its checksum.
+fn inputs_of<'a>(
+    calibration: &'a CalibrationFile,
+    recording: &'a Recording,
+) -> impl Iterator<Item = &'a InputFile> {
+    let known = recording.sha256.as_ref();
+    calibration
+        .recordings()
+        .filter(move |i| known.is_some() && i.sha256.as_ref() == known)
+}
+
+/// The intervals that the judgement uses: those that the calibration was not fitted to, among them
+/// those without clipped samples; in both cases all where none is left.
+fn counted(rests: &[Rest], fitted: &[bool]) -> Vec<usize> {
+    let mut counted: Vec<usize> = (0..rests.len()).collect();
+    if fitted.contains(&false) {
+        counted.retain(|i| !fitted[*i]);
+    }
+    if counted.iter().any(|i| rests[*i].clipped == 0) {
+        counted.retain(|i| rests[*i].clipped == 0);
+    }
+    counted
+}
+
+fn describe(recording: &Recording, rest: &Rest, length: &Length, axes: &AxisMap) -> StillCheck {
+    let (rate, is_assumed) = recording.working_rate_hz();
+    let start_s = match &recording.time_s {
+        Some(t) => t.get(rest.first()).copied().filter(|t| t.is_finite()),
+        None => (!is_assumed).then(|| recording.row_in_file(rest.first()) as f64 / rate),
+    };
+    let calibrated = axes.to_case(length.force.into());
+    let (nearest, face_angle_deg) = Face::nearest(calibrated);
+    StillCheck {
+        file: recording.name.clone(),
+        label: rest.label.clone(),
+        lines: [recording.line(rest.first()), recording.line(rest.last())],
+        start_s,
+        rows: rest.count as u64,
+        calibrated,
+        nearest: nearest.name(),
+        face_angle_deg,
+        error_mps2: length.error_mps2,
+        sigma_mps2: length.sd_mps2,
+        z: length.error_mps2 / length.sd_mps2,
+        temperature_c: rest.temperature_c,
+        clipped: rest.clipped as u64,
+        counts: true,
+    }
+}
+
+fn worst(intervals: &[StillCheck]) -> usize {
+    (0..intervals.len())
+        .filter(|i| intervals[*i].counts)
+        .max_by(|i, j| intervals[*i].z.abs().total_cmp(&intervals[*j].z.abs()))
+        .unwrap_or(0)
+}
+
+fn root_mean_square(lengths: &[Length], value: fn(&Length) -> f64) -> f64 {
+    let squares: f64 = lengths.iter().map(|l| value(l).powi(2)).sum();
+    (squares / lengths.len() as f64).sqrt()
+}
+
+/// Axes of the case that are not tested, and those that are in one direction only.
+fn coverage(lengths: &[Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
+    let directions: Vec<[f64; 3]> = lengths
+        .iter()
+        .map(|l| axes.to_case(l.force.normalize().into()))
+        .collect();
+    let ways = |k: usize| {
+        let points = |sign: f64| directions.iter().any(|n| sign * n[k] >= TESTED_COSINE);
+        usize::from(points(1.0)) + usize::from(points(-1.0))
+    };
+    let named = |count: usize| -> Vec<&'static str> {
+        let axes = (0..3).filter(|k| ways(*k) == count);
+        axes.map(|k| ["x", "y", "z"][k]).collect()
+    };
+    [named(0), named(1)]
+}
+
+/// Quality, inputs, clipping, temperature, gravity.
+fn circumstances(
+    calibration: &CalibrationFile,
+    recordings: &[Recording],
+    rests: &[Rest],
+    gravity: &Gravity,
+    options: &CheckOptions,
+    findings: &mut Vec<Finding>,
+) {
+    if calibration.verdict.grade == Grade::Poor {
+        findings.push(Finding::new(
+            FindingKind::PoorCalibration,
+            "the verdict of the calibration is poor; fix what it names first",
+        ));
+    }
+    for recording in recordings {
+        findings.extend(of_recording(calibration, recording));
+    }
+    for rest in rests.iter().filter(|r| r.clipped > 0) {
+        let recording = &recordings[rest.recording];
+        let (count, first, last) = (rest.clipped, rest.first(), rest.last());
+        let text = format!(
+            "{count} samples at the end of the range in lines {} to {}: the mean is too small, and the interval does not count unless there is no other",
+            recording.line(first),
+            recording.line(last)
+        );
+        findings.push(Finding::new(FindingKind::ClippedPose, text).in_file(&recording.name));
+    }
+    findings.extend(temperature(calibration, rests));
+    let off = (gravity.value_mps2 / calibration.gravity_mps2 - 1.0).abs();
+    if options.gravity.is_some() && off > SAME_GRAVITY {
+        let text = format!(
+            "the calibration was computed with g = {:.5} m/s², here g = {:.5}: if it was made here, that alone makes every ‖a‖ wrong by {:.2} %",
+            calibration.gravity_mps2,
+            gravity.value_mps2,
+            100.0 * off
+        );
+        findings.push(Finding::new(FindingKind::GravityDiffers, text));
+    }
+}
+
+/// Calibrated already, or fitted to.
+fn of_recording(calibration: &CalibrationFile, recording: &Recording) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if recording.is_calibrated {
+        let why = why_calibrated(recording.is_calibrated_by_board);
+        found.push(Finding::new(
+            FindingKind::AlreadyCalibrated,
+            format!("{why}: a check needs the raw recording"),
+        ));
+    }
+    if inputs_of(calibration, recording).next().is_some() {
+        found.push(Finding::new(
+            FindingKind::SameRecordings,
+            "the calibration was made from this recording: static intervals that it was fitted to cannot test it, and count only where there are no others",
+        ));
+    }
+    found
+        .into_iter()
+        .map(|f| f.in_file(&recording.name))
+        .collect()
+}
+
+fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding> {
+    // Within the range of a temperature model the drift is taken off.
+    let [least, most] = match (calibration.drift_model(), calibration.temperature_c) {
+        (Some(model), _) => model.range_c,
+        (None, Some(range)) => [range.min, range.max],
+        (None, None) => return None,
+    };
+    let temperatures = || rests.iter().filter_map(|r| r.temperature_c);
+    let low = temperatures().fold(f64::INFINITY, f64::min);
+    let high = temperatures().fold(f64::NEG_INFINITY, f64::max);
+    let text = format!(
+        "the static intervals are at {low:.1} to {high:.1} °C, the calibration is for {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainty does not include; calibrate at this temperature"
+    );
+    let outside = (least - low).max(high - most) > TEMPERATURE_MARGIN_C;
+    outside.then(|| Finding::new(FindingKind::TemperatureOutside, text))
+}

@@ -1,0 +1,462 @@
+//! Do two calibrations of one sensor differ by more than their uncertainty?
+//!
+//! A board that sits differently in its case, or faces that lie crookedly, turn the frame: that
+//! changes the direction of what is measured and never its length. So a difference is reported in
+//! two parts, each with its own test: what changes ‖a‖ (bias, scale, angles between the axes), and
+//! the rotation between the frames ([`gravical_fit::later::compare`]).
+//!
+//! It rests on the covariances of both files. What they leave out (drift with temperature, another
+//! gravity, shared recordings) is said.
+
+use gravical_core::matrix3::norm;
+use gravical_fit::later::{self, Difference, Sensor, Test};
+use serde::Serialize;
+
+use crate::calibration_file::{
+    AccelerometerSection, CalibrationFile, Grade, PoseKind, TemperatureRange,
+};
+use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, sensor};
+use crate::recording::{AccelUnit, Finding, FindingKind};
+use crate::{Error, Result};
+
+pub use crate::later::{ChiSquare, Judgement, ParameterDifference, Part, Reason, Verdict};
+
+/// Scales within this fraction of each other are of one unit and range: far beyond any sensor, far
+/// below the next range.
+const SAME_SCALE: f64 = 0.2;
+
+/// Sessions further apart than this were at different temperatures, °C: half of it moves an
+/// MPU6050's bias by less than a milli-g and a half.
+const TEMPERATURE_STEP_C: f64 = 3.0;
+
+/// Scales of gyroscopes further apart than this are of two ranges, %.
+const SAME_RANGE_PERCENT: f64 = 20.0;
+
+/// Name, unit, and factor to it: of the nine numbers that change ‖a‖, and of the turn.
+const PARAMETERS: [(&str, &str, f64); 12] = {
+    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    [
+        ("bias_x", "m/s^2", 1.0),
+        ("bias_y", "m/s^2", 1.0),
+        ("bias_z", "m/s^2", 1.0),
+        ("scale_x", "%", 100.0),
+        ("scale_y", "%", 100.0),
+        ("scale_z", "%", 100.0),
+        ("angle_xy", "deg", DEGREES),
+        ("angle_xz", "deg", DEGREES),
+        ("angle_yz", "deg", DEGREES),
+        ("rotation_x", "deg", DEGREES),
+        ("rotation_y", "deg", DEGREES),
+        ("rotation_z", "deg", DEGREES),
+    ]
+};
+
+/// Two calibrations, compared. A is the first one, B the second; every difference is B − A.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The files as they were given.
+    pub files: [String; 2],
+    /// Gravity that each scale rests on, m/s².
+    pub gravity_mps2: [f64; 2],
+    /// Temperatures of the two sessions, °C.
+    pub temperature_c: [Option<TemperatureRange>; 2],
+    /// The differences, one entry a parameter.
+    pub parameters: Vec<ParameterDifference>,
+    /// What changes ‖a‖: bias, scale and the angles between the sensor's axes.
+    pub magnitude: MagnitudeDifference,
+    /// How the frames are turned against each other; null when one is the mirror image of the
+    /// other.
+    pub orientation: Option<OrientationDifference>,
+    /// Bias and scale of the gyroscopes; null unless both files have one.
+    pub gyroscope: Option<GyroscopeDifference>,
+    /// What has to be known to read the result.
+    pub findings: Vec<Finding>,
+    /// The judgement of both parts together.
+    pub verdict: Verdict,
+}
+
+/// The part that changes the length of what is measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MagnitudeDifference {
+    /// χ² of the nine parameters; null without covariances.
+    pub test: Option<ChiSquare>,
+    /// The judgement.
+    pub judgement: Judgement,
+    /// Root mean square over all directions of ‖a‖ by B less ‖a‖ by A for the same reading at
+    /// rest, m/s².
+    pub norm_rms_mps2: f64,
+    /// What the two uncertainties predict for it, m/s².
+    pub predicted_rms_mps2: Option<f64>,
+    /// Where it is largest: the difference with its sign, m/s².
+    pub norm_largest_mps2: f64,
+    /// In this direction (calibrated axes of A).
+    pub largest_at: [f64; 3],
+}
+
+/// The part that changes the direction of what is measured and not its length.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OrientationDifference {
+    /// Angle by which the frame of B is turned against that of A, degrees.
+    pub angle_deg: f64,
+    /// About this axis; zero for no turn.
+    pub axis: [f64; 3],
+    /// χ² of the three components of the rotation vector; null without covariances, or where the
+    /// placements of a session do not show how its frame sits in the case.
+    pub test: Option<ChiSquare>,
+    /// The judgement.
+    pub judgement: Judgement,
+}
+
+/// The gyroscopes, without a judgement: the bias of one changes with every start by more than the
+/// uncertainty of its file says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GyroscopeDifference {
+    /// Bias in A as an angular rate about the axes of the case, °/s.
+    pub bias_a_deg_s: [f64; 3],
+    /// Bias in B, °/s.
+    pub bias_b_deg_s: [f64; 3],
+    /// B − A, °/s.
+    pub bias_difference_deg_s: [f64; 3],
+    /// Scale of each channel of B against A, %; null where the input units differ.
+    pub scale_difference_percent: Option<[f64; 3]>,
+}
+
+/// Compares two calibrations; `names` are the files as they were given.
+///
+/// # Errors
+///
+/// `units-differ` (input) where their units cannot be brought together, `calibration-values` where
+/// a matrix is singular.
+///
+/// # Example
+///
+/// ```
+/// use gravical::calibrate::{CalibrateOptions, calibrate};
+/// use gravical::compare::{Judgement, compare};
+/// use gravical::estimate::accelerometer::Method;
+/// use gravical::recording::{ReadOptions, read_bytes};
+///
+/// let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
+///            -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
+/// let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default())?];
+/// let mut options = CalibrateOptions::default();
+/// options.estimate.method = Method::Ferraris;
+/// let file = calibrate(&session, &options)?.file;
+/// let mut moved = file.clone();
+/// moved.accelerometer.bias[0] += 1.0;
+/// let result = compare(&file, &moved, ["a.json", "b.json"])?;
+/// assert!((result.parameters[0].difference - 1.0).abs() < 1e-9);
+/// // Six means without standard errors carry no covariance.
+/// assert_eq!(result.verdict.judgement, Judgement::Undecided);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Result<Comparison> {
+    let mut findings = Vec::new();
+    let pair = [a, b];
+    let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
+    let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
+    circumstances(pair, names, &mut findings);
+    let evidence = Evidence::new(pair, &mut findings);
+    let magnitude = evidence.magnitude(&found);
+    let orientation = evidence.orientation(&found, &mut findings);
+    let parameters = parameters(&found, evidence.has_covariances);
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    Ok(Comparison {
+        files: names.map(str::to_owned),
+        gravity_mps2: pair.map(|f| f.gravity_mps2),
+        temperature_c: pair.map(|f| f.temperature_c),
+        gyroscope: gyroscope(a, b),
+        verdict: evidence.verdict(pair, &magnitude, orientation.as_ref(), &parameters),
+        parameters,
+        magnitude,
+        orientation,
+        findings,
+    })
+}
+
+/// What a judgement may rest on.
+struct Evidence {
+    has_covariances: bool,
+    /// Both hold the same parameters.
+    is_same: bool,
+    /// Recordings of one are recordings of the other, too: agreement proves nothing.
+    is_shared: bool,
+    /// The frames of both sit in the case in a way that is known.
+    is_oriented: bool,
+}
+
+impl Evidence {
+    fn new([a, b]: [&CalibrationFile; 2], findings: &mut Vec<Finding>) -> Evidence {
+        let [x, y] = [&a.accelerometer, &b.accelerometer];
+        let is_same = x.matrix == y.matrix && x.bias == y.bias;
+        let shared = if is_same { None } else { shared(a, b) };
+        findings.extend(shared.clone());
+        Evidence {
+            has_covariances: x.covariance.is_some() && y.covariance.is_some(),
+            is_same,
+            is_shared: shared.is_some(),
+            is_oriented: is_oriented(a) && is_oriented(b),
+        }
+    }
+
+    fn judge(&self, test: Option<ChiSquare>) -> Judgement {
+        match test {
+            Some(test) if !self.is_same && test.p_value < PART_SIGNIFICANCE => Judgement::Differ,
+            Some(_) if !self.is_same && !self.is_shared => Judgement::Agree,
+            _ => Judgement::Undecided,
+        }
+    }
+
+    fn test(&self, test: Test) -> Option<ChiSquare> {
+        (self.has_covariances && test.rank > 0).then(|| test.into())
+    }
+
+    fn magnitude(&self, found: &later::Compare) -> MagnitudeDifference {
+        let test = self.test(found.magnitude);
+        let norm = &found.norm;
+        MagnitudeDifference {
+            test,
+            judgement: self.judge(test),
+            norm_rms_mps2: norm.rms_mps2,
+            predicted_rms_mps2: self.has_covariances.then_some(norm.predicted_rms_mps2),
+            norm_largest_mps2: norm.largest_mps2,
+            largest_at: norm.largest_at.into(),
+        }
+    }
+
+    fn orientation(
+        &self,
+        found: &later::Compare,
+        findings: &mut Vec<Finding>,
+    ) -> Option<OrientationDifference> {
+        let Some((turn, test)) = &found.turn else {
+            findings.push(Finding::new(
+                FindingKind::FramesMirrored,
+                "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign",
+            ));
+            return None;
+        };
+        let vector = turn.map(|d| d.change);
+        let angle = norm(&vector);
+        let test = self.test(*test).filter(|_| self.is_oriented);
+        Some(OrientationDifference {
+            angle_deg: angle.to_degrees(),
+            axis: vector.map(|v| if angle > 0.0 { v / angle } else { 0.0 }),
+            test,
+            judgement: self.judge(test),
+        })
+    }
+
+    /// Did it change? What most, and what may explain it?
+    fn verdict(
+        &self,
+        pair: [&CalibrationFile; 2],
+        magnitude: &MagnitudeDifference,
+        orientation: Option<&OrientationDifference>,
+        parameters: &[ParameterDifference],
+    ) -> Verdict {
+        // Mirror images differ, whatever their uncertainty.
+        let turned = orientation.map_or(Judgement::Differ, |o| o.judgement);
+        let judgement = if turned.is_change() {
+            Judgement::Differ
+        } else {
+            // The rotation may be a convention; ‖a‖ does not depend on it.
+            magnitude.judgement
+        };
+        let mut reasons = vec![self.part(Part::Magnitude, magnitude.judgement, magnitude.test)];
+        if magnitude.judgement.is_change() {
+            reasons.extend(most(&parameters[..9]).map(Reason::Most));
+        }
+        reasons.push(orientation.map_or(Reason::Mirrored, |o| {
+            self.part(Part::Orientation, o.judgement, o.test)
+        }));
+        if judgement.is_change() {
+            reasons.extend(circumstance(pair));
+        }
+        Verdict { judgement, reasons }
+    }
+
+    fn part(&self, part: Part, judgement: Judgement, test: Option<ChiSquare>) -> Reason {
+        let why = if self.is_same {
+            "both files contain the same parameters"
+        } else if !self.has_covariances {
+            "one of the files has no covariance"
+        } else if part == Part::Orientation && !self.is_oriented {
+            "one of the sessions has faces on less than two axes"
+        } else {
+            "both were made from the same recordings"
+        };
+        match test.filter(|_| judgement != Judgement::Undecided) {
+            Some(test) => Reason::Part(part, judgement, test),
+            None => Reason::NotTested(part, why),
+        }
+    }
+}
+
+fn most(parameters: &[ParameterDifference]) -> Option<ParameterDifference> {
+    let known = parameters.iter().filter(|p| p.z.is_some());
+    let size = |p: &ParameterDifference| p.z.map_or(0.0, f64::abs);
+    known.max_by(|p, q| size(p).total_cmp(&size(q))).cloned()
+}
+
+/// What may be behind a difference, beside a change of the sensor.
+fn circumstance([a, b]: [&CalibrationFile; 2]) -> Option<Reason> {
+    let differ = |x: &Option<String>, y: &Option<String>| {
+        let both = x.clone().zip(y.clone());
+        both.filter(|(x, y)| x != y).map(|(x, y)| [x, y])
+    };
+    let sensors = differ(&a.sensor.id, &b.sensor.id);
+    if let Some(two) = sensors.or_else(|| differ(&a.sensor.model, &b.sensor.model)) {
+        return Some(Reason::TwoSensors(two));
+    }
+    let (x, y) = a.temperature_c.zip(b.temperature_c)?;
+    ((y.mean - x.mean).abs() > TEMPERATURE_STEP_C).then_some(Reason::Temperatures([x, y]))
+}
+
+fn parameters(found: &later::Compare, has_covariances: bool) -> Vec<ParameterDifference> {
+    let turn = found.turn.iter().flat_map(|(turn, _)| turn);
+    let list = PARAMETERS.iter().zip(found.invariants.iter().chain(turn));
+    list.map(|(&(name, unit, factor), d)| parameter(name, unit, factor, d, has_covariances))
+        .collect()
+}
+
+fn parameter(
+    name: &'static str,
+    unit: &'static str,
+    factor: f64,
+    d: &Difference,
+    has_covariances: bool,
+) -> ParameterDifference {
+    let sigma = has_covariances.then_some(factor * d.sd);
+    let difference = factor * d.change;
+    ParameterDifference {
+        name,
+        unit,
+        a: d.values.map(|[a, _]| factor * a),
+        b: d.values.map(|[_, b]| factor * b),
+        difference,
+        sigma,
+        z: sigma.filter(|s| *s > 0.0).map(|s| difference / s),
+    }
+}
+
+/// Says which recordings both were made from.
+fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
+    let mut shared = a
+        .recordings()
+        .filter(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256));
+    let first = shared.next()?;
+    let text = format!(
+        "{} of {} recordings of the first calibration went into the second one, too ({}): their errors are shared, so that agreement proves nothing",
+        1 + shared.count(),
+        a.recordings().count(),
+        first.path
+    );
+    Some(Finding::new(FindingKind::SameRecordings, text))
+}
+
+/// False where the placements do not show how the sensor sits in its case: the fit says so, or
+/// there are faces on one axis at most. Files without placements are believed.
+fn is_oriented(file: &CalibrationFile) -> bool {
+    if let Some(fit) = &file.accelerometer.fit {
+        return fit.oriented;
+    }
+    let poses = &file.accelerometer.poses;
+    let on = |axis: &char| {
+        let face = |p: &&crate::calibration_file::PoseResult| p.kind == PoseKind::Face;
+        poses.iter().filter(face).any(|p| p.label.ends_with(*axis))
+    };
+    poses.is_empty() || ['x', 'y', 'z'].iter().filter(|axis| on(axis)).count() >= 2
+}
+
+/// Gravity and quality.
+fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut Vec<Finding>) {
+    let ratio = b.gravity_mps2 / a.gravity_mps2 - 1.0;
+    if ratio.abs() > SAME_GRAVITY {
+        let text = format!(
+            "the scales rest on {:.5} m/s² and {:.5} m/s²: if both sessions were in one place, {:+.3} % of scale comes from that alone; calibrate both with the same gravity",
+            a.gravity_mps2,
+            b.gravity_mps2,
+            -100.0 * ratio
+        );
+        findings.push(Finding::new(FindingKind::GravityDiffers, text));
+    }
+    for (file, name) in [a, b].into_iter().zip(names) {
+        if file.verdict.grade == Grade::Poor {
+            let text = "the verdict of the calibration is poor; fix what it names before comparing";
+            findings.push(Finding::new(FindingKind::PoorCalibration, text).in_file(name));
+        }
+    }
+}
+
+/// Both as numbers in nominal m/s², so that counts and g compare.
+///
+/// # Errors
+///
+/// `units-differ` (input) where a nominal scale is not known and the units or ranges are not the
+/// same; `calibration-values` for a singular matrix.
+fn sensors(
+    pair: [&CalibrationFile; 2],
+    names: [&str; 2],
+    findings: &mut Vec<Finding>,
+) -> Result<[Sensor; 2]> {
+    let [x, y] = pair.map(|f| &f.accelerometer);
+    let per = match (x.nominal_per_mps2(), y.nominal_per_mps2()) {
+        (Some(x), Some(y)) => [x, y],
+        (known, other) => {
+            let [of_x, of_y] = [x, y].map(mean_scale);
+            let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
+            if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE
+            {
+                return Err(units_differ([x, y], names));
+            }
+            if unknown {
+                let text = "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same";
+                findings.push(Finding::new(FindingKind::UnitUnverified, text));
+            }
+            [known.or(other).unwrap_or(of_x); 2]
+        }
+    };
+    let one = |i: usize| {
+        let section = &pair[i].accelerometer;
+        sensor(pair[i], per[i], section.zero_offset()).ok_or_else(|| singular(names[i]))
+    };
+    Ok([one(0)?, one(1)?])
+}
+
+fn singular(name: &str) -> Error {
+    let text = "the accelerometer's matrix is singular";
+    Error::input("calibration-values", text).at(name.as_ref(), None)
+}
+
+fn mean_scale(section: &AccelerometerSection) -> f64 {
+    section.scale.iter().sum::<f64>() / 3.0
+}
+
+fn units_differ(pair: [&AccelerometerSection; 2], names: [&str; 2]) -> Error {
+    let [a, b] = pair.map(|s| {
+        let known = s.nominal_per_mps2().is_some();
+        let note = if known { "" } else { ", nominal scale unknown" };
+        let unit = s.input_unit.name();
+        format!("{unit} ({:.5} per m/s²{note})", mean_scale(s))
+    });
+    let [name_a, name_b] = names;
+    let text =
+        format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
+    Error::input("units-differ", text).with_hint(
+        "calibrate again with the range given (--accel-unit counts --accel-range 2), so that counts can be converted",
+    )
+}
+
+fn gyroscope(a: &CalibrationFile, b: &CalibrationFile) -> Option<GyroscopeDifference> {
+    let (ga, gb) = (a.gyroscope.as_ref()?, b.gyroscope.as_ref()?);
+    let (bias_a, bias_b) = (ga.bias_deg_s(), gb.bias_deg_s());
+    let ratios: [f64; 3] = std::array::from_fn(|i| 100.0 * (gb.scale[i] / ga.scale[i] - 1.0));
+    let is_alike = ratios.iter().all(|r| r.abs() < SAME_RANGE_PERCENT);
+    Some(GyroscopeDifference {
+        bias_a_deg_s: bias_a,
+        bias_b_deg_s: bias_b,
+        bias_difference_deg_s: std::array::from_fn(|i| bias_b[i] - bias_a[i]),
+        scale_difference_percent: (ga.input_unit == gb.input_unit && is_alike).then_some(ratios),
+    })
+}

@@ -1,0 +1,480 @@
+//! `check` and `compare` of files and recordings made by hand: what counts, what is refused, what
+//! is said.
+
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibrate::{EstimateOptions, Method};
+use gravical::calibration_file::{
+    CalibrationFile, Covariance, GyroscopeSection, InputFile, PoseKind, TemperatureRange,
+};
+use gravical::check::{Cause, CheckOptions, CheckReport, Judgement, check};
+use gravical::compare::{Comparison, compare};
+use gravical::gravity::Gravity;
+use gravical::recording::{AccelUnit, Finding, GyroUnit, ReadOptions, Recording, read_bytes};
+use gravical_core::matrix3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+const G: f64 = 9.80665;
+const UP: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
+
+/// `rows` readings at 100 Hz of a perfect sensor with `bias`, gravity `g` along
+/// `up`; 25 °C, gyroscope at rest with `rate` (rad/s) about x.
+fn rest(up: [f64; 3], rows: usize, bias: [f64; 3], g: f64, rate: f64, seed: u64) -> Recording {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut noise = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
+    let mut text = "t_ms,ax_m/s2,ay_m/s2,az_m/s2,temp,gx_rad/s,gy_rad/s,gz_rad/s\n".to_owned();
+    for i in 0..rows {
+        let a: [f64; 3] = std::array::from_fn(|k| g * up[k] + bias[k] + noise(0.02));
+        let w = [rate + noise(1e-3), noise(1e-3), noise(1e-3)];
+        text += &format!(
+            "{},{:.5},{:.5},{:.5},25.0,{:.6},{:.6},{:.6}\n",
+            10 * i,
+            a[0],
+            a[1],
+            a[2],
+            w[0],
+            w[1],
+            w[2]
+        );
+    }
+    read_bytes(text.as_bytes(), "rest.csv", &ReadOptions::default()).unwrap()
+}
+
+fn calibration() -> CalibrationFile {
+    let session: Vec<Recording> = (0..6)
+        .map(|i| rest(UP[i], 500, [0.0; 3], G, 0.0, i as u64))
+        .collect();
+    let options = CalibrateOptions {
+        gravity: Gravity::given(G).unwrap(),
+        estimate: EstimateOptions {
+            pose_tilt_deg: Some(0.1),
+            method: Method::Ferraris,
+            ..EstimateOptions::default()
+        },
+        ..CalibrateOptions::default()
+    };
+    calibrate(&session, &options).unwrap().file
+}
+
+fn checked(file: &CalibrationFile, recordings: &[Recording]) -> CheckReport {
+    check(file, "cal.json", recordings, &CheckOptions::default()).unwrap()
+}
+
+fn has(findings: &[Finding], kind: &str) -> bool {
+    findings.iter().any(|f| f.kind == kind)
+}
+
+fn says(reasons: &[gravical::check::Reason], words: &str) -> bool {
+    reasons.iter().any(|r| r.to_string().contains(words))
+}
+
+#[test]
+fn one_pose_is_enough_and_says_what_it_does_not_test() {
+    let report = checked(&calibration(), &[rest(UP[4], 300, [0.0; 3], G, 0.0, 90)]);
+    assert_eq!(
+        report.verdict.judgement,
+        Judgement::Fits,
+        "{:?}",
+        report.verdict
+    );
+    assert_eq!(report.static_intervals.len(), 1);
+    assert_eq!(report.static_intervals[0].nearest, "+z");
+    assert_eq!(report.untested_axes, ["x", "y"]);
+    assert!(report.explanations.is_empty());
+    assert_eq!(report.test.degrees_of_freedom, 1);
+}
+
+#[test]
+fn a_moved_bias_is_named_and_a_share_is_scale_or_gravity() {
+    let file = calibration();
+    let all = |bias: [f64; 3], g: f64| -> Vec<Recording> {
+        (0..6)
+            .map(|i| rest(UP[i], 300, bias, g, 0.0, 40 + i as u64))
+            .collect()
+    };
+    let moved = checked(&file, &all([0.0, 0.05, 0.0], G));
+    assert_eq!(moved.verdict.judgement, Judgement::DoesNotFit);
+    let [found] = moved.explanations[..] else {
+        panic!("{:?}", moved.explanations);
+    };
+    assert_eq!((found.cause, found.unit), (Cause::BiasY, "m/s^2"));
+    assert!((found.change - 0.05).abs() < 0.005);
+    assert!(says(
+        &moved.verdict.reasons,
+        "a changed bias of y explains it: +0.0"
+    ));
+
+    let shared = checked(&file, &all([0.0; 3], 9.83));
+    assert_eq!(shared.verdict.judgement, Judgement::DoesNotFit);
+    let causes: Vec<Cause> = shared.explanations.iter().map(|e| e.cause).collect();
+    assert_eq!(causes, [Cause::Share]);
+    assert!(says(
+        &shared.verdict.reasons,
+        "local gravity, which would be 9.8"
+    ));
+    // With the gravity of that place it fits.
+    let options = CheckOptions {
+        gravity: Some(Gravity::given(9.83).unwrap()),
+        ..CheckOptions::default()
+    };
+    let there = check(&file, "cal.json", &all([0.0; 3], 9.83), &options).unwrap();
+    assert_eq!(
+        there.verdict.judgement,
+        Judgement::Fits,
+        "{:?}",
+        there.verdict
+    );
+    assert!(has(&there.findings, "gravity-differs"));
+}
+
+#[test]
+fn without_covariance_only_gross_errors_are_told() {
+    let mut file = calibration();
+    file.accelerometer.covariance = None;
+    let small = checked(&file, &[rest(UP[0], 300, [0.1, 0.0, 0.0], G, 0.0, 7)]);
+    assert_eq!(small.verdict.judgement, Judgement::Undecided);
+    assert!(says(&small.verdict.reasons, "the file has no covariance"));
+    let large = checked(&file, &[rest(UP[0], 300, [0.3, 0.0, 0.0], G, 0.0, 7)]);
+    assert_eq!(large.verdict.judgement, Judgement::DoesNotFit);
+}
+
+#[test]
+fn another_unit_or_size_is_refused() {
+    let file = calibration();
+    let in_g = "ax,ay,az\n".to_owned() + &"0.001,0.0,1.002\n0.0,0.002,0.999\n".repeat(200);
+    let in_g = read_bytes(in_g.as_bytes(), "g.csv", &ReadOptions::default()).unwrap();
+    let error = check(&file, "cal.json", &[in_g], &CheckOptions::default()).unwrap_err();
+    assert_eq!(error.code(), "unit-mismatch");
+    let mut other = file.clone();
+    other.accelerometer.bias[2] = 4.0;
+    let still = [rest(UP[4], 300, [0.0; 3], G, 0.0, 3)];
+    let error = check(&other, "cal.json", &still, &CheckOptions::default()).unwrap_err();
+    assert_eq!(error.code(), "unit-mismatch");
+    let error = check(&file, "cal.json", &[], &CheckOptions::default()).unwrap_err();
+    assert_eq!(error.code(), "no-recordings");
+}
+
+#[test]
+fn the_gyroscope_has_its_own_judgement() {
+    let mut file = calibration();
+    file.gyroscope = Some(GyroscopeSection {
+        input_unit: GyroUnit::RadianPerSecond,
+        output_unit: GyroUnit::RadianPerSecond,
+        bias: [0.0; 3],
+        matrix: matrix3::identity(),
+        scale: [1.0; 3],
+        orientation: matrix3::identity(),
+        g_sensitivity: [[0.0; 3]; 3],
+        ..GyroscopeSection::default()
+    });
+    let still = checked(&file, &[rest(UP[4], 300, [0.0; 3], G, 0.001, 5)]);
+    assert_eq!(still.gyroscope.unwrap().judgement, Judgement::Fits);
+    let moved = checked(&file, &[rest(UP[4], 300, [0.0; 3], G, 0.02, 5)]);
+    let gyroscope = moved.gyroscope.unwrap();
+    assert_eq!(gyroscope.judgement, Judgement::DoesNotFit);
+    assert!((gyroscope.rate_deg_s[0] - 0.02_f64.to_degrees()).abs() < 0.01);
+    assert!((gyroscope.bias_now[0] - 0.02).abs() < 2e-4);
+    // It does not touch that of the accelerometer.
+    assert_eq!(moved.verdict.judgement, Judgement::Fits);
+}
+
+#[test]
+fn temperature_and_old_recordings_are_told() {
+    let mut file = calibration();
+    file.temperature_c = Some(TemperatureRange {
+        mean: 40.0,
+        min: 39.0,
+        max: 41.0,
+    });
+    let mut again = rest(UP[4], 300, [0.0; 3], G, 0.0, 5);
+    again.sha256 = Some("00".into());
+    file.inputs[0].sha256 = Some("00".into());
+    let report = checked(&file, &[again]);
+    assert!(
+        has(&report.findings, "temperature-outside") && has(&report.findings, "same-recordings")
+    );
+    assert_ne!(report.verdict.judgement, Judgement::Fits);
+}
+
+#[test]
+fn a_temperature_model_is_taken_off() {
+    let mut file = calibration();
+    let later = [rest(UP[4], 300, [0.0, 0.0, 0.2], G, 0.0, 8)];
+    assert_eq!(
+        checked(&file, &later).verdict.judgement,
+        Judgement::DoesNotFit
+    );
+    // 0.02 m/s² per °C on z, known at 15 °C: the recording is at 25.
+    let channel = serde_json::json!({
+        "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
+        "order": 1, "drift_rms": 0.1, "coefficients": [0.02], "scale_coefficients": [],
+        "scale_observed": false
+    });
+    let model = serde_json::json!({
+        "reference_c": 15.0, "reference_source": "session", "range_c": [10.0, 30.0],
+        "poses": 1, "sweeps": [], "channels": [channel], "inputs": []
+    });
+    file.temperature_model = Some(serde_json::from_value(model).unwrap());
+    let report = checked(&file, &later);
+    assert_eq!(
+        report.verdict.judgement,
+        Judgement::Fits,
+        "{:?}",
+        report.verdict
+    );
+    assert!(!has(&report.findings, "temperature-outside"));
+    let mut cold = later;
+    cold[0].temperature_c = None;
+    assert!(has(
+        &checked(&file, &cold).findings,
+        "temperature-not-applied"
+    ));
+}
+
+/// A file of six means with a covariance of `sigma` for all parameters.
+fn file(sigma: f64) -> CalibrationFile {
+    let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
+               -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
+    let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default()).unwrap()];
+    let mut options = CalibrateOptions::default();
+    options.estimate.method = Method::Ferraris;
+    let mut file = calibrate(&session, &options).unwrap().file;
+    file.accelerometer.covariance = Some(diagonal(sigma, 1.0));
+    file.accelerometer.gravity_sd_mps2 = 0.0;
+    file
+}
+
+/// `sigma` for the elements of M, g times it for the bias, in `per` units a m/s².
+fn diagonal(sigma: f64, per: f64) -> Covariance {
+    let variance = |i: usize| (per * if i < 9 { sigma } else { 9.81 * sigma }).powi(2);
+    Covariance {
+        parameters: Covariance::parameter_names(),
+        values: (0..12)
+            .map(|r| {
+                (0..12)
+                    .map(|c| if r == c { variance(r) } else { 0.0 })
+                    .collect()
+            })
+            .collect(),
+    }
+}
+
+fn compared(a: &CalibrationFile, b: &CalibrationFile) -> Comparison {
+    compare(a, b, ["a.json", "b.json"]).unwrap()
+}
+
+/// The same calibration for a board that is turned in its case.
+fn turned(file: &CalibrationFile, by: [f64; 3]) -> CalibrationFile {
+    let q = nalgebra::Rotation3::new(nalgebra::Vector3::from(by));
+    let q: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| q.matrix()[(r, c)]));
+    let mut out = file.clone();
+    let transposed = matrix3::transpose(&q);
+    out.accelerometer.matrix = matrix3::mul(&transposed, &file.accelerometer.matrix);
+    out
+}
+
+#[test]
+fn a_turned_board_differs_in_orientation_alone() {
+    let a = file(1e-4);
+    let result = compared(&a, &turned(&a, [0.0, 0.0, 0.02]));
+    assert_eq!(result.magnitude.judgement, Judgement::Agree);
+    assert!(result.magnitude.norm_rms_mps2 < 1e-9);
+    let orientation = result.orientation.as_ref().unwrap();
+    assert_eq!(orientation.judgement, Judgement::Differ);
+    assert!((orientation.angle_deg - 0.02_f64.to_degrees()).abs() < 1e-9);
+    assert!((orientation.axis[2].abs() - 1.0).abs() < 1e-9);
+    assert_eq!(result.verdict.judgement, Judgement::Differ);
+    // σ of a rotation about one axis: two rows of two elements each.
+    let sigma = result.parameters[11].sigma.unwrap().to_radians();
+    assert!((sigma - 1e-4).abs() < 1e-5, "{sigma}");
+    // A board that was put in on its side is still the same sensor.
+    let side = compared(&a, &turned(&a, [1.2, -0.4, 0.9]));
+    assert_eq!(side.magnitude.judgement, Judgement::Agree);
+}
+
+#[test]
+fn a_moved_bias_differs_in_length_alone() {
+    let a = file(1e-4);
+    let mut b = a.clone();
+    b.accelerometer.bias[1] += 5.0 * 2_f64.sqrt() * 9.81e-4;
+    let result = compared(&a, &b);
+    assert_eq!(result.magnitude.judgement, Judgement::Differ);
+    assert_eq!(result.orientation.unwrap().judgement, Judgement::Agree);
+    assert!((result.parameters[1].z.unwrap() - 5.0).abs() < 1e-6);
+    assert!(result.magnitude.largest_at[1].abs() > 0.9);
+    assert!((result.magnitude.test.unwrap().chi2 - 25.0).abs() < 1e-4);
+}
+
+#[test]
+fn counts_and_g_are_compared_by_their_nominal_scale() {
+    let a = file(1e-4);
+    let mut b = a.clone();
+    let per = 16384.0 / 9.80665;
+    let s = &mut b.accelerometer;
+    s.input_unit = AccelUnit::Counts;
+    s.matrix = s.matrix.map(|row| row.map(|v| v / per));
+    s.bias = s.bias.map(|v| v * per);
+    s.scale = s.scale.map(|v| v * per);
+    s.covariance = Some(diagonal(1e-4, per));
+    let result = compared(&a, &b);
+    assert!(result.magnitude.test.unwrap().chi2 < 1e-12);
+    assert!((result.parameters[0].sigma.unwrap() - 2_f64.sqrt() * 9.81e-4).abs() < 1e-9);
+
+    b.accelerometer.scale_deviation_percent = None;
+    let error = compare(&a, &b, ["a.json", "b.json"]).unwrap_err();
+    assert_eq!(error.code(), "units-differ");
+    // Two of unknown range compare when they are of one size.
+    assert!(compared(&b, &b.clone()).magnitude.norm_rms_mps2 < 1e-9);
+    // Unsigned counts carry 32768 in their bias.
+    let mut unsigned = b.clone();
+    unsigned.accelerometer.bias = unsigned.accelerometer.bias.map(|v| v + 32768.0);
+    let result = compared(&b, &unsigned);
+    assert!(result.magnitude.test.unwrap().chi2 < 1e-9);
+}
+
+#[test]
+fn without_covariance_differences_are_shown_and_not_judged() {
+    let (a, mut b) = (file(1e-4), file(1e-4));
+    b.accelerometer.covariance = None;
+    b.accelerometer.bias[0] += 1.0;
+    let result = compared(&a, &b);
+    assert_eq!(result.verdict.judgement, Judgement::Undecided);
+    assert!((result.parameters[0].difference - 1.0).abs() < 1e-9);
+    assert_eq!(result.parameters[0].sigma, None);
+    assert_eq!(result.magnitude.test, None);
+    assert!(says(
+        &result.verdict.reasons,
+        "one of the files has no covariance"
+    ));
+}
+
+#[test]
+fn another_gravity_is_told_and_taken_off() {
+    let a = file(1e-4);
+    let mut b = a.clone();
+    b.gravity_mps2 = a.gravity_mps2 * 1.002;
+    b.accelerometer.matrix = a.accelerometer.matrix.map(|r| r.map(|v| v * 1.002));
+    let result = compared(&a, &b);
+    assert!(has(&result.findings, "gravity-differs"));
+    assert_eq!(result.magnitude.judgement, Judgement::Differ);
+    // Assumed, it may be the same.
+    b.accelerometer.gravity_sd_mps2 = 0.015;
+    assert_eq!(compared(&a, &b).verdict.judgement, Judgement::Agree);
+}
+
+#[test]
+fn what_else_has_to_be_known_is_said() {
+    let (mut a, mut b) = (file(1e-4), file(1e-4));
+    let at = |mean: f64| {
+        Some(TemperatureRange {
+            mean,
+            min: mean,
+            max: mean,
+        })
+    };
+    (a.temperature_c, b.temperature_c) = (at(22.0), at(41.0));
+    (a.sensor.id, b.sensor.id) = (Some("1".into()), Some("2".into()));
+    b.accelerometer.bias[0] += 1e-4;
+    let input = InputFile {
+        path: "x.csv".into(),
+        sha256: Some("00".into()),
+        role: Default::default(),
+    };
+    (a.inputs, b.inputs) = (vec![input.clone()], vec![input]);
+    let result = compared(&a, &b);
+    assert!(has(&result.findings, "same-recordings"));
+    // Shared recordings: agreement proves nothing.
+    assert_eq!(result.verdict.judgement, Judgement::Undecided);
+    // What may be behind a difference.
+    b.accelerometer.bias[0] += 1.0;
+    let reasons = compared(&a, &b).verdict.reasons;
+    assert!(
+        says(&reasons, "most of all bias x, by +1.00"),
+        "{reasons:?}"
+    );
+    assert!(says(&reasons, "two sensors, \"1\" and \"2\""));
+    b.sensor.id = None;
+    let reasons = compared(&a, &b).verdict.reasons;
+    assert!(says(&reasons, "at 22.0 °C and 41.0 °C"));
+    let same = compared(&a, &a.clone());
+    assert!(says(
+        &same.verdict.reasons,
+        "both files contain the same parameters"
+    ));
+    assert_eq!(same.verdict.judgement, Judgement::Undecided);
+}
+
+#[test]
+fn directions_without_variance_are_no_proof() {
+    let (mut a, mut b) = (file(1e-4), file(1e-4));
+    for f in [&mut a, &mut b] {
+        // As for poses without faces: nothing is said of the x bias.
+        if let Some(c) = &mut f.accelerometer.covariance {
+            c.values[9][9] = 0.0;
+        }
+    }
+    b.accelerometer.bias[0] += 0.5;
+    let result = compared(&a, &b);
+    let test = result.magnitude.test.unwrap();
+    assert_eq!(test.degrees_of_freedom, 8);
+    assert!(test.chi2 < 1e-9, "{test:?}");
+}
+
+#[test]
+fn without_faces_the_frame_is_a_convention() {
+    let a = file(1e-4);
+    let mut b = turned(&a, [0.0, 0.1, 0.0]);
+    b.accelerometer
+        .poses
+        .iter_mut()
+        .for_each(|p| p.kind = PoseKind::Free);
+    let result = compared(&a, &b);
+    assert!(says(&result.verdict.reasons, "faces on less than two axes"));
+    assert_eq!(result.orientation.unwrap().judgement, Judgement::Undecided);
+    assert_eq!(result.verdict.judgement, Judgement::Agree);
+}
+
+#[test]
+fn mirror_images_and_gyroscopes() {
+    let a = file(1e-4);
+    let mut b = a.clone();
+    b.accelerometer.matrix[2] = a.accelerometer.matrix[2].map(|v| -v);
+    let result = compared(&a, &b);
+    assert!(has(&result.findings, "frames-mirrored"));
+    assert_eq!(result.verdict.judgement, Judgement::Differ);
+    assert_eq!(result.parameters.len(), 9);
+
+    // 131 counts per °/s; channel x along the y axis of the case, y against its x axis.
+    let per_rad_s = 131.0_f64.to_degrees();
+    let orientation = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    let back = matrix3::transpose(&orientation);
+    let gyro = |bias: [f64; 3]| GyroscopeSection {
+        input_unit: GyroUnit::Counts,
+        output_unit: GyroUnit::RadianPerSecond,
+        bias,
+        matrix: back.map(|row| row.map(|v| v / per_rad_s)),
+        scale: [per_rad_s; 3],
+        orientation,
+        ..GyroscopeSection::default()
+    };
+    let (mut a, mut b) = (a.clone(), a);
+    a.gyroscope = Some(gyro([0.0; 3]));
+    // Unsigned counts read 32768 at rest.
+    for zero in [0.0, 32768.0] {
+        b.gyroscope = Some(gyro([131.0, 262.0, 393.0].map(|v| v + zero)));
+        let gyroscope = compared(&a, &b).gyroscope.unwrap();
+        for (got, want) in gyroscope.bias_b_deg_s.iter().zip([-2.0, 1.0, 3.0]) {
+            assert!((got - want).abs() < 1e-9, "{gyroscope:?}");
+        }
+        assert_eq!(gyroscope.bias_difference_deg_s, gyroscope.bias_b_deg_s);
+        assert_eq!(gyroscope.scale_difference_percent, Some([0.0; 3]));
+    }
+}
