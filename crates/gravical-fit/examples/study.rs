@@ -4,7 +4,8 @@
 //! $ cargo run --release -p gravical-fit --example study -- 300
 //! ```
 //!
-//! Every line is a kind of session under one disturbance: shares of the grades, results that are called
+//! With `estimators` in place of the number: errors of the parameters, for the first table of
+//! `docs/accuracy.md`. Else every line is a kind of session under one disturbance: shares of the grades, results that are called
 //! better than they are, how often the error claimed for the worst direction holds, and how many of the
 //! 95 % intervals of M and b hold the truth. The number is that of sensors; a word selects lines.
 
@@ -15,10 +16,49 @@ mod sessions;
 use gravical_fit::{Fit, Grade};
 use nalgebra::Matrix3;
 
-use sessions::{DISTURBANCES, Disturbance, MG, PLANS, Plan, Session};
+use sessions::{DISTURBANCES, Disturbance, MG, PLANS, Plan, Session, parameter_errors};
+
+/// Errors of ‖a‖ (mg) / bias (mg) / direction of the axes (°), rms over sensors.
+fn estimators(count: u64) {
+    println!("| session | tilt 0.1° | 1° | 2° | 3° |");
+    println!("| --- | --- | --- | --- | --- |");
+    let plans = [
+        Plan::Proposed(0),
+        Plan::Proposed(3),
+        Plan::Proposed(6),
+        Plan::Spread(6),
+        Plan::Spread(12),
+        Plan::Spread(18),
+        Plan::Again(4),
+    ];
+    for plan in plans {
+        let cells = [0.1, 1.0, 2.0, 3.0].map(|tilt_deg| {
+            let mut squares = [0.0; 3];
+            for seed in 0..count {
+                let mut session = Session::new(seed);
+                session.noise = 1.24e-3;
+                session.tilt = f64::to_radians(tilt_deg);
+                session.options.tilt = Some(session.tilt);
+                let Some((found, _)) = session.run(plan, Disturbance::Nothing) else {
+                    continue;
+                };
+                let errors = parameter_errors(&found, &session.sensor);
+                for (sum, error) in squares.iter_mut().zip(errors) {
+                    *sum += error * error / count as f64;
+                }
+            }
+            let [norm, bias, axes] = squares.map(f64::sqrt);
+            format!("{norm:.2} / {bias:.2} / {axes:.2}")
+        });
+        println!("| {} | {} |", plan.name(), cells.join(" | "));
+    }
+}
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.first().is_some_and(|a| a == "estimators") {
+        return estimators(500);
+    }
     let count: u64 = arguments
         .first()
         .and_then(|a| a.parse().ok())

@@ -133,7 +133,7 @@ pub struct GyroscopeDifference {
 /// ```
 /// use gravical::calibrate::{CalibrateOptions, calibrate};
 /// use gravical::compare::{Judgement, compare};
-/// use gravical::estimate::accelerometer::Method;
+/// use gravical::calibrate::Method;
 /// use gravical::recording::{ReadOptions, read_bytes};
 ///
 /// let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\

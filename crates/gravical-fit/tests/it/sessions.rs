@@ -1,7 +1,7 @@
 //! Sessions of simulated sensors, pose by pose: what a session measures, without its rows.
 
 use gravical_fit::model::sphere;
-use gravical_fit::{Face, Fit, Hint, Options, Pose, fit};
+use gravical_fit::{Face, Fit, Hint, Options, Pose, angle_deg, fit};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -267,6 +267,16 @@ impl Session {
         let worst = errors(&found, &self.sensor)?.0;
         Some((found, worst))
     }
+}
+
+/// Errors of ‖a‖ in mg, of the bias in mg, of the direction of the axes in degrees, rms.
+pub fn parameter_errors(found: &Fit, sensor: &Sensor) -> [f64; 3] {
+    let model = found.model();
+    let bias = V::from(found.bias()) - sensor.b;
+    let axis = |i: usize| angle_deg(model[i], sensor.m.row(i).transpose().into());
+    let axes = (0..3).map(|i| axis(i).powi(2)).sum::<f64>() / 3.0;
+    let norm = errors(found, sensor).map_or(f64::NAN, |e| e.1);
+    [norm / MG, bias.norm() / 3_f64.sqrt() / MG, axes.sqrt()]
 }
 
 /// Largest error of ‖a‖ over the sphere and its root mean square, m/s².

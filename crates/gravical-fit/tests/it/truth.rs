@@ -5,7 +5,7 @@ use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 use gravical_fit::{Face, Fit, Grade, Hint, Options, Pose, angle_deg, fit};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::sessions::{Disturbance, G, MG, Plan, Session, errors, normal};
+use crate::sessions::{Disturbance, G, MG, Plan, Session, errors, normal, parameter_errors};
 
 /// A session whose directions are those of `plan`, all faces named as such if `told`.
 fn poses(session: &mut Session, plan: Plan, told: bool) -> Vec<Pose> {
@@ -37,13 +37,10 @@ fn accuracy(plan: Plan, tilt_deg: f64, count: u64) -> [f64; 3] {
         session.tilt = tilt_deg.to_radians();
         session.options.tilt = Some(session.tilt);
         let found = fit(&poses(&mut session, plan, true), &session.options).unwrap();
-        let model = found.model();
-        let bias = Vector3::from(found.bias()) - session.sensor.b;
-        let axis = |i: usize| angle_deg(model[i], session.sensor.m.row(i).transpose().into());
-        let axes = (0..3).map(|i| axis(i).powi(2)).sum::<f64>() / 3.0;
-        squares[0] += (errors(&found, &session.sensor).unwrap().1 / MG).powi(2);
-        squares[1] += bias.norm_squared() / 3.0 / MG / MG;
-        squares[2] += axes;
+        let errors = parameter_errors(&found, &session.sensor);
+        for (sum, error) in squares.iter_mut().zip(errors) {
+            *sum += error * error;
+        }
     }
     squares.map(|s| (s / count as f64).sqrt())
 }
