@@ -74,7 +74,19 @@ pub(super) fn rests(
         }
         drafts.extend(found);
     }
-    if drafts.is_empty() {
+    let noise = Noise::of(recordings, &drafts, |r| {
+        Some((&r.accel, r.accel_resolution()))
+    });
+    let gyro_noise = Noise::of(recordings, &drafts, |r| {
+        Some((r.gyro.as_ref()?, r.gyro_resolution()))
+    });
+    let measured = drafts
+        .into_iter()
+        .map(|draft| measure(draft, recordings, &noise, &gyro_noise));
+    let rests: Vec<Rest> = measured
+        .filter(|rest| rest.mean.iter().all(|m| m.is_finite()))
+        .collect();
+    if rests.is_empty() {
         return Err(Error::input(
             "never-static",
             "never at rest long enough to compare with gravity",
@@ -82,17 +94,7 @@ pub(super) fn rests(
         .at(first.name.as_ref(), None)
         .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
     }
-    let noise = Noise::of(recordings, &drafts, |r| {
-        Some((&r.accel, r.accel_resolution()))
-    });
-    let gyro_noise = Noise::of(recordings, &drafts, |r| {
-        Some((r.gyro.as_ref()?, r.gyro_resolution()))
-    });
-    Ok(drafts
-        .into_iter()
-        .map(|draft| measure(draft, recordings, &noise, &gyro_noise))
-        .filter(|rest| rest.mean.iter().all(|m| m.is_finite()))
-        .collect())
+    Ok(rests)
 }
 
 fn in_one(
