@@ -102,6 +102,7 @@ pub const RECORDINGS: &[&str] = &[
 /// Runs on inputs that went wrong; later changes put them right.
 pub const CASES: &[&str] = &[
     "inspect {cases}/hung-sensor/move_0m7.csv --json",
+    "calibrate {cases}/cloud-of-means/acceldata.txt --json",
     "calibrate {cases}/cubic-sensor --gravity 9.81 --json",
     "motion {cases}/clipped-accelerometer/line.csv --json",
     "motion {cases}/slow-move-without-gyroscope/line.csv --json",

@@ -336,7 +336,7 @@ kinds! {
             "the longest static interval is used"
             "nothing";
         RowsAsPoses "rows-as-poses" Note
-            "a few rows without a static interval, similar in magnitude and different in direction"
+            "rows that point everywhere and are similar in magnitude"
             "each row is treated as the mean of a pose"
             "name the rows in a label column to make this explicit";
         LabelsLeftOut "labels-left-out" Note

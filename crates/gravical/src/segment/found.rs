@@ -54,7 +54,15 @@ pub(super) fn in_recording(
             recording = despiked.insert(other);
         }
     }
-    let holds = longest_per_hold(recording, stills.spans);
+    let mut spans = stills.spans;
+    if !spans.is_empty() && !recording.is_excerpt() {
+        spans.extend(hidden_by_spikes(recording, &spans, &options.still));
+        spans.sort_by_key(|s| s.start);
+    }
+    let holds = longest_per_hold(recording, spans);
+    if alone && !recording.is_excerpt() && is_table_of_means(recording, holds.is_empty()) {
+        return Ok(rows_as_poses(index, recording, findings));
+    }
     if holds.is_empty() && recording.rows_in_file() < FEW_ROWS {
         if let Some(means) = means_of_rows(index, recording, findings)
             && (alone || means.is_ok())
@@ -267,24 +275,7 @@ fn means_of_rows(
     let usual = crate::stats::median(&mut norms.clone())?;
     let alike = norms.iter().all(|n| (n / usual - 1.0).abs() < ALIKE);
     if alike && apart.len() >= LEAST {
-        findings.push(
-            Finding::new(
-                FindingKind::RowsAsPoses,
-                format!(
-                    "{} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose",
-                    rows.len()
-                ),
-            )
-            .in_file(&recording.name),
-        );
-        let drafts = (0..rows.len()).map(|row| Draft {
-            label: format!("line {}", recording.line(row)),
-            recording: index,
-            rows: std::iter::once(row..row + 1).collect(),
-            selection: Selection::Given,
-            claim: None,
-        });
-        return Some(Ok(drafts.collect()));
+        return Some(Ok(rows_as_poses(index, recording, findings)));
     }
     Some(Err(Error::input(
         "never-static",
@@ -297,6 +288,117 @@ fn means_of_rows(
     )
     .at(Path::new(&recording.name), None)
     .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose")))
+}
+
+/// Every row a pose of its own.
+fn rows_as_poses(index: usize, recording: &Recording, findings: &mut Vec<Finding>) -> Vec<Draft> {
+    findings.push(
+        Finding::new(
+            FindingKind::RowsAsPoses,
+            format!(
+                "{} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose",
+                recording.rows()
+            ),
+        )
+        .in_file(&recording.name),
+    );
+    let draft = |row: usize| Draft {
+        label: format!("line {}", recording.line(row)),
+        recording: index,
+        rows: std::iter::once(row..row + 1).collect(),
+        selection: Selection::Given,
+        claim: None,
+    };
+    (0..recording.rows()).map(draft).collect()
+}
+
+/// Rows that point everywhere and lie on a sphere are means, however many they are: of orientations in
+/// no order, of which one follows another far off, or of stills of days, which have no time stamps.
+fn is_table_of_means(recording: &Recording, never_static: bool) -> bool {
+    const LEAST_DIRECTIONS: usize = 12;
+    const FAR_APART_DEG: f64 = 25.0;
+    /// One row lies so far from the one before in a table without order.
+    const JUMP_DEG: f64 = 10.0;
+    /// Deviation of means from a sphere that scale and misalignment make, of its radius, rms.
+    const ON_SPHERE: f64 = 0.05;
+    let rows: Vec<[f64; 3]> = (0..recording.rows())
+        .map(|i| recording.accel_at(i))
+        .filter(|row| row.iter().all(|v| v.is_finite()))
+        .collect();
+    let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
+    let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
+    if !(jump > JUMP_DEG || (never_static && recording.time_s.is_none())) {
+        return false;
+    }
+    let mut directions: Vec<[f64; 3]> = Vec::new();
+    for row in &rows {
+        let is_new = |d: &[f64; 3]| angle_deg(*d, *row) > FAR_APART_DEG;
+        if directions.len() < LEAST_DIRECTIONS && directions.iter().all(is_new) {
+            directions.push(*row);
+        }
+    }
+    directions.len() == LEAST_DIRECTIONS && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
+}
+
+/// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
+/// linear in the centre c.
+fn off_sphere(rows: &[[f64; 3]]) -> Option<f64> {
+    let squares = rows.iter().map(|u| matrix3::dot(u, u));
+    let right = nalgebra::DVector::from_iterator(rows.len(), squares);
+    let left = nalgebra::DMatrix::from_fn(rows.len(), 4, |k, i| match i {
+        3 => 1.0,
+        _ => 2.0 * rows[k][i],
+    });
+    let normal = left.tr_mul(&left).cholesky()?;
+    let x = normal.solve(&left.tr_mul(&right));
+    let centre = [x[0], x[1], x[2]];
+    let radius = (x[3] + matrix3::dot(&centre, &centre)).sqrt();
+    let off = |u: &[f64; 3]| matrix3::norm(&matrix3::sub(u, &centre)) / radius - 1.0;
+    let sum: f64 = rows.iter().map(|u| off(u).powi(2)).sum();
+    Some((sum / rows.len() as f64).sqrt()).filter(|off| off.is_finite())
+}
+
+/// Stills that only spikes hide, between those that were found: as many rows stand out from their
+/// neighbours in a second of them as transmission errors make, and without these it is at rest.
+fn hidden_by_spikes(
+    recording: &Recording,
+    spans: &[Range<usize>],
+    options: &StillOptions,
+) -> Vec<Range<usize>> {
+    const LEAST_S: f64 = 3.0;
+    let rate_hz = recording.working_rate_hz().0;
+    let (block, least) = (rate_hz.ceil() as usize, (LEAST_S * rate_hz) as usize);
+    let starts = std::iter::once(0).chain(spans.iter().map(|s| s.end));
+    let ends = spans.iter().map(|s| s.start).chain([recording.rows()]);
+    let gaps: Vec<Range<usize>> = starts
+        .zip(ends)
+        .filter(|(start, end)| start + least < *end)
+        .map(|(start, end)| start..end)
+        .collect();
+    let step = recording.accel_resolution();
+    let mut without: Option<Recording> = None;
+    for from in gaps
+        .iter()
+        .flat_map(|gap| gap.clone().step_by(block.max(1)))
+    {
+        let rows = from..(from + block).min(recording.rows());
+        let mut values = recording.accel.each_ref().map(|c| c[rows.clone()].to_vec());
+        if spikes::take_out(&mut values, step) > 0 {
+            let other = without.get_or_insert_with(|| recording.clone());
+            for (channel, values) in other.accel.iter_mut().zip(values) {
+                channel[rows.clone()].copy_from_slice(&values);
+            }
+        }
+    }
+    let Some(other) = without else {
+        return Vec::new();
+    };
+    let mut found = find_stills(&other, options).spans;
+    found.retain(|s| {
+        gaps.iter()
+            .any(|gap| gap.start <= s.start && s.end <= gap.end)
+    });
+    found
 }
 
 /// Stills that a twitch of less than a second parts and that point the same way

@@ -542,3 +542,38 @@ fn an_even_turn_is_no_still_however_fast_the_sampling() {
         }
     }
 }
+
+#[test]
+fn a_hold_full_of_spikes_is_no_hold_lost() {
+    let sensor = Sensor::default();
+    let mut text = String::from("t_s,ax,ay,az\n");
+    let mut row = 0;
+    for (k, face) in gravical::segment::face::Face::all().into_iter().enumerate() {
+        let lines = sensor.file(face.direction(), 600, k as u64);
+        for (i, line) in lines.lines().skip(1).enumerate() {
+            let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
+            let mut u = [values[1], values[2], values[3]];
+            if i >= 500 {
+                // Taken up by hand.
+                u = u.map(|v| v + 4.0 * (0.9 * i as f64 + v).sin());
+            } else if k == 3 && (7 * i) % 10 == 3 {
+                u[0] += 9.8;
+            }
+            text += &format!(
+                "{:.2},{:.4},{:.4},{:.4}\n",
+                0.01 * f64::from(row),
+                u[0],
+                u[1],
+                u[2]
+            );
+            row += 1;
+        }
+    }
+    let file = calibrated(&[named("spikes.csv", &text)], &given_gravity()).file;
+    assert_eq!(file.accelerometer.poses.len(), 6);
+    assert!(
+        file.findings
+            .iter()
+            .any(|f| f.kind.name() == "spikes-left-out")
+    );
+}
