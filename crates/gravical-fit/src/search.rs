@@ -365,7 +365,7 @@ impl FaceMixture {
     /// Angle of a deliberate tilt off the face that a pose is named after, degrees.
     const OFF_FACE_DEG: f64 = 10.0;
     /// Poses that lie anywhere, by chance near axes, raise the logarithm of the likelihood by less.
-    const MIN_GAIN: f64 = 5.0;
+    const MIN_GAIN: f64 = 7.0;
 
     /// Density of a pose at this angle from a face, and of one that is none, each times its share.
     /// Named, the latter leans off its face; else it points anywhere, while faces have a sixth of the
