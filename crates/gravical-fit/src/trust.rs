@@ -16,7 +16,7 @@ const DIRECTIONS: usize = 400;
 const NEIGHBOUR: f64 = 25.0 * std::f64::consts::PI / 180.0;
 /// So many poses are left out at most, evenly chosen.
 const MAX_LEFT_OUT: usize = 64;
-/// Error of ‖a‖ (2σ) up to which a result is good: 5 mg in m/s².
+/// Error of ‖a‖ (95 %) up to which a result is good: 5 mg in m/s².
 pub const GOOD_MPS2: f64 = 5e-3 * gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 /// ‖a‖ − g of a pose that the fit did not use.

@@ -34,7 +34,7 @@ pub struct Trust {
 /// Grade of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Grade {
-    /// The error of ‖a‖ is at most 5 mg (2σ) in every direction, and an error of one pose that changes it
+    /// The error of ‖a‖ is at most 5 mg (95 %) in every direction, and an error of one pose that changes it
     /// by more would have shown.
     Good,
     /// The same with 20 mg.

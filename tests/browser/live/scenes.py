@@ -165,15 +165,15 @@ class Script:
 
     def verdict(self, grade, final=False):
         said = {
-            "good": "Good: error of ‖a‖ at most 3.9 mg (2σ). Finish, or add poses.",
-            "fair": "Fair: error of ‖a‖ at most 8.6 mg (2σ). Two more free poses make it good.",
+            "good": "Good: error of ‖a‖ at most 3.9 mg (95 %). Finish, or add poses.",
+            "fair": "Fair: error of ‖a‖ at most 8.6 mg (95 %). Two more free poses make it good.",
             "poor": "Poor: pose 3 (−x) contradicts the others by 41 mg. Record −x again.",
             "not-verifiable": "Six faces alone verify nothing: hold one more pose in any other direction.",
         }[grade]
         if final:
             said = said.replace(" Finish, or add poses.", "")
         return self.add("verdict", grade=grade, final=final, sentence=said, reasons=[
-            "error of ‖a‖ at most 3.9 mg (2σ) in the worst direction (x up, y raised)",
+            "error of ‖a‖ at most 3.9 mg (95 %) in the worst direction (x up, y raised)",
             "an error of 6.1 mg of one pose would have shown",
             "leave-one-out error of ‖a‖: 2.4 mg rms over 9 poses",
         ])

@@ -95,8 +95,8 @@ def calibrated(calibration, truth):
         errors.append((math.hypot(*times(found["matrix"], raw)) - G) / MG)
     rms, worst = math.sqrt(sum(e * e for e in errors) / len(errors)), max(map(abs, errors))
     limit = found["worst_direction"]["error_mps2"] / MG
-    print(f"‖a‖ off by {rms:.2f} mg rms, {worst:.2f} mg at most; the file says at most {limit:.2f} mg (2σ)")
-    # The limit is 2σ.
+    print(f"‖a‖ off by {rms:.2f} mg rms, {worst:.2f} mg at most; the file says at most {limit:.2f} mg (95 %)")
+    # The limit holds in 95 % of sessions.
     assert rms < MOST_RMS_MG and worst < MOST_SD / 2 * limit
 
 

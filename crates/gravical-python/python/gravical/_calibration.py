@@ -149,7 +149,7 @@ class Calibration(Judged):
 
     @property
     def worst_direction_error(self) -> float | None:
-        """2σ of the magnitude at rest in the direction in which it is known least, m/s²."""
+        """Limit (95 %) of the error of the magnitude at rest in any direction, m/s²."""
         worst = self._dict["accelerometer"]["worst_direction"]
         return None if worst is None else float(worst["error_mps2"])
 

@@ -142,12 +142,10 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
             what: what.to_owned(),
         })
     };
-    // Only errors of poses left out of the fit: the fit makes the others small.
-    let left_out = a.poses.iter().filter_map(|p| p.left_out_error_mps2);
     let figures = [
         figure(
-            a.worst_direction.as_ref().map(|w| w.error_mps2),
-            "error of ‖a‖ in the worst direction (2σ)",
+            a.worst_direction.map(|w| w.error_mps2),
+            "error of ‖a‖ in the worst direction (95 %)",
         ),
         figure(
             a.predicted_norm_error_mps2,
@@ -155,8 +153,8 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
         ),
         figure(a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
         figure(
-            left_out.max_by(|a, b| a.abs().total_cmp(&b.abs())),
-            "largest error of a pose left out",
+            a.undetected.as_ref().map(|u| u.effect_mps2),
+            "effect of an error of one pose that would not be detected",
         ),
     ];
     Verdict {
@@ -172,10 +170,10 @@ fn conclusion(file: &CalibrationFile) -> Option<String> {
     let error = mg(file.accelerometer.worst_direction.as_ref()?.error_mps2);
     match file.verdict.grade {
         Grade::Good | Grade::Fair => Some(format!(
-            "the magnitude at rest is within {error} mg (2σ) in every direction"
+            "the magnitude at rest is within {error} mg (95 %) in every direction"
         )),
         Grade::NotVerifiable => Some(format!(
-            "predicted to be within {error} mg (2σ), but these poses cannot confirm it"
+            "predicted to be within {error} mg (95 %), but these poses cannot confirm it"
         )),
         Grade::Poor => None,
     }
@@ -350,6 +348,13 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
                 "χ² per degree of freedom ({} of them): {}.",
                 digits(fit.freedom, 3),
                 digits(chi2, 2)
+            ));
+        }
+        if let Some(bends) = a.bends {
+            let largest = bends.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+            lines.push(format!(
+                "Nonlinear response, largest of the six terms: {} % of g at 1 g, not corrected.",
+                digits(100.0 * largest, 2)
             ));
         }
         if fit.model_error_mps2 > 0.0 {

@@ -220,7 +220,7 @@ fn six_faces_show_no_figure_that_proves_nothing() {
     assert_eq!(
         figures,
         [
-            "error of ‖a‖ in the worst direction (2σ)",
+            "error of ‖a‖ in the worst direction (95 %)",
             "predicted error of ‖a‖ (1σ, over all directions)"
         ]
     );

@@ -29,7 +29,7 @@ use session::{Disturbance, Judged, Plan, Session};
 
 fn verdicts(count: usize, seed: u64, only: &str) {
     println!(
-        "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg | largest error, mg | predicted (2σ), mg | undetected, mg |"
+        "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg | largest error, mg | predicted (95 %), mg | undetected, mg |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for plan in Plan::ALL {

@@ -111,7 +111,7 @@ pub struct Judged {
     pub grade: Grade,
     /// Largest error of ‖a‖ over all directions, mg.
     pub worst_mg: f64,
-    /// The same as the verdict predicts it (2σ), mg.
+    /// The same as the verdict predicts it (95 %), mg.
     pub predicted_mg: f64,
     /// Undetected error by the verdict, mg.
     pub undetected_mg: f64,

@@ -54,7 +54,11 @@ fn by_fit(section: AccelerometerSection, estimate: &Estimate) -> AccelerometerSe
         pose.left_out_error_mps2 = left_out.map(|l| l.error_mps2);
         pose.left_out_sd_mps2 = left_out.map(|l| l.sd_mps2);
     }
-    let undetected = trust.undetected.filter(|u| u.effect_mps2.is_finite());
+    // Without a pose that can be left out the data sheet alone would show an error.
+    let is_tested = trust.left_out_rms().is_some();
+    let undetected = trust
+        .undetected
+        .filter(|u| is_tested && u.effect_mps2.is_finite());
     AccelerometerSection {
         covariance: Some(Covariance {
             parameters: Covariance::names_with_bends(),

@@ -124,7 +124,7 @@ impl fmt::Display for Reason {
             Reason::Finding(message) => f.write_str(message),
             Reason::WorstDirection { error_mps2, direction } => write!(
                 f,
-                "error of ‖a‖ at most {} (2σ) in the worst direction ({})",
+                "error of ‖a‖ at most {} (95 %) in the worst direction ({})",
                 Mg(*error_mps2),
                 in_words(*direction)
             ),

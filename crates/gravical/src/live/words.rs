@@ -25,7 +25,7 @@ pub(super) fn any_of(faces: &[Face]) -> String {
 pub(super) fn verdict(file: &CalibrationFile) -> String {
     let worst = file.accelerometer.worst_direction.as_ref();
     let error = worst.map_or(String::new(), |w| {
-        format!("error of ‖a‖ at most {:.1} mg (2σ)", mg(w.error_mps2))
+        format!("error of ‖a‖ at most {:.1} mg (95 %)", mg(w.error_mps2))
     });
     // Where this is the larger error, it decides the grade.
     let undetected = file.accelerometer.undetected.as_ref();

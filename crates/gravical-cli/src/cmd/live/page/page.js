@@ -440,7 +440,7 @@ function take(event) {
     chart.show(mg);
     const last = mg[mg.length - 1];
     const place = $("#predicted");
-    place.replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (2σ)"] : []);
+    place.replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (95 %)"] : []);
     $("#error canvas").setAttribute("aria-label", last ? `Predicted error ${precise(last[1])} mg after ${last[0]} poses` : "Predicted error: no poses yet");
   }
   dirty = true;
