@@ -8,10 +8,12 @@
 //! 2. [`model`]: u = M a + b, and derivatives of what follows from it.
 //! 3. [`fit`]: M and b with their covariance.
 //! 4. [`Fit`]: how far they can be trusted.
-//! 5. [`later`]: does a calibration still fit, and do two of them differ?
+//! 5. [`gyro`]: the gyroscope from motions between rests.
+//! 6. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
 mod fit;
+pub mod gyro;
 pub mod later;
 pub mod model;
 mod pose;
