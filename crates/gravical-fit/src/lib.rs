@@ -8,16 +8,18 @@
 //! 2. [`model`]: u = M a + b, and derivatives of what follows from it.
 //! 3. [`fit`]: M and b with their covariance.
 //! 4. [`Fit`]: how far they can be trusted.
-//! 5. [`later`]: does a calibration still fit, and do two of them differ?
+//! 5. [`temperature`]: is a drift with temperature predictable?
+//! 6. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
 mod fit;
 pub mod later;
 pub mod model;
+pub mod polynomial;
 mod pose;
 mod rows;
 mod search;
-mod temperature;
+pub mod temperature;
 mod trust;
 mod verdict;
 
