@@ -9,17 +9,19 @@
 //! 3. [`fit`]: M and b with their covariance.
 //! 4. [`Fit`]: how far they can be trusted.
 //! 5. [`gyro`]: the gyroscope from motions between rests.
-//! 6. [`later`]: does a calibration still fit, and do two of them differ?
+//! 6. [`temperature`]: is a drift with temperature predictable?
+//! 7. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
 mod fit;
 pub mod gyro;
 pub mod later;
 pub mod model;
+pub mod polynomial;
 mod pose;
 mod rows;
 mod search;
-mod temperature;
+pub mod temperature;
 mod trust;
 mod verdict;
 

@@ -1,6 +1,11 @@
-//! Drift of the bias with temperature, from many poses.
+//! Drift with temperature: of the bias from many poses, of a channel from a rest.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
 
 use crate::fit::{Options, Undetermined, prepare_search};
+use crate::polynomial::evaluate;
 use crate::pose::Pose;
 use crate::rows::force;
 
@@ -60,4 +65,338 @@ fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undete
         Some(errors.iter().sum::<f64>() / errors.len().max(1) as f64)
     };
     (0..PARTS).map(|part| one_part(part).ok_or(open)).collect()
+}
+
+/// The drift of a channel is predictable if each direction explains this share of the variance of
+/// the other.
+pub const MIN_R2: f64 = 0.7;
+
+/// Highest order: more than two bends in a range of some tens of °C have another cause.
+const MAX_ORDER: usize = 3;
+/// A higher order must reduce the unexplained share of the variance to this …
+const MAX_SHARE_LEFT: f64 = 0.9;
+/// … unless the residuals are within this multiple of the standard errors of the means.
+const NOISE_OF_RESIDUALS: f64 = 1.5;
+/// A drift below this multiple of the standard errors of the means is not significant.
+const NOISE_OF_DRIFT: f64 = 2.0;
+/// Smallest number of bins in each direction.
+const MIN_BINS: usize = 6;
+/// Smallest singular value, relative to columns of ones.
+const MIN_SINGULAR: f64 = 1e-9;
+
+/// Direction of a temperature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Direction {
+    /// Falling.
+    Cooling,
+    /// Rising.
+    Warming,
+}
+
+/// Mean reading of one channel over some seconds at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    /// Number of the rest; each has its own offset.
+    pub rest: usize,
+    /// Direction of the temperature.
+    pub direction: Direction,
+    /// Temperature, °C.
+    pub t_c: f64,
+    /// Reading, in any unit.
+    pub reading: f64,
+}
+
+/// A polynomial of the temperature without a constant, and how well it predicts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drift {
+    /// Unit of the readings per °C, °C² …, of T − `reference_c`.
+    pub coefficients: Vec<f64>,
+    /// R² on the means while warming of the polynomial fitted to those while cooling.
+    pub r2_cooling_to_warming: f64,
+    /// R² the other way round.
+    pub r2_warming_to_cooling: f64,
+    /// The means vary by more than their noise.
+    pub significant: bool,
+}
+
+impl Drift {
+    /// True if each direction predicts the other.
+    #[must_use]
+    pub fn is_predictable(&self) -> bool {
+        self.r2_cooling_to_warming.min(self.r2_warming_to_cooling) >= MIN_R2
+    }
+}
+
+/// Direction of each of the temperatures `t_c` (in order of time): it changes at the extreme from
+/// which the temperature has come back by `turn_c`. Empty if it never changes by that much.
+#[must_use]
+pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
+    let mut turns: Vec<(usize, Direction)> = Vec::new();
+    let (mut lowest, mut highest) = (0, 0);
+    for (i, t) in t_c.iter().enumerate() {
+        if *t < t_c[lowest] {
+            lowest = i;
+        }
+        if *t > t_c[highest] {
+            highest = i;
+        }
+        let before = turns.last().map(|turn| turn.1);
+        let turn = if t - t_c[lowest] >= turn_c && before != Some(Direction::Warming) {
+            (lowest, Direction::Warming)
+        } else if t_c[highest] - t >= turn_c && before != Some(Direction::Cooling) {
+            (highest, Direction::Cooling)
+        } else {
+            continue;
+        };
+        turns.push(turn);
+        (lowest, highest) = (i, i);
+    }
+    let Some(&(_, first)) = turns.first() else {
+        return Vec::new();
+    };
+    let mut directions = vec![first; t_c.len()];
+    for (start, direction) in turns {
+        directions[start..].fill(direction);
+    }
+    directions
+}
+
+/// Fits the drift of one channel at rest: the order of 1 to 3 that predicts best from one direction
+/// of the temperature to the other. Random folds, or folds within one direction, would not test it:
+/// neighbours in time agree whatever the cause of their drift. `None` where the blocks determine
+/// nothing.
+#[must_use]
+pub fn fit_drift(blocks: &[Block], reference_c: f64) -> Option<Drift> {
+    let bins = mean_by_degree(blocks);
+    let of_direction = |direction| -> Vec<Bin> {
+        let bins = bins.iter().filter(|b| b.direction == direction);
+        bins.copied().collect()
+    };
+    let (cooling, warming) = (
+        of_direction(Direction::Cooling),
+        of_direction(Direction::Warming),
+    );
+    if cooling.len().min(warming.len()) < MIN_BINS {
+        return None;
+    }
+    let means: Vec<f64> = bins.iter().map(|b| b.mean).collect();
+    let variance = squares(&subtract_offsets(&bins, &means)) / bins.len() as f64;
+    let noise = variance_of_means(&bins);
+    let noise_share = NOISE_OF_RESIDUALS.powi(2) * noise / variance;
+    let mut best: Option<Drift> = None;
+    for order in 1..=MAX_ORDER {
+        let fit = |bins: &[Bin]| fit_polynomial(bins, order, reference_c);
+        let predict = |from: &[Bin], to: &[Bin]| predict_r2(&fit(from)?, from, to, reference_c);
+        let (Some(coefficients), Some(to_warming), Some(to_cooling)) = (
+            fit(&bins),
+            predict(&cooling, &warming),
+            predict(&warming, &cooling),
+        ) else {
+            continue;
+        };
+        let drift = Drift {
+            coefficients,
+            r2_cooling_to_warming: to_warming,
+            r2_warming_to_cooling: to_cooling,
+            significant: variance > NOISE_OF_DRIFT.powi(2) * noise,
+        };
+        let left = |d: &Drift| 1.0 - d.r2_cooling_to_warming.min(d.r2_warming_to_cooling);
+        let is_better = best.as_ref().is_none_or(|best| {
+            (left(best) > noise_share && left(&drift) < MAX_SHARE_LEFT * left(best))
+                || (drift.is_predictable() && !best.is_predictable())
+        });
+        if is_better {
+            best = Some(drift);
+        }
+    }
+    best
+}
+
+/// Mean over a degree of one direction of a rest. Bins have equal weight: a chamber stays long at
+/// its ends, and the polynomial has to hold between them too.
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    rest: usize,
+    direction: Direction,
+    t_c: f64,
+    mean: f64,
+    count: f64,
+    /// Sum of the squared deviations of the blocks.
+    squares: f64,
+}
+
+fn mean_by_degree(blocks: &[Block]) -> Vec<Bin> {
+    let mut bins: BTreeMap<_, Vec<&Block>> = BTreeMap::new();
+    for block in blocks {
+        if block.reading.is_finite() && block.t_c.is_finite() {
+            let key = (block.rest, block.direction, block.t_c.floor() as i64);
+            bins.entry(key).or_default().push(block);
+        }
+    }
+    let bin = |((rest, direction, _), blocks): (_, Vec<&Block>)| {
+        let count = blocks.len() as f64;
+        let mean = blocks.iter().map(|b| b.reading).sum::<f64>() / count;
+        Bin {
+            rest,
+            direction,
+            t_c: blocks.iter().map(|b| b.t_c).sum::<f64>() / count,
+            mean,
+            count,
+            squares: blocks.iter().map(|b| (b.reading - mean).powi(2)).sum(),
+        }
+    };
+    bins.into_iter().map(bin).collect()
+}
+
+/// Mean square of the standard errors of the bins, from the scatter of their blocks. Drift within a
+/// bin is included, so it is not too small.
+fn variance_of_means(bins: &[Bin]) -> f64 {
+    let freedom: f64 = bins.iter().map(|b| b.count - 1.0).sum();
+    let variance = bins.iter().map(|b| b.squares).sum::<f64>() / freedom.max(1.0);
+    variance * bins.iter().map(|b| 1.0 / b.count).sum::<f64>() / bins.len() as f64
+}
+
+/// Least squares with an offset for each rest. The offsets are eliminated by subtracting means from
+/// both sides (Frisch and Waugh, Econometrica 1 (1933) 387).
+fn fit_polynomial(bins: &[Bin], order: usize, reference_c: f64) -> Option<Vec<f64>> {
+    let x: Vec<f64> = bins.iter().map(|b| b.t_c - reference_c).collect();
+    let half_c = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    if half_c == 0.0 {
+        return None;
+    }
+    let column = |k: usize| {
+        let powers: Vec<f64> = x.iter().map(|x| (x / half_c).powi(k as i32)).collect();
+        subtract_offsets(bins, &powers)
+    };
+    let columns = DMatrix::from_iterator(bins.len(), order, (1..=order).flat_map(column));
+    let means: Vec<f64> = bins.iter().map(|b| b.mean).collect();
+    let means = DVector::from_vec(subtract_offsets(bins, &means));
+    let svd = columns.svd(true, true);
+    let tolerance = MIN_SINGULAR * (bins.len() as f64).sqrt();
+    if svd.rank(tolerance) < order {
+        return None;
+    }
+    let solved = svd.solve(&means, tolerance).ok()?;
+    let per_c = solved.iter().zip(1..).map(|(c, k)| c / half_c.powi(k));
+    Some(per_c.collect())
+}
+
+/// 1 − Σ residuals² / Σ (mean − mean of its rest)² at the bins `to` of the polynomial fitted to the
+/// bins `from`; `None` if nothing varies. A rest that is not in `from` has its own offset.
+fn predict_r2(coefficients: &[f64], from: &[Bin], to: &[Bin], reference_c: f64) -> Option<f64> {
+    let remainders = |bins: &[Bin]| -> Vec<f64> {
+        let remainder = |b: &Bin| b.mean - evaluate(coefficients, b.t_c - reference_c);
+        bins.iter().map(remainder).collect()
+    };
+    let left = remainders(to);
+    let mut offsets = mean_by_rest(to, &left);
+    offsets.extend(mean_by_rest(from, &remainders(from)));
+    let residuals = to.iter().zip(left).map(|(b, v)| v - offsets[&b.rest]);
+    let residuals: Vec<f64> = residuals.collect();
+    let means: Vec<f64> = to.iter().map(|b| b.mean).collect();
+    let r2 = 1.0 - squares(&residuals) / squares(&subtract_offsets(to, &means));
+    r2.is_finite().then_some(r2)
+}
+
+fn mean_by_rest(bins: &[Bin], values: &[f64]) -> BTreeMap<usize, f64> {
+    let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+    for (bin, value) in bins.iter().zip(values) {
+        let (sum, count) = sums.entry(bin.rest).or_default();
+        *sum += value;
+        *count += 1.0;
+    }
+    let means = sums.into_iter().map(|(rest, (sum, n))| (rest, sum / n));
+    means.collect()
+}
+
+fn subtract_offsets(bins: &[Bin], values: &[f64]) -> Vec<f64> {
+    let means = mean_by_rest(bins, values);
+    let rows = bins.iter().zip(values);
+    rows.map(|(bin, value)| value - means[&bin.rest]).collect()
+}
+
+fn squares(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    /// 40 → 0 → 40 °C in 800 blocks of two rests with the noise 1, and `reading` at block and °C.
+    fn soak(seed: u64, reading: impl Fn(f64, f64) -> f64) -> Vec<Block> {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let t_c = (0..800).map(|i| (f64::from(i) - 400.0).abs() / 10.0);
+        let t_c: Vec<f64> = t_c.collect();
+        let directions = detect_directions(&t_c, 4.0);
+        let mut block = |i: usize| {
+            let noise: f64 = rng.sample(rand_distr::StandardNormal);
+            Block {
+                rest: i / 600,
+                direction: directions[i],
+                t_c: t_c[i],
+                reading: reading(i as f64, t_c[i]) + noise + if i < 600 { 0.0 } else { 500.0 },
+            }
+        };
+        (0..800).map(&mut block).collect()
+    }
+
+    #[test]
+    fn the_scatter_of_a_slope_is_the_expected_one() {
+        let (mut sum, mut lines) = (0.0, 0);
+        for seed in 0..200 {
+            let blocks = soak(seed, |_, t_c| 2.0 * t_c);
+            let drift = fit_drift(&blocks, 20.0).unwrap();
+            assert!(drift.is_predictable() && drift.significant);
+            if drift.coefficients.len() > 1 {
+                continue;
+            }
+            lines += 1;
+            let bins = mean_by_degree(&blocks);
+            let t_c: Vec<f64> = bins.iter().map(|b| b.t_c).collect();
+            let x = subtract_offsets(&bins, &t_c);
+            let scatter = x.iter().zip(&bins).map(|(x, b)| x * x / b.count);
+            let variance = scatter.sum::<f64>() / squares(&x).powi(2);
+            sum += (drift.coefficients[0] - 2.0).powi(2) / variance;
+        }
+        assert!(lines >= 190, "{lines}");
+        // The mean of 200 χ² of one degree scatters by 0.1.
+        let mean = sum / f64::from(lines);
+        assert!((mean - 1.0).abs() < 0.4, "{mean}");
+    }
+
+    #[test]
+    fn a_curved_drift_has_a_higher_order() {
+        let put = [1.0, -0.1, 0.02];
+        let blocks = soak(1, |_, t_c| evaluate(&put, t_c - 20.0));
+        let found = fit_drift(&blocks, 20.0).unwrap().coefficients;
+        assert_eq!(found.len(), 3);
+        for (x, off) in [(-20.0, 1.0), (7.0, 0.3), (20.0, 1.0)] {
+            assert!((evaluate(&found, x) - evaluate(&put, x)).abs() < off);
+        }
+    }
+
+    #[test]
+    fn drift_with_time_and_noise_are_not_predictable() {
+        let time = fit_drift(&soak(2, |i, _| 0.1 * i), 20.0).unwrap();
+        assert!(!time.is_predictable() && time.significant);
+        assert!(time.r2_cooling_to_warming < 0.0);
+        for seed in 0..20 {
+            let noise = fit_drift(&soak(seed, |_, _| 0.0), 20.0).unwrap();
+            assert!(!noise.is_predictable() && !noise.significant);
+        }
+    }
+
+    #[test]
+    fn one_direction_and_no_change_determine_nothing() {
+        let mut blocks = soak(3, |_, t_c| t_c);
+        blocks.truncate(400);
+        assert_eq!(fit_drift(&blocks, 20.0), None);
+        assert_eq!(fit_drift(&[], 20.0), None);
+        assert_eq!(detect_directions(&[20.0, 20.5, 20.0], 1.0), []);
+        let constant = |b: Block| Block { reading: 1.0, ..b };
+        let blocks: Vec<Block> = soak(3, |_, _| 0.0).into_iter().map(constant).collect();
+        assert_eq!(fit_drift(&blocks, 20.0), None);
+    }
 }

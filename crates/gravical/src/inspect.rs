@@ -12,7 +12,7 @@ use crate::segment::gyro_unit::{Claims, Evidence, decide};
 use crate::segment::still::{StillOptions, find_calmest, find_stills};
 use crate::segment::turns::{Turn, full_turns, motions};
 use crate::still::moments;
-use crate::temperature::study_if_any;
+use crate::temperature::study;
 
 /// Result of [`inspect`].
 #[derive(Debug, Clone, Serialize)]
@@ -160,7 +160,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         accelerometer: recording.accel_scale,
         gyroscope,
         temperature_c: recording.temperature_range_c(),
-        temperature_drift: study_if_any(std::slice::from_ref(recording)),
+        temperature_drift: study(std::slice::from_ref(recording)).ok(),
         labels: label_counts(recording),
         static_intervals: stills,
         turns: turns.iter().map(|t| turn_span(recording, t)).collect(),

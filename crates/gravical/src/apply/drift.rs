@@ -40,8 +40,8 @@ pub(crate) struct Drift {
     applied: Vec<usize>,
     /// Last known temperature; NaN before the first.
     now_c: f64,
-    /// Drift and gain of each channel at this temperature.
-    at: [(f64, f64); 6],
+    /// Drift of each channel at this temperature.
+    at: [f64; 6],
     outside_range_c: [f64; 2],
     outside: LineSpans,
     held: LineSpans,
@@ -96,7 +96,7 @@ impl Drift {
             model: model.clone(),
             applied,
             now_c: f64::NAN,
-            at: [(0.0, 0.0); 6],
+            at: [0.0; 6],
             outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
             outside: LineSpans::default(),
             held: LineSpans::default(),
@@ -138,17 +138,18 @@ impl Drift {
             }
         }
         let mut out = *values;
-        for (value, (drift, gain)) in out[ACCEL..ACCEL + 6].iter_mut().zip(self.at) {
-            *value = (*value - drift) / (1.0 + gain);
+        for (value, drift) in out[ACCEL..ACCEL + 6].iter_mut().zip(self.at) {
+            *value -= drift;
         }
         out
     }
 
     /// The accelerometer at temperature `t_c` without its drift; unchanged without a temperature.
     pub fn accel_at(&self, accel: [f64; 3], t_c: f64) -> [f64; 3] {
-        match t_c.is_finite() {
-            true => from_fn(|axis| self.model.at_reference(axis, t_c, accel[axis])),
-            false => accel,
+        if t_c.is_finite() {
+            from_fn(|axis| self.model.at_reference(axis, t_c, accel[axis]))
+        } else {
+            accel
         }
     }
 

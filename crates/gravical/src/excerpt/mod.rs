@@ -38,7 +38,7 @@ use crate::recording::rows::{Mark, Rows, Source};
 use crate::recording::timing::Timing;
 use crate::recording::{ReadOptions, Recording, RowMap, between};
 use crate::still::{Levels, StillOptions, Stills, TemperatureCutter, block_rows};
-use crate::temperature::LEAST_SPAN_C;
+use crate::temperature::MIN_SPAN_C;
 
 use plan::{Plan, find_quiet};
 use survey::{Long, QuietRows, Survey};
@@ -281,7 +281,7 @@ fn read_from(
     drop(quiet);
 
     // … and read their rows.
-    let wide = temperature_c.is_some_and(|[low, high]| high - low > LEAST_SPAN_C);
+    let wide = temperature_c.is_some_and(|[low, high]| high - low > MIN_SPAN_C);
     let wanted_rows = std::mem::take(&mut plan.rows);
     let stored = rereader.collect(|format: &Format, facts: &Facts| StoredRows {
         thermal: wide.then(|| TemperatureCutter::new(rate, gyro)),

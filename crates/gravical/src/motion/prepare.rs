@@ -123,9 +123,10 @@ impl Drift {
         let model = file.drift_model()?;
         let mut held_c = recording.temperature_c.take().unwrap_or_default();
         let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
-            let what = match held_c.is_empty() {
-                true => "recording has no temperatures",
-                false => "recording's temperatures are empty",
+            let what = if held_c.is_empty() {
+                "recording has no temperatures"
+            } else {
+                "recording's temperatures are empty"
             };
             findings.push(Finding::new(
                 FindingKind::TemperatureNotApplied,

@@ -295,9 +295,11 @@ fn between_stills(
     (scale, turns)
 }
 
-pub(crate) fn check_units(recordings: &[Recording]) -> Result<()> {
-    let first = &recordings[0];
+/// One known unit of the accelerometer in all recordings.
+pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Result<()> {
+    let mut first: Option<&Recording> = None;
     for recording in recordings {
+        let first = *first.get_or_insert(recording);
         if recording.accel_scale.unit == crate::recording::AccelUnit::Unknown {
             let why = recording
                 .findings

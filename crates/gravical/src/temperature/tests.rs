@@ -84,17 +84,8 @@ fn simulated_drift_is_found() {
             let off = found.coefficients[0] / put - 1.0;
             assert!(off.abs() < 0.01, "{name}: {off}");
             assert!(found.r2_cooling_to_warming.unwrap() > 0.99);
-            // Down to the noise of a block of 3 s; the scatter of the residuals is known to 6 %,
-            // and there are 24 of them.
-            let noise = match name.starts_with('a') {
-                true => truth.accelerometer.noise_mps_rts,
-                false => truth.gyroscope.noise_rad_rts,
-            };
-            let left = found.residual_rms.unwrap();
-            assert!(left < 1.2 * noise / 3f64.sqrt(), "{name}: {left}");
         }
         assert!((model.range_c[0] + 10.0).abs() < 0.2 && (model.range_c[1] - 50.0).abs() < 0.2);
-        assert_eq!((model.poses, model.sweeps.len()), (1, 2));
     }
 }
 
@@ -116,7 +107,7 @@ fn no_drift_is_found_without_drift() {
 }
 
 #[test]
-fn a_wide_hysteresis_is_refused_and_a_narrow_one_reported() {
+fn a_wide_hysteresis_is_refused() {
     let with = |hysteresis_c: f64| {
         let soak = SoakOptions {
             hysteresis_c,
@@ -132,11 +123,8 @@ fn a_wide_hysteresis_is_refused_and_a_narrow_one_reported() {
         "{}",
         ax.reason
     );
-    // A hysteresis of 40 °C at 4.9 mm/s² per °C.
-    assert!((ax.hysteresis.unwrap() - 0.196).abs() < 0.01);
     let narrow = with(6.0);
     assert_eq!(verdicts(&narrow), "ax ay az");
-    assert!((channel(&narrow, "ax").hysteresis.unwrap() - 0.029).abs() < 0.005);
 }
 
 #[test]
@@ -162,7 +150,6 @@ fn a_single_sweep_is_refused() {
         assert_eq!(verdicts(&model), "");
         let ax = channel(&model, "ax");
         assert!(ax.reason.contains(&format!("only {word}")), "{}", ax.reason);
-        assert!((ax.slope.unwrap() - 2e-3).abs() < 2e-5);
         assert_eq!(ax.r2_cooling_to_warming, None);
     }
 }
@@ -186,7 +173,6 @@ fn small_temperature_range_and_missing_temperature_are_errors() {
         let t_c = 20.0 + 0.02 * (t - 150.0).abs();
         (t_c, [0.0, 0.0, 9.81, 0.0, 0.0, 0.0])
     });
-    assert!(study_if_any(std::slice::from_ref(&recording)).is_none());
     let error = study(&[recording]).unwrap_err();
     assert_eq!(error.code(), "temperature-span");
     assert!(
@@ -216,33 +202,16 @@ fn a_curved_drift_gets_a_higher_order() {
 }
 
 #[test]
-fn bias_and_scale_are_distinguished_by_opposite_poses() {
-    let (drift, gain) = (2e-3, 3e-4);
+fn opposite_poses_have_one_drift() {
     let in_pose = |up: f64| {
         recorded(600, move |t| {
-            let x = down_and_up(t) - 20.0;
-            let az = 0.2 + drift * x + (1.0 + gain * x) * (up * 9.8);
+            let az = 2e-3 * down_and_up(t) + up * 9.8;
             (down_and_up(t), [0.0, 0.0, az, 0.0, 0.0, 0.0])
         })
     };
-    let both = study(&[in_pose(1.0), in_pose(-1.0)]).unwrap().about(20.0);
-    let az = channel(&both, "az");
-    assert!(az.is_corrected() && az.scale_observed, "{}", az.reason);
-    // The level of a pose contains the bias: drift' = drift − gain · bias.
-    assert!((az.coefficients[0] - (drift - gain * 0.2)).abs() < 2e-5);
-    assert!((az.scale_coefficients[0] / gain - 1.0).abs() < 0.01);
-    for up in [9.8, -9.8] {
-        let raw = 0.2 + drift * 25.0 + (1.0 + gain * 25.0) * up;
-        let (d, g) = both.drift_at("az", 45.0);
-        assert!(((raw - d) / (1.0 + g) - (0.2 + up)).abs() < 2e-3);
-    }
-    assert!(!channel(&both, "ax").is_corrected());
-
-    let one = study(&[in_pose(1.0)]).unwrap();
-    let az = channel(&one, "az");
-    assert!(az.is_corrected() && !az.scale_observed && az.scale_coefficients.is_empty());
-    assert!(az.reason.contains("assigned to the bias"), "{}", az.reason);
-    assert!((az.slope.unwrap() - (drift + gain * 9.8)).abs() < 5e-5);
+    let model = study(&[in_pose(1.0), in_pose(-1.0)]).unwrap();
+    assert_eq!(verdicts(&model), "az");
+    assert!((channel(&model, "az").coefficients[0] - 2e-3).abs() < 2e-5);
 }
 
 #[test]
@@ -254,7 +223,6 @@ fn a_tilt_in_the_middle_starts_another_pose() {
         (t_c, [tilt + 2e-3 * t_c, 0.0, 9.81, 0.0, 0.0, 0.0])
     });
     let model = study(&[recording]).unwrap();
-    assert_eq!(model.poses, 2);
     let ax = channel(&model, "ax");
     assert!(ax.is_corrected(), "{}", ax.reason);
     assert!((ax.coefficients[0] / 2e-3 - 1.0).abs() < 0.02);
@@ -279,14 +247,14 @@ fn coarse_temperatures_and_plateaus_are_sufficient() {
 
 #[test]
 fn unit_and_zero_offset_do_not_matter() {
-    // The same soak in unsigned counts, bias drift 2 counts per °C, and a gain.
+    // The same soak in unsigned counts, drift 2 counts per °C.
     let poses = [1.0, -1.0].map(|up: f64| {
         let mut noise = seeded_normal(3);
         let mut csv = String::from("t_s,ax,ay,az,temp\n");
         for i in 0..6000 {
             let t_c = down_and_up(0.1 * f64::from(i));
             let x = t_c - 20.0;
-            let az = 32768.0 + 2.0 * x + (1.0 + 2e-4 * x) * (up * 16384.0) + 20.0 * noise();
+            let az = 32768.0 + 2.0 * x + up * 16384.0 + 20.0 * noise();
             let rest: [f64; 2] = std::array::from_fn(|_| 32768.0 + 20.0 * noise());
             csv += &format!(
                 "{:.1},{:.0},{:.0},{az:.0},{t_c:.2}\n",
@@ -302,10 +270,6 @@ fn unit_and_zero_offset_do_not_matter() {
         read_bytes(csv.as_bytes(), "u16.csv", &options).unwrap()
     });
     let model = study(&poses).unwrap().about(20.0);
-    for up in [16384.0, -16384.0] {
-        let raw = 32768.0 + 2.0 * 25.0 + (1.0 + 2e-4 * 25.0) * up;
-        let (d, g) = model.drift_at("az", 45.0);
-        let steady = (raw - d) / (1.0 + g);
-        assert!((steady - (32768.0 + up)).abs() < 3.0, "{steady}");
-    }
+    let drift = model.drift_at("az", 45.0);
+    assert!((drift - 50.0).abs() < 3.0, "{drift}");
 }

@@ -215,12 +215,11 @@ fn a_temperature_model_is_taken_off() {
     // 0.02 m/s² per °C on z, known at 15 °C: the recording is at 25.
     let channel = serde_json::json!({
         "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
-        "order": 1, "drift_rms": 0.1, "coefficients": [0.02], "scale_coefficients": [],
-        "scale_observed": false
+        "order": 1, "coefficients": [0.02]
     });
     let model = serde_json::json!({
         "reference_c": 15.0, "reference_source": "session", "range_c": [10.0, 30.0],
-        "poses": 1, "sweeps": [], "channels": [channel], "inputs": []
+        "channels": [channel], "inputs": []
     });
     file.temperature_model = Some(serde_json::from_value(model).unwrap());
     let report = checked(&file, &later);

@@ -2,8 +2,8 @@ use crate::apply::{ApplyOptions, ApplySummary, apply};
 use crate::calibration_file::CalibrationFile;
 use crate::recording::open::from_reader;
 
-/// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az has a gain of 0.1 % per °C about 25
-/// °C, measured from 0 to 50 °C; ay was refused.
+/// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
+/// to 50 °C; ay was refused.
 fn calibration(with_model: bool) -> CalibrationFile {
     let mut value = serde_json::json!({
         "format": "gravical-calibration/2", "created": "", "tool": "",
@@ -23,21 +23,19 @@ fn calibration(with_model: bool) -> CalibrationFile {
         "inputs": [], "findings": [], "verdict": {"grade": "not-verifiable", "reasons": []}
     });
     if with_model {
-        let channel = |name: &str, verdict: &str, drift: &[f64], gain: &[f64]| {
+        let channel = |name: &str, verdict: &str, drift: &[f64]| {
             serde_json::json!({
                 "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
                 "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
-                "slope": null, "slope_cooling": null, "slope_warming": null, "hysteresis": null,
-                "drift_rms": 0.0, "residual_rms": null, "coefficients": drift,
-                "scale_coefficients": gain, "scale_observed": false})
+                "coefficients": drift})
         };
         value["temperature_model"] = serde_json::json!({
         "reference_c": 25.0, "reference_source": "session", "range_c": [0.0, 50.0],
-        "poses": 1, "sweeps": [], "inputs": [], "channels": [
-            channel("ax", "corrected", &[0.01], &[]),
-            channel("ay", "not-corrected", &[], &[]),
-            channel("az", "corrected", &[0.0], &[0.001]),
-            channel("gy", "corrected", &[0.001, 0.0001], &[]),
+        "inputs": [], "channels": [
+            channel("ax", "corrected", &[0.01]),
+            channel("ay", "not-corrected", &[]),
+            channel("az", "corrected", &[-0.002]),
+            channel("gy", "corrected", &[0.001, 0.0001]),
         ]});
     }
     CalibrationFile::parse(value.to_string().as_bytes()).unwrap()
@@ -82,10 +80,10 @@ fn kinds(summary: &ApplySummary) -> Vec<&str> {
 #[test]
 fn every_row_is_corrected_for_its_temperature() {
     let (summary, rows) = run(true, &ride(&["25", "35", "15.0"]));
-    // (raw − drift)/(1 + gain) − bias
+    // raw − drift − bias
     assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
-    assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.702970"]);
-    assert_eq!(rows[2][1..4], ["0.500000", "0.200000", "9.898990"]);
+    assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.820000"]);
+    assert_eq!(rows[2][1..4], ["0.500000", "0.200000", "9.780000"]);
     // gy: 0.001 x + 0.0001 x²
     assert_eq!(rows[1][5..], ["0.010000", "0.000000", "0.030000"]);
     assert_eq!(rows[2][5..], ["0.010000", "0.020000", "0.030000"]);

@@ -1,0 +1,505 @@
+//! Temperature drift: which part of it is predictable.
+//!
+//! # Overview
+//!
+//! A sensor at rest whose temperature falls and rises shows its drift. [`study`] computes means
+//! of short static blocks (`rests`) and tests every channel: does a polynomial of the temperature
+//! that is fitted to one direction predict the other, in both cases
+//! ([`gravical_fit::temperature`])? Only such a drift is subtracted.
+//!
+//! Where hundreds of poses lie at many temperatures, as in days of wear, no pose has to last: the
+//! joint fit tests and fits the drift of the bias with its other parameters.
+//!
+//! The result is a [`TemperatureModel`]; [`for_calibration`] adds it to the parameters of a session.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::recording::{ReadOptions, read_bytes};
+//! use gravical::temperature::study;
+//!
+//! // Ten minutes from 20 °C to 50 °C and back; ax drifts by 2 mm/s² per °C.
+//! let mut csv = String::from("t_s,ax,ay,az,temp\n");
+//! for i in 0..6000 {
+//!     let t_c = 50.0 - 30.0 * (f64::from(i) / 3000.0 - 1.0).abs();
+//!     let noise = 0.004 * (f64::from(i) * 2.4).sin();
+//!     let ax = 0.1 + 0.002 * t_c + noise;
+//!     csv += &format!("{:.1},{ax:.5},{:.5},{:.5},{t_c:.2}\n", 0.1 * f64::from(i), noise, 9.81 - noise);
+//! }
+//! let soak = read_bytes(csv.as_bytes(), "soak.csv", &ReadOptions::default())?;
+//! let model = study(&[soak])?;
+//! let ax = model.channel("ax").unwrap();
+//! assert!(ax.is_corrected() && (ax.coefficients[0] - 0.002).abs() < 1e-5);
+//! assert!(!model.channel("ay").unwrap().is_corrected());
+//! # Ok::<(), gravical::Error>(())
+//! ```
+
+mod rests;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use gravical_fit::temperature::{Block, Direction, MIN_R2, detect_directions, fit_drift};
+
+use crate::calibrate::{Estimate, MANY_POSES};
+use crate::calibration_file::{
+    CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
+};
+use crate::numfmt::{milli_g, small};
+use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
+use crate::segment::{Placement, Segmentation, check_units};
+use crate::still::{self, TemperatureBlock};
+use crate::{Error, Result};
+
+pub use gravical_fit::polynomial::evaluate;
+
+/// The temperature must span more than this at rest, °C, for a meaningful result.
+pub const MIN_SPAN_C: f64 = 5.0;
+
+/// Rests that span less than this are not used, °C.
+const MIN_REST_SPAN_C: f64 = 2.0;
+/// The direction changes where the temperature comes back by this share of its range …
+const TURN_SHARE: f64 = 0.1;
+/// … and by this many °C, since thermometers are noisy and chambers oscillate.
+const MIN_TURN_C: f64 = 1.0;
+
+/// Lowest and highest of some temperatures; infinities in reverse without any.
+fn range_of(t_c: impl Iterator<Item = f64>) -> [f64; 2] {
+    t_c.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| {
+        [low.min(t), high.max(t)]
+    })
+}
+
+fn span_of(rest: &[TemperatureBlock]) -> f64 {
+    let [low, high] = range_of(rest.iter().map(|b| b.t_c));
+    high - low
+}
+
+/// Determines the drift of a sensor from recordings in one unit.
+///
+/// # Errors
+///
+/// All of them input errors: `missing-temperature` without temperatures, `never-static`, and
+/// `temperature-span` if the temperature at rest spans [`MIN_SPAN_C`] or less; for several
+/// recordings `unit-unknown` and `units-differ`. An unpredictable drift is not an error: the
+/// channel is refused.
+pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
+    if recordings.len() > 1 {
+        check_units(recordings)?;
+    }
+    let name = recordings.first().map_or("", |r| r.name.as_str());
+    let input = |code, message: String| Error::input(code, message).at(Path::new(name), None);
+    if recordings.iter().all(|r| r.temperature_range_c().is_none()) {
+        return Err(
+            input("missing-temperature", "the recording has no temperature".to_owned()).with_hint(
+                "record the sensor's own temperature in a column called temperature, or name it with --columns",
+            ),
+        );
+    }
+    let span_error = |span_c: f64| {
+        input(
+            "temperature-span",
+            format!(
+                "the temperature spans {span_c:.1} °C at rest; more than {MIN_SPAN_C:.0} °C are needed"
+            ),
+        )
+        .with_hint("cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used")
+    };
+    // First, since an excerpt has blocks only if its temperature range is wide enough.
+    let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
+    let [low, high] = range_of(ranges.flatten());
+    if high - low <= MIN_SPAN_C {
+        return Err(span_error(high - low));
+    }
+    let mut rests: Vec<_> = recordings.iter().map(rests::detect_rests).collect();
+    if rests.iter().all(Vec::is_empty) {
+        return Err(input(
+            "never-static",
+            "it is never static for some seconds".to_owned(),
+        )
+        .with_hint("leave the sensor untouched while its temperature changes"));
+    }
+    let widest = rests.iter().flatten().map(|rest| span_of(rest));
+    let widest_c = widest.fold(0.0, f64::max);
+    for rests in &mut rests {
+        rests.retain(|rest| span_of(rest) > MIN_REST_SPAN_C);
+    }
+    let [low, high] = range_of(rests.iter().flatten().flatten().map(|b| b.t_c));
+    if high - low <= MIN_SPAN_C {
+        // Of the widest rest where none is left.
+        return Err(span_error(widest_c.max(high - low)));
+    }
+    Ok(fit_model(recordings, &rests, [low, high]))
+}
+
+/// A block of the rest with this number.
+struct DirectedBlock<'a> {
+    rest: usize,
+    direction: Direction,
+    block: &'a TemperatureBlock,
+}
+
+/// The blocks with the direction of their temperature; none where it never turns by `turn_c`.
+fn direct_blocks(recordings: &[Vec<Vec<TemperatureBlock>>], turn_c: f64) -> Vec<DirectedBlock<'_>> {
+    let mut out = Vec::new();
+    let mut number = 0..;
+    for rests in recordings {
+        // The direction stays the same while the sensor is moved to another pose.
+        let t_c: Vec<f64> = rests.iter().flatten().map(|b| b.t_c).collect();
+        let mut directions = detect_directions(&t_c, turn_c).into_iter();
+        for (blocks, rest) in rests.iter().zip(&mut number) {
+            let directed = blocks.iter().zip(&mut directions);
+            out.extend(directed.map(|(block, direction)| DirectedBlock {
+                rest,
+                direction,
+                block,
+            }));
+        }
+    }
+    out
+}
+
+/// The temperatures that both directions reached, or why they cannot test each other.
+fn shared_range(blocks: &[DirectedBlock<'_>]) -> std::result::Result<[f64; 2], String> {
+    let range = |direction| {
+        let of_direction = blocks.iter().filter(|b| b.direction == direction);
+        range_of(of_direction.map(|b| b.block.t_c))
+    };
+    let (cooling, warming) = (range(Direction::Cooling), range(Direction::Warming));
+    let shared = [cooling[0].max(warming[0]), cooling[1].min(warming[1])];
+    let shared_c = (shared[1] - shared[0]).max(0.0);
+    let only = |verb: &str| {
+        format!(
+            "the temperature only {verb}: with one direction the drift cannot be tested; also record the opposite one"
+        )
+    };
+    if cooling[0] > cooling[1] {
+        Err(only("rose"))
+    } else if warming[0] > warming[1] {
+        Err(only("fell"))
+    } else if shared_c <= MIN_SPAN_C {
+        Err(format!(
+            "cooling and warming share only {shared_c:.1} °C; more than {MIN_SPAN_C:.0} °C are needed to test one with the other"
+        ))
+    } else {
+        Ok(shared)
+    }
+}
+
+/// The model from the `rests` of each recording, which span `range_c`.
+fn fit_model(
+    recordings: &[Recording],
+    rests: &[Vec<Vec<TemperatureBlock>>],
+    range_c: [f64; 2],
+) -> TemperatureModel {
+    let turn_c = (TURN_SHARE * (range_c[1] - range_c[0])).max(MIN_TURN_C);
+    let mut blocks = direct_blocks(rests, turn_c);
+    let shared = shared_range(&blocks);
+    let range_c = shared.clone().unwrap_or(range_c);
+    let reference_c = 0.5 * (range_c[0] + range_c[1]);
+    // Temperatures that only one direction reached were not tested and are left out.
+    blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.block.t_c));
+    let first = recordings.first();
+    let gyro_scale = first.and_then(|r| r.gyro_scale);
+    let accel = |axis: usize| ChannelDrift {
+        channel: CHANNELS[axis].to_owned(),
+        input_unit: first
+            .map_or("unknown", |r| r.accel_scale.unit.name())
+            .to_owned(),
+        ..test_channel(&blocks, |b| b.mean[axis], reference_c, &shared)
+    };
+    let gyro = |axis: usize| ChannelDrift {
+        channel: CHANNELS[3 + axis].to_owned(),
+        input_unit: gyro_scale.map_or("unknown", |g| g.unit.name()).to_owned(),
+        ..test_channel(&blocks, |b| b.gyro_mean[axis], reference_c, &shared)
+    };
+    let mut channels: Vec<ChannelDrift> = (0..3).map(accel).collect();
+    let mut means = blocks.iter().flat_map(|b| b.block.block.gyro_mean);
+    if means.any(f64::is_finite) {
+        channels.extend((0..3).map(gyro));
+    }
+    TemperatureModel {
+        reference_c,
+        reference_source: ReferenceSource::Soak,
+        range_c,
+        channels,
+        inputs: InputFile::of(recordings),
+    }
+}
+
+/// Coefficients and verdict of a channel, without its name and unit.
+fn test_channel(
+    blocks: &[DirectedBlock<'_>],
+    reading: impl Fn(&still::Block) -> f64,
+    reference_c: f64,
+    shared: &std::result::Result<[f64; 2], String>,
+) -> ChannelDrift {
+    let refuse = |reason: &str| ChannelDrift {
+        reason: reason.to_owned(),
+        ..ChannelDrift::default()
+    };
+    if let Err(reason) = shared {
+        return refuse(reason);
+    }
+    let block = |b: &DirectedBlock<'_>| Block {
+        rest: b.rest,
+        direction: b.direction,
+        t_c: b.block.t_c,
+        reading: reading(&b.block.block),
+    };
+    let blocks: Vec<Block> = blocks.iter().map(block).collect();
+    let Some(fit) = fit_drift(&blocks, reference_c) else {
+        return refuse("its means do not determine a polynomial, or do not vary");
+    };
+    let (to_warming, to_cooling) = (fit.r2_cooling_to_warming, fit.r2_warming_to_cooling);
+    let refused = ChannelDrift {
+        order: fit.coefficients.len() as u32,
+        r2_cooling_to_warming: Some(to_warming),
+        r2_warming_to_cooling: Some(to_cooling),
+        ..refuse(if !fit.significant {
+            "no drift beyond the noise"
+        } else if to_warming.max(to_cooling) >= MIN_R2 {
+            "it predicts in one direction only: hysteresis or drift with time"
+        } else {
+            "neither direction predicts the other: hysteresis or drift with time"
+        })
+    };
+    if !fit.is_predictable() {
+        return refused;
+    }
+    ChannelDrift {
+        verdict: DriftVerdict::Corrected,
+        reason: "each direction predicts the other".to_owned(),
+        coefficients: fit.coefficients,
+        ..refused
+    }
+}
+
+/// The model for a session: from the soak recordings `thermal`, or, without any, from the session
+/// itself if its static intervals span enough temperature. Its drift is zero at the mean
+/// temperature of the poses, where bias and matrix are valid; the means of the poses are
+/// converted to that temperature.
+///
+/// # Errors
+///
+/// With soak recordings: those of [`study`], and `unit-unknown` and `units-differ` if they are
+/// not in the unit of the session.
+pub fn for_calibration(
+    recordings: &[Recording],
+    thermal: &[Recording],
+    segmentation: &mut Segmentation,
+) -> Result<Option<TemperatureModel>> {
+    let findings = &mut segmentation.findings;
+    let model = if thermal.is_empty() {
+        study(recordings).ok()
+    } else {
+        findings.extend(check_soak_units(recordings, thermal)?);
+        Some(TemperatureModel {
+            inputs: InputFile::of_soak(thermal),
+            ..study(thermal)?
+        })
+    };
+    let Some(mut model) = model else {
+        return Ok(None);
+    };
+    findings.push(summary_finding(&model, !segmentation.turns.is_empty()));
+    if !model.any_corrected() {
+        // No drift is subtracted: the reference does not matter.
+        return Ok(Some(model));
+    }
+    let [low, high] = model.range_c;
+    let Some(session_c) = mean_c(&segmentation.placements) else {
+        findings.push(Finding::new(
+            FindingKind::TemperatureReference,
+            format!(
+                "the poses have no temperature: bias and matrix are assumed to be valid at {:.1} °C, the middle of the soak; {}",
+                model.reference_c,
+                cost_text(&model)
+            ),
+        ));
+        return Ok(Some(model));
+    };
+    let reference_c = session_c.clamp(low, high);
+    if reference_c != session_c {
+        findings.push(Finding::new(
+            FindingKind::TemperatureOutside,
+            format!(
+                "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used"
+            ),
+        ));
+    }
+    model = model.about(reference_c);
+    model.reference_source = ReferenceSource::Session;
+    bring_to_reference(&mut segmentation.placements, &model);
+    Ok(Some(model))
+}
+
+fn temperatures(placements: &[Placement]) -> impl Iterator<Item = f64> {
+    placements.iter().filter_map(|p| p.temperature_c)
+}
+
+fn mean_c(placements: &[Placement]) -> Option<f64> {
+    let count = temperatures(placements).count();
+    (count > 0).then(|| temperatures(placements).sum::<f64>() / count as f64)
+}
+
+/// Converts the means of the poses to the reference temperature.
+fn bring_to_reference(placements: &mut [Placement], model: &TemperatureModel) {
+    for placement in placements {
+        let Some(t_c) = placement.temperature_c else {
+            continue;
+        };
+        for (mean, name) in placement.mean.iter_mut().zip(CHANNELS) {
+            *mean -= model.drift_at(name, t_c);
+        }
+        if let Some((sum, rows)) = &mut placement.gyro_sum {
+            for (sum, name) in sum.iter_mut().zip(&CHANNELS[3..]) {
+                *sum -= model.drift_at(name, t_c) * *rows as f64;
+            }
+        }
+    }
+}
+
+/// True where the poses are enough, and at temperatures far enough apart, to fit the drift of the
+/// accelerometer with its other parameters: rests in which the temperature changes, which [`study`]
+/// needs, are then not needed.
+#[must_use]
+pub fn enough_poses(placements: &[Placement]) -> bool {
+    let [low, high] = range_of(temperatures(placements));
+    let complete = placements.iter().all(|p| p.temperature_c.is_some());
+    complete && placements.len() >= MANY_POSES && high - low > MIN_SPAN_C
+}
+
+/// The drift of the accelerometer as the `estimate` of the session found it, and that of the
+/// gyroscope from its static intervals. The means of the poses are converted to the temperature at
+/// which bias and matrix are valid. None where the estimate tested no drift.
+#[must_use]
+pub(crate) fn from_poses(
+    recordings: &[Recording],
+    estimate: &Estimate,
+    segmentation: &mut Segmentation,
+) -> Option<TemperatureModel> {
+    let test = estimate.drift_test()?;
+    let reference_c = mean_c(&segmentation.placements)?;
+    let fitted = estimate.fit().and_then(gravical_fit::Fit::drift);
+    let unit = recordings.first().map(|r| r.accel_scale.unit.name());
+    let (verdict, ending) = match fitted {
+        Some(_) => (DriftVerdict::Corrected, ""),
+        None => (DriftVerdict::NotCorrected, ": not by more than chance"),
+    };
+    let reason = format!(
+        "fitted with the poses; with a drift the mean error of ‖a‖ at poses left out, an eighth of the session at a time, goes from {:.2} to {:.2} mg{ending}",
+        milli_g(test.without_mps2),
+        milli_g(test.with_mps2),
+    );
+    let channel = |axis: usize| ChannelDrift {
+        channel: CHANNELS[axis].to_owned(),
+        input_unit: unit.unwrap_or("unknown").to_owned(),
+        verdict,
+        reason: reason.clone(),
+        order: 1,
+        coefficients: fitted.map_or_else(Vec::new, |d| vec![d.per_c[axis]]),
+        ..ChannelDrift::default()
+    };
+    let mut model = TemperatureModel {
+        reference_c,
+        reference_source: ReferenceSource::Session,
+        range_c: range_of(temperatures(&segmentation.placements)),
+        channels: (0..3).map(channel).collect(),
+        inputs: InputFile::of(recordings),
+    };
+    if let Ok(study) = study(recordings) {
+        let study = study.about(reference_c);
+        let gyro = study.channels.into_iter().skip(3);
+        if gyro.clone().any(|c| c.is_corrected()) {
+            model.range_c = study.range_c;
+        }
+        model.channels.extend(gyro);
+    }
+    let finding = summary_finding(&model, !segmentation.turns.is_empty());
+    segmentation.findings.push(finding);
+    bring_to_reference(&mut segmentation.placements, &model);
+    Some(model)
+}
+
+/// The finding that lists the channels that are corrected, and the others.
+fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
+    let list = |corrected: bool| {
+        let channels = model.channels.iter();
+        let channels = channels.filter(|c| c.is_corrected() == corrected);
+        channels.map(|c| &*c.channel).collect::<Vec<_>>().join(", ")
+    };
+    let [low, high] = model.range_c;
+    let (corrected, others) = (list(true), list(false));
+    if corrected.is_empty() {
+        return Finding::new(
+            FindingKind::TemperatureRefused,
+            format!(
+                "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
+            ),
+        );
+    }
+    let idle = if !with_gyro && corrected.contains('g') {
+        " (for the gyroscope only after it is calibrated)"
+    } else {
+        ""
+    };
+    let rest = if others.is_empty() {
+        String::new()
+    } else {
+        format!("; that of {others} is not predictable or not significant")
+    };
+    Finding::new(
+        FindingKind::TemperatureModel,
+        format!(
+            "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
+        ),
+    )
+}
+
+/// Text: largest error of a reading without the model, over its range.
+pub(crate) fn cost_text(model: &TemperatureModel) -> String {
+    let [low, high] = model.range_c;
+    let part = |c: &ChannelDrift| {
+        let drift = |i: i32| {
+            let t_c = low + (high - low) * f64::from(i) / 50.0;
+            model.drift_at(&c.channel, t_c).abs()
+        };
+        let most = small((0..=50).map(drift).fold(0.0, f64::max), 3);
+        let unit = match c.input_unit.as_str() {
+            "unknown" => "of an unknown unit",
+            unit => unit,
+        };
+        format!("{} by up to {most} {unit}", c.channel)
+    };
+    let parts = model.channels.iter().filter(|c| c.is_corrected()).map(part);
+    let parts = parts.collect::<Vec<_>>().join(", ");
+    format!("between {low:.1} and {high:.1} °C the drift changes {parts}")
+}
+
+/// Checks that session and soak are in one unit. A finding where that of a gyroscope is not known.
+fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<Option<Finding>> {
+    check_units(recordings.iter().take(1).chain(thermal))?;
+    let (Some(session), Some(soak)) = (recordings.first(), thermal.first()) else {
+        return Ok(None);
+    };
+    let (Some(a), Some(b)) = (session.gyro_scale, soak.gyro_scale) else {
+        return Ok(None);
+    };
+    let units = format!(
+        "the gyroscope's unit is {} in the session and {} in the soak",
+        a.unit.name(),
+        b.unit.name()
+    );
+    if a.unit == GyroUnit::Unknown || b.unit == GyroUnit::Unknown {
+        let message = format!("{units}: assumed to be equal");
+        Ok(Some(Finding::new(FindingKind::UnitUnverified, message)))
+    } else if a.unit == b.unit {
+        Ok(None)
+    } else {
+        Err(Error::input("units-differ", units)
+            .at(soak.name.as_ref(), None)
+            .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"))
+    }
+}
