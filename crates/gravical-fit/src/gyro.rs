@@ -438,8 +438,11 @@ mod tests {
         rng.sample(StandardNormal)
     }
 
+    /// Samples, and gravity before and after.
+    type Recorded = (Vec<Sample>, [[f64; 3]; 2]);
+
     /// Motions of two seconds about axes of any direction, by 60 to 150°, and E of the sensor.
-    fn session(seed: u64, count: usize) -> (Vec<(Vec<Sample>, [[f64; 3]; 2])>, Matrix3<f64>) {
+    fn session(seed: u64, count: usize) -> (Vec<Recorded>, Matrix3<f64>) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let e = Matrix3::from_fn(|r, c| f64::from(u8::from(r == c)) + 0.02 * normal(&mut rng));
         let back = e.try_inverse().unwrap();
@@ -477,15 +480,14 @@ mod tests {
         (motions, e)
     }
 
-    fn motions(session: &[(Vec<Sample>, [[f64; 3]; 2])]) -> Vec<Motion<'_>> {
+    fn motions(session: &[Recorded]) -> Vec<Motion<'_>> {
         let sd =
             (2.0 * DIRECTION.powi(2) + NOISE.powi(2) * H * 2.0 + (1e-4_f64 * 2.0).powi(2)).sqrt();
-        let one = |(samples, gravity): &'_ (Vec<Sample>, [[f64; 3]; 2])| (samples.len(), *gravity);
         session
             .iter()
-            .map(|m| Motion {
-                samples: &m.0,
-                gravity: one(m).1,
+            .map(|(samples, gravity)| Motion {
+                samples,
+                gravity: *gravity,
                 sd,
             })
             .collect()

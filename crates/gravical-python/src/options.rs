@@ -209,10 +209,7 @@ impl<'py> Options<'py> {
         let py = self.py();
         let method = self.word(
             "method",
-            &[
-                ("joint", Method::Joint),
-                ("ferraris", Method::Ferraris),
-            ],
+            &[("joint", Method::Joint), ("ferraris", Method::Ferraris)],
         )?;
         let sections = self.path("sections")?;
         let sections = sections.as_deref().map(read_sections);

@@ -26,6 +26,7 @@ mod checks;
 mod estimate;
 mod section;
 mod sensors;
+mod session;
 mod undetermined;
 mod verdict;
 
@@ -43,11 +44,10 @@ use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-use estimate::{Session, accelerometer};
+use estimate::{Estimate, accelerometer};
+use session::Session;
 
 pub use crate::calibration_file::Method;
-pub(crate) use checks::MANY_POSES;
-pub(crate) use estimate::Estimate;
 pub use estimate::EstimateOptions;
 pub(crate) use section::DRIFT_MPS2_PER_C;
 
@@ -157,7 +157,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
     let mut estimate = estimated(&segmentation, drift)?;
     if drift {
-        temperature_model = from_poses(recordings, &estimate, &mut segmentation);
+        temperature_model = estimate.drift_test().and_then(|test| {
+            let drift = estimate.fit().and_then(gravical_fit::Fit::drift);
+            from_poses(recordings, test, drift, &mut segmentation)
+        });
         if temperature_model.is_none() {
             // The poses of one part of the session are all there are of some direction.
             temperature_model = for_calibration(recordings, &[], &mut segmentation)?;

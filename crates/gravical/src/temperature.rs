@@ -41,12 +41,13 @@ mod tests;
 use std::path::Path;
 
 use gravical_fit::temperature::{Block, Direction, MIN_R2, detect_directions, fit_drift};
+use gravical_fit::{BiasDrift, DriftTest};
 
-use crate::calibrate::{Estimate, MANY_POSES};
 use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
 };
 use crate::numfmt::{milli_g, small};
+use crate::poses::MANY_POSES;
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
 use crate::segment::{Placement, Segmentation, check_units};
 use crate::still::{self, TemperatureBlock};
@@ -371,18 +372,17 @@ pub fn enough_poses(placements: &[Placement]) -> bool {
     complete && placements.len() >= MANY_POSES && high - low > MIN_SPAN_C
 }
 
-/// The drift of the accelerometer as the `estimate` of the session found it, and that of the
+/// The drift of the accelerometer as the poses of the session were `fitted` and tested, and that of the
 /// gyroscope from its static intervals. The means of the poses are converted to the temperature at
-/// which bias and matrix are valid. None where the estimate tested no drift.
+/// which bias and matrix are valid. None without temperatures.
 #[must_use]
 pub(crate) fn from_poses(
     recordings: &[Recording],
-    estimate: &Estimate,
+    test: DriftTest,
+    fitted: Option<BiasDrift>,
     segmentation: &mut Segmentation,
 ) -> Option<TemperatureModel> {
-    let test = estimate.drift_test()?;
     let reference_c = mean_c(&segmentation.placements)?;
-    let fitted = estimate.fit().and_then(gravical_fit::Fit::drift);
     let unit = recordings.first().map(|r| r.accel_scale.unit.name());
     let (verdict, ending) = match fitted {
         Some(_) => (DriftVerdict::Corrected, ""),

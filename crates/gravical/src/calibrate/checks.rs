@@ -10,10 +10,10 @@ use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
 use crate::segment::face::{AxisMap, Claim, Face};
 
+use crate::poses::MANY_POSES;
+
 use super::estimate::{By, Estimate};
 
-/// Nobody places a sensor in so many poses: they are found in days of wear.
-pub(crate) const MANY_POSES: usize = 64;
 /// Scale further from nominal than this is wrong rather than inaccurate, %.
 /// The data sheet allows 3 %, a second range is 100 % away.
 const SCALE_GATE_PERCENT: f64 = 10.0;

@@ -6,14 +6,13 @@ use gravical_fit::{Fit, Options, Trust, fit};
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
 use crate::estimate::ferraris;
-use crate::gravity::Gravity;
-use crate::poses::from_segments::{Poses, poses, start};
-use crate::recording::Recording;
-use crate::segment::face::{AxisMap, Face};
-use crate::segment::{Placement, Segmentation};
+use crate::poses::from_segments::{Names, Poses, poses, start};
+use crate::segment::Placement;
+use crate::segment::face::Face;
 use crate::{Error, Result};
 
 use super::sensors::one_sensor;
+use super::session::Session;
 use super::undetermined::explain;
 
 /// What the user says about estimating.
@@ -121,34 +120,6 @@ impl Estimate {
     }
 }
 
-/// What the estimators need to know of a session.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Session<'a> {
-    pub recordings: &'a [Recording],
-    pub segmentation: &'a Segmentation,
-    /// How the board sits in its case.
-    pub axes: &'a AxisMap,
-    /// Names of placements are believed, not data.
-    pub faces_by_name: bool,
-    pub gravity: &'a Gravity,
-    /// The drift with temperature is tested, and fitted where it helps.
-    pub drift: bool,
-}
-
-impl Session<'_> {
-    fn nominal(&self) -> Option<f64> {
-        self.recordings.first()?.accel_scale.nominal()
-    }
-
-    /// Input units per m/s²: nominal, or as gravity reads.
-    fn scale(&self) -> f64 {
-        let placements = self.segmentation.placements.iter();
-        let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
-        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity.value_mps2;
-        self.nominal().unwrap_or_else(usual)
-    }
-}
-
 /// Estimates the accelerometer.
 ///
 /// # Errors
@@ -158,7 +129,11 @@ impl Session<'_> {
 /// each other; `no-such-pose` (usage) for a name in `--face-pose` or `--free-pose`.
 pub(crate) fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result<Estimate> {
     let scale = session.scale();
-    let found = poses(session.segmentation, options, scale)?;
+    let names = Names {
+        free: &options.free,
+        face: &options.face,
+    };
+    let found = poses(session.segmentation, names, scale)?;
     let fit_options = Options {
         gravity: session.gravity.value_mps2,
         gravity_sd: session.gravity.uncertainty_mps2(),

@@ -8,7 +8,7 @@ use crate::numfmt::milli_g;
 use crate::uncertainty::{chi_square, invariant_derivatives, invariants};
 use crate::{Error, Result};
 
-use super::estimate::Session;
+use super::session::Session;
 
 /// A recording is fitted alone from so many poses: scale, angles and bias are nine parameters, or six
 /// faces.

@@ -7,7 +7,7 @@ use crate::Error;
 use crate::numfmt::milli_g;
 use crate::segment::face::{AXES, Face, in_words};
 
-use super::estimate::Session;
+use super::session::Session;
 
 /// Directions count as spanned when the poses lie this far out of the plane (or line) of the others,
 /// rms: sin 10°.

@@ -3,7 +3,6 @@
 use gravical_core::matrix3;
 use gravical_fit::{Hint, Pose};
 
-use crate::calibrate::EstimateOptions;
 use crate::segment::face::{AxisMap, Claim, Face};
 use crate::segment::{Placement, Segmentation};
 use crate::{Error, Result};
@@ -11,6 +10,15 @@ use crate::{Error, Result};
 /// Standard error of a mean whose scatter is unknown, m/s²: a second of an MPU6050 at 100 Hz with its
 /// 44 Hz low-pass.
 const ASSUMED_MPS2: f64 = 4e-3;
+
+/// Placements that the user names: labels, faces or files.
+#[derive(Clone, Copy)]
+pub(crate) struct Names<'a> {
+    /// They are no faces, whatever they look like.
+    pub free: &'a [String],
+    /// They are faces, however they lie.
+    pub face: &'a [String],
+}
 
 /// The poses, and how far their noise is known.
 pub(crate) struct Poses {
@@ -25,13 +33,9 @@ pub(crate) struct Poses {
 ///
 /// # Errors
 ///
-/// `no-such-pose` (usage) for a name of `options` that no placement has.
-pub(crate) fn poses(
-    session: &Segmentation,
-    options: &EstimateOptions,
-    scale: f64,
-) -> Result<Poses> {
-    check_names(&session.placements, options)?;
+/// `no-such-pose` (usage) for one of `names` that no placement has.
+pub(crate) fn poses(session: &Segmentation, names: Names<'_>, scale: f64) -> Result<Poses> {
+    check_names(&session.placements, names)?;
     let rounding = session.noise.rounding;
     let sd = |p: &Placement| match p.standard_error {
         Some(error) => error.map(|e| e.max(1e-7 * scale)),
@@ -44,7 +48,7 @@ pub(crate) fn poses(
             mean: p.mean,
             sd: sd(p),
             temperature_c: p.temperature_c,
-            hint: hint(p, options),
+            hint: hint(p, names),
         })
         .collect();
     let squares =
@@ -93,11 +97,11 @@ pub(crate) fn start(
 }
 
 /// Names were believed, or held against the data, when the session was cut.
-fn hint(placement: &Placement, options: &EstimateOptions) -> Hint {
-    if options.free.iter().any(|n| is_called(placement, n)) {
+fn hint(placement: &Placement, names: Names<'_>) -> Hint {
+    if names.free.iter().any(|n| is_called(placement, n)) {
         return Hint::Free;
     }
-    if options.face.iter().any(|n| is_called(placement, n)) {
+    if names.face.iter().any(|n| is_called(placement, n)) {
         return placement.face.map_or(Hint::Open, Hint::Face);
     }
     match (placement.claim, placement.face) {
@@ -117,11 +121,11 @@ fn is_called(placement: &Placement, name: &str) -> bool {
         || file.is_some_and(|file| file == name)
 }
 
-fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()> {
-    for (option, names) in [("free", &options.free), ("face", &options.face)] {
+fn check_names(placements: &[Placement], names: Names<'_>) -> Result<()> {
+    for (option, names) in [("free", names.free), ("face", names.face)] {
         for name in names {
             let Some(placement) = placements.iter().find(|p| is_called(p, name)) else {
-                let known: Vec<String> = placements.iter().map(called).collect();
+                let known: Vec<&str> = placements.iter().map(|p| p.label.as_str()).collect();
                 let what = format!("there is no pose {name}");
                 return Err(Error::usage("no-such-pose", what)
                     .of_option(option)
@@ -139,14 +143,4 @@ fn check_names(placements: &[Placement], options: &EstimateOptions) -> Result<()
         }
     }
     Ok(())
-}
-
-/// The label, and the face where it is another word.
-fn called(placement: &Placement) -> String {
-    match placement.face {
-        Some(face) if face.name() != placement.label => {
-            format!("{} ({})", placement.label, face.name())
-        }
-        _ => placement.label.clone(),
-    }
 }
