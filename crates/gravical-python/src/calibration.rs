@@ -58,14 +58,12 @@ impl Calibration {
 
 impl From<SessionCalibration> for Calibration {
     fn from(done: SessionCalibration) -> Self {
-        let recordings = done.recordings;
-        let origin = done.segmentation.map(|segmentation| Origin {
-            recordings,
-            segmentation,
-        });
         Calibration {
             file: Arc::new(done.file),
-            origin: origin.map(Arc::new),
+            origin: Some(Arc::new(Origin {
+                recordings: done.recordings,
+                segmentation: done.segmentation,
+            })),
         }
     }
 }
