@@ -117,8 +117,9 @@ pub struct Calibrated {
 ///
 /// # Errors
 ///
-/// Input errors with the next thing to do: those of [`segment`] and
-/// [`accelerometer`], `missing-gyro`, `rate-unknown`. A result
+/// Input errors with the next thing to do: those of [`segment`];
+/// `underdetermined`, `missing-face`, `left-handed`, `sensors-differ`, `no-such-pose` of the
+/// accelerometer; `missing-gyro`, `rate-unknown`. A result
 /// that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
