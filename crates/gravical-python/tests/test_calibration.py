@@ -14,7 +14,7 @@ import pytest
 def test_the_truth_is_within_the_uncertainty(calibration: gravical.Calibration) -> None:
     truth = gravical.simulate("poses", free=8, seed=3).truth["accelerometer"]
     covariance = calibration.covariance
-    assert covariance is not None and covariance.shape == (12, 12)
+    assert covariance is not None and covariance.shape == (18, 18)
     names = calibration.covariance_parameters
     sd = np.sqrt(np.diag(covariance))[[names.index(f"bias_{axis}") for axis in "xyz"]]
     assert (np.abs(calibration.bias - truth["bias_mps2"]) < 4 * sd).all()

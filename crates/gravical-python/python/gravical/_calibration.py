@@ -98,9 +98,9 @@ class Calibration(Judged):
 
     @property
     def covariance(self) -> Floats | None:
-        """Covariance, shape (12, 12), of the parameters M (row by row) and b of
-        raw = M · a + b; None if the method does not compute it. ``covariance_parameters`` names
-        them."""
+        """Covariance of the parameters M (row by row) and b of raw = M · a + b, and of the six bends
+        if they were fitted: shape (18, 18) or (12, 12). None if the method does not compute it.
+        ``covariance_parameters`` names the rows."""
         found = self._dict["accelerometer"]["covariance"]
         return None if found is None else np.array(found["values"])
 
@@ -410,7 +410,7 @@ def calibrate(
     >>> calibration.verdict
     Verdict('good', ...)
     >>> calibration.bias.shape, calibration.matrix.shape, calibration.covariance.shape
-    ((3,), (3, 3), (12, 12))
+    ((3,), (3, 3), (18, 18))
     """
     given = options(
         reading,
