@@ -70,7 +70,7 @@ pub fn write(program: &Path, folder: &Path) -> Vec<Page> {
             ),
             (
                 "chamber",
-                format!("calibrate --method thermal {data}/tofupilot-thermal"),
+                format!("inspect {data}/tofupilot-thermal/part1_rows0-5249.tsv"),
             ),
             (
                 "elevator",
