@@ -1,542 +1,373 @@
-//! The gyroscope from motions between rests.
+//! The gyroscope from static intervals and the motions between them.
 //!
-//! Gravity's direction is known at both ends of a motion from the calibrated accelerometer, so that the
-//! integrated angular rate has to turn the one into the other:
+//! At rest it reads its bias and what gravity does to it. Gravity's direction is known at both ends of a
+//! motion from the calibrated accelerometer, so that the integrated angular rate has to turn the one into
+//! the other:
 //!
 //! ```text
-//! C(∫ω dt) v₀ − v₁ = 0,   ω = E (y − β)
+//! C(∫ω dt) v₀ − v₁ = 0,   ω = G (u − b − S a)
 //! ```
 //!
-//! for the nine elements of E and what the rests leave of the bias, β (Tedaldi, Pretto and Menegatti, "A
-//! robust and easy to implement method for IMU calibration without external equipments", ICRA 2014). No
-//! turn has to be known. It fails where the sensor never turns about one of its axes while that axis is
-//! level: a turn about the vertical leaves gravity where it is.
+//! for the nine elements of G and what the rests leave of b (Tedaldi, Pretto and Menegatti, "A robust and
+//! easy to implement method for IMU calibration without external equipments", ICRA 2014). No turn has to be
+//! known. It fails where the sensor never turns about one of its axes while that axis is level: a turn
+//! about the vertical leaves gravity where it is.
 
-use gravical_core::matrix3;
-use gravical_core::strapdown::{matrix, normalize, quat_mul, step};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+mod motions;
+mod rest;
+#[cfg(test)]
+mod tests;
 
-/// Nine elements of E, row-major, then β.
-type Parameters = SVector<f64, 12>;
-type Normal = SMatrix<f64, 12, 12>;
+use gravical_core::calibration::Calibration;
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-/// Rate in rad/s by the nominal scale, bias taken off, and the time to the next sample, s.
-pub type Sample = [f64; 4];
+use motions::{Fitted, Path, Problem, Square, median};
+use rest::at_rest;
 
-/// A motion from one rest to the next.
-#[derive(Debug, Clone, Copy)]
-pub struct Motion<'a> {
-    /// From a sample at rest to one at rest.
-    pub samples: &'a [Sample],
-    /// Unit vectors of specific force before and after, axes of the accelerometer.
-    pub gravity: [[f64; 3]; 2],
-    /// Standard deviation of each component of what is left, rad: directions of gravity, noise, drift.
+/// A static interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Still {
+    /// Mean of the gyroscope, input unit.
+    pub rate: [f64; 3],
+    /// Duration, s.
+    pub seconds: f64,
+    /// Mean of the accelerometer, its input unit.
+    pub accel: [f64; 3],
+    /// Standard deviation of that mean.
+    pub accel_sd: [f64; 3],
+}
+
+/// One reading of a [`Motion`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Gyroscope, input unit.
+    pub rate: [f64; 3],
+    /// Accelerometer, its input unit; where it is no number, the last one that is holds.
+    pub accel: [f64; 3],
+    /// Time to the next sample, s; not used in the last one.
+    pub step_s: f64,
+}
+
+/// What happened between two static intervals, from a reading at rest to one at rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Index of the static interval before it.
+    pub before: usize,
+    /// … and of the one after it.
+    pub after: usize,
+    /// Without a gap.
+    pub samples: Vec<Sample>,
+}
+
+/// What is known of the gyroscope beside its readings.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GyroOptions {
+    /// Nominal scale, input unit per rad/s; none: the motions show it.
+    pub nominal: Option<f64>,
+    /// Low-frequency noise, Allan N, input unit · √s.
+    pub noise: [f64; 3],
+    /// Standard deviation that rounding leaves in every mean alike, input unit.
+    pub rounding: [f64; 3],
+}
+
+/// What the static intervals show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GyroRest {
+    /// Reading at rest without gravity's part, input unit.
+    pub bias: [f64; 3],
+    /// Its standard deviation.
+    pub bias_sd: [f64; 3],
+    /// S, row-major: row gyroscope, column accelerometer, input unit per m/s²; zero where no more than
+    /// chance.
+    pub g_sensitivity: [[f64; 3]; 3],
+    /// Standard deviation of the bias from one static interval to the next beyond noise, input unit.
+    pub drift: [f64; 3],
+    /// How far the bias of each static interval is off, as far as it is not noise.
+    local: Vec<Vector3<f64>>,
+    /// Standard deviation of what is left of that.
+    local_sd: Vector3<f64>,
+    /// The part of `bias_sd` that noise and rounding make: all that motions can tell of.
+    noise_sd: Vector3<f64>,
+}
+
+/// What the motions leave open.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GyroUndetermined {
+    /// Motions that could be used.
+    pub motions: usize,
+    /// Axes about which they turn too little.
+    pub axes: [bool; 3],
+    /// Relative standard deviation of the matrix in its worst direction.
     pub sd: f64,
 }
 
-/// E, β and how well they are known.
+/// One motion under the fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FittedMotion {
+    /// It took part; it does not if it contradicts the others.
+    pub used: bool,
+    /// Length of the difference of unit vectors.
+    pub residual: f64,
+    /// The same if the motion takes no part; none if the others determine too little.
+    pub left_out: Option<f64>,
+}
+
+/// The gyroscope by the motions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionFit {
-    /// E, near the identity where the nominal scale is right.
+    /// G, row-major, rad/s per input unit; axes of the accelerometer.
     pub matrix: [[f64; 3]; 3],
-    /// β, rad/s.
+    /// b, input unit.
     pub bias: [f64; 3],
-    /// Covariance of E, row-major, and β.
+    /// Covariance of the row-major M = G⁻¹ and b.
     pub covariance: [[f64; 12]; 12],
-    /// Which motions were used; the others contradict them.
-    pub used: Vec<bool>,
-    /// Length of what is left of each motion, rad.
-    pub residuals: Vec<f64>,
-    /// The same of each used motion by a fit without it; none with fewer than seven.
-    pub left_out: Option<Vec<f64>>,
+    /// Every motion given; none for one with a value that is no number.
+    pub motions: Vec<Option<FittedMotion>>,
+    /// Angle by which a typical motion misses, of all motions, rad.
+    pub typical_rad: f64,
+    /// Scale from which the fit began, rad/s per input unit: the nominal one, or that of the motions.
+    pub start_scale: f64,
 }
 
-/// A residual this many times the usual one contradicts the others.
-const OUTLIER: f64 = 6.0;
-/// … unless the others predict it within so many standard deviations.
-const SURPRISE: f64 = 5.0;
-/// Median length of two normal components of unit variance.
-const RAYLEIGH_MEDIAN: f64 = 1.1774;
-/// Width of Cauchy's loss, 95 % as efficient as least squares on normal residuals.
-const CAUCHY: f64 = 2.385;
-/// Passes over the samples; three are usual.
-const MAX_PASSES: usize = 15;
-/// A pass that moves no residual by more than this fraction of the usual one is the last.
-const SETTLED: f64 = 0.01;
-/// No direction and no turn is known better, rad: 0.00006°.
+/// The gyroscope.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GyroFit {
+    /// At rest.
+    pub rest: GyroRest,
+    /// By the motions; none without motions, or where no scale is known and none is found.
+    pub moved: Option<Result<MotionFit, GyroUndetermined>>,
+}
+
+/// Two residuals each for nine parameters, and three to judge them by.
+pub const MIN_MOTIONS: usize = 6;
+/// Known worse than this, a matrix is no better than the data sheet's.
+const MAX_SD: f64 = 0.03;
+/// A typical motion that misses by more was fitted from a wrong start, or not at all, rad.
+const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// No direction and no turn is known better, rad.
 const FLOOR: f64 = 1e-6;
 
-/// One motion at a state: gravity as it was, turned into the sensor after the motion, less gravity as it
-/// is there; and its derivatives.
-struct Linear {
-    residual: Vector3<f64>,
-    jacobian: SMatrix<f64, 3, 12>,
+impl MotionFit {
+    /// True if a typical motion misses by so much (3°) that the motions are not those of this sensor.
+    #[must_use]
+    pub fn is_misfit(&self) -> bool {
+        self.typical_rad > MISFIT_RAD
+    }
 }
 
-impl Linear {
-    /// A small change of the parameters turns the result by ψ = Σ w A (δE (y − β) − E δβ), seen from the
-    /// start, w being the weights of the trapezoid and A the attitudes: dr = C (v₀ × ψ).
-    fn new(motion: &Motion<'_>, x: &Parameters) -> Linear {
-        let e: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| x[3 * r + c]));
-        let (attitude, sums) = turned(motion.samples, &e, [x[9], x[10], x[11]]);
-        // nalgebra's arrays are columns: this is the transpose already.
-        let rotation = Matrix3::from(attitude);
-        let before = Vector3::from(motion.gravity[0]);
-        let by_turn = rotation * before.cross_matrix();
-        let by_bias = matrix3::mul(&sums.map(|row| row.map(|s| s[3])), &e);
-        let jacobian = SMatrix::from_fn(|i, p| match p {
-            0..9 => (0..3)
-                .map(|k| by_turn[(i, k)] * sums[k][p / 3][p % 3])
-                .sum(),
-            _ => -(0..3)
-                .map(|k| by_turn[(i, k)] * by_bias[k][p - 9])
-                .sum::<f64>(),
+/// Estimates the gyroscope. `accelerometer` calibrates the readings of the accelerometer to m/s²; an error
+/// of it is in the covariance only as far as the residuals show it.
+///
+/// None without static intervals, or if one has a value that is no number.
+#[must_use]
+pub fn gyro(
+    stills: &[Still],
+    motions: &[Motion],
+    accelerometer: &Calibration<f64>,
+    options: &GyroOptions,
+) -> Option<GyroFit> {
+    let rest = at_rest(stills, accelerometer, options)?;
+    let path = |motion| path(motion, stills, accelerometer, &rest);
+    let paths: Vec<Option<Path>> = motions.iter().map(path).collect();
+    let usable: Vec<bool> = paths.iter().map(Option::is_some).collect();
+    let paths: Vec<Path> = paths.into_iter().flatten().collect();
+    let nominal = options.nominal.map(f64::recip);
+    let unit = nominal.or_else(|| scale_by_motions(&paths));
+    let unit = unit.filter(|unit| unit.is_normal() && !paths.is_empty());
+    let moved = unit.map(|unit| {
+        let fitted = by_motions(problem(paths, &rest, options, unit))?;
+        fitted.result(&usable, &rest, unit)
+    });
+    Some(GyroFit { rest, moved })
+}
+
+/// A motion in input units, less bias and g-sensitivity; `sd` by the directions of gravity.
+fn path(
+    motion: &Motion,
+    stills: &[Still],
+    accelerometer: &Calibration<f64>,
+    rest: &GyroRest,
+) -> Option<Path> {
+    let (before, after) = (stills.get(motion.before)?, stills.get(motion.after)?);
+    let reacts = Matrix3::from(rest.g_sensitivity).transpose();
+    // The drift of the bias is what both stills show of it.
+    let local = 0.5 * (rest.local[motion.before] + rest.local[motion.after]);
+    let bias = Vector3::from(rest.bias) + local;
+    let mut accel = before.accel;
+    let mut sample = |s: &Sample| {
+        if s.accel.iter().all(|v| v.is_finite()) {
+            accel = s.accel;
+        }
+        let felt = reacts * Vector3::from(accelerometer.apply(accel));
+        let rate = Vector3::from(s.rate) - bias - felt;
+        [rate[0], rate[1], rate[2], s.step_s]
+    };
+    let mut samples: Vec<[f64; 4]> = motion.samples.iter().map(&mut sample).collect();
+    samples.last_mut()?[3] = 0.0;
+    let directions = [before, after].map(|still| direction(still, accelerometer));
+    let is_number = samples.as_flattened().iter().all(|v| v.is_finite());
+    is_number.then(|| Path {
+        samples,
+        gravity: directions.map(|d| d.0),
+        sd: (0.5 * (directions[0].1 + directions[1].1)).sqrt(),
+    })
+}
+
+/// Unit vector of gravity in a still, and the trace of its covariance.
+fn direction(still: &Still, accelerometer: &Calibration<f64>) -> ([f64; 3], f64) {
+    let force = Vector3::from(accelerometer.apply(still.accel));
+    let unit = force.normalize();
+    let tangent = Matrix3::identity() - unit * unit.transpose();
+    // nalgebra's arrays are columns.
+    let of_reading = tangent * Matrix3::from(accelerometer.matrix).transpose() / force.norm();
+    let spread = of_reading * Matrix3::from_diagonal(&still.accel_sd.into());
+    (unit.into(), spread.norm_squared())
+}
+
+/// The motions in rad/s by `unit`, rad/s per input unit; noise and drift of the rate in their `sd`.
+fn problem(mut motions: Vec<Path>, rest: &GyroRest, options: &GyroOptions, unit: f64) -> Problem {
+    let mean_square = |v: Vector3<f64>| v.norm_squared() / 3.0 * unit.powi(2);
+    let noise = mean_square(options.noise.into());
+    let drift = mean_square(rest.local_sd);
+    for motion in &mut motions {
+        let seconds: f64 = motion.samples.iter().map(|s| s[3]).sum();
+        let own = noise * seconds.abs() + drift * seconds.powi(2) + FLOOR.powi(2);
+        motion.sd = motion.sd.hypot(own.sqrt());
+        for sample in &mut motion.samples {
+            sample[..3].iter_mut().for_each(|rate| *rate *= unit);
+        }
+    }
+    Problem {
+        motions,
+        bias_sd: (rest.noise_sd * unit.abs()).into(),
+    }
+}
+
+fn by_motions(problem: Problem) -> Result<Fitted, GyroUndetermined> {
+    let count = problem.motions.len();
+    let start = problem.start(&Matrix3::identity());
+    check(problem.expected_covariance(&start), count)?;
+    let mut robust = problem.robust(start);
+    if robust.as_ref().is_none_or(|r| r.typical > MISFIT_RAD) {
+        // Perhaps the axes are not the accelerometer's.
+        let starts = axes().map(|e| problem.start(&e));
+        let best = starts.min_by(|a, b| a.typical.total_cmp(&b.typical));
+        let other = best.and_then(|best| problem.robust(best));
+        let both = [robust, other].into_iter().flatten();
+        robust = both.min_by(|a, b| a.typical.total_cmp(&b.typical));
+    }
+    let fitted = robust.and_then(|robust| problem.settle(robust));
+    check(fitted.as_ref().map(|f| f.covariance), count)?;
+    fitted.ok_or(nothing(count))
+}
+
+/// As if there were no motion.
+fn nothing(motions: usize) -> GyroUndetermined {
+    GyroUndetermined {
+        motions,
+        axes: [true; 3],
+        sd: f64::INFINITY,
+    }
+}
+
+/// Whether all nine elements are known to [`MAX_SD`] in every direction, and which axes lack a turn if not.
+fn check(covariance: Option<Square>, motions: usize) -> Result<(), GyroUndetermined> {
+    let covariance = covariance.filter(|c| c.iter().all(|v| v.is_finite()));
+    let Some(covariance) = covariance.filter(|_| motions >= MIN_MOTIONS) else {
+        return Err(nothing(motions));
+    };
+    let eigen = SymmetricEigen::new(covariance.fixed_view::<9, 9>(0, 0).into_owned());
+    let mut load = [0.0; 3];
+    let directions = eigen.eigenvectors.column_iter();
+    for (value, direction) in eigen.eigenvalues.iter().zip(directions) {
+        if *value > MAX_SD.powi(2) {
+            (0..9).for_each(|p| load[p % 3] += value * direction[p].powi(2));
+        }
+    }
+    let total: f64 = load.iter().sum();
+    if total > 0.0 {
+        return Err(GyroUndetermined {
+            motions,
+            axes: load.map(|l| l > 0.1 * total),
+            sd: eigen.eigenvalues.max().sqrt(),
         });
-        Linear {
-            residual: rotation * before - Vector3::from(motion.gravity[1]),
-            jacobian,
-        }
     }
-
-    fn after(&self, step: &Parameters) -> Vector3<f64> {
-        self.residual + self.jacobian * step
-    }
+    Ok(())
 }
 
-/// Attitude (sensor at the end to sensor at the start) and Σ w A_kr (y − β)_c, with Σ w A_kr as the fourth
-/// c. Over one sample the rate is a straight line.
-fn turned(
-    samples: &[Sample],
-    e: &[[f64; 3]; 3],
-    bias: [f64; 3],
-) -> ([[f64; 3]; 3], [[[f64; 4]; 3]; 3]) {
-    let mut sums = [[[0.0; 4]; 3]; 3];
-    let mut q = [1.0, 0.0, 0.0, 0.0];
-    let mut attitude = matrix3::identity();
-    let mut before: Option<([f64; 3], f64)> = None;
-    for (i, sample) in samples.iter().enumerate() {
-        let y = [
-            sample[0] - bias[0],
-            sample[1] - bias[1],
-            sample[2] - bias[2],
-        ];
-        let rate = matrix3::mul_vec(e, &y);
-        let to_next = if i + 1 < samples.len() {
-            sample[3]
-        } else {
-            0.0
-        };
-        let from_last = before.map_or(0.0, |(_, h)| h);
-        if let Some((last, h)) = before {
-            q = quat_mul(&q, &step(&last, &rate, h));
-            attitude = matrix(&q);
-        }
-        let weight = 0.5 * (from_last + to_next);
-        let weighted = [weight * y[0], weight * y[1], weight * y[2], weight];
-        for k in 0..3 {
-            for r in 0..3 {
-                for c in 0..4 {
-                    sums[k][r][c] += attitude[k][r] * weighted[c];
-                }
-            }
-        }
-        before = Some((rate, to_next));
-    }
-    (matrix(&normalize(&q)), sums)
-}
-
-/// The motions at one state.
-struct At {
-    x: Parameters,
-    linear: Vec<Linear>,
-    /// Median length of the residuals, rad.
-    typical: f64,
-}
-
-/// What is fitted.
-struct Problem<'a> {
-    motions: &'a [Motion<'a>],
-    bias_sd: [f64; 3],
-}
-
-impl Problem<'_> {
-    fn at(&self, x: Parameters) -> At {
-        let linear: Vec<Linear> = self.motions.iter().map(|m| Linear::new(m, &x)).collect();
-        let typical = median(linear.iter().map(|l| l.residual.norm()).collect());
-        At { x, linear, typical }
-    }
-
-    /// Normal equations with a weight for each motion; β is held to the rests.
-    fn normal(&self, at: &At, weights: &[f64]) -> (Normal, Parameters) {
-        let (mut normal, mut gradient) = (Normal::zeros(), Parameters::zeros());
-        for i in 0..3 {
-            let weight = self.bias_sd[i].max(1e-9).powi(-2);
-            normal[(9 + i, 9 + i)] += weight;
-            gradient[9 + i] += weight * at.x[9 + i];
-        }
-        for (linear, weight) in at.linear.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
-            normal += *weight * linear.jacobian.tr_mul(&linear.jacobian);
-            gradient += *weight * linear.jacobian.tr_mul(&linear.residual);
-        }
-        (normal, gradient)
-    }
-
-    /// Median of the residuals in their standard deviations over that of noise, at least 1.
-    fn excess(&self, lengths: impl Iterator<Item = f64>) -> f64 {
-        let whitened = lengths.zip(self.motions).map(|(l, m)| l / m.sd);
-        (median(whitened.collect()) / RAYLEIGH_MEDIAN).max(1.0)
-    }
-
-    /// Minimises Cauchy's loss, its width following the residuals.
-    fn robust(&self, start: Parameters) -> Option<At> {
-        let mut best = self.at(start);
-        let mut share = 1.0;
-        for _ in 0..MAX_PASSES {
-            let step = share * self.robust_step(&best)?;
-            let moves = largest_move(&best.linear, &step);
-            let next = self.at(best.x + step);
-            // Far from the answer a linear step may lead astray.
-            if next.typical.is_nan() || next.typical > 1.5 * best.typical {
-                share *= 0.3;
-                if share < 0.01 {
-                    break;
-                }
-                continue;
-            }
-            share = 1.0;
-            best = next;
-            if moves < SETTLED * best.typical.max(FLOOR) {
-                break;
-            }
-        }
-        Some(best)
-    }
-
-    /// Weights and step in turn, on the linear problem.
-    fn robust_step(&self, at: &At) -> Option<Parameters> {
-        let mut step = Parameters::zeros();
-        for _ in 0..10 {
-            let lengths: Vec<f64> = at.linear.iter().map(|l| l.after(&step).norm()).collect();
-            let width = CAUCHY * self.excess(lengths.iter().copied());
-            let weight = |(length, motion): (&f64, &Motion<'_>)| {
-                let whitened = length / motion.sd;
-                motion.sd.powi(-2) / (1.0 + (whitened / width).powi(2))
-            };
-            let weights: Vec<f64> = lengths.iter().zip(self.motions).map(weight).collect();
-            let (normal, gradient) = self.normal(at, &weights);
-            step = -(inverse(&normal)? * gradient);
-        }
-        Some(step)
-    }
-
-    /// Motions that agree. Where too few or too many do not, none can be called wrong.
-    fn judge(&self, lengths: &[f64]) -> Vec<bool> {
-        let count = lengths.len();
-        // Nine parameters swallow part of few residuals.
-        let swallowed = (2.0 * count as f64 / (2.0 * count as f64 - 9.0).max(1.0)).sqrt();
-        let limit = OUTLIER * swallowed * self.excess(lengths.iter().copied());
-        let agrees = |(length, motion): (&f64, &Motion<'_>)| *length <= limit * motion.sd;
-        let used: Vec<bool> = lengths.iter().zip(self.motions).map(agrees).collect();
-        let kept = used.iter().filter(|u| **u).count();
-        if 2 * kept < 9 + 6 || (count - kept) * 5 > count {
-            return vec![true; count];
-        }
-        used
-    }
-
-    /// Variance per component that noise does not explain, the same for every motion (a hand that trembles,
-    /// a gyroscope that is not linear): so that the weighted squares are what their number lets expect
-    /// (Paule and Mandel, J. Res. NBS 87 (1982) 377).
-    fn unexplained(&self, lengths: &[f64], used: &[bool], freedom: f64) -> f64 {
-        let each = || lengths.iter().zip(self.motions).zip(used);
-        let squares = |more: f64| -> f64 {
-            let used = each().filter(|(_, used)| **used);
-            used.map(|((l, m), _)| l * l / (m.sd * m.sd + more)).sum()
-        };
-        if squares(0.0) <= freedom {
-            return 0.0;
-        }
-        let (mut low, mut high) = (0.0, lengths.iter().map(|l| l * l).sum::<f64>());
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if squares(middle) > freedom {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        high
-    }
-
-    /// Least squares of the motions that agree. Where motions are few, a robust fit may follow some of them
-    /// too closely: what it calls an outlier is heard again, against what the others predict for it.
-    fn settle(&self, robust: At) -> Option<MotionFit> {
-        let lengths: Vec<f64> = robust.linear.iter().map(|l| l.residual.norm()).collect();
-        let mut used = self.judge(&lengths);
-        let mut at = robust;
-        for pass in 1.. {
-            let freedom = 2.0 * used.iter().filter(|u| **u).count() as f64 - 9.0;
-            if freedom < 3.0 {
-                return None;
-            }
-            let (step, _, _) = self.least_squares(&at, &used, 0.0)?;
-            let lengths: Vec<f64> = at.linear.iter().map(|l| l.after(&step).norm()).collect();
-            let more = self.unexplained(&lengths, &used, freedom);
-            let (step, covariance, weights) = self.least_squares(&at, &used, more)?;
-            let surprise = |m: usize| {
-                let linear = &at.linear[m];
-                let known = linear.jacobian * covariance * linear.jacobian.transpose();
-                let sd2 = self.motions[m].sd.powi(2) + more;
-                let left = linear.after(&step);
-                let root = (known + Matrix3::from_diagonal_element(sd2)).cholesky();
-                root.map_or(f64::INFINITY, |c| c.solve(&left).dot(&left).sqrt())
-            };
-            let again: Vec<bool> = (0..used.len())
-                .map(|m| used[m] || surprise(m) < SURPRISE)
-                .collect();
-            let usual = median(at.linear.iter().map(|l| l.after(&step).norm()).collect());
-            let rests = largest_move(&at.linear, &step) < SETTLED * usual.max(FLOOR);
-            if pass == MAX_PASSES || (rests && again == used) {
-                return Some(self.result(&at, step, covariance, used, &weights));
-            }
-            used = again;
-            at = self.at(at.x + step);
-        }
-        None
-    }
-
-    fn least_squares(
-        &self,
-        at: &At,
-        used: &[bool],
-        more: f64,
-    ) -> Option<(Parameters, Normal, Vec<f64>)> {
-        let weight = |(motion, used): (&Motion<'_>, &bool)| {
-            f64::from(u8::from(*used)) / (motion.sd * motion.sd + more)
-        };
-        let weights: Vec<f64> = self.motions.iter().zip(used).map(weight).collect();
-        let (normal, gradient) = self.normal(at, &weights);
-        let covariance = inverse(&normal)?;
-        Some((-(covariance * gradient), covariance, weights))
-    }
-
+impl Fitted {
+    /// In input units: δM = −E⁻¹ δE E⁻¹ / unit, δb = δβ / unit.
     fn result(
         &self,
-        at: &At,
-        step: Parameters,
-        covariance: Normal,
-        used: Vec<bool>,
-        weights: &[f64],
-    ) -> MotionFit {
-        let x = at.x + step;
-        let count = used.iter().filter(|u| **u).count();
-        let left_out = || -> Option<Vec<f64>> {
-            let (normal, gradient) = self.normal(at, weights);
-            let without = |m: usize| {
-                let linear = &at.linear[m];
-                let taken = weights[m] * linear.jacobian.tr_mul(&linear.jacobian);
-                let pull = weights[m] * linear.jacobian.tr_mul(&linear.residual);
-                let step = -(inverse(&(normal - taken))? * (gradient - pull));
-                Some(linear.after(&step).norm())
-            };
-            (0..used.len()).filter(|m| used[*m]).map(without).collect()
-        };
-        MotionFit {
-            matrix: std::array::from_fn(|r| std::array::from_fn(|c| x[3 * r + c])),
-            bias: [x[9], x[10], x[11]],
-            covariance: std::array::from_fn(|i| std::array::from_fn(|k| covariance[(i, k)])),
-            residuals: at.linear.iter().map(|l| l.after(&step).norm()).collect(),
-            left_out: (2 * count >= 9 + 4).then(left_out).flatten(),
-            used,
+        usable: &[bool],
+        rest: &GyroRest,
+        unit: f64,
+    ) -> Result<MotionFit, GyroUndetermined> {
+        let e = Matrix3::from_row_slice(&self.x.as_slice()[..9]);
+        let inverse = e.try_inverse().ok_or(nothing(self.motions.len()))?;
+        let to_model = Square::from_fn(|to, from| match (to, from) {
+            (0..9, 0..9) => -inverse[(to / 3, from / 3)] * inverse[(from % 3, to % 3)] / unit,
+            _ => f64::from(to == from) / unit,
+        });
+        let mut covariance = to_model * self.covariance * to_model.transpose();
+        for i in 0..3 {
+            let drift = rest.bias_sd[i].powi(2) - rest.noise_sd[i].powi(2);
+            covariance[(9 + i, 9 + i)] += drift.max(0.0);
         }
+        let covariance = 0.5 * (covariance + covariance.transpose());
+        let numbers = covariance.iter().chain(&self.x);
+        if !numbers.chain(&inverse).all(|v| v.is_finite()) {
+            return Err(nothing(self.motions.len()));
+        }
+        let mut fitted = self.motions.iter().copied();
+        let motions = usable.iter().map(|u| if *u { fitted.next() } else { None });
+        Ok(MotionFit {
+            matrix: (e * unit).transpose().into(),
+            bias: std::array::from_fn(|i| rest.bias[i] + self.x[9 + i] / unit),
+            covariance: covariance.into(),
+            motions: motions.collect(),
+            typical_rad: self.typical,
+            start_scale: unit,
+        })
     }
 }
 
-/// Median length of what is left of the motions at a state, rad; NaN without motions.
-#[must_use]
-pub fn typical_residual(motions: &[Motion<'_>], matrix: [[f64; 3]; 3]) -> f64 {
-    let problem = Problem {
-        motions,
-        bias_sd: [1.0; 3],
-    };
-    problem.at(start(matrix)).typical
-}
-
-/// Covariance of E, row-major, and β by noise alone, if E is `matrix`: what the motions can determine at
-/// best. None if they leave a parameter open.
-#[must_use]
-pub fn expected_covariance(
-    motions: &[Motion<'_>],
-    bias_sd: [f64; 3],
-    matrix: [[f64; 3]; 3],
-) -> Option<[[f64; 12]; 12]> {
-    let problem = Problem { motions, bias_sd };
-    let at = problem.at(start(matrix));
-    let used = vec![true; motions.len()];
-    let (_, covariance, _) = problem.least_squares(&at, &used, 0.0)?;
-    Some(std::array::from_fn(|i| {
-        std::array::from_fn(|k| covariance[(i, k)])
-    }))
-}
-
-/// Fits E and β from `matrix`; `bias_sd` is what the rests leave of the bias, rad/s.
+/// Rad/s per input unit, negative for a gyroscope that counts the other way round; axes as the
+/// accelerometer's.
 ///
-/// First by Cauchy's loss, then by least squares of the motions that agree, with a variance that is added
-/// to all of them until χ² is its degrees of freedom. None with fewer than six motions that agree, or where
-/// these leave a parameter open.
-#[must_use]
-pub fn fit_motions(
-    motions: &[Motion<'_>],
-    bias_sd: [f64; 3],
-    matrix: [[f64; 3]; 3],
-) -> Option<MotionFit> {
-    let problem = Problem { motions, bias_sd };
-    let fit = problem.settle(problem.robust(start(matrix))?)?;
-    let numbers = fit.matrix.as_flattened().iter().chain(&fit.bias);
-    numbers
-        .chain(fit.covariance.as_flattened())
-        .all(|v| v.is_finite())
-        .then_some(fit)
+/// A motion about one fixed axis turns gravity so that v₁ − v₀ = f · (v₀ + v₁)/2 × ψ, ψ = ∫ω dt, f =
+/// tan(|ψ|/2)/(|ψ|/2). The hand comes near enough to that for a start: the median over the motions that
+/// turn gravity by more than noise and less than an unknown way, and that the formula fits within 25°.
+fn scale_by_motions(paths: &[Path]) -> Option<f64> {
+    let scale = |path: &Path| {
+        let [from, to] = path.gravity.map(Vector3::from);
+        let rates = path.samples.iter();
+        let integral: Vector3<f64> = rates.map(|s| Vector3::new(s[0], s[1], s[2]) * s[3]).sum();
+        let change = to - from;
+        let turned = (0.5 * (from + to)).cross(&integral);
+        let along = change.dot(&turned);
+        let fits = (8.0..160.0).contains(&from.angle(&to).to_degrees())
+            && along.abs() > 0.9 * change.norm() * turned.norm();
+        let length = integral.norm();
+        let scale = 2.0 * (along / turned.norm_squared() * 0.5 * length).atan() / length;
+        (fits && scale.is_normal()).then_some(scale)
+    };
+    let found: Vec<f64> = paths.iter().filter_map(scale).collect();
+    Some(median(found)).filter(|m| m.is_finite())
 }
 
-fn start(matrix: [[f64; 3]; 3]) -> Parameters {
-    Parameters::from_fn(|i, _| if i < 9 { matrix[i / 3][i % 3] } else { 0.0 })
-}
-
-fn largest_move(linear: &[Linear], step: &Parameters) -> f64 {
-    let moves = linear.iter().map(|l| (l.jacobian * step).norm());
-    moves.fold(0.0, f64::max)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-/// Inverse by columns of length one: parameters differ in unit.
-fn inverse(normal: &Normal) -> Option<Normal> {
-    let scale = Parameters::from_fn(|i, _| normal[(i, i)].sqrt().recip());
-    let scales = scale * scale.transpose();
-    let inverse = normal.component_mul(&scales).cholesky()?.inverse();
-    let unscaled = inverse.component_mul(&scales);
-    unscaled.iter().all(|v| v.is_finite()).then_some(unscaled)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::Rotation3;
-    use rand::{Rng, RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::StandardNormal;
-
-    const H: f64 = 0.01;
-    const NOISE: f64 = 2e-3;
-    const DIRECTION: f64 = 4e-4;
-
-    fn normal(rng: &mut impl Rng) -> f64 {
-        rng.sample(StandardNormal)
-    }
-
-    /// Samples, and gravity before and after.
-    type Recorded = (Vec<Sample>, [[f64; 3]; 2]);
-
-    /// Motions of two seconds about axes of any direction, by 60 to 150°, and E of the sensor.
-    fn session(seed: u64, count: usize) -> (Vec<Recorded>, Matrix3<f64>) {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let e = Matrix3::from_fn(|r, c| f64::from(u8::from(r == c)) + 0.02 * normal(&mut rng));
-        let back = e.try_inverse().unwrap();
-        let bias = Vector3::from_fn(|_, _| 1e-4 * normal(&mut rng));
-        let direction = |rng: &mut ChaCha8Rng| Vector3::from_fn(|_, _| normal(rng)).normalize();
-        let mut up = direction(&mut rng);
-        let mut motions = Vec::new();
-        for _ in 0..count {
-            let axis = direction(&mut rng);
-            let angle: f64 = rng.random_range(1.0..2.6);
-            let steps = 200;
-            let mut now = up;
-            let mut samples = Vec::new();
-            for i in 0..=steps {
-                let t = f64::from(i) / f64::from(steps);
-                let rate =
-                    axis * angle * std::f64::consts::PI / 4.0 * (std::f64::consts::PI * t).sin();
-                let noise = Vector3::from_fn(|_, _| NOISE * normal(&mut rng));
-                let y = back * rate + bias + noise;
-                samples.push([y[0], y[1], y[2], H]);
-                if i < steps {
-                    let half = axis * angle * std::f64::consts::PI / 4.0
-                        * (std::f64::consts::PI * (t + 0.5 / f64::from(steps))).sin();
-                    now = Rotation3::new(-half * H) * now;
-                }
-            }
-            let read = |n: Vector3<f64>, rng: &mut ChaCha8Rng| -> [f64; 3] {
-                let off = Vector3::from_fn(|_, _| DIRECTION * normal(rng));
-                (n + off).normalize().into()
-            };
-            let gravity = [read(up, &mut rng), read(now, &mut rng)];
-            motions.push((samples, gravity));
-            up = now;
-        }
-        (motions, e)
-    }
-
-    fn motions(session: &[Recorded]) -> Vec<Motion<'_>> {
-        let sd =
-            (2.0 * DIRECTION.powi(2) + NOISE.powi(2) * H * 2.0 + (1e-4_f64 * 2.0).powi(2)).sqrt();
-        session
-            .iter()
-            .map(|(samples, gravity)| Motion {
-                samples,
-                gravity: *gravity,
-                sd,
-            })
-            .collect()
-    }
-
-    #[test]
-    fn intervals_hold_the_truth() {
-        for count in [12, 36] {
-            let (mut inside, mut all) = (0, 0);
-            for seed in 0..60 {
-                let (session, e) = session(seed, count);
-                let fit = fit_motions(&motions(&session), [1e-4; 3], matrix3::identity()).unwrap();
-                for i in 0..9 {
-                    let sd = fit.covariance[i][i].sqrt();
-                    inside += usize::from(
-                        (fit.matrix[i / 3][i % 3] - e[(i / 3, i % 3)]).abs() < 1.96 * sd,
-                    );
-                    all += 1;
-                }
-            }
-            let share = inside as f64 / all as f64;
-            println!("{count} motions: {share:.3}");
-            assert!((0.92..=0.98).contains(&share), "{count} motions: {share}");
-        }
-    }
-
-    #[test]
-    fn a_motion_that_was_bumped_is_left_out() {
-        let (mut session, e) = session(3, 24);
-        session[7].0.iter_mut().take(40).for_each(|s| s[0] += 1.0);
-        let fit = fit_motions(&motions(&session), [1e-4; 3], matrix3::identity()).unwrap();
-        assert!(!fit.used[7]);
-        assert_eq!(fit.used.iter().filter(|u| **u).count(), 23);
-        for i in 0..9 {
-            assert!((fit.matrix[i / 3][i % 3] - e[(i / 3, i % 3)]).abs() < 5e-3);
-        }
-    }
-
-    #[test]
-    fn what_determines_nothing_gives_nothing() {
-        let (session, _) = session(1, 24);
-        let all = motions(&session);
-        assert!(fit_motions(&all[..4], [1e-4; 3], matrix3::identity()).is_none());
-        assert!(fit_motions(&[], [1e-4; 3], matrix3::identity()).is_none());
-        let broken = [Motion {
-            samples: &[[f64::NAN, 0.0, 0.0, 0.01]; 5],
-            gravity: [[0.0, 0.0, 1.0]; 2],
-            sd: 1e-3,
-        }; 8];
-        assert!(fit_motions(&broken, [1e-4; 3], matrix3::identity()).is_none());
-    }
+/// The axes of the accelerometer in every order and sense.
+fn axes() -> impl Iterator<Item = Matrix3<f64>> {
+    let orders = [
+        [0, 1, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [0, 2, 1],
+        [2, 1, 0],
+        [1, 0, 2],
+    ];
+    (0..48).map(move |n| {
+        let sign = |r: usize| if n >> r & 1 == 0 { 1.0 } else { -1.0 };
+        Matrix3::from_fn(|r, c| if orders[n / 8][r] == c { sign(r) } else { 0.0 })
+    })
 }

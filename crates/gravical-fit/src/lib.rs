@@ -14,7 +14,7 @@
 #![deny(missing_docs)]
 
 mod fit;
-pub mod gyro;
+mod gyro;
 pub mod later;
 pub mod model;
 pub mod polynomial;
@@ -26,6 +26,10 @@ mod trust;
 mod verdict;
 
 pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
+pub use gyro::{
+    FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, Motion, MotionFit,
+    Sample, Still, gyro,
+};
 pub use pose::{Face, Hint, Pose, angle_deg};
 pub use temperature::{DriftTest, test_drift};
 pub use trust::{Budget, GOOD_MPS2, LeftOut, NextPose, Undetected, WorstDirection};

@@ -1,0 +1,388 @@
+//! E and β from motions: first by Cauchy's loss, then by least squares of the motions that agree.
+
+use gravical_core::matrix3;
+use gravical_core::strapdown::{matrix, normalize, quat_mul, step};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use super::FittedMotion;
+
+/// Nine elements of E, row-major, then β.
+pub(super) type Parameters = SVector<f64, 12>;
+/// A covariance of these, or its inverse.
+pub(super) type Square = SMatrix<f64, 12, 12>;
+
+/// A motion from one rest to the next.
+pub(super) struct Path {
+    /// Rate in rad/s by the nominal scale, bias taken off, and the time to the next sample, s.
+    pub samples: Vec<[f64; 4]>,
+    /// Unit vectors of specific force before and after, axes of the accelerometer.
+    pub gravity: [[f64; 3]; 2],
+    /// Standard deviation of each component of what is left, rad: directions of gravity, noise, drift.
+    pub sd: f64,
+}
+
+/// E, β and how well they are known.
+pub(super) struct Fitted {
+    /// Nine elements of E, row-major, then β.
+    pub x: Parameters,
+    pub covariance: Square,
+    /// Of every motion.
+    pub motions: Vec<FittedMotion>,
+    /// Median length of what is left of the motions by the robust fit, rad.
+    pub typical: f64,
+}
+
+/// A residual this many times the usual one contradicts the others.
+const OUTLIER: f64 = 6.0;
+/// … unless the others predict it within so many standard deviations.
+const SURPRISE: f64 = 5.0;
+/// Median length of two normal components of unit variance.
+const RAYLEIGH_MEDIAN: f64 = 1.1774;
+/// Width of Cauchy's loss, 95 % as efficient as least squares on normal residuals.
+const CAUCHY: f64 = 2.385;
+/// Passes over the samples; three are usual.
+const MAX_PASSES: usize = 15;
+/// A pass that moves no residual by more than this fraction of the usual one is the last.
+const SETTLED: f64 = 0.01;
+/// No direction and no turn is known better, rad: 0.00006°.
+const FLOOR: f64 = 1e-6;
+
+/// One motion at a state: gravity as it was, turned into the sensor after the motion, less gravity as it
+/// is there; and its derivatives.
+struct Linear {
+    residual: Vector3<f64>,
+    jacobian: SMatrix<f64, 3, 12>,
+}
+
+impl Linear {
+    /// A small change of the parameters turns the result by ψ = Σ w A (δE (y − β) − E δβ), seen from the
+    /// start, w being the weights of the trapezoid and A the attitudes: dr = C (v₀ × ψ).
+    fn new(motion: &Path, x: &Parameters) -> Linear {
+        let e: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| x[3 * r + c]));
+        let (attitude, sums) = turned(&motion.samples, &e, [x[9], x[10], x[11]]);
+        // nalgebra's arrays are columns: this is the transpose already.
+        let rotation = Matrix3::from(attitude);
+        let before = Vector3::from(motion.gravity[0]);
+        let by_turn = rotation * before.cross_matrix();
+        let by_bias = matrix3::mul(&sums.map(|row| row.map(|s| s[3])), &e);
+        let jacobian = SMatrix::from_fn(|i, p| match p {
+            0..9 => (0..3)
+                .map(|k| by_turn[(i, k)] * sums[k][p / 3][p % 3])
+                .sum(),
+            _ => -(0..3)
+                .map(|k| by_turn[(i, k)] * by_bias[k][p - 9])
+                .sum::<f64>(),
+        });
+        Linear {
+            residual: rotation * before - Vector3::from(motion.gravity[1]),
+            jacobian,
+        }
+    }
+
+    fn after(&self, step: &Parameters) -> Vector3<f64> {
+        self.residual + self.jacobian * step
+    }
+}
+
+/// Attitude (sensor at the end to sensor at the start) and Σ w A_kr (y − β)_c, with Σ w A_kr as the fourth
+/// c. Over one sample the rate is a straight line.
+fn turned(
+    samples: &[[f64; 4]],
+    e: &[[f64; 3]; 3],
+    bias: [f64; 3],
+) -> ([[f64; 3]; 3], [[[f64; 4]; 3]; 3]) {
+    let mut sums = [[[0.0; 4]; 3]; 3];
+    let mut q = [1.0, 0.0, 0.0, 0.0];
+    let mut attitude = matrix3::identity();
+    let mut before: Option<([f64; 3], f64)> = None;
+    for (i, sample) in samples.iter().enumerate() {
+        let y = [
+            sample[0] - bias[0],
+            sample[1] - bias[1],
+            sample[2] - bias[2],
+        ];
+        let rate = matrix3::mul_vec(e, &y);
+        let to_next = if i + 1 < samples.len() {
+            sample[3]
+        } else {
+            0.0
+        };
+        let from_last = before.map_or(0.0, |(_, h)| h);
+        if let Some((last, h)) = before {
+            q = quat_mul(&q, &step(&last, &rate, h));
+            attitude = matrix(&q);
+        }
+        let weight = 0.5 * (from_last + to_next);
+        let weighted = [weight * y[0], weight * y[1], weight * y[2], weight];
+        for k in 0..3 {
+            for r in 0..3 {
+                for c in 0..4 {
+                    sums[k][r][c] += attitude[k][r] * weighted[c];
+                }
+            }
+        }
+        before = Some((rate, to_next));
+    }
+    (matrix(&normalize(&q)), sums)
+}
+
+/// The motions at one state.
+pub(super) struct At {
+    x: Parameters,
+    linear: Vec<Linear>,
+    /// Median length of the residuals, rad.
+    pub typical: f64,
+}
+
+impl At {
+    /// Lengths of the residuals after a step, rad.
+    fn lengths(&self, step: &Parameters) -> Vec<f64> {
+        self.linear.iter().map(|l| l.after(step).norm()).collect()
+    }
+}
+
+/// What is fitted.
+pub(super) struct Problem {
+    pub motions: Vec<Path>,
+    /// What the rests leave of the bias, rad/s.
+    pub bias_sd: [f64; 3],
+}
+
+impl Problem {
+    pub fn start(&self, e: &Matrix3<f64>) -> At {
+        self.at(Parameters::from_fn(|i, _| {
+            if i < 9 { e[(i / 3, i % 3)] } else { 0.0 }
+        }))
+    }
+
+    /// By noise alone: what the motions can determine at best.
+    pub fn expected_covariance(&self, at: &At) -> Option<Square> {
+        let used = vec![true; self.motions.len()];
+        Some(self.least_squares(at, &used, 0.0)?.covariance)
+    }
+
+    fn at(&self, x: Parameters) -> At {
+        let linear: Vec<Linear> = self.motions.iter().map(|m| Linear::new(m, &x)).collect();
+        let typical = median(linear.iter().map(|l| l.residual.norm()).collect());
+        At { x, linear, typical }
+    }
+
+    /// Normal equations with a weight for each motion; β is held to the rests.
+    fn normal(&self, at: &At, weights: &[f64]) -> (Square, Parameters) {
+        // Directions that nothing shows stay where they are.
+        let mut normal = Square::from_diagonal_element(1e-4);
+        let mut gradient = Parameters::zeros();
+        for i in 0..3 {
+            let weight = self.bias_sd[i].max(1e-9).powi(-2);
+            normal[(9 + i, 9 + i)] += weight;
+            gradient[9 + i] += weight * at.x[9 + i];
+        }
+        for (linear, weight) in at.linear.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+            normal += *weight * linear.jacobian.tr_mul(&linear.jacobian);
+            gradient += *weight * linear.jacobian.tr_mul(&linear.residual);
+        }
+        (normal, gradient)
+    }
+
+    /// Median of the residuals in their standard deviations over that of noise, at least 1.
+    fn excess(&self, lengths: impl Iterator<Item = f64>) -> f64 {
+        let whitened = lengths.zip(&self.motions).map(|(l, m)| l / m.sd);
+        (median(whitened.collect()) / RAYLEIGH_MEDIAN).max(1.0)
+    }
+
+    /// Minimises Cauchy's loss, its width following the residuals.
+    pub fn robust(&self, start: At) -> Option<At> {
+        let mut best = start;
+        let mut share = 1.0;
+        for _ in 0..MAX_PASSES {
+            let step = share * self.robust_step(&best)?;
+            let moves = largest_move(&best.linear, &step);
+            let next = self.at(best.x + step);
+            // Far from the answer a linear step may lead astray.
+            if next.typical.is_nan() || next.typical > 1.5 * best.typical {
+                share *= 0.3;
+                if share < 0.01 {
+                    break;
+                }
+                continue;
+            }
+            share = 1.0;
+            best = next;
+            if moves < SETTLED * best.typical.max(FLOOR) {
+                break;
+            }
+        }
+        Some(best)
+    }
+
+    /// Weights and step in turn, on the linear problem.
+    fn robust_step(&self, at: &At) -> Option<Parameters> {
+        let mut step = Parameters::zeros();
+        for _ in 0..10 {
+            let lengths = at.lengths(&step);
+            let width = CAUCHY * self.excess(lengths.iter().copied());
+            let weight = |(length, motion): (&f64, &Path)| {
+                let whitened = length / motion.sd;
+                motion.sd.powi(-2) / (1.0 + (whitened / width).powi(2))
+            };
+            let weights: Vec<f64> = lengths.iter().zip(&self.motions).map(weight).collect();
+            let (normal, gradient) = self.normal(at, &weights);
+            step = -(inverse(&normal)? * gradient);
+        }
+        Some(step)
+    }
+
+    /// Motions that agree. Where too few or too many do not, none can be called wrong.
+    fn judge(&self, lengths: &[f64]) -> Vec<bool> {
+        let count = lengths.len();
+        // Nine parameters swallow part of few residuals.
+        let swallowed = (2.0 * count as f64 / (2.0 * count as f64 - 9.0).max(1.0)).sqrt();
+        let limit = OUTLIER * swallowed * self.excess(lengths.iter().copied());
+        let agrees = |(length, motion): (&f64, &Path)| *length <= limit * motion.sd;
+        let used: Vec<bool> = lengths.iter().zip(&self.motions).map(agrees).collect();
+        let kept = used.iter().filter(|u| **u).count();
+        if 2 * kept < 9 + 6 || (count - kept) * 5 > count {
+            return vec![true; count];
+        }
+        used
+    }
+
+    /// Variance per component that noise does not explain, the same for every motion (a hand that trembles,
+    /// a gyroscope that is not linear): so that the weighted squares are what their number lets expect
+    /// (Paule and Mandel, J. Res. NBS 87 (1982) 377).
+    fn unexplained(&self, lengths: &[f64], used: &[bool], freedom: f64) -> f64 {
+        let each = || lengths.iter().zip(&self.motions).zip(used);
+        let squares = |more: f64| -> f64 {
+            let used = each().filter(|(_, used)| **used);
+            used.map(|((l, m), _)| l * l / (m.sd * m.sd + more)).sum()
+        };
+        if squares(0.0) <= freedom {
+            return 0.0;
+        }
+        let (mut low, mut high) = (0.0, lengths.iter().map(|l| l * l).sum::<f64>());
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if squares(middle) > freedom {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        high
+    }
+
+    /// Least squares of the motions that agree. Where motions are few, a robust fit may follow some of them
+    /// too closely: what it calls an outlier is heard again, against what the others predict for it.
+    pub fn settle(&self, robust: At) -> Option<Fitted> {
+        let typical = robust.typical;
+        let mut used = self.judge(&robust.lengths(&Parameters::zeros()));
+        let mut at = robust;
+        for pass in 1.. {
+            let freedom = 2.0 * used.iter().filter(|u| **u).count() as f64 - 9.0;
+            if freedom < 3.0 {
+                break;
+            }
+            let step = self.least_squares(&at, &used, 0.0)?.step;
+            let more = self.unexplained(&at.lengths(&step), &used, freedom);
+            let solved = self.least_squares(&at, &used, more)?;
+            let again: Vec<bool> = (0..used.len())
+                .map(|m| used[m] || self.surprise(&at, &solved, m, more) < SURPRISE)
+                .collect();
+            let usual = median(at.lengths(&solved.step));
+            let settled = largest_move(&at.linear, &solved.step) < SETTLED * usual.max(FLOOR);
+            if pass == MAX_PASSES || (settled && again == used) {
+                // Few residuals say badly how large they are: the variance of Student's t.
+                let wider = if more > 0.0 {
+                    freedom / (freedom - 2.0)
+                } else {
+                    1.0
+                };
+                let mut fitted = solved.result(&at, &used, typical);
+                fitted.covariance *= wider;
+                return Some(fitted);
+            }
+            used = again;
+            at = self.at(at.x + solved.step);
+        }
+        None
+    }
+
+    /// How many standard deviations a motion is off what the others predict for it.
+    fn surprise(&self, at: &At, solved: &Solved, m: usize, more: f64) -> f64 {
+        let linear = &at.linear[m];
+        let known = linear.jacobian * solved.covariance * linear.jacobian.transpose();
+        let own = self.motions[m].sd.powi(2) + more;
+        let residual = linear.after(&solved.step);
+        let root = (known + Matrix3::from_diagonal_element(own)).cholesky();
+        root.map_or(f64::INFINITY, |c| c.solve(&residual).dot(&residual).sqrt())
+    }
+
+    fn least_squares(&self, at: &At, used: &[bool], more: f64) -> Option<Solved> {
+        let weight = |(motion, used): (&Path, &bool)| {
+            f64::from(u8::from(*used)) / (motion.sd * motion.sd + more)
+        };
+        let weights: Vec<f64> = self.motions.iter().zip(used).map(weight).collect();
+        let (normal, gradient) = self.normal(at, &weights);
+        let covariance = inverse(&normal)?;
+        Some(Solved {
+            step: -(covariance * gradient),
+            covariance,
+            weights,
+        })
+    }
+}
+
+/// Least squares at one state.
+struct Solved {
+    step: Parameters,
+    covariance: Square,
+    /// Of each motion; 0 for one that takes no part.
+    weights: Vec<f64>,
+}
+
+impl Solved {
+    /// A motion's residual if it takes no part is (I − H)⁻¹ r, H = w J C Jᵀ.
+    fn result(&self, at: &At, used: &[bool], typical: f64) -> Fitted {
+        let count = used.iter().filter(|u| **u).count();
+        let motion = |m: usize| {
+            let linear = &at.linear[m];
+            let residual = linear.after(&self.step);
+            let hat =
+                self.weights[m] * linear.jacobian * self.covariance * linear.jacobian.transpose();
+            let without = (Matrix3::identity() - hat).try_inverse();
+            FittedMotion {
+                used: used[m],
+                residual: residual.norm(),
+                left_out: without
+                    .filter(|_| used[m] && 2 * count >= 9 + 4)
+                    .map(|inverse| (inverse * residual).norm()),
+            }
+        };
+        Fitted {
+            x: at.x + self.step,
+            covariance: self.covariance,
+            motions: (0..used.len()).map(motion).collect(),
+            typical,
+        }
+    }
+}
+
+fn largest_move(linear: &[Linear], step: &Parameters) -> f64 {
+    let moves = linear.iter().map(|l| (l.jacobian * step).norm());
+    moves.fold(0.0, f64::max)
+}
+
+/// The upper of two middle values; NaN of none.
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Inverse by columns of length one: parameters differ in unit.
+fn inverse(normal: &Square) -> Option<Square> {
+    let scale = Parameters::from_fn(|i, _| normal[(i, i)].sqrt().recip());
+    let scales = scale * scale.transpose();
+    let inverse = normal.component_mul(&scales).cholesky()?.inverse();
+    let unscaled = inverse.component_mul(&scales);
+    unscaled.iter().all(|v| v.is_finite()).then_some(unscaled)
+}

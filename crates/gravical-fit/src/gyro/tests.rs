@@ -1,0 +1,398 @@
+//! Simulated sensors whose truth is known.
+
+use std::ops::Range;
+
+use super::*;
+use nalgebra::Rotation3;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+const G: f64 = 9.81;
+const RATE_HZ: f64 = 100.0;
+const DEG: f64 = std::f64::consts::PI / 180.0;
+
+/// A session of simulated sensors.
+#[derive(Debug, Clone, Copy)]
+struct World {
+    motions: usize,
+    /// Allan N, rad/√s.
+    noise: f64,
+    /// Bias drift, rad/s, and its correlation time, s.
+    drift: [f64; 2],
+    /// Standard deviation of the mean of the accelerometer, m/s².
+    accel_sd: f64,
+    /// … of the elements of its matrix, which nobody knows of.
+    accel_error: f64,
+}
+
+const CHEAP: World = World {
+    motions: 17,
+    noise: 0.005 * DEG,
+    drift: [0.0, 1.0],
+    accel_sd: 0.002,
+    accel_error: 0.0,
+};
+
+#[derive(Clone)]
+struct Session {
+    stills: Vec<Still>,
+    motions: Vec<Motion>,
+    model: Matrix3<f64>,
+    bias: Vector3<f64>,
+}
+
+fn normal(rng: &mut impl Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+fn vector(rng: &mut impl Rng) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| normal(rng))
+}
+
+impl World {
+    fn session(&self, seed: u64) -> Session {
+        let rng = &mut ChaCha8Rng::seed_from_u64(seed);
+        let model = Matrix3::identity() + Matrix3::from_fn(|_, _| 0.017 * normal(rng));
+        let bias = 0.02 * vector(rng);
+        let error = Matrix3::from_fn(|_, _| self.accel_error * normal(rng));
+        let distortion = Matrix3::identity() + 0.5 * (error + error.transpose());
+        let sd = self.noise * RATE_HZ.sqrt();
+        let mut drift = self.drift[0] * vector(rng);
+        let keep = (-1.0 / RATE_HZ / self.drift[1]).exp();
+        let mut read = |rng: &mut ChaCha8Rng, omega: Vector3<f64>| -> [f64; 3] {
+            drift = keep * drift + (1.0 - keep * keep).sqrt() * self.drift[0] * vector(rng);
+            (model * omega + bias + drift + sd * vector(rng)).into()
+        };
+        let mut attitude = Rotation3::new(vector(rng));
+        let (mut stills, mut motions) = (Vec::new(), Vec::new());
+        for k in 0..=self.motions {
+            let rows = 300;
+            let mut sum = Vector3::zeros();
+            let mut last = [0.0; 3];
+            for _ in 0..rows {
+                last = read(rng, Vector3::zeros());
+                sum += Vector3::from(last);
+            }
+            let accel =
+                distortion * attitude.inverse() * Vector3::z() * G + self.accel_sd * vector(rng);
+            stills.push(Still {
+                rate: (sum / f64::from(rows)).into(),
+                seconds: f64::from(rows) / RATE_HZ,
+                accel: accel.into(),
+                accel_sd: [self.accel_sd; 3],
+            });
+            if k == self.motions {
+                break;
+            }
+            // From one attitude to the next with a wobble on the way.
+            let turn = vector(rng).normalize() * rng.random_range(0.8..2.8);
+            let wobble = 0.3 * vector(rng);
+            let seconds: f64 = rng.random_range(1.2..3.0);
+            let at = |t: f64| {
+                let s = (t / seconds).clamp(0.0, 1.0);
+                let share = s - (std::f64::consts::TAU * s).sin() / std::f64::consts::TAU;
+                let swing = (std::f64::consts::PI * s).sin().powi(4);
+                attitude * Rotation3::new(turn * share) * Rotation3::new(wobble * swing)
+            };
+            let count = (seconds * RATE_HZ).ceil() as usize;
+            let mut samples = vec![Sample {
+                rate: last,
+                accel: accel.into(),
+                step_s: 1.0 / RATE_HZ,
+            }];
+            for i in 1..=count + 1 {
+                let t = (i as f64 - 0.5) / RATE_HZ;
+                let small = (at(t - 1e-4).inverse() * at(t + 1e-4)).into_inner();
+                let omega = Vector3::new(small[(2, 1)], small[(0, 2)], small[(1, 0)]) / 2e-4;
+                let rate = read(rng, omega);
+                samples.push(Sample {
+                    rate,
+                    accel: accel.into(),
+                    step_s: 1.0 / RATE_HZ,
+                });
+            }
+            motions.push(Motion {
+                before: k,
+                after: k + 1,
+                samples,
+            });
+            attitude = at(seconds);
+        }
+        Session {
+            stills,
+            motions,
+            model,
+            bias,
+        }
+    }
+
+    fn options(&self) -> GyroOptions {
+        GyroOptions {
+            nominal: Some(1.0),
+            noise: [self.noise; 3],
+            rounding: [0.0; 3],
+        }
+    }
+
+    /// Errors of M and b over their standard deviations.
+    fn scores(&self, session: &Session) -> (MotionFit, Vec<f64>) {
+        let fit = gyro(
+            &session.stills,
+            &session.motions,
+            &Calibration::identity(),
+            &self.options(),
+        );
+        let fit = fit.unwrap().moved.unwrap().unwrap();
+        let found = Matrix3::from(fit.matrix).transpose().try_inverse().unwrap();
+        let error = (found - session.model).transpose();
+        let bias = Vector3::from(fit.bias) - session.bias;
+        let errors = error.iter().chain(bias.iter());
+        let scores = errors
+            .enumerate()
+            .map(|(i, e)| e / fit.covariance[i][i].sqrt())
+            .collect();
+        (fit, scores)
+    }
+}
+
+/// Share of scores within the interval of 95 %.
+fn covered(scores: &[f64]) -> f64 {
+    scores.iter().filter(|z| z.abs() < 1.96).count() as f64 / scores.len() as f64
+}
+
+/// Coverage of the elements of M and of the bias over `count` sensors.
+fn coverage(world: World, count: u64) -> [f64; 2] {
+    let scores: Vec<Vec<f64>> = (0..count)
+        .map(|s| world.scores(&world.session(s)).1)
+        .collect();
+    let part = |range: Range<usize>| scores.iter().flat_map(move |z| z[range.clone()].to_vec());
+    [0..9, 9..12].map(|range| covered(&part(range).collect::<Vec<f64>>()))
+}
+
+#[test]
+fn intervals_of_95_percent_hold_the_truth() {
+    let worse = World {
+        drift: [0.05 * DEG, 5.0],
+        accel_error: 0.0005,
+        ..CHEAP
+    };
+    let few = World {
+        motions: 8,
+        ..worse
+    };
+    for world in [CHEAP, worse, few] {
+        // 720 elements, 240 biases: two standard deviations are 0.016 and 0.028.
+        let [matrix, bias] = coverage(world, 80);
+        assert!((0.93..=0.97).contains(&matrix), "{world:?}: {matrix}");
+        assert!((0.92..=0.98).contains(&bias), "{world:?}: {bias}");
+    }
+}
+
+/// The table of docs/accuracy-gyro.md.
+#[test]
+#[ignore = "6000 sessions"]
+fn study() {
+    let slow = [0.05 * DEG, 20.0];
+    let quick = [0.05 * DEG, 5.0];
+    for (name, world) in [
+        ("noise", CHEAP),
+        (
+            "8 motions",
+            World {
+                motions: 8,
+                ..CHEAP
+            },
+        ),
+        (
+            "40 motions",
+            World {
+                motions: 40,
+                ..CHEAP
+            },
+        ),
+        (
+            "accelerometer 1 mg",
+            World {
+                accel_sd: 0.01,
+                ..CHEAP
+            },
+        ),
+        (
+            "drift 5 s",
+            World {
+                drift: quick,
+                ..CHEAP
+            },
+        ),
+        (
+            "drift 20 s",
+            World {
+                drift: slow,
+                ..CHEAP
+            },
+        ),
+        (
+            "drift 20 s, 40 motions",
+            World {
+                motions: 40,
+                drift: slow,
+                ..CHEAP
+            },
+        ),
+        (
+            "accelerometer 0.05 %",
+            World {
+                accel_error: 0.0005,
+                ..CHEAP
+            },
+        ),
+        (
+            "all of it, 8 motions",
+            World {
+                motions: 8,
+                accel_error: 0.0005,
+                drift: quick,
+                ..CHEAP
+            },
+        ),
+        (
+            "all of it",
+            World {
+                accel_error: 0.0005,
+                drift: quick,
+                ..CHEAP
+            },
+        ),
+    ] {
+        println!("{name:26} {:.3?}", coverage(world, 600));
+    }
+}
+
+/// The same session as a gyroscope would give it whose readings are `read` of these.
+fn read_as(session: &Session, read: impl Fn([f64; 3]) -> [f64; 3]) -> Session {
+    let mut other = session.clone();
+    other.stills.iter_mut().for_each(|s| s.rate = read(s.rate));
+    let samples = other.motions.iter_mut().flat_map(|m| &mut m.samples);
+    samples.for_each(|s| s.rate = read(s.rate));
+    other
+}
+
+fn fit(session: &Session, options: &GyroOptions) -> GyroFit {
+    let identity = Calibration::identity();
+    gyro(&session.stills, &session.motions, &identity, options).unwrap()
+}
+
+fn model(fit: &MotionFit) -> Matrix3<f64> {
+    let matrix = Matrix3::from(fit.matrix).transpose();
+    matrix.try_inverse().unwrap()
+}
+
+#[test]
+fn counts_of_unknown_scale() {
+    let session = CHEAP.session(1);
+    let counts = read_as(&session, |u| u.map(|v| (32768.0 - 4778.0 * v).round()));
+    let options = GyroOptions {
+        nominal: None,
+        noise: [4778.0 * CHEAP.noise; 3],
+        rounding: [0.01; 3],
+    };
+    let found = fit(&counts, &options).moved.unwrap().unwrap();
+    let off = model(&found) / -4778.0 - session.model;
+    assert!(off.amax() < 1e-3, "{off}");
+    for i in 0..3 {
+        let bias = (32768.0 - found.bias[i]) / 4778.0;
+        assert!((bias - session.bias[i]).abs() < 3e-4, "{bias}");
+    }
+}
+
+#[test]
+fn axes_that_are_not_the_accelerometers() {
+    let session = CHEAP.session(2);
+    for read in [
+        |[x, y, z]: [f64; 3]| [-y, x, z],
+        |[x, y, z]: [f64; 3]| [x, y, -z],
+        |[x, y, z]: [f64; 3]| [0.6 * x + 0.8 * y, 0.6 * y - 0.8 * x, z],
+    ] {
+        let found = fit(&read_as(&session, read), &CHEAP.options());
+        let mut columns = Matrix3::zeros();
+        for c in 0..3 {
+            let column: [f64; 3] = session.model.column(c).into_owned().into();
+            columns.set_column(c, &read(column).into());
+        }
+        let off = model(&found.moved.unwrap().unwrap()) - columns;
+        assert!(off.amax() < 1e-3, "{off}");
+    }
+}
+
+#[test]
+fn a_motion_that_was_knocked_is_left_out() {
+    let mut session = CHEAP.session(3);
+    for sample in &mut session.motions[7].samples[40..50] {
+        // 6° that the gyroscope made up.
+        sample.rate = sample.rate.map(|v| v + 1.0);
+    }
+    let (found, scores) = CHEAP.scores(&session);
+    let used: Vec<bool> = found.motions.iter().map(|m| m.unwrap().used).collect();
+    assert_eq!(used.iter().position(|used| !used), Some(7));
+    assert_eq!(used.iter().filter(|used| **used).count(), 16);
+    assert!(scores.iter().all(|z| z.abs() < 4.0), "{scores:?}");
+}
+
+#[test]
+fn a_reaction_to_gravity_is_found_where_there_is_one() {
+    let session = CHEAP.session(4);
+    assert_eq!(
+        fit(&session, &CHEAP.options()).rest.g_sensitivity,
+        [[0.0; 3]; 3]
+    );
+    let mut other = session.clone();
+    other
+        .stills
+        .iter_mut()
+        .for_each(|s| s.rate[0] += 3e-4 * s.accel[2]);
+    let found = fit(&other, &CHEAP.options()).rest.g_sensitivity;
+    assert!((found[0][2] - 3e-4).abs() < 2e-5, "{found:?}");
+    assert_eq!(found[1], [0.0; 3]);
+}
+
+#[test]
+fn what_the_motions_leave_open() {
+    let mut session = CHEAP.session(5);
+    session.motions.truncate(5);
+    let found = fit(&session, &CHEAP.options()).moved.unwrap().unwrap_err();
+    assert_eq!(found.motions, 5);
+    // Turns that the x axis takes no part in, as far as the rates say.
+    let still = read_as(&CHEAP.session(5), |[_, y, z]| [0.0, y, z]);
+    let found = fit(&still, &CHEAP.options()).moved.unwrap().unwrap_err();
+    assert_eq!(found.axes, [true, false, false]);
+}
+
+#[test]
+fn no_input_panics() {
+    let session = CHEAP.session(6);
+    let identity = Calibration::identity();
+    assert!(gyro(&[], &session.motions, &identity, &CHEAP.options()).is_none());
+    for value in [f64::NAN, f64::INFINITY, 0.0, 1e300, -1e-300] {
+        let options = GyroOptions {
+            nominal: Some(value),
+            noise: [value; 3],
+            rounding: [value; 3],
+        };
+        let _ = gyro(&session.stills, &session.motions, &identity, &options);
+        let mut other = session.clone();
+        other.motions[2].samples[3].rate[1] = value;
+        other.motions[3].samples[3].step_s = value;
+        other.motions[4].samples.clear();
+        other.motions[5].after = 1000;
+        let _ = fit(&other, &CHEAP.options());
+        let all = read_as(&other, |_| [value; 3]);
+        let _ = gyro(&all.stills, &all.motions, &identity, &CHEAP.options());
+        for still in &mut other.stills {
+            still.accel = [value; 3];
+            still.accel_sd = [value; 3];
+            still.seconds = value;
+        }
+        let _ = gyro(&other.stills, &other.motions, &identity, &CHEAP.options());
+    }
+}
