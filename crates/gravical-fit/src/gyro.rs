@@ -125,8 +125,6 @@ pub struct MotionFit {
     pub motions: Vec<Option<FittedMotion>>,
     /// Angle by which a typical motion misses, of all motions, rad.
     pub typical_rad: f64,
-    /// Scale from which the fit began, rad/s per input unit: the nominal one, or that of the motions.
-    pub start_scale: f64,
 }
 
 /// The gyroscope.
@@ -327,7 +325,6 @@ impl Fitted {
             covariance: covariance.into(),
             motions: motions.collect(),
             typical_rad: self.typical,
-            start_scale: unit,
         })
     }
 }

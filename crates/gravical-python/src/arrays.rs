@@ -2,7 +2,7 @@
 //! else is known.
 
 use gravical::denoise::{Filter, FilterSpec};
-use gravical::estimate::ferraris::{NamedSamples, of_samples};
+use gravical::calibrate::ferraris::{NamedSamples, of_samples};
 use gravical::noise::{Spacing, noise_of_samples, overlapping};
 use gravical::segment::SegmentOptions;
 use gravical::{Error, Result};

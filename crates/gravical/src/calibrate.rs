@@ -24,6 +24,10 @@
 
 mod checks;
 mod estimate;
+#[doc(hidden)]
+pub mod ferraris;
+#[doc(hidden)]
+pub mod gyro;
 mod section;
 mod sensors;
 mod session;
@@ -36,7 +40,6 @@ use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource,
     SensorInfo, TemperatureRange, creation_time,
 };
-use crate::estimate::{ferraris, gyro};
 use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity, common_serial};
 use crate::segment::{SegmentOptions, Segmentation, segment};
@@ -172,7 +175,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 
     // The gyroscope from the pauses and the known turns.
     let turns = match &estimate.faces {
-        Some(faces) => ferraris::gyroscope(
+        Some(faces) => gyro::turns::gyroscope(
             recordings,
             &segmentation,
             faces,
@@ -181,7 +184,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             options.segment.turn_angle_deg.to_radians(),
             &options.segment.axes,
         )?,
-        None => gyro::GyroFit::default(),
+        None => gyro::Gyroscope::default(),
     };
     // … else from the motions between the stills.
     let gyroscope = if turns.section.is_some() {

@@ -54,8 +54,6 @@ mod error;
 #[doc(hidden)]
 pub mod escape;
 #[doc(hidden)]
-pub mod estimate;
-#[doc(hidden)]
 pub mod excerpt;
 pub mod export;
 pub mod finding;

@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use gravical::calibrate::gyro::of_session;
 use gravical::calibration_file::CalibrationFile;
-use gravical::estimate::gyro::of_session;
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::{SegmentOptions, Segmentation, segment};
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
@@ -148,7 +148,10 @@ fn imucals_session_by_motions_and_by_turns() {
     let section = fit.section.unwrap();
     assert_eq!(section.method, "motion", "{:?}", fit.findings);
     let by_turns = gyroscope_of(&turns["gyroscope"]);
-    println!("imucal: {:?}, K {:?}", section.motions, section.scale);
+    println!(
+        "imucal: {:?}, K {:?}, {:?}°",
+        section.motions, section.scale, section.residual_deg
+    );
     // A turn by hand is 360° but for a degree or two.
     for i in 0..3 {
         let scale = turns["gyroscope"]["scale"][i].as_f64().unwrap();

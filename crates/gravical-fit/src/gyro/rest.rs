@@ -166,13 +166,15 @@ fn is_significant(plain: &Mixed, with: &DMatrix<f64>, y: &DVector<f64>, own: &[f
 /// fewer stills, less one for the mean and one for r.
 fn correlation(residuals: &DVector<f64>) -> f64 {
     let count = residuals.len() as f64;
-    if count < 6.0 {
+    let squares = residuals.norm_squared();
+    // Readings that do not differ do not resemble each other either.
+    if count < 6.0 || squares <= 0.0 {
         return 1.0;
     }
     let lagged = residuals
         .rows(0, residuals.len() - 1)
         .dot(&residuals.rows(1, residuals.len() - 1));
-    let r = lagged / residuals.norm_squared();
+    let r = lagged / squares;
     let r = ((count * r + 1.0) / (count - 4.0)).clamp(0.0, 0.9);
     let wider = (1.0 + r) / (1.0 - r);
     let student = StudentsT::new(0.0, 1.0, (count / wider - 2.0).max(2.0));

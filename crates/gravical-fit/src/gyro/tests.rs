@@ -396,3 +396,19 @@ fn no_input_panics() {
         let _ = gyro(&other.stills, &other.motions, &identity, &CHEAP.options());
     }
 }
+
+#[test]
+fn readings_that_do_not_differ_leave_what_rounding_does() {
+    let mut stills = CHEAP.session(7).stills;
+    stills.iter_mut().for_each(|s| s.rate = [0.01; 3]);
+    let options = GyroOptions {
+        noise: [0.0; 3],
+        rounding: [3e-3; 3],
+        nominal: Some(1.0),
+    };
+    let rest = gyro(&stills, &[], &Calibration::identity(), &options)
+        .unwrap()
+        .rest;
+    assert_eq!(rest.bias, [0.01; 3]);
+    assert!((rest.bias_sd[0] - 3e-3).abs() < 1e-12, "{:?}", rest.bias_sd);
+}

@@ -5,12 +5,12 @@ use gravical_core::matrix3;
 use gravical_fit::{Fit, Options, Trust, fit};
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
-use crate::estimate::ferraris;
 use crate::poses::from_segments::{Names, Poses, poses, start};
 use crate::segment::Placement;
 use crate::segment::face::Face;
 use crate::{Error, Result};
 
+use super::ferraris;
 use super::sensors::one_sensor;
 use super::session::Session;
 use super::undetermined::explain;

@@ -28,7 +28,6 @@ mod properties;
 mod reader;
 mod rounding;
 mod session;
-mod solve;
 mod support;
 mod truth;
 mod verdicts;

@@ -2,12 +2,12 @@
 
 use gravical_core::calibration::Calibration;
 use gravical_core::six_position::{
-    SixPositionError, SixPositionMeans, TurnIntegral, ferraris_gyroscope, g_sensitivity,
+    SixPositionMeans, TurnIntegral, ferraris_gyroscope, g_sensitivity,
 };
 
-use super::Faces;
+use super::Gyroscope;
+use crate::calibrate::ferraris::{Faces, turns_are_singular};
 use crate::calibration_file::GyroscopeSection;
-use crate::estimate::gyro::GyroFit;
 use crate::recording::units::{GyroScale, GyroUnit};
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::face::{AXES, AxisMap, Face};
@@ -21,7 +21,7 @@ use crate::{Error, Result};
 ///
 /// `missing-gyro` when there are turns and no gyroscope, `rate-unknown` when
 /// neither stamps nor `--rate` tell the time, `singular`.
-pub fn gyroscope(
+pub(in crate::calibrate) fn gyroscope(
     recordings: &[Recording],
     session: &Segmentation,
     faces: &Faces,
@@ -29,8 +29,8 @@ pub fn gyroscope(
     gravity: f64,
     angle_rad: f64,
     axes: &AxisMap,
-) -> Result<GyroFit> {
-    let mut fit = GyroFit::default();
+) -> Result<Gyroscope> {
+    let mut fit = Gyroscope::default();
     if session.turns.is_empty() {
         return Ok(fit);
     }
@@ -49,7 +49,7 @@ pub fn gyroscope(
         return Ok(fit);
     }
     let (bias, means) = at_rest(&session.placements, faces)?;
-    let sensitivity = g_sensitivity(&means, gravity).map_err(singular)?;
+    let sensitivity = g_sensitivity(&means, gravity).map_err(turns_are_singular)?;
     let mut turns = [[0.0; 3]; 3];
     for (axis, sum) in turns.iter_mut().enumerate() {
         let about: Vec<_> = session.turns.iter().filter(|t| t.axis == axis).collect();
@@ -66,7 +66,7 @@ pub fn gyroscope(
         }
     }
     let parameters =
-        ferraris_gyroscope(bias, &means, gravity, &turns, angle_rad).map_err(singular)?;
+        ferraris_gyroscope(bias, &means, gravity, &turns, angle_rad).map_err(turns_are_singular)?;
     let calibration = parameters.calibration().ok_or_else(|| {
         Error::input(
             "singular",
@@ -106,10 +106,6 @@ pub fn gyroscope(
         ..GyroscopeSection::default()
     });
     Ok(fit)
-}
-
-pub(super) fn singular(e: SixPositionError) -> Error {
-    Error::input("singular", format!("the turns determine no gyroscope: {e}"))
 }
 
 /// Bias (mean over all samples of the six faces) and the mean of each face.

@@ -2,7 +2,6 @@
 //! of [`gravical_core::six_position`] needs, and back.
 
 mod faces;
-mod gyroscope;
 mod samples;
 
 use gravical_core::calibration::Calibration;
@@ -14,7 +13,6 @@ use crate::segment::face::{AXES, AxisMap, Face, angle_deg};
 use crate::{Error, Result};
 
 pub use faces::{Faces, sort_into_faces};
-pub use gyroscope::gyroscope;
 pub use samples::{ClosedForm, NamedSamples, of_samples};
 
 /// A fitted accelerometer.
@@ -117,6 +115,10 @@ pub fn accelerometer(
         parameters,
         calibration,
     })
+}
+
+pub(super) fn turns_are_singular(e: SixPositionError) -> Error {
+    Error::input("singular", format!("the turns determine no gyroscope: {e}"))
 }
 
 /// Why faces that were taken from names cannot be those of a real sensor.

@@ -11,8 +11,7 @@ use gravical_core::six_position::{
 };
 
 use super::faces::Faces;
-use super::gyroscope::singular;
-use super::{AccelerometerFit, accelerometer};
+use super::{AccelerometerFit, accelerometer, turns_are_singular};
 use crate::segment::face::{AXES, Claim, Face, claim};
 use crate::{Error, Result};
 
@@ -152,7 +151,7 @@ fn gyroscope(
     let total = |i: usize| faces.iter().map(|(sums, _)| sums[3 + i]).sum::<f64>();
     let bias = std::array::from_fn(|i| total(i) / rows as f64);
     let means = means(faces, 3);
-    let sensitivity = g_sensitivity(&means, gravity).map_err(singular)?;
+    let sensitivity = g_sensitivity(&means, gravity).map_err(turns_are_singular)?;
     let mut integrals = [[0.0; 3]; 3];
     for (axis, sum) in integrals.iter_mut().enumerate() {
         let about = || turns.iter().filter(|(of, _)| *of == axis);
@@ -176,8 +175,8 @@ fn gyroscope(
         }
     }
     let parameters = ferraris_gyroscope(bias, &means, gravity, &integrals, angle_rad);
-    let parameters = parameters.map_err(singular)?;
+    let parameters = parameters.map_err(turns_are_singular)?;
     let calibration = parameters.calibration();
-    let calibration = calibration.ok_or_else(|| singular(SixPositionError::Singular))?;
+    let calibration = calibration.ok_or_else(|| turns_are_singular(SixPositionError::Singular))?;
     Ok((parameters, calibration))
 }

@@ -14,7 +14,7 @@ const REPEAT_WITHIN_DEG: f64 = 5.0;
 /// Placements of each face, by index, in the order of [`Face::all`].
 #[derive(Debug, Clone)]
 pub struct Faces {
-    pub(super) of_face: [Vec<usize>; 6],
+    pub(in crate::calibrate) of_face: [Vec<usize>; 6],
     pub(super) means: SixPositionMeans<f64>,
     pub(super) standard_errors: Option<SixPositionMeans<f64>>,
 }

@@ -1,6 +1,7 @@
 //! Simulated sensors with known truth.
 
-use super::result::rms;
+use std::ops::Range;
+
 use super::*;
 use crate::recording::{ReadOptions, read_bytes};
 use crate::segment::{SegmentOptions, segment};
@@ -51,16 +52,16 @@ fn true_accelerometer(simulation: &Simulation) -> Calibration<f64> {
     }
 }
 
-fn fitted(simulation: &Simulation, recording: &Recording) -> GyroFit {
+fn fitted(simulation: &Simulation, recording: &Recording) -> Gyroscope {
     fitted_to_all(simulation, std::slice::from_ref(recording))
 }
 
-fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> GyroFit {
+fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> Gyroscope {
     let session = segment(recordings, &SegmentOptions::default()).unwrap();
     of_session(recordings, &session, &true_accelerometer(simulation))
 }
 
-fn kinds(fit: &GyroFit) -> Vec<&str> {
+fn kinds(fit: &Gyroscope) -> Vec<&str> {
     fit.findings.iter().map(|f| f.kind.name()).collect()
 }
 
@@ -276,15 +277,12 @@ fn the_motions_of_all_recordings_count() {
 #[test]
 fn too_few_motions_leave_the_bias() {
     let simulation = poses(7, 12, |_| {});
-    let recording = recording(&simulation, |_, g| g);
-    let session = segment(std::slice::from_ref(&recording), &SegmentOptions::default()).unwrap();
-    let stills = Still::of(&session.placements, 0);
+    let recording = [recording(&simulation, |_, g| g)];
+    let mut session = segment(&recording, &SegmentOptions::default()).unwrap();
     let accelerometer = true_accelerometer(&simulation);
-    let fit = fit_of(
-        &[(&recording, &stills[..4])],
-        &accelerometer,
-        session.gyro_scale,
-    );
+    session.placements.sort_by_key(|p| p.rows[0].start);
+    session.placements.truncate(4);
+    let fit = of_session(&recording, &session, &accelerometer);
     let section = fit.section.clone().unwrap();
     assert_eq!(section.method, "bias");
     assert_eq!(kinds(&fit), ["gyro-undetermined"]);
@@ -293,7 +291,46 @@ fn too_few_motions_leave_the_bias() {
         assert!((section.bias[i] - simulation.truth.gyroscope.bias_rad_s[i]).abs() < 5e-3);
     }
     // Without a unit there is not even a matrix.
-    let fit = fit_of(&[(&recording, &stills[..1])], &accelerometer, None);
+    session.placements.truncate(1);
+    session.gyro_scale = None;
+    let fit = of_session(&recording, &session, &accelerometer);
     assert!(fit.section.is_none());
     assert_eq!(kinds(&fit), ["gyro-scale-unknown"]);
+}
+
+/// Two decimals of a gyroscope in rad/s, whose noise is a tenth of a step: the bias is
+/// no better known than rounding lets it be.
+#[test]
+fn a_bias_of_coarse_digits_is_not_exact() {
+    let faces = ["x_pos", "x_neg", "y_pos", "y_neg", "z_pos", "z_neg"];
+    let session: Vec<Recording> = faces
+        .iter()
+        .enumerate()
+        .map(|(k, name)| {
+            let sign = if k % 2 == 0 { 9.81 } else { -9.81 };
+            let rows: String = (0..400)
+                .map(|i| {
+                    let mut a = [0.03 * f64::from(i % 7) - 0.09; 3];
+                    a[k / 2] += sign;
+                    let [x, y, z] = a;
+                    format!("{},{x:.2},{y:.2},{z:.2},0.01,-0.02,0.00\n", 10 * i)
+                })
+                .collect();
+            let text = format!("t_ms,ax,ay,az,gx,gy,gz\n{rows}");
+            let options = ReadOptions {
+                gyro_unit: Some(GyroUnit::RadianPerSecond),
+                ..ReadOptions::default()
+            };
+            read_bytes(text.as_bytes(), &format!("{name}.csv"), &options).unwrap()
+        })
+        .collect();
+    let cut = segment(&session, &SegmentOptions::default()).unwrap();
+    let section = of_session(&session, &cut, &Calibration::identity())
+        .section
+        .unwrap();
+    let deviation = section.covariance.unwrap().values[0][0].sqrt();
+    assert!(
+        (deviation / (0.01 / 12.0_f64.sqrt()) - 1.0).abs() < 0.01,
+        "{deviation}"
+    );
 }

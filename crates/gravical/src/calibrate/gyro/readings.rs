@@ -1,0 +1,288 @@
+//! What a session says of its gyroscope: means at rest, and the readings of the motions between.
+
+use std::ops::Range;
+
+use gravical_core::rounding;
+use gravical_fit::{Motion, Sample, Still};
+
+use crate::recording::range_end::range_end;
+use crate::recording::{Finding, FindingKind, LineSpans, Recording};
+use crate::segment::hold::pooled_noise;
+use crate::segment::turns::with_slow_ends;
+use crate::segment::{Placement, Segmentation, sum_of_rows};
+use crate::stats::mean_of_finite;
+
+/// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
+/// straight line, whether rows are lost or their cells empty.
+const GAP_PERIODS: f64 = 4.5;
+/// Length of the blocks that the noise is taken from, s: longer than the correlation behind any low-pass
+/// in use, shorter than a still.
+const BLOCK_S: f64 = 0.25;
+
+/// Stills and motions of all recordings.
+#[derive(Default)]
+pub(super) struct Readings {
+    pub stills: Vec<Still>,
+    pub motions: Vec<Motion>,
+    /// Recording and lines of each motion.
+    pub places: Vec<(usize, [u64; 2])>,
+    /// Motions that cannot be used: gaps, clipped samples.
+    pub left_out: usize,
+    /// Allan N, input unit · √s.
+    pub noise: [f64; 3],
+    /// What rounding leaves of every mean alike, input unit.
+    pub rounding: [f64; 3],
+    pub findings: Vec<Finding>,
+}
+
+/// The gyroscope while a placement lay still.
+struct Hold<'a> {
+    rates: [&'a [f64]; 3],
+    period_s: f64,
+}
+
+/// Why a motion cannot be used.
+enum Lost {
+    /// There is nothing to use.
+    Nothing,
+    /// Rows are left out in it, as was said when they were read.
+    Cut,
+    Gap,
+    /// So many rows at the end of the range.
+    Clipped(u64),
+}
+
+impl Readings {
+    pub fn new(recordings: &[Recording], session: &Segmentation) -> Readings {
+        let mut readings = Readings::default();
+        let (mut holds, mut step) = (Vec::new(), [0.0_f64; 3]);
+        for (index, recording) in recordings.iter().enumerate() {
+            let Some(gyro) = &recording.gyro else {
+                continue;
+            };
+            let finest = recording.gyro_resolution();
+            step = std::array::from_fn(|i| step[i].max(finest[i]));
+            let first = readings.stills.len();
+            let rows = readings.add_stills(recording, gyro, session, index, &mut holds);
+            // Files of one placement each, or of two that blank rows part, hold no motions: nothing is
+            // missing in them.
+            if recordings.len() == 1 || moves(recording, &rows) {
+                readings.add_motions(recording, gyro, session, &rows, (index, first));
+            }
+        }
+        let rates: Vec<[&[f64]; 3]> = holds.iter().map(|h| h.rates).collect();
+        readings.rounding = pooled_noise(&rates, step).rounding;
+        readings.noise = std::array::from_fn(|axis| allan_noise(&holds, axis, step[axis]));
+        readings
+    }
+
+    /// The stills of a recording in the order of its rows; one without a reading parts two motions.
+    fn add_stills<'a>(
+        &mut self,
+        recording: &Recording,
+        gyro: &'a [Vec<f64>; 3],
+        session: &Segmentation,
+        index: usize,
+        holds: &mut Vec<Hold<'a>>,
+    ) -> Vec<Range<usize>> {
+        // Without a time the noise only weighs stills against each other.
+        let period_s = recording.working_rate_hz().0.recip();
+        let mut rests: Vec<(&Range<usize>, &Placement)> = session
+            .placements
+            .iter()
+            .filter(|p| p.recording == index)
+            .flat_map(|p| p.rows.iter().map(move |rows| (rows, p)))
+            .collect();
+        rests.sort_by_key(|(rows, _)| rows.start);
+        let mut kept = Vec::new();
+        for (rows, placement) in rests {
+            let Some((sum, count)) = sum_of_rows(gyro, rows.clone()) else {
+                continue;
+            };
+            self.stills.push(Still {
+                rate: sum.map(|s| s / count as f64),
+                seconds: count as f64 * period_s,
+                accel: placement.mean,
+                accel_sd: placement.standard_error.unwrap_or([0.0; 3]),
+            });
+            holds.push(Hold {
+                rates: gyro.each_ref().map(|channel| &channel[rows.clone()]),
+                period_s,
+            });
+            kept.push(rows.clone());
+        }
+        kept
+    }
+
+    /// The motions between stills at `rows`, `first` being the index of the first among all.
+    fn add_motions(
+        &mut self,
+        recording: &Recording,
+        gyro: &[Vec<f64>; 3],
+        session: &Segmentation,
+        rows: &[Range<usize>],
+        (index, first): (usize, usize),
+    ) {
+        let Some(rate_hz) = recording.timing.rate_hz() else {
+            if rows.len() > 1 {
+                let finding = Finding::new(
+                    FindingKind::GyroRateUnknown,
+                    "no time stamps and no --rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only",
+                );
+                self.findings.push(finding.in_file(&recording.name));
+            }
+            return;
+        };
+        let ends = gyro.each_ref().map(|c| range_end(c, session.gyro_scale));
+        let (mut gaps, mut clips) = (LineSpans::default(), LineSpans::default());
+        let (mut with_gap, mut with_clip) = (0, 0);
+        for (before, pair) in rows.windows(2).enumerate() {
+            let Some(rows) = between(recording, gyro, pair) else {
+                continue;
+            };
+            let lines = [recording.line(rows.start), recording.line(rows.end - 1)];
+            match samples(recording, gyro, rows, &ends, rate_hz) {
+                Ok(samples) => {
+                    self.motions.push(Motion {
+                        before: first + before,
+                        after: first + before + 1,
+                        samples,
+                    });
+                    self.places.push((index, lines));
+                }
+                Err(Lost::Nothing) => {}
+                Err(Lost::Cut) => self.left_out += 1,
+                Err(Lost::Gap) => {
+                    with_gap += 1;
+                    gaps.push_range(lines[0], lines[1], lines[1] - lines[0] + 1);
+                }
+                Err(Lost::Clipped(count)) => {
+                    with_clip += 1;
+                    clips.push_range(lines[0], lines[1], count);
+                }
+            }
+        }
+        self.left_out += with_gap + with_clip;
+        let mut say = |kind, message: String, spans: &LineSpans| {
+            let finding = Finding::new(kind, message).at_lines(spans);
+            self.findings.push(finding.in_file(&recording.name));
+        };
+        if with_gap > 0 {
+            say(
+                FindingKind::GyroMotionGap,
+                format!(
+                    "{with_gap} of the motions between static intervals have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"
+                ),
+                &gaps,
+            );
+        }
+        if with_clip > 0 {
+            say(
+                FindingKind::GyroMotionClipped,
+                format!(
+                    "in {with_clip} of the motions between static intervals the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
+                    clips.count()
+                ),
+                &clips,
+            );
+        }
+    }
+}
+
+/// True where a still follows another without a break between them.
+fn moves(recording: &Recording, stills: &[Range<usize>]) -> bool {
+    stills.windows(2).any(|pair| {
+        let rows = pair[0].end.saturating_sub(1)..pair[1].start + 1;
+        !recording.is_broken(&rows) && !recording.is_cut(&rows)
+    })
+}
+
+/// Rows of the motion between two stills, from a reading at rest to one at rest.
+fn between(
+    recording: &Recording,
+    gyro: &[Vec<f64>; 3],
+    pair: &[Range<usize>],
+) -> Option<Range<usize>> {
+    let is_read = |row: &usize| {
+        let channels = recording.time_s.iter().chain(gyro);
+        channels.into_iter().all(|c| c[*row].is_finite())
+    };
+    let inner = with_slow_ends(recording, &pair[0], &pair[1]);
+    let from = (pair[0].start..inner.start).rfind(is_read)?;
+    let to = (inner.end..pair[1].end).find(is_read)?;
+    Some(from..to + 1)
+}
+
+/// The readings in `rows`; `ends` are the ends of the range of each axis.
+fn samples(
+    recording: &Recording,
+    gyro: &[Vec<f64>; 3],
+    rows: Range<usize>,
+    ends: &[Option<[f64; 2]>; 3],
+    rate_hz: f64,
+) -> Result<Vec<Sample>, Lost> {
+    if rows.len() < 3 {
+        return Err(Lost::Nothing);
+    }
+    if recording.is_broken(&rows) {
+        return Err(Lost::Gap);
+    }
+    if recording.is_cut(&rows) {
+        return Err(Lost::Cut);
+    }
+    let seconds = |from: usize, to: usize| match &recording.time_s {
+        Some(t) => t[to] - t[from],
+        None => (to - from) as f64 / rate_hz,
+    };
+    let at_end = |rate: [f64; 3]| {
+        (0..3).any(|i| ends[i].is_some_and(|[low, high]| rate[i] <= low || rate[i] >= high))
+    };
+    let (mut samples, mut before, mut clipped): (Vec<Sample>, usize, u64) =
+        (Vec::new(), rows.start, 0);
+    for row in rows.clone() {
+        let rate = gyro.each_ref().map(|channel| channel[row]);
+        clipped += u64::from(at_end(rate));
+        let step_s = seconds(before, row);
+        if !(step_s.is_finite() && rate.iter().all(|v| v.is_finite())) {
+            continue;
+        }
+        if step_s.abs() >= GAP_PERIODS / rate_hz {
+            return Err(Lost::Gap);
+        }
+        if let Some(last) = samples.last_mut() {
+            last.step_s = step_s;
+        }
+        samples.push(Sample {
+            rate,
+            accel: recording.accel_at(row),
+            step_s: 0.0,
+        });
+        before = row;
+    }
+    if clipped > 0 {
+        return Err(Lost::Clipped(clipped));
+    }
+    Ok(samples)
+}
+
+/// Allan deviation at [`BLOCK_S`] as a density, N = σ(τ)·√τ. Rounding counts as noise too, since at rest
+/// it may hide all other.
+fn allan_noise(holds: &[Hold<'_>], axis: usize, step: f64) -> f64 {
+    let longest_s = holds.iter().map(|h| h.period_s).fold(0.0, f64::max);
+    let (mut squares, mut pairs) = (0.0, 0.0);
+    for hold in holds {
+        let width = ((BLOCK_S / hold.period_s).round() as usize).max(1);
+        let block_s = width as f64 * hold.period_s;
+        let blocks = hold.rates[axis].chunks_exact(width);
+        let means: Vec<f64> = blocks.map(mean_of_finite).collect();
+        for pair in means.windows(2) {
+            let change = pair[1] - pair[0];
+            if change.is_finite() {
+                squares += 0.5 * change.powi(2) * block_s;
+                pairs += 1.0;
+            }
+        }
+    }
+    let white = if pairs > 0.0 { squares / pairs } else { 0.0 };
+    white.max(rounding::floor(step) * longest_s).sqrt()
+}
