@@ -7,7 +7,7 @@ use crate::document::{
 };
 use crate::figure::Figure;
 use gravical::calibration_file::{
-    CalibrationFile, Grade, GravitySource, InputFile, Method, PoseKind, PoseResult,
+    CalibrationFile, Grade, GravitySource, InputFile, Method, NextPose, PoseKind, PoseResult,
     ReferenceSource, Source, TiltSource,
 };
 use gravical::escape::path_word;
@@ -167,15 +167,22 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
 
 /// The verdict in one sentence; none where the first reason says it.
 fn conclusion(file: &CalibrationFile) -> Option<String> {
-    let error = mg(file.accelerometer.worst_direction.as_ref()?.error_mps2);
-    match file.verdict.grade {
-        Grade::Good | Grade::Fair => Some(format!(
-            "the magnitude at rest is within {error} mg (95 %) in every direction"
+    let a = &file.accelerometer;
+    let error = a.worst_direction.as_ref()?.error_mps2;
+    let within = format!("within {} mg (95 %)", mg(error));
+    let hidden = a.undetected.as_ref().map(|u| u.effect_mps2);
+    match (file.verdict.grade, hidden.filter(|hidden| *hidden > error)) {
+        (Grade::Fair, Some(hidden)) => Some(format!(
+            "the magnitude at rest is {within} in every direction, unless one pose has an error that would not be detected: then up to {} mg",
+            mg(hidden)
         )),
-        Grade::NotVerifiable => Some(format!(
-            "predicted to be within {error} mg (95 %), but these poses cannot confirm it"
+        (Grade::Good | Grade::Fair, _) => Some(format!(
+            "the magnitude at rest is {within} in every direction"
         )),
-        Grade::Poor => None,
+        (Grade::NotVerifiable, _) => Some(format!(
+            "predicted to be {within}, but these poses cannot confirm it"
+        )),
+        (Grade::Poor, _) => None,
     }
 }
 
@@ -186,12 +193,14 @@ fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
     let save = saved
         .is_none()
         .then(|| "Save the calibration: the same command with `-o cal.json`.".to_owned());
-    let pose = a.next_poses.first().map(|p| {
-        format!(
-            "Record one more pose ({}) and calibrate with all recordings again.",
-            in_words(p.direction)
-        )
-    });
+    let pose = |poses: &[NextPose]| {
+        poses.first().map(|p| {
+            format!(
+                "Record one more pose ({}) and calibrate with all recordings again.",
+                in_words(p.direction)
+            )
+        })
+    };
     let apply =
         format!("Correct a recording: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
     let check = format!(
@@ -199,8 +208,15 @@ fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
     );
     match file.verdict.grade {
         Grade::Poor => vec!["Fix what is named above, then calibrate again.".to_owned()],
-        Grade::NotVerifiable => pose.into_iter().chain(save).chain([apply]).collect(),
-        Grade::Good | Grade::Fair => save.into_iter().chain([apply, check]).collect(),
+        Grade::NotVerifiable => {
+            let pose = pose(&a.next_poses);
+            pose.into_iter().chain(save).chain([apply]).collect()
+        }
+        Grade::Fair => {
+            let pose = pose(a.proposed_poses());
+            pose.into_iter().chain(save).chain([apply, check]).collect()
+        }
+        Grade::Good => save.into_iter().chain([apply, check]).collect(),
     }
 }
 
@@ -328,7 +344,7 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
     let a = &file.accelerometer;
     let mut lines = vec![format!(
         "Local gravity is {} m/s²; an error of 0.1 % in it is an error of 0.1 % in the scale.",
-        file.gravity_mps2
+        fixed(file.gravity_mps2, 5)
     )];
     if let Some(tilt) = a.pose_tilt_deg {
         lines.push(format!(
@@ -367,10 +383,12 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
             lines.push("Too few faces determine the orientation in the case: the matrix is triangular by convention.".to_owned());
         }
     }
-    lines.push(format!(
-        "Degrees of freedom of the magnitudes: {}.",
-        a.degrees_of_freedom
-    ));
+    if a.fit.is_none() {
+        lines.push(format!(
+            "Degrees of freedom of the magnitudes: {}.",
+            a.degrees_of_freedom
+        ));
+    }
     lines
 }
 
