@@ -293,17 +293,22 @@ fn reasons(
     gravity: &Gravity,
     is_own: bool,
 ) -> Vec<Reason> {
-    let mut reasons = vec![
-        Reason::Errors {
-            rms_mps2: report.rms_mps2,
-            predicted_rms_mps2: report.predicted_rms_mps2,
-            is_assumed: calibration.accelerometer.covariance.is_none(),
-        },
-        Reason::Chance {
+    let mut reasons = vec![Reason::Errors {
+        rms_mps2: report.rms_mps2,
+        predicted_rms_mps2: report.predicted_rms_mps2,
+        is_assumed: calibration.accelerometer.covariance.is_none(),
+    }];
+    if is_own {
+        reasons.push(Reason::Fitted);
+    }
+    // Agreement with what it was fitted to has no probability, and tests no axis.
+    let is_tested = !is_own || report.verdict.judgement.is_change();
+    if is_tested {
+        reasons.push(Reason::Chance {
             p_value: report.p_value,
             all: report.test,
-        },
-    ];
+        });
+    }
     for explanation in &report.explanations {
         let share = explanation.cause == Cause::Share;
         let there = gravity.value_mps2 * (1.0 + explanation.change / 100.0);
@@ -312,13 +317,12 @@ fn reasons(
     if report.verdict.judgement.is_change() && report.explanations.is_empty() {
         reasons.push(Reason::Unexplained);
     }
-    if is_own {
-        reasons.push(Reason::Fitted);
+    if is_tested {
+        reasons.push(Reason::Untested {
+            untested: report.untested_axes.clone(),
+            one_way: report.one_way_axes.clone(),
+        });
     }
-    reasons.push(Reason::Untested {
-        untested: report.untested_axes.clone(),
-        one_way: report.one_way_axes.clone(),
-    });
     if gravity.source == GravitySource::Standard {
         reasons.push(Reason::GravityAssumed(2.0 * gravity.uncertainty_mps2()));
     }

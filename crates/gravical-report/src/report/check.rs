@@ -65,9 +65,10 @@ pub(super) fn judged(verdict: &gravical::check::Verdict) -> Verdict {
 fn next(report: &CheckReport) -> Vec<String> {
     let causes: Vec<Cause> = report.explanations.iter().map(|e| e.cause).collect();
     let step = match report.verdict.judgement {
-        Judgement::Undecided => {
-            "Record the sensor at rest again, and check with a calibration that has a covariance"
+        Judgement::Undecided if report.verdict.reasons.contains(&Reason::Fitted) => {
+            "Record the sensor at rest again, and check with that recording"
         }
+        Judgement::Undecided => "Calibrate with gravical, whose calibrations have a covariance",
         judgement if judgement.is_change() && causes == [Cause::Share] => {
             "Give the gravity of this place; if it does not fit then, either, calibrate again"
         }

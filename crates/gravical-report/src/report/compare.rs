@@ -53,7 +53,7 @@ fn next(c: &Comparison) -> Vec<String> {
     } else if c.verdict.judgement.is_change() {
         "Use the calibration whose session had the board in its case as it is now"
     } else if c.verdict.judgement == Judgement::Undecided {
-        "Give calibrations of two sessions that have covariances"
+        "Compare calibrations of two sessions, each with a covariance"
     } else {
         return Vec::new();
     };
