@@ -21,12 +21,12 @@ mod tests;
 use gravical_core::calibration::Calibration;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use motions::{Fitted, Path, Problem, Square, median};
+use motions::{FLOOR, Fitted, Path, Problem, Square, median};
 use rest::at_rest;
 
 /// A static interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Still {
+pub struct StaticInterval {
     /// Mean of the gyroscope, input unit.
     pub rate: [f64; 3],
     /// Duration, s.
@@ -77,11 +77,9 @@ pub struct GyroRest {
     pub bias: [f64; 3],
     /// Its standard deviation.
     pub bias_sd: [f64; 3],
-    /// S, row-major: row gyroscope, column accelerometer, input unit per m/s²; zero where no more than
-    /// chance.
+    /// S, row-major: row gyroscope, column accelerometer, input unit per m/s²; zero where not
+    /// significant.
     pub g_sensitivity: [[f64; 3]; 3],
-    /// Standard deviation of the bias from one static interval to the next beyond noise, input unit.
-    pub drift: [f64; 3],
     /// How far the bias of each static interval is off, as far as it is not noise.
     local: Vec<Vector3<f64>>,
     /// Standard deviation of what is left of that.
@@ -133,7 +131,7 @@ pub struct GyroFit {
     /// At rest.
     pub rest: GyroRest,
     /// By the motions; none without motions, or where no scale is known and none is found.
-    pub moved: Option<Result<MotionFit, GyroUndetermined>>,
+    pub by_motions: Option<Result<MotionFit, GyroUndetermined>>,
 }
 
 /// Two residuals each for nine parameters, and three to judge them by.
@@ -142,8 +140,6 @@ pub const MIN_MOTIONS: usize = 6;
 const MAX_SD: f64 = 0.03;
 /// A typical motion that misses by more was fitted from a wrong start, or not at all, rad.
 const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
-/// No direction and no turn is known better, rad.
-const FLOOR: f64 = 1e-6;
 
 impl MotionFit {
     /// True if a typical motion misses by so much (3°) that the motions are not those of this sensor.
@@ -156,10 +152,10 @@ impl MotionFit {
 /// Estimates the gyroscope. `accelerometer` calibrates the readings of the accelerometer to m/s²; an error
 /// of it is in the covariance only as far as the residuals show it.
 ///
-/// None without static intervals, or if one has a value that is no number.
+/// None without static intervals, if one has no duration, or if a value is no number.
 #[must_use]
 pub fn gyro(
-    stills: &[Still],
+    stills: &[StaticInterval],
     motions: &[Motion],
     accelerometer: &Calibration<f64>,
     options: &GyroOptions,
@@ -172,22 +168,22 @@ pub fn gyro(
     let nominal = options.nominal.map(f64::recip);
     let unit = nominal.or_else(|| scale_by_motions(&paths));
     let unit = unit.filter(|unit| unit.is_normal() && !paths.is_empty());
-    let moved = unit.map(|unit| {
-        let fitted = by_motions(problem(paths, &rest, options, unit))?;
+    let by_motions = unit.map(|unit| {
+        let fitted = solve(problem(paths, &rest, options, unit))?;
         fitted.result(&usable, &rest, unit)
     });
-    Some(GyroFit { rest, moved })
+    Some(GyroFit { rest, by_motions })
 }
 
 /// A motion in input units, less bias and g-sensitivity; `sd` by the directions of gravity.
 fn path(
     motion: &Motion,
-    stills: &[Still],
+    stills: &[StaticInterval],
     accelerometer: &Calibration<f64>,
     rest: &GyroRest,
 ) -> Option<Path> {
     let (before, after) = (stills.get(motion.before)?, stills.get(motion.after)?);
-    let reacts = Matrix3::from(rest.g_sensitivity).transpose();
+    let sensitivity = Matrix3::from(rest.g_sensitivity).transpose();
     // The drift of the bias is what both stills show of it.
     let local = 0.5 * (rest.local[motion.before] + rest.local[motion.after]);
     let bias = Vector3::from(rest.bias) + local;
@@ -196,8 +192,8 @@ fn path(
         if s.accel.iter().all(|v| v.is_finite()) {
             accel = s.accel;
         }
-        let felt = reacts * Vector3::from(accelerometer.apply(accel));
-        let rate = Vector3::from(s.rate) - bias - felt;
+        let by_force = sensitivity * Vector3::from(accelerometer.apply(accel));
+        let rate = Vector3::from(s.rate) - bias - by_force;
         [rate[0], rate[1], rate[2], s.step_s]
     };
     let mut samples: Vec<[f64; 4]> = motion.samples.iter().map(&mut sample).collect();
@@ -212,7 +208,7 @@ fn path(
 }
 
 /// Unit vector of gravity in a still, and the trace of its covariance.
-fn direction(still: &Still, accelerometer: &Calibration<f64>) -> ([f64; 3], f64) {
+fn direction(still: &StaticInterval, accelerometer: &Calibration<f64>) -> ([f64; 3], f64) {
     let force = Vector3::from(accelerometer.apply(still.accel));
     let unit = force.normalize();
     let tangent = Matrix3::identity() - unit * unit.transpose();
@@ -241,7 +237,7 @@ fn problem(mut motions: Vec<Path>, rest: &GyroRest, options: &GyroOptions, unit:
     }
 }
 
-fn by_motions(problem: Problem) -> Result<Fitted, GyroUndetermined> {
+fn solve(problem: Problem) -> Result<Fitted, GyroUndetermined> {
     let count = problem.motions.len();
     let start = problem.start(&Matrix3::identity());
     check(problem.expected_covariance(&start), count)?;

@@ -28,7 +28,7 @@ mod verdict;
 pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
 pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, Motion, MotionFit,
-    Sample, Still, gyro,
+    Sample, StaticInterval, gyro,
 };
 pub use pose::{Face, Hint, Pose, angle_deg};
 pub use temperature::{DriftTest, test_drift};

@@ -5,6 +5,7 @@ use gravical_core::strapdown::{matrix, normalize, quat_mul, step};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::FittedMotion;
+use super::rest::unexplained;
 
 /// Nine elements of E, row-major, then β.
 pub(super) type Parameters = SVector<f64, 12>;
@@ -35,7 +36,7 @@ pub(super) struct Fitted {
 /// A residual this many times the usual one contradicts the others.
 const OUTLIER: f64 = 6.0;
 /// … unless the others predict it within so many standard deviations.
-const SURPRISE: f64 = 5.0;
+const PREDICTED: f64 = 5.0;
 /// Median length of two normal components of unit variance.
 const RAYLEIGH_MEDIAN: f64 = 1.1774;
 /// Width of Cauchy's loss, 95 % as efficient as least squares on normal residuals.
@@ -45,7 +46,7 @@ const MAX_PASSES: usize = 15;
 /// A pass that moves no residual by more than this fraction of the usual one is the last.
 const SETTLED: f64 = 0.01;
 /// No direction and no turn is known better, rad: 0.00006°.
-const FLOOR: f64 = 1e-6;
+pub(super) const FLOOR: f64 = 1e-6;
 
 /// One motion at a state: gravity as it was, turned into the sensor after the motion, less gravity as it
 /// is there; and its derivatives.
@@ -95,18 +96,15 @@ fn turned(
     let mut q = [1.0, 0.0, 0.0, 0.0];
     let mut attitude = matrix3::identity();
     let mut before: Option<([f64; 3], f64)> = None;
-    for (i, sample) in samples.iter().enumerate() {
+    for sample in samples {
         let y = [
             sample[0] - bias[0],
             sample[1] - bias[1],
             sample[2] - bias[2],
         ];
         let rate = matrix3::mul_vec(e, &y);
-        let to_next = if i + 1 < samples.len() {
-            sample[3]
-        } else {
-            0.0
-        };
+        // 0 in the last sample.
+        let to_next = sample[3];
         let from_last = before.map_or(0.0, |(_, h)| h);
         if let Some((last, h)) = before {
             q = quat_mul(&q, &step(&last, &rate, h));
@@ -235,9 +233,9 @@ impl Problem {
     /// Motions that agree. Where too few or too many do not, none can be called wrong.
     fn judge(&self, lengths: &[f64]) -> Vec<bool> {
         let count = lengths.len();
-        // Nine parameters swallow part of few residuals.
-        let swallowed = (2.0 * count as f64 / (2.0 * count as f64 - 9.0).max(1.0)).sqrt();
-        let limit = OUTLIER * swallowed * self.excess(lengths.iter().copied());
+        // Nine parameters take up part of few residuals.
+        let taken_up = (2.0 * count as f64 / (2.0 * count as f64 - 9.0).max(1.0)).sqrt();
+        let limit = OUTLIER * taken_up * self.excess(lengths.iter().copied());
         let agrees = |(length, motion): (&f64, &Path)| *length <= limit * motion.sd;
         let used: Vec<bool> = lengths.iter().zip(&self.motions).map(agrees).collect();
         let kept = used.iter().filter(|u| **u).count();
@@ -247,32 +245,19 @@ impl Problem {
         used
     }
 
-    /// Variance per component that noise does not explain, the same for every motion (a hand that trembles,
-    /// a gyroscope that is not linear): so that the weighted squares are what their number lets expect
-    /// (Paule and Mandel, J. Res. NBS 87 (1982) 377).
-    fn unexplained(&self, lengths: &[f64], used: &[bool], freedom: f64) -> f64 {
+    /// Variance per component that noise does not explain, the same for every motion: a hand that trembles,
+    /// a gyroscope that is not linear.
+    fn unexplained(&self, lengths: &[f64], used: &[bool], freedom: f64) -> Option<f64> {
         let each = || lengths.iter().zip(&self.motions).zip(used);
-        let squares = |more: f64| -> f64 {
+        let largest = lengths.iter().map(|l| l * l).sum();
+        unexplained(freedom, largest, |more| {
             let used = each().filter(|(_, used)| **used);
-            used.map(|((l, m), _)| l * l / (m.sd * m.sd + more)).sum()
-        };
-        if squares(0.0) <= freedom {
-            return 0.0;
-        }
-        let (mut low, mut high) = (0.0, lengths.iter().map(|l| l * l).sum::<f64>());
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if squares(middle) > freedom {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        high
+            Some(used.map(|((l, m), _)| l * l / (m.sd * m.sd + more)).sum())
+        })
     }
 
     /// Least squares of the motions that agree. Where motions are few, a robust fit may follow some of them
-    /// too closely: what it calls an outlier is heard again, against what the others predict for it.
+    /// too closely: a motion that it rejected is admitted again if the others predict it.
     pub fn settle(&self, robust: At) -> Option<Fitted> {
         let typical = robust.typical;
         let mut used = self.judge(&robust.lengths(&Parameters::zeros()));
@@ -283,10 +268,10 @@ impl Problem {
                 break;
             }
             let step = self.least_squares(&at, &used, 0.0)?.step;
-            let more = self.unexplained(&at.lengths(&step), &used, freedom);
+            let more = self.unexplained(&at.lengths(&step), &used, freedom)?;
             let solved = self.least_squares(&at, &used, more)?;
             let again: Vec<bool> = (0..used.len())
-                .map(|m| used[m] || self.surprise(&at, &solved, m, more) < SURPRISE)
+                .map(|m| used[m] || self.deviation(&at, &solved, m, more) < PREDICTED)
                 .collect();
             let usual = median(at.lengths(&solved.step));
             let settled = largest_move(&at.linear, &solved.step) < SETTLED * usual.max(FLOOR);
@@ -308,7 +293,7 @@ impl Problem {
     }
 
     /// How many standard deviations a motion is off what the others predict for it.
-    fn surprise(&self, at: &At, solved: &Solved, m: usize, more: f64) -> f64 {
+    fn deviation(&self, at: &At, solved: &Solved, m: usize, more: f64) -> f64 {
         let linear = &at.linear[m];
         let known = linear.jacobian * solved.covariance * linear.jacobian.transpose();
         let own = self.motions[m].sd.powi(2) + more;

@@ -4,7 +4,7 @@ use gravical_core::calibration::Calibration;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
-use super::{GyroOptions, GyroRest, Still};
+use super::{GyroOptions, GyroRest, StaticInterval};
 
 /// Fewer static intervals say nothing of g-sensitivity.
 const MIN_STILLS: usize = 8;
@@ -15,7 +15,7 @@ const CHANCE: f64 = 1e-3;
 /// noise N²/T_k. S is kept on an axis if an F test finds it. What rounding leaves may be the same in
 /// all stills.
 pub(super) fn at_rest(
-    stills: &[Still],
+    stills: &[StaticInterval],
     accelerometer: &Calibration<f64>,
     options: &GyroOptions,
 ) -> Option<GyroRest> {
@@ -23,9 +23,17 @@ pub(super) fn at_rest(
         .iter()
         .map(|s| accelerometer.apply(s.accel).into())
         .collect();
-    let numbers = |s: &Still| s.rate.iter().chain(&s.accel_sd).all(|v| v.is_finite());
+    let numbers = |s: &StaticInterval| {
+        let all = s.rate.iter().chain(&s.accel_sd).chain([&s.seconds]);
+        all.clone().all(|v| v.is_finite()) && s.seconds > 0.0
+    };
+    let known = options.noise.iter().chain(&options.rounding);
+
     let directed = |a: &Vector3<f64>| a.norm().is_finite() && a.norm() > 0.0;
-    if !(stills.iter().all(numbers) && forces.iter().all(directed)) {
+    if !(known.clone().all(|v| v.is_finite())
+        && stills.iter().all(numbers)
+        && forces.iter().all(directed))
+    {
         return None;
     }
     let constant = DMatrix::from_element(stills.len(), 1, 1.0);
@@ -38,7 +46,6 @@ pub(super) fn at_rest(
         bias: [0.0; 3],
         bias_sd: [0.0; 3],
         g_sensitivity: [[0.0; 3]; 3],
-        drift: [0.0; 3],
         local: vec![Vector3::zeros(); stills.len()],
         local_sd: Vector3::zeros(),
         noise_sd: Vector3::zeros(),
@@ -46,7 +53,7 @@ pub(super) fn at_rest(
     for i in 0..3 {
         let offset = stills.first()?.rate[i];
         let y = DVector::from_iterator(stills.len(), stills.iter().map(|s| s.rate[i] - offset));
-        let noise = |s: &Still| (options.noise[i].powi(2) / s.seconds).max(1e-150);
+        let noise = |s: &StaticInterval| (options.noise[i].powi(2) / s.seconds).max(1e-150);
         let own: Vec<f64> = stills.iter().map(noise).collect();
         let mut fit = mixed(&constant, &y, &own)?;
         if spread && is_significant(&fit, &with, &y, &own) {
@@ -60,10 +67,9 @@ pub(super) fn at_rest(
         // Only drift resembles that of the still before, and has to be estimated.
         let mean_own = own.iter().sum::<f64>() / own.len() as f64;
         let share = fit.drift / (fit.drift + mean_own);
-        let wider = 1.0 + share * (correlation(&fit.residuals) - 1.0);
+        let wider = 1.0 + share * (variance_inflation(&fit.residuals) - 1.0);
         let variance = fit.variance * wider;
         rest.bias_sd[i] = (variance + rounding).sqrt();
-        rest.drift[i] = fit.drift.sqrt();
         let shrunk = |k: usize| fit.drift / (fit.drift + own[k] + rounding);
         (0..stills.len()).for_each(|k| rest.local[k][i] = shrunk(k) * fit.residuals[k]);
         let left = (0..stills.len()).map(|k| shrunk(k) * (own[k] + rounding));
@@ -164,7 +170,7 @@ fn is_significant(plain: &Mixed, with: &DMatrix<f64>, y: &DVector<f64>, own: &[f
 /// How much wider than by independent stills the mean of a drifting bias scatters: (1 + r)/(1 − r) of
 /// a first-order process, r without its bias (Marriott and Pope 1954), and Student's t of so many
 /// fewer stills, less one for the mean and one for r.
-fn correlation(residuals: &DVector<f64>) -> f64 {
+fn variance_inflation(residuals: &DVector<f64>) -> f64 {
     let count = residuals.len() as f64;
     let squares = residuals.norm_squared();
     // Readings that do not differ do not resemble each other either.

@@ -36,7 +36,7 @@ const CHEAP: World = World {
 
 #[derive(Clone)]
 struct Session {
-    stills: Vec<Still>,
+    stills: Vec<StaticInterval>,
     motions: Vec<Motion>,
     model: Matrix3<f64>,
     bias: Vector3<f64>,
@@ -76,7 +76,7 @@ impl World {
             }
             let accel =
                 distortion * attitude.inverse() * Vector3::z() * G + self.accel_sd * vector(rng);
-            stills.push(Still {
+            stills.push(StaticInterval {
                 rate: (sum / f64::from(rows)).into(),
                 seconds: f64::from(rows) / RATE_HZ,
                 accel: accel.into(),
@@ -143,7 +143,7 @@ impl World {
             &Calibration::identity(),
             &self.options(),
         );
-        let fit = fit.unwrap().moved.unwrap().unwrap();
+        let fit = fit.unwrap().by_motions.unwrap().unwrap();
         let found = Matrix3::from(fit.matrix).transpose().try_inverse().unwrap();
         let error = (found - session.model).transpose();
         let bias = Vector3::from(fit.bias) - session.bias;
@@ -297,7 +297,7 @@ fn counts_of_unknown_scale() {
         noise: [4778.0 * CHEAP.noise; 3],
         rounding: [0.01; 3],
     };
-    let found = fit(&counts, &options).moved.unwrap().unwrap();
+    let found = fit(&counts, &options).by_motions.unwrap().unwrap();
     let off = model(&found) / -4778.0 - session.model;
     assert!(off.amax() < 1e-3, "{off}");
     for i in 0..3 {
@@ -320,7 +320,7 @@ fn axes_that_are_not_the_accelerometers() {
             let column: [f64; 3] = session.model.column(c).into_owned().into();
             columns.set_column(c, &read(column).into());
         }
-        let off = model(&found.moved.unwrap().unwrap()) - columns;
+        let off = model(&found.by_motions.unwrap().unwrap()) - columns;
         assert!(off.amax() < 1e-3, "{off}");
     }
 }
@@ -360,11 +360,17 @@ fn a_reaction_to_gravity_is_found_where_there_is_one() {
 fn what_the_motions_leave_open() {
     let mut session = CHEAP.session(5);
     session.motions.truncate(5);
-    let found = fit(&session, &CHEAP.options()).moved.unwrap().unwrap_err();
+    let found = fit(&session, &CHEAP.options())
+        .by_motions
+        .unwrap()
+        .unwrap_err();
     assert_eq!(found.motions, 5);
     // Turns that the x axis takes no part in, as far as the rates say.
     let still = read_as(&CHEAP.session(5), |[_, y, z]| [0.0, y, z]);
-    let found = fit(&still, &CHEAP.options()).moved.unwrap().unwrap_err();
+    let found = fit(&still, &CHEAP.options())
+        .by_motions
+        .unwrap()
+        .unwrap_err();
     assert_eq!(found.axes, [true, false, false]);
 }
 

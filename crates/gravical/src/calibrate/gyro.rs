@@ -65,11 +65,11 @@ pub fn of_session(
         return Gyroscope::default();
     };
     let mut odd = Vec::new();
-    let section = match &fit.moved {
-        Some(Ok(moved)) => {
-            findings.extend(outliers(recordings, &readings, moved));
-            odd.extend(oddities(moved, nominal));
-            section(&fit.rest, moved, readings.left_out)
+    let section = match &fit.by_motions {
+        Some(Ok(motions)) => {
+            findings.extend(outliers(recordings, &readings, motions));
+            odd.extend(oddities(motions, nominal));
+            section(&fit.rest, motions, readings.left_out)
         }
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
@@ -195,9 +195,10 @@ fn outliers(recordings: &[Recording], readings: &Readings, fit: &MotionFit) -> V
         for ((_, [from, to]), motion) in readings
             .places
             .iter()
-            .zip(fit.motions.iter().flatten())
+            .zip(&fit.motions)
             .filter(|((recording, _), _)| *recording == index)
         {
+            let Some(motion) = motion else { continue };
             all += 1;
             if !motion.used {
                 spans.push_range(*from, *to, to - from + 1);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use gravical_core::rounding;
-use gravical_fit::{Motion, Sample, Still};
+use gravical_fit::{Motion, Sample, StaticInterval};
 
 use crate::recording::range_end::range_end;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
@@ -22,7 +22,7 @@ const BLOCK_S: f64 = 0.25;
 /// Stills and motions of all recordings.
 #[derive(Default)]
 pub(super) struct Readings {
-    pub stills: Vec<Still>,
+    pub stills: Vec<StaticInterval>,
     pub motions: Vec<Motion>,
     /// Recording and lines of each motion.
     pub places: Vec<(usize, [u64; 2])>,
@@ -99,7 +99,7 @@ impl Readings {
             let Some((sum, count)) = sum_of_rows(gyro, rows.clone()) else {
                 continue;
             };
-            self.stills.push(Still {
+            self.stills.push(StaticInterval {
                 rate: sum.map(|s| s / count as f64),
                 seconds: count as f64 * period_s,
                 accel: placement.mean,
