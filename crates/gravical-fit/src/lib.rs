@@ -13,6 +13,7 @@
 //! 7. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
+mod consistent;
 mod fit;
 mod gyro;
 pub mod later;
@@ -25,6 +26,7 @@ pub mod temperature;
 mod trust;
 mod verdict;
 
+pub use consistent::{SIGNIFICANCE, Test, consistent};
 pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
 pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, Motion, MotionFit,

@@ -11,24 +11,25 @@ mod gyroscope;
 mod rests;
 
 use gravical_core::matrix3::norm;
-use gravical_fit::later::{self, Length, SIGNIFICANCE, Sensor, Still};
+use gravical_fit::later::{self, Length, Sensor, StaticMean};
 use gravical_fit::model::BIAS;
+use gravical_fit::{SIGNIFICANCE, Test};
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use crate::Result;
 use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource, InputFile, judge_unit};
 use crate::gravity::Gravity;
-use crate::later::{SAME_GRAVITY, sensor};
+use crate::later::{SAME_GRAVITY, sensor, singular};
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::StillOptions;
-use crate::{Error, Result};
 
 use rests::{Rest, rests};
 
-pub use crate::later::{Cause, ChiSquare, Explanation, Judgement, Reason, Verdict};
+pub use crate::later::{Cause, Explanation, Judgement, Reason, Verdict};
 #[doc(hidden)]
 pub use gyroscope::GYRO_LIMIT_DEG_S;
 
@@ -96,7 +97,7 @@ pub struct CheckReport {
     /// What the uncertainty predicts for it, m/s².
     pub predicted_rms_mps2: f64,
     /// All errors together.
-    pub test: ChiSquare,
+    pub test: Test,
     /// Probability of such errors if the calibration fits, by all together or by a single fault:
     /// the verdict rests on it.
     pub p_value: f64,
@@ -211,24 +212,23 @@ pub fn check(
     });
     judge_units(calibration, recordings, &rests, &gravity, &mut findings)?;
 
-    let singular = || singular(name);
-    let mut sensor = sensor(calibration, 1.0, 0.0).ok_or_else(singular)?;
+    let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
     widen_for_temperature(&mut sensor, calibration, &rests);
     let here = options.gravity.map(|g| later::Gravity {
         value_mps2: g.value_mps2,
         sd_mps2: g.uncertainty_mps2(),
     });
-    let stills: Vec<Still> = rests.iter().map(still).collect();
+    let means: Vec<StaticMean> = rests.iter().map(static_mean).collect();
     let fitted = fitted(calibration, recordings, &rests);
     let counted = counted(&rests, &fitted);
-    let used: Vec<Still> = counted.iter().map(|i| stills[*i]).collect();
-    let whole = later::check(&sensor, here, &stills).ok_or_else(singular)?;
-    let result = later::check(&sensor, here, &used).ok_or_else(singular)?;
+    let counts = |i: usize| counted.contains(&i);
+    let result = later::check(&sensor, here, &means, counts).ok_or_else(|| singular(name))?;
+    let used: Vec<&Length> = counted.iter().map(|i| &result.lengths[*i]).collect();
 
     let mut intervals = Vec::new();
-    for (i, (rest, length)) in rests.iter().zip(&whole.lengths).enumerate() {
+    for (i, (rest, length)) in rests.iter().zip(&result.lengths).enumerate() {
         let mut interval = describe(&recordings[rest.recording], rest, length, &options.axes);
-        interval.counts = counted.contains(&i);
+        interval.counts = counts(i);
         intervals.push(interval);
     }
     circumstances(
@@ -239,12 +239,12 @@ pub fn check(
         options,
         &mut findings,
     );
-    let forces: Vec<[f64; 3]> = whole.lengths.iter().map(|l| l.force.into()).collect();
+    let forces: Vec<[f64; 3]> = result.lengths.iter().map(|l| l.force.into()).collect();
     let gyroscope = gyroscope::gyroscope(calibration, recordings, &rests, &forces, &mut findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let is_own = counted.iter().all(|i| fitted[*i]);
     let judgement = judgement(calibration, &result, is_own);
-    let [untested_axes, one_way_axes] = coverage(&result.lengths, &options.axes);
+    let [untested_axes, one_way_axes] = coverage(&used, &options.axes);
     let mut report = CheckReport {
         calibration: name.to_owned(),
         recordings: recordings.iter().map(|r| r.name.clone()).collect(),
@@ -253,10 +253,10 @@ pub fn check(
         gravity_of_calibration: options.gravity.is_none(),
         worst: worst(&intervals),
         static_intervals: intervals,
-        rms_mps2: root_mean_square(&result.lengths, |l| l.error_mps2),
-        predicted_rms_mps2: root_mean_square(&result.lengths, |l| l.sd_mps2),
-        test: result.test.into(),
-        p_value: result.p(),
+        rms_mps2: root_mean_square(&used, |l| l.error_mps2),
+        predicted_rms_mps2: root_mean_square(&used, |l| l.sd_mps2),
+        test: result.test,
+        p_value: result.p,
         explanations: if judgement.is_change() {
             explanations(&result)
         } else {
@@ -276,7 +276,7 @@ pub fn check(
 }
 
 fn judgement(calibration: &CalibrationFile, result: &later::Check, is_own: bool) -> Judgement {
-    if result.p() < SIGNIFICANCE {
+    if result.p < SIGNIFICANCE {
         Judgement::DoesNotFit
     } else if is_own || calibration.accelerometer.covariance.is_none() {
         // What it was fitted to agrees with it; what is assumed is no proof.
@@ -342,14 +342,6 @@ fn explanations(result: &later::Check) -> Vec<Explanation> {
         .collect()
 }
 
-fn singular(name: &str) -> Error {
-    Error::input(
-        "calibration-values",
-        "the accelerometer's matrix is singular",
-    )
-    .at(name.as_ref(), None)
-}
-
 /// The findings of a recording, with its name.
 fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
     recording.findings.iter().cloned().map(|finding| {
@@ -408,8 +400,8 @@ fn judge_units(
 
 /// Adds to the bias what it drifts by where one of the temperatures is not known.
 fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, rests: &[Rest]) {
-    let is_known = calibration.drift_model().is_some()
-        || calibration.temperature_c.is_some() && rests.iter().all(|r| r.temperature_c.is_some());
+    let is_known = (calibration.drift_model().is_some() || calibration.temperature_c.is_some())
+        && rests.iter().all(|r| r.temperature_c.is_some());
     if is_known || calibration.accelerometer.covariance.is_none() {
         return;
     }
@@ -420,10 +412,10 @@ fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, res
     }
 }
 
-fn still(rest: &Rest) -> Still {
+fn static_mean(rest: &Rest) -> StaticMean {
     let duration_s = rest.duration_s.filter(|t| *t > 0.0);
     let speed = duration_s.map_or(0.0, |t| REST_SPEED_MPS / t);
-    Still {
+    StaticMean {
         mean: Vector3::from(rest.mean),
         sd: rest
             .standard_error
@@ -439,7 +431,7 @@ fn fitted(calibration: &CalibrationFile, recordings: &[Recording], rests: &[Rest
         let (first, last) = (recording.line(rest.first()), recording.line(rest.last()));
         inputs_of(calibration, recording).any(|input| {
             let poses = calibration.accelerometer.poses.iter();
-            let mut poses = poses.filter(|p| p.fitted && p.source.contains(&input.path));
+            let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
             // Without lines the pose may be anywhere in the file.
             poses.any(|p| p.lines.is_none_or(|[from, to]| from <= last && first <= to))
         })
@@ -504,13 +496,13 @@ fn worst(intervals: &[StillCheck]) -> usize {
         .unwrap_or(0)
 }
 
-fn root_mean_square(lengths: &[Length], value: fn(&Length) -> f64) -> f64 {
+fn root_mean_square(lengths: &[&Length], value: fn(&Length) -> f64) -> f64 {
     let squares: f64 = lengths.iter().map(|l| value(l).powi(2)).sum();
     (squares / lengths.len() as f64).sqrt()
 }
 
 /// Axes of the case that are not tested, and those that are in one direction only.
-fn coverage(lengths: &[Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
+fn coverage(lengths: &[&Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
     let directions: Vec<[f64; 3]> = lengths
         .iter()
         .map(|l| axes.to_case(l.force.normalize().into()))

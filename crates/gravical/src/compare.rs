@@ -9,24 +9,23 @@
 //! gravity, shared recordings) is said.
 
 use gravical_core::matrix3::norm;
-use gravical_fit::later::{self, Difference, Sensor, Test};
+use gravical_fit::Test;
+use gravical_fit::later::{self, Difference, Sensor};
 use serde::Serialize;
 
-use crate::calibration_file::{
-    AccelerometerSection, CalibrationFile, Grade, PoseKind, TemperatureRange,
-};
-use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, sensor};
+use crate::calibration_file::{AccelerometerSection, CalibrationFile, Grade, TemperatureRange};
+use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, sensor, singular};
 use crate::recording::{AccelUnit, Finding, FindingKind};
 use crate::{Error, Result};
 
-pub use crate::later::{ChiSquare, Judgement, ParameterDifference, Part, Reason, Verdict};
+pub use crate::later::{Judgement, ParameterDifference, Part, Reason, Verdict};
 
 /// Scales within this fraction of each other are of one unit and range: far beyond any sensor, far
 /// below the next range.
 const SAME_SCALE: f64 = 0.2;
 
-/// Sessions further apart than this were at different temperatures, °C: half of it moves an
-/// MPU6050's bias by less than a milli-g and a half.
+/// Sessions further apart than this were at different temperatures, °C: by data sheet the bias of
+/// an MPU6050 moves by 1.5 to 2.7 mg over that.
 const TEMPERATURE_STEP_C: f64 = 3.0;
 
 /// Scales of gyroscopes further apart than this are of two ranges, %.
@@ -79,7 +78,7 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MagnitudeDifference {
     /// χ² of the nine parameters; null without covariances.
-    pub test: Option<ChiSquare>,
+    pub test: Option<Test>,
     /// The judgement.
     pub judgement: Judgement,
     /// Root mean square over all directions of ‖a‖ by B less ‖a‖ by A for the same reading at
@@ -102,7 +101,7 @@ pub struct OrientationDifference {
     pub axis: [f64; 3],
     /// χ² of the three components of the rotation vector; null without covariances, or where the
     /// placements of a session do not show how its frame sits in the case.
-    pub test: Option<ChiSquare>,
+    pub test: Option<Test>,
     /// The judgement.
     pub judgement: Judgement,
 }
@@ -195,11 +194,11 @@ impl Evidence {
             has_covariances: x.covariance.is_some() && y.covariance.is_some(),
             is_same,
             is_shared: shared.is_some(),
-            is_oriented: is_oriented(a) && is_oriented(b),
+            is_oriented: [x, y].iter().all(|s| s.fit.is_none_or(|fit| fit.oriented)),
         }
     }
 
-    fn judge(&self, test: Option<ChiSquare>) -> Judgement {
+    fn judge(&self, test: Option<Test>) -> Judgement {
         match test {
             Some(test) if !self.is_same && test.p_value < PART_SIGNIFICANCE => Judgement::Differ,
             Some(_) if !self.is_same && !self.is_shared => Judgement::Agree,
@@ -207,8 +206,8 @@ impl Evidence {
         }
     }
 
-    fn test(&self, test: Test) -> Option<ChiSquare> {
-        (self.has_covariances && test.rank > 0).then(|| test.into())
+    fn test(&self, test: Test) -> Option<Test> {
+        (self.has_covariances && test.degrees_of_freedom > 0).then_some(test)
     }
 
     fn magnitude(&self, found: &later::Compare) -> MagnitudeDifference {
@@ -276,7 +275,7 @@ impl Evidence {
         Verdict { judgement, reasons }
     }
 
-    fn part(&self, part: Part, judgement: Judgement, test: Option<ChiSquare>) -> Reason {
+    fn part(&self, part: Part, judgement: Judgement, test: Option<Test>) -> Reason {
         let why = if self.is_same {
             "both files contain the same parameters"
         } else if !self.has_covariances {
@@ -355,20 +354,6 @@ fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
     Some(Finding::new(FindingKind::SameRecordings, text))
 }
 
-/// False where the placements do not show how the sensor sits in its case: the fit says so, or
-/// there are faces on one axis at most. Files without placements are believed.
-fn is_oriented(file: &CalibrationFile) -> bool {
-    if let Some(fit) = &file.accelerometer.fit {
-        return fit.oriented;
-    }
-    let poses = &file.accelerometer.poses;
-    let on = |axis: &char| {
-        let face = |p: &&crate::calibration_file::PoseResult| p.kind == PoseKind::Face;
-        poses.iter().filter(face).any(|p| p.label.ends_with(*axis))
-    };
-    poses.is_empty() || ['x', 'y', 'z'].iter().filter(|axis| on(axis)).count() >= 2
-}
-
 /// Gravity and quality.
 fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut Vec<Finding>) {
     let ratio = b.gravity_mps2 / a.gravity_mps2 - 1.0;
@@ -404,7 +389,7 @@ fn sensors(
     let per = match (x.nominal_per_mps2(), y.nominal_per_mps2()) {
         (Some(x), Some(y)) => [x, y],
         (known, other) => {
-            let [of_x, of_y] = [x, y].map(mean_scale);
+            let [of_x, of_y] = [x, y].map(AccelerometerSection::mean_scale);
             let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
             if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE
             {
@@ -418,19 +403,10 @@ fn sensors(
         }
     };
     let one = |i: usize| {
-        let section = &pair[i].accelerometer;
-        sensor(pair[i], per[i], section.zero_offset()).ok_or_else(|| singular(names[i]))
+        let offset = pair[i].accelerometer.zero_offset();
+        sensor(pair[i], names[i], per[i], offset)
     };
     Ok([one(0)?, one(1)?])
-}
-
-fn singular(name: &str) -> Error {
-    let text = "the accelerometer's matrix is singular";
-    Error::input("calibration-values", text).at(name.as_ref(), None)
-}
-
-fn mean_scale(section: &AccelerometerSection) -> f64 {
-    section.scale.iter().sum::<f64>() / 3.0
 }
 
 fn units_differ(pair: [&AccelerometerSection; 2], names: [&str; 2]) -> Error {
@@ -438,7 +414,7 @@ fn units_differ(pair: [&AccelerometerSection; 2], names: [&str; 2]) -> Error {
         let known = s.nominal_per_mps2().is_some();
         let note = if known { "" } else { ", nominal scale unknown" };
         let unit = s.input_unit.name();
-        format!("{unit} ({:.5} per m/s²{note})", mean_scale(s))
+        format!("{unit} ({:.5} per m/s²{note})", s.mean_scale())
     });
     let [name_a, name_b] = names;
     let text =

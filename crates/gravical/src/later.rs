@@ -4,8 +4,9 @@
 use std::fmt;
 
 use gravical_core::matrix3::inverse;
-use gravical_fit::later::{self, SIGNIFICANCE, Sensor, Test};
+use gravical_fit::later::{self, Sensor};
 use gravical_fit::model::{BENDS, BIAS, Covariance, DRIFT, Parameters};
+use gravical_fit::{SIGNIFICANCE, Test};
 use serde::{Serialize, Serializer};
 
 use crate::calibration_file::{
@@ -13,6 +14,7 @@ use crate::calibration_file::{
 };
 use crate::numfmt::{decimals_for, fixed, mg, signed, unit};
 use crate::uncertainty::covariance_at_its_gravity;
+use crate::{Error, Result};
 
 /// Gravity that differs by less than this fraction is the same.
 pub(crate) const SAME_GRAVITY: f64 = 1e-5;
@@ -26,32 +28,10 @@ pub(crate) const ASSUMED_ERROR_MPS2: f64 = 0.1;
 const USUAL_MODEL_ERROR_MPS2: f64 = 0.002;
 
 /// χ² of a difference by its covariance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ChiSquare {
-    /// dᵀ C⁺ d, C⁺ the pseudo-inverse.
-    pub chi2: f64,
-    /// Rank of C.
-    pub degrees_of_freedom: u32,
-    /// Probability that chance makes as much.
-    pub p_value: f64,
-}
-
-impl From<Test> for ChiSquare {
-    fn from(test: Test) -> Self {
-        ChiSquare {
-            chi2: test.chi2,
-            degrees_of_freedom: test.rank as u32,
-            p_value: test.p,
-        }
-    }
-}
-
-impl fmt::Display for ChiSquare {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (chi2, n) = (self.chi2, self.degrees_of_freedom);
-        let s = if n == 1 { "" } else { "s" };
-        write!(f, "χ² = {chi2:.1} with {n} degree{s} of freedom")
-    }
+fn chi_square(test: &Test) -> String {
+    let (chi2, n) = (test.chi2, test.degrees_of_freedom);
+    let s = if n == 1 { "" } else { "s" };
+    format!("χ² = {chi2:.1} with {n} degree{s} of freedom")
 }
 
 fn probability(p: f64) -> String {
@@ -123,7 +103,7 @@ pub enum Reason {
         /// By all together or a single fault.
         p_value: f64,
         /// By all together.
-        all: ChiSquare,
+        all: Test,
     },
     /// One change explains the errors; the gravity that would do so, m/s², if it is a scale.
     Explained(Explanation, Option<f64>),
@@ -143,7 +123,7 @@ pub enum Reason {
     /// The gyroscope: its judgement, its largest rate at rest, the limit, °/s.
     Gyroscope(Judgement, f64, f64),
     /// `compare`: a part that was tested, and what came of it.
-    Part(Part, Judgement, ChiSquare),
+    Part(Part, Judgement, Test),
     /// `compare`: a part that could not be tested, and why.
     NotTested(Part, &'static str),
     /// `compare`: the parameter that differs most.
@@ -251,8 +231,9 @@ impl fmt::Display for Reason {
             }
             Reason::Chance { p_value, all } => write!(
                 f,
-                "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} (all errors together: {all})",
-                probability(*p_value)
+                "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} (all errors together: {})",
+                probability(*p_value),
+                chi_square(all)
             ),
             Reason::Explained(e, gravity) => {
                 let n = decimals_for(e.sigma);
@@ -302,7 +283,7 @@ impl fmt::Display for Reason {
                     (false, Part::Orientation) => "agrees within",
                 };
                 let p = probability(test.p_value);
-                write!(f, "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({test})")
+                write!(f, "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({})", chi_square(test))
             }
             Reason::NotTested(part, why) => write!(f, "{part}: not tested, {why}"),
             Reason::Most(p) => {
@@ -328,14 +309,13 @@ fn write_untested(f: &mut fmt::Formatter<'_>, none: &[&str], one_way: &[&str]) -
     if none.is_empty() && one_way.is_empty() {
         return f.write_str("every axis was tested in both directions");
     }
-    let [none, one_way] = [none, one_way].map(|axes| axes.join(" and "));
-    match (none.len(), one_way.len()) {
-        (0, _) => {}
-        (1, _) => write!(f, "does not test the {none} axis")?,
-        _ => write!(f, "does not test the {none} axes")?,
+    if !none.is_empty() {
+        let axes = if none.len() == 1 { "axis" } else { "axes" };
+        write!(f, "does not test the {} {axes}", none.join(" and "))?;
     }
     if !one_way.is_empty() {
         let and = if none.is_empty() { "" } else { "; " };
+        let one_way = one_way.join(" and ");
         write!(
             f,
             "{and}{one_way} pointed one way only, where bias and scale are not distinguished"
@@ -358,10 +338,19 @@ pub(crate) const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
 
 /// A calibration as numbers, with readings divided by `per_mps2` once `offset` is taken off: about
 /// the input units per m/s². Without a covariance an error of [`ASSUMED_ERROR_MPS2`] stands for it.
-/// None for a singular matrix.
-pub(crate) fn sensor(file: &CalibrationFile, per_mps2: f64, offset: f64) -> Option<Sensor> {
+///
+/// # Errors
+///
+/// `calibration-values` for a singular matrix; `name` is the file.
+pub(crate) fn sensor(
+    file: &CalibrationFile,
+    name: &str,
+    per_mps2: f64,
+    offset: f64,
+) -> Result<Sensor> {
     let section = &file.accelerometer;
-    let model = inverse(&section.matrix.map(|row| row.map(|v| v * per_mps2)))?;
+    let matrix = section.matrix.map(|row| row.map(|v| v * per_mps2));
+    let model = inverse(&matrix).ok_or_else(|| singular(name))?;
     let covariance = covariance_at_its_gravity(section, file.gravity_mps2);
     let with_bends = section.covariance.as_ref().map(|c| &c.values);
     let of_readings = covariance.unwrap_or_default();
@@ -380,7 +369,7 @@ pub(crate) fn sensor(file: &CalibrationFile, per_mps2: f64, offset: f64) -> Opti
         };
         Some(value / (of_r * of_c))
     };
-    Some(Sensor {
+    Ok(Sensor {
         parameters: Parameters::from_fn(|i, _| match i {
             0..BIAS => model[i / 3][i % 3],
             BIAS..DRIFT => (section.bias[i - BIAS] - offset) / per_mps2,
@@ -397,22 +386,23 @@ pub(crate) fn sensor(file: &CalibrationFile, per_mps2: f64, offset: f64) -> Opti
     })
 }
 
-/// What readings miss the model by, m/s²: what the fit says of itself, or what is usual where it
-/// cannot tell; else the error on placements that were left out beyond the predicted one.
+/// The error of a file whose numbers make no calibration.
+pub(crate) fn singular(name: &str) -> Error {
+    Error::input(
+        "calibration-values",
+        "the accelerometer's matrix is singular",
+    )
+    .at(name.as_ref(), None)
+}
+
+/// What readings miss the model by, m/s²: what the fit says of itself, or what is usual where none can
+/// tell.
 fn model_error(section: &AccelerometerSection) -> f64 {
-    if let Some(fit) = &section.fit {
-        let usual = if fit.freedom < 1.0 {
-            USUAL_MODEL_ERROR_MPS2
-        } else {
-            0.0
-        };
-        return fit.model_error_mps2.max(usual);
+    match section.fit {
+        Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
+        Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
+        None => USUAL_MODEL_ERROR_MPS2,
     }
-    let left_out = section.leave_one_out_rms_mps2.unwrap_or(0.0);
-    let predicted = section.predicted_norm_error_mps2.unwrap_or(0.0);
-    (left_out * left_out - predicted * predicted)
-        .max(0.0)
-        .sqrt()
 }
 
 /// Tilts that σ_tilt was estimated from.

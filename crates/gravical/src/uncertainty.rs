@@ -1,31 +1,11 @@
-//! What a covariance says: the χ² of a difference whatever its rank, and the
-//! variance of ‖a‖ at rest in one direction.
+//! Covariances of M and b in files, and what they say of numbers that no mounting changes.
 
 use gravical_core::matrix3;
-use gravical_fit::later::consistent;
-use nalgebra::{DMatrix, DVector};
 
 use crate::calibration_file::AccelerometerSection;
 
 /// Accelerometer parameters: M row by row, then b.
 pub type Covariance12 = [[f64; 12]; 12];
-
-/// χ² of a difference.
-pub(crate) struct ChiSquare {
-    /// Probability that chance makes as much.
-    pub p_value: f64,
-}
-
-/// χ² of `difference` by `covariance` ([`consistent`]); the other two belong to what will call that
-/// itself. None when there was nothing to test.
-pub(crate) fn chi_square(
-    difference: &DVector<f64>,
-    covariance: &DMatrix<f64>,
-    _: Option<f64>,
-) -> Option<(ChiSquare, f64)> {
-    let test = consistent(difference, covariance);
-    (test.rank > 0).then_some((ChiSquare { p_value: test.p }, 0.0))
-}
 
 /// What turning the board in its case leaves alone: the lengths of the rows of M
 /// (scale), the cosines between them (xy, yz, zx), and b.

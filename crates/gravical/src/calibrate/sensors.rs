@@ -1,11 +1,11 @@
 //! Recordings of one session that are of different sensors.
 
 use gravical_core::matrix3;
-use gravical_fit::{Fit, Options, Pose, fit};
+use gravical_fit::{Fit, Options, Pose, consistent, fit};
 use nalgebra::{DMatrix, DVector};
 
 use crate::numfmt::milli_g;
-use crate::uncertainty::{chi_square, invariant_derivatives, invariants};
+use crate::uncertainty::{invariant_derivatives, invariants};
 use crate::{Error, Result};
 
 use super::session::Session;
@@ -102,7 +102,7 @@ fn chance(a: &Fit, b: &Fit) -> f64 {
         let c = DMatrix::from_fn(12, 12, |i, j| c[i][j]);
         covariance += &h * c * h.transpose();
     }
-    chi_square(&difference, &covariance, None).map_or(1.0, |(test, _)| test.p_value)
+    consistent(&difference, &covariance).p_value
 }
 
 /// Largest distances of scales in % and of biases in mg to the recording that `worst` differs from

@@ -46,7 +46,7 @@ impl FoundCalibration {
     /// Unit, and range of counts, of the recording.
     fn takes(&self, scale: AccelScale) -> bool {
         let section = &self.file.accelerometer;
-        let counts_per_g = section.scale.iter().sum::<f64>() / 3.0 * STANDARD_GRAVITY_MPS2;
+        let counts_per_g = section.mean_scale() * STANDARD_GRAVITY_MPS2;
         let is_near = |lsb: f64| (lsb / counts_per_g - 1.0).abs() <= TOLERANCE;
         let (own, unit) = (section.input_unit, scale.unit);
         let known = own != AccelUnit::Unknown && unit != AccelUnit::Unknown;

@@ -10,6 +10,11 @@ use crate::recording::units::{AccelUnit, GyroUnit};
 const UNSIGNED_OFFSET: f64 = 32768.0;
 
 impl AccelerometerSection {
+    /// Input units per m/s², mean of the axes.
+    pub(crate) fn mean_scale(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / 3.0
+    }
+
     /// Input units per m/s² by definition, or by the deviation that the file gives.
     pub(crate) fn nominal_per_mps2(&self) -> Option<f64> {
         match self.input_unit {
@@ -41,6 +46,11 @@ fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
 }
 
 impl GyroscopeSection {
+    /// Input units per °/s, mean of the axes.
+    pub(crate) fn mean_per_deg_s(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians()
+    }
+
     /// The offset of unsigned counts, where the bias shows that it contains one.
     pub(crate) fn zero_offset(&self) -> f64 {
         let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);

@@ -114,7 +114,7 @@ impl Applied<'_> {
         let section = &self.calibration.accelerometer;
         let counts = section.input_unit == AccelUnit::Counts;
         let lsb = self.scale.lsb_per_g.filter(|_| counts)?;
-        let expected = section.scale.iter().sum::<f64>() / 3.0 * STANDARD_GRAVITY_MPS2;
+        let expected = section.mean_scale() * STANDARD_GRAVITY_MPS2;
         ((lsb / expected - 1.0).abs() > TOLERANCE).then_some([lsb, expected])
     }
 

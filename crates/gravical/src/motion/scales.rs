@@ -59,7 +59,7 @@ pub(super) fn scales(
     let nominal = match (nominal, file) {
         (Some(n), _) => n,
         // Of unknown counts the calibration knows the scale.
-        (None, Some(file)) => file.accelerometer.scale.iter().sum::<f64>() / 3.0,
+        (None, Some(file)) => file.accelerometer.mean_scale(),
         (None, None) => {
             return Err(Error::input(
                 "unit-unknown",

@@ -312,8 +312,7 @@ pub(crate) fn decide(
     let noise = || format!("{:.2e}", evidence.noise.unwrap_or(f64::NAN));
     if let Some(section) = section {
         let wanted = section.input_unit;
-        // Counts per rad/s make counts per °/s.
-        let lsb = section.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians();
+        let lsb = section.mean_per_deg_s();
         let taken = GyroScale {
             unit: wanted,
             lsb_per_deg_s: (wanted == GyroUnit::Counts)
@@ -449,7 +448,7 @@ pub(crate) fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<
         ));
     }
     let lsb = scale.lsb_per_deg_s.filter(|_| unit == GyroUnit::Counts)?;
-    let expected = section.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians();
+    let expected = section.mean_per_deg_s();
     ((lsb / expected).ln().abs() > ANOTHER_RANGE.ln()).then(|| {
         format!(
             "the gyroscope has {lsb:.1} counts per °/s, the calibration is for {expected:.1}: another range"

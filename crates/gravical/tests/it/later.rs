@@ -4,7 +4,7 @@
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibrate::{EstimateOptions, Method};
 use gravical::calibration_file::{
-    CalibrationFile, Covariance, GyroscopeSection, InputFile, PoseKind, TemperatureRange,
+    CalibrationFile, Covariance, FitQuality, GyroscopeSection, InputFile, TemperatureRange,
 };
 use gravical::check::{Cause, CheckOptions, CheckReport, Judgement, check};
 use gravical::compare::{Comparison, compare};
@@ -431,10 +431,14 @@ fn directions_without_variance_are_no_proof() {
 fn without_faces_the_frame_is_a_convention() {
     let a = file(1e-4);
     let mut b = turned(&a, [0.0, 0.1, 0.0]);
-    b.accelerometer
-        .poses
-        .iter_mut()
-        .for_each(|p| p.kind = PoseKind::Free);
+    b.accelerometer.fit = Some(FitQuality {
+        chi2_per_freedom: None,
+        freedom: 5.0,
+        model_error_mps2: 0.0,
+        oriented: false,
+        tilt_degrees_of_freedom: 0.0,
+        prior: true,
+    });
     let result = compared(&a, &b);
     assert!(says(&result.verdict.reasons, "faces on less than two axes"));
     assert_eq!(result.orientation.unwrap().judgement, Judgement::Undecided);

@@ -1,0 +1,200 @@
+//! Do later readings at rest fit a calibration?
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+
+use super::{Gravity, Sensor, propagated};
+use crate::consistent::{SIGNIFICANCE, Test, consistent};
+use crate::model::{Parameters, bend, bias, matrix};
+
+/// Directions this near to each other (chord of the unit sphere, 25°) share the model error.
+const MODEL_ERROR_CHORD: f64 = 0.43;
+
+/// A bias is tested by readings within 60° of its axis: across them it would have to be enormous.
+const MIN_COSINE: f64 = 0.5;
+
+/// A mean reading at rest, in working units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StaticMean {
+    /// Mean of the channels, at the temperature of reference.
+    pub mean: Vector3<f64>,
+    /// Standard deviation of this mean.
+    pub sd: Vector3<f64>,
+    /// Standard deviation of its length beside that, independent between intervals, m/s².
+    pub sd_of_length_mps2: f64,
+}
+
+/// A static interval, calibrated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Length {
+    /// Specific force, axes of the board, m/s².
+    pub force: Vector3<f64>,
+    /// ‖a‖ less gravity, the bend of the sensor taken off, m/s².
+    pub error_mps2: f64,
+    /// Its standard deviation, if the calibration fits, m/s².
+    pub sd_mps2: f64,
+}
+
+/// What one fault would have to be to explain errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Explanation {
+    /// The change: a fraction of gravity, or m/s².
+    pub change: f64,
+    /// Its standard deviation.
+    pub sd: f64,
+    /// The change alone.
+    pub test: Test,
+    /// The errors once it is taken off.
+    pub left: Test,
+}
+
+impl Explanation {
+    /// The change is more than chance, and what is left is not.
+    #[must_use]
+    pub fn is_enough(&self) -> bool {
+        self.test.p_value < SIGNIFICANCE && self.left.p_value >= SIGNIFICANCE
+    }
+}
+
+/// A calibration held against later readings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Check {
+    /// Every static interval, as they were given.
+    pub lengths: Vec<Length>,
+    /// All errors that count together.
+    pub test: Test,
+    /// Probability that chance makes as much: the test of all errors dilutes a single fault among many
+    /// intervals, so half of the level is for that, half for the likeliest fault (Bonferroni).
+    pub p: f64,
+    /// All lengths wrong by one fraction: the scale, or gravity.
+    pub share: Option<Explanation>,
+    /// A changed bias of x, y, z alone, calibrated axes of the board.
+    pub bias: [Option<Explanation>; 3],
+}
+
+/// Holds the lengths of static intervals against gravity: that of the calibration, or of another
+/// place, `here`. Only those that `count` are tested. None without one, or where a value is no number.
+///
+/// The intervals share the errors of the parameters, of gravity and of the model; the noise of each
+/// mean is its own.
+#[must_use]
+pub fn check(
+    sensor: &Sensor,
+    here: Option<Gravity>,
+    means: &[StaticMean],
+    counts: impl Fn(usize) -> bool,
+) -> Option<Check> {
+    let gravity = here.unwrap_or(sensor.gravity).value_mps2;
+    let counted: Vec<usize> = (0..means.len()).filter(|k| counts(*k)).collect();
+    if counted.is_empty() || !sensor.is_finite() {
+        return None;
+    }
+    let x = &sensor.parameters;
+    let inverse = matrix(x).try_inverse()?;
+    let forces: Vec<Vector3<f64>> = means
+        .iter()
+        .map(|s| inverse * (s.mean - bias(x, 0.0)))
+        .collect();
+    let errors = length_errors(x, gravity, means)?;
+    let directions: Vec<Vector3<f64>> = forces.iter().map(Vector3::normalize).collect();
+    let by_parameters = propagated(x, &sensor.covariance, |x| length_errors(x, gravity, means))?;
+    let covariance = by_parameters + covariance_of_the_rest(sensor, here, &directions, means)?;
+    let length = |i: usize| Length {
+        force: forces[i],
+        error_mps2: errors[i],
+        sd_mps2: covariance[(i, i)].sqrt(),
+    };
+    let lengths = (0..means.len()).map(length).collect();
+    let errors = errors.select_rows(&counted);
+    let covariance = covariance.select_rows(&counted).select_columns(&counted);
+    let test = consistent(&errors, &covariance);
+    let root = covariance.cholesky();
+    let explain = |effect: &dyn Fn(&Vector3<f64>) -> f64| {
+        let effect = counted.iter().map(|k| effect(&directions[*k]));
+        let effect = DVector::from_iterator(counted.len(), effect);
+        explanation(&errors, root.as_ref()?, &effect, test)
+    };
+    let sees = |axis: usize| {
+        let mut along = counted.iter().map(|k| directions[*k][axis].abs());
+        along.any(|cosine| cosine >= MIN_COSINE)
+    };
+    let share = explain(&|_| gravity);
+    let bias = std::array::from_fn(|axis| sees(axis).then(|| explain(&|n| n[axis])).flatten());
+    let faults: Vec<f64> = bias
+        .iter()
+        .chain([&share])
+        .flatten()
+        .map(|e| e.test.p_value)
+        .collect();
+    let likeliest = faults.iter().copied().reduce(f64::min);
+    let p = match likeliest.filter(|_| counted.len() > 1) {
+        Some(fault) => (2.0 * test.p_value.min(fault * faults.len() as f64)).min(1.0),
+        // One length has one test.
+        None => test.p_value,
+    };
+    Some(Check {
+        lengths,
+        test,
+        p,
+        share,
+        bias,
+    })
+}
+
+/// ‖a‖ less gravity, the bend taken off. None where that is no number.
+fn length_errors(x: &Parameters, gravity: f64, means: &[StaticMean]) -> Option<DVector<f64>> {
+    let inverse = matrix(x).try_inverse()?;
+    let error = |s: &StaticMean| {
+        let force = inverse * (s.mean - bias(x, 0.0));
+        force.norm() - gravity * (1.0 + bend(x, &force.normalize()))
+    };
+    let errors = DVector::from_iterator(means.len(), means.iter().map(error));
+    errors.iter().all(|e| e.is_finite()).then_some(errors)
+}
+
+/// Covariance of the lengths along `directions` by gravity, model error and noise.
+fn covariance_of_the_rest(
+    sensor: &Sensor,
+    here: Option<Gravity>,
+    directions: &[Vector3<f64>],
+    means: &[StaticMean],
+) -> Option<DMatrix<f64>> {
+    let inverse = matrix(&sensor.parameters).try_inverse()?;
+    // Held against its own gravity, the error of that counts once.
+    let elsewhere = here.map_or(0.0, |here| here.sd_mps2.powi(2));
+    let of_gravity = sensor.gravity.sd_mps2.powi(2) + elsewhere;
+    let model_error = |i: usize, j: usize| {
+        let chord = (directions[i] - directions[j]).norm() / MODEL_ERROR_CHORD;
+        sensor.model_error_mps2.powi(2) * (-chord * chord).exp()
+    };
+    let noise = |i: usize| {
+        let along = inverse.tr_mul(&directions[i]).component_mul(&means[i].sd);
+        along.norm_squared() + means[i].sd_of_length_mps2.powi(2)
+    };
+    Some(DMatrix::from_fn(means.len(), means.len(), |i, j| {
+        let own = if i == j { noise(i) } else { 0.0 };
+        of_gravity + model_error(i, j) + own
+    }))
+}
+
+/// One change whose effect on the errors is known, by generalised least squares with the root of their
+/// covariance. None where the effect is zero. `whole` is the test of the errors.
+fn explanation(
+    errors: &DVector<f64>,
+    root: &Cholesky<f64, Dyn>,
+    effect: &DVector<f64>,
+    whole: Test,
+) -> Option<Explanation> {
+    let weighted = root.solve(effect);
+    let information = weighted.dot(effect);
+    let change = weighted.dot(errors) / information;
+    let explained = change * change * information;
+    (information > 0.0 && change.is_finite()).then(|| Explanation {
+        change,
+        sd: information.sqrt().recip(),
+        test: Test::new(explained, 1),
+        left: Test::new(
+            whole.chi2 - explained,
+            whole.degrees_of_freedom.saturating_sub(1),
+        ),
+    })
+}

@@ -1,0 +1,248 @@
+use super::*;
+use crate::consistent::{SIGNIFICANCE, Test, consistent};
+use crate::model::{DRIFT, PARAMETERS, bend, bias, matrix, sensitivity, sphere};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+const G: f64 = 9.80665;
+const NOISE: f64 = 0.001;
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+fn truth() -> Parameters {
+    let mut x = Parameters::zeros();
+    let m = [1.02, 0.01, -0.02, 0.0, 0.97, 0.03, -0.01, 0.02, 1.01];
+    x.fixed_rows_mut::<9>(0).copy_from_slice(&m);
+    x.fixed_rows_mut::<3>(BIAS)
+        .copy_from_slice(&[0.3, -0.2, 0.1]);
+    x
+}
+
+/// M and b by the fit of lengths to `directions`, linear about the truth, and what orients it;
+/// the true sensor reads `bends` that the fit knows to `sd_of_bends` only.
+fn fitted(rng: &mut ChaCha8Rng, directions: usize, sd_of_bends: f64, bends: &Parameters) -> Sensor {
+    let x = truth();
+    let inverse = matrix(&x).try_inverse().unwrap();
+    let mut information = Covariance::zeros();
+    let mut pulled = Parameters::zeros();
+    for n in sphere(directions) {
+        // −hᵀd = error of the length: noise, and the bends that are 0 in x.
+        let h = sensitivity(&inverse, &n, G);
+        let length = NOISE * normal(rng) + h.dot(bends);
+        information += h * h.transpose() / NOISE.powi(2);
+        pulled += h * length / NOISE.powi(2);
+    }
+    // The frame and the bends by another source; the drift, and bends without one, are held.
+    let mut held = Vec::new();
+    for i in 0..PARAMETERS {
+        let sd = match i {
+            0..BIAS => 2e-4,
+            BIAS..DRIFT => 1.0,
+            DRIFT..BENDS => 0.0,
+            _ => sd_of_bends,
+        };
+        if sd == 0.0 {
+            information.row_mut(i).fill(0.0);
+            information.column_mut(i).fill(0.0);
+            information[(i, i)] = 1.0;
+            pulled[i] = 0.0;
+            held.push(i);
+            continue;
+        }
+        information[(i, i)] += 1.0 / (sd * sd);
+        pulled[i] += if i < BIAS { normal(rng) / sd } else { 0.0 };
+    }
+    let mut covariance = information.try_inverse().unwrap();
+    let estimate = covariance * pulled;
+    held.into_iter().for_each(|i| covariance[(i, i)] = 0.0);
+    Sensor {
+        parameters: x + estimate,
+        covariance,
+        gravity: Gravity {
+            value_mps2: G,
+            sd_mps2: 0.0,
+        },
+        model_error_mps2: 0.0,
+        tilt_freedom: f64::INFINITY,
+    }
+}
+
+fn stills(rng: &mut ChaCha8Rng, count: usize, x: &Parameters) -> Vec<StaticMean> {
+    let still = |n: Vector3<f64>| StaticMean {
+        mean: matrix(x) * n * (G * (1.0 + bend(x, &n)))
+            + bias(x, 0.0)
+            + Vector3::from_fn(|_, _| NOISE * normal(rng)),
+        sd: Vector3::repeat(NOISE),
+        sd_of_length_mps2: 0.0,
+    };
+    sphere(count).map(still).collect()
+}
+
+fn share_below(values: &[f64], level: f64) -> f64 {
+    values.iter().filter(|p| **p < level).count() as f64 / values.len() as f64
+}
+
+#[test]
+fn chi_square_of_any_rank() {
+    let d = DVector::from_vec(vec![2.0, 3.0]);
+    let c = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 9.0]));
+    let test = consistent(&d, &c);
+    assert!((test.chi2 - 2.0).abs() < 1e-12 && test.degrees_of_freedom == 2);
+    // Two degrees of freedom: e^(−χ²/2).
+    assert!((test.p_value - (-1.0_f64).exp()).abs() < 1e-9);
+    // Variance only along (1, 1)/√2.
+    let test = consistent(
+        &DVector::from_vec(vec![1.0, 0.0]),
+        &DMatrix::repeat(2, 2, 1.0),
+    );
+    assert!((test.chi2 - 0.25).abs() < 1e-12 && test.degrees_of_freedom == 1);
+    // Tables: 1 %, 5 %, 1 %.
+    for (chi2, rank, p) in [(6.635, 1, 0.01), (16.919, 9, 0.05), (26.217, 12, 0.01)] {
+        assert!((Test::new(chi2, rank).p_value - p).abs() < 1e-5);
+    }
+    // F of 3 and 10 degrees of freedom: 6.552 at 1 %.
+    assert!((Test::new(3.0 * 6.552, 3).with_freedom(10.0).p_value - 0.01).abs() < 1e-5);
+}
+
+#[test]
+fn nothing_to_test_is_no_panic() {
+    let two = DVector::repeat(2, 1.0);
+    for (d, c) in [
+        (DVector::zeros(0), DMatrix::zeros(0, 0)),
+        (two.clone(), DMatrix::zeros(2, 2)),
+        (two.clone(), DMatrix::identity(3, 3)),
+        (two.clone(), DMatrix::repeat(2, 2, f64::NAN)),
+        (two.clone(), -DMatrix::<f64>::identity(2, 2)),
+        (two * f64::INFINITY, DMatrix::identity(2, 2)),
+    ] {
+        let test = consistent(&d, &c);
+        assert_eq!((test.degrees_of_freedom, test.p_value), (0, 1.0));
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let good = fitted(&mut rng, 12, 0.0, &Parameters::zeros());
+    let some = stills(&mut rng, 3, &truth());
+    assert!(check(&good, None, &[], |_| true).is_none());
+    for i in [0, 10, 20] {
+        let mut bad = good.clone();
+        bad.parameters[i] = f64::NAN;
+        assert!(check(&bad, None, &some, |_| true).is_none() && compare(&good, &bad).is_none());
+    }
+    let mut singular = good.clone();
+    singular.parameters = Parameters::zeros();
+    assert!(
+        check(&singular, None, &some, |_| true).is_none() && compare(&good, &singular).is_none()
+    );
+}
+
+#[test]
+fn a_sensor_that_did_not_change_fits_and_agrees() {
+    let (mut fits, mut agrees, mut turned) = (Vec::new(), Vec::new(), Vec::new());
+    for seed in 0..400 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let a = fitted(&mut rng, 14, 0.0, &Parameters::zeros());
+        let b = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
+        let later = stills(&mut rng, 8, &truth());
+        fits.push(check(&a, None, &later, |_| true).unwrap().test.p_value);
+        let compared = compare(&a, &b).unwrap();
+        agrees.push(compared.magnitude.p_value);
+        turned.push(compared.turn.unwrap().1.p_value);
+    }
+    // 400 at a level of 5 %: 1.1 % of scatter.
+    for p in [&fits, &agrees, &turned] {
+        let share = share_below(p, 0.05);
+        assert!((0.015..=0.085).contains(&share), "{share}");
+    }
+}
+
+/// Bends of 0.2 % that the fit knows to 0.2 %, seen by few poses: shared, they make no difference
+/// between two calibrations, and the second one of more poses none either; nor one that fits no bends,
+/// which many poses average out of M and b.
+#[test]
+fn bends_are_shared() {
+    for (first, second, sd) in [(12, 12, 0.002), (12, 30, 0.002), (12, 200, 0.0)] {
+        let mut p = Vec::new();
+        for seed in 0..300 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let mut bends = Parameters::zeros();
+            (BENDS..21).for_each(|i| bends[i] = 0.002 * normal(&mut rng));
+            let a = fitted(&mut rng, first, 0.002, &bends);
+            let b = fitted(&mut rng, second, sd, &bends);
+            p.push(compare(&a, &b).unwrap().magnitude.p_value);
+        }
+        let share = share_below(&p, 0.05);
+        assert!((0.005..=0.09).contains(&share), "{first} {second}: {share}");
+    }
+}
+
+/// Readings without noise in one place: their covariance has no inverse.
+#[test]
+fn readings_that_only_repeat_are_tested_together() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
+    let mut one = stills(&mut rng, 1, &truth())[0];
+    (one.sd, one.sd_of_length_mps2) = (Vector3::zeros(), 0.0);
+    let found = check(&a, None, &[one, one], |_| true).unwrap();
+    assert!(found.p > SIGNIFICANCE && found.p == found.test.p_value);
+}
+
+#[test]
+fn one_fault_is_found_and_named() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
+    let mut moved = truth();
+    moved[BIAS + 1] += 0.02;
+    let result = check(&a, None, &stills(&mut rng, 12, &moved), |_| true).unwrap();
+    assert!(result.test.p_value < SIGNIFICANCE);
+    let named = result.bias.map(|e| e.is_some_and(|e| e.is_enough()));
+    assert_eq!(named, [false, true, false]);
+    assert!((result.bias[1].unwrap().change - 0.02 / 0.97).abs() < 0.003);
+    assert!(!result.share.unwrap().is_enough());
+    // A scale, and the gravity of another place, look alike.
+    let there = Some(Gravity {
+        value_mps2: 9.78,
+        sd_mps2: 0.0005,
+    });
+    let result = check(&a, there, &stills(&mut rng, 12, &truth()), |_| true).unwrap();
+    let share = result.share.unwrap();
+    assert!(share.is_enough() && (share.change - 0.0027).abs() < 3e-4);
+}
+
+/// Assumed gravity hides a scale of the same size, and is shared by two calibrations.
+#[test]
+fn gravity_is_counted_once() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let mut a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
+    let mut b = a.clone();
+    a.gravity.sd_mps2 = 0.015;
+    b.gravity = a.gravity;
+    b.parameters.fixed_rows_mut::<9>(0).scale_mut(1.002);
+    assert!(compare(&a, &b).unwrap().magnitude.p_value < 1e-6);
+    b.gravity.value_mps2 = 9.8;
+    assert!(compare(&a, &b).unwrap().magnitude.p_value > 0.5);
+    let later = stills(&mut rng, 8, &truth());
+    assert!(check(&a, None, &later, |_| true).unwrap().test.p_value > SIGNIFICANCE);
+    assert!(check(&b, None, &later, |_| true).unwrap().test.p_value > SIGNIFICANCE);
+}
+
+#[test]
+fn a_turn_changes_no_length_and_a_mirror_is_seen() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
+    let by = Vector3::new(0.3, -0.9, 0.4);
+    let with = |q: Matrix3<f64>| {
+        let (mut b, m) = (a.clone(), matrix(&a.parameters) * q);
+        (0..BIAS).for_each(|i| b.parameters[i] = m[(i / 3, i % 3)]);
+        b
+    };
+    let turned = compare(&a, &with(Rotation3::new(by).into_inner())).unwrap();
+    assert!(turned.magnitude.chi2 < 1e-12 && turned.norm.rms_mps2 < 1e-10);
+    let (vector, test) = turned.turn.unwrap();
+    assert!((0..3).all(|i| (vector[i].change - by[i]).abs() < 1e-9));
+    assert!(test.degrees_of_freedom == 3 && test.p_value < 1e-6);
+    let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
+    assert!(compare(&a, &with(mirror)).unwrap().turn.is_none());
+}
