@@ -13,10 +13,53 @@
 #[allow(dead_code, reason = "the tests use more of it")]
 mod sessions;
 
+use gravical_core::matrix3;
+use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 use gravical_fit::{Fit, Grade};
 use nalgebra::Matrix3;
 
-use sessions::{DISTURBANCES, Disturbance, MG, PLANS, Plan, Session, parameter_errors};
+use sessions::{
+    DISTURBANCES, Disturbance, G, MG, Model, PLANS, Plan, Session, V, parameter_errors,
+};
+
+/// How six faces or more become M and b.
+#[derive(Clone, Copy)]
+enum Estimator {
+    /// Nothing measured.
+    Nominal,
+    /// The closed form.
+    Ferraris,
+    Fit(Plan),
+}
+
+impl Estimator {
+    fn name(self) -> String {
+        match self {
+            Estimator::Nominal => "none".into(),
+            Estimator::Ferraris => "`ferraris`, 6 faces".into(),
+            Estimator::Fit(plan) => plan.name(),
+        }
+    }
+
+    fn estimate(self, session: &mut Session) -> Option<Model> {
+        match self {
+            Estimator::Nominal => Some((matrix3::identity(), [0.0; 3])),
+            Estimator::Ferraris => {
+                let directions = session.directions(Plan::Proposed(0));
+                let poses = directions.iter().map(|n| session.pose(n, V::zeros()).mean);
+                let means: Vec<[f64; 3]> = poses.collect();
+                let of = |up: usize| std::array::from_fn(|axis| means[2 * axis + up]);
+                let (plus, minus) = (of(0), of(1));
+                let found = ferraris_accelerometer(&SixPositionMeans { plus, minus }, G).ok()?;
+                Some((found.model(), found.bias))
+            }
+            Estimator::Fit(plan) => {
+                let (found, _) = session.run(plan, Disturbance::Nothing)?;
+                Some((found.model(), found.bias()))
+            }
+        }
+    }
+}
 
 /// Errors of ‖a‖ (mg) / bias (mg) / direction of the axes (°), rms over sensors.
 fn estimators(count: u64) {
@@ -31,26 +74,28 @@ fn estimators(count: u64) {
         Plan::Spread(18),
         Plan::Again(4),
     ];
-    for plan in plans {
+    let closed = [Estimator::Nominal, Estimator::Ferraris];
+    for estimator in closed.into_iter().chain(plans.map(Estimator::Fit)) {
         let cells = [0.1, 1.0, 2.0, 3.0].map(|tilt_deg| {
-            let mut squares = [0.0; 3];
+            let (mut squares, mut done) = ([0.0; 3], 0.0);
             for seed in 0..count {
                 let mut session = Session::new(seed);
                 session.noise = 1.24e-3;
                 session.tilt = f64::to_radians(tilt_deg);
                 session.options.tilt = Some(session.tilt);
-                let Some((found, _)) = session.run(plan, Disturbance::Nothing) else {
+                let Some(found) = estimator.estimate(&mut session) else {
                     continue;
                 };
+                done += 1.0;
                 let errors = parameter_errors(&found, &session.sensor);
                 for (sum, error) in squares.iter_mut().zip(errors) {
-                    *sum += error * error / count as f64;
+                    *sum += error * error;
                 }
             }
-            let [norm, bias, axes] = squares.map(f64::sqrt);
+            let [norm, bias, axes] = squares.map(|s| f64::sqrt(s / done));
             format!("{norm:.2} / {bias:.2} / {axes:.2}")
         });
-        println!("| {} | {} |", plan.name(), cells.join(" | "));
+        println!("| {} | {} |", estimator.name(), cells.join(" | "));
     }
 }
 

@@ -72,11 +72,9 @@ pub struct FittedPose {
     pub face: Option<Face>,
     /// Unit vector of the specific force, axes of the case.
     pub direction: [f64; 3],
-    /// ‖a‖ − g, m/s².
-    pub error_mps2: f64,
     /// Angle to its face and the standard deviation of its components, rad.
     pub tilt: Option<(f64, f64)>,
-    /// Left out since it contradicts the others: the chance that a good pose misses as much.
+    /// Left out since it contradicts the others: the probability that any good pose misses as much.
     pub bad: Option<f64>,
 }
 
@@ -130,7 +128,7 @@ const SAME_PLACEMENT: f64 = 0.3 * std::f64::consts::PI / 180.0;
 ///
 /// # Errors
 ///
-/// [`Undetermined`], without poses or with a mean that is no number as well.
+/// [`Undetermined`]; also without poses, or if a mean, its standard deviation or a temperature is not finite.
 pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     let open = || Undetermined {
         direction: least_covered(poses),
@@ -193,7 +191,9 @@ pub(crate) fn prepare_search(
 /// The poses in working units, repeats merged.
 fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64, f64)> {
     let is_finite = |pose: &Pose| {
-        matrix3::norm(&pose.mean).is_finite() && pose.sd.iter().all(|s| s.is_finite() && *s > 0.0)
+        matrix3::norm(&pose.mean).is_finite()
+            && pose.sd.iter().all(|s| s.is_finite() && *s > 0.0)
+            && pose.temperature_c.is_none_or(f64::is_finite)
     };
     if poses.is_empty() || !poses.iter().all(is_finite) {
         return None;
@@ -227,7 +227,7 @@ fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64
             face: None,
             out: false,
             shortfall: 0.0,
-            doubt: 0.0,
+            outlier_sd: 0.0,
         };
         place_of.push(place(&mut placed, one, poses.len(), options.gravity));
     }
@@ -245,7 +245,7 @@ fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64
             prior: options.prior && nominal.is_some(),
             drift: options.drift,
         },
-        median_bend: USUAL_BEND.0,
+        typical_bend: USUAL_BEND.0,
         tilt: options.tilt,
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
         x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),
@@ -400,7 +400,6 @@ impl Fit {
         FittedPose {
             face,
             direction: force.try_normalize(0.0).unwrap_or_default().into(),
-            error_mps2: force.norm() - self.search.held.gravity,
             tilt: face.map(|_| tilt()),
             bad: self.bad[k],
         }

@@ -31,8 +31,7 @@ pub fn bias(x: &Parameters, warmer_c: f64) -> Vector3<f64> {
     Vector3::from_fn(|i, _| x[BIAS + i] + warmer_c * x[DRIFT + i])
 }
 
-/// What ‖a‖ along n is too long by since the response of the axes bends, as a share of g for each
-/// of the six bends: Legendre's P₃ and P₄ (monic) of every component, the part of n² and n³ of an
+/// Relative error of ‖a‖ along n by a nonlinear response of the axes, for each of the six bends: Legendre's P₃ and P₄ (monic) of every component, the part of n² and n³ of an
 /// axis that no M and b imitate. M and b are thus those that suit the bent sensor best over the
 /// sphere.
 #[must_use]
@@ -47,7 +46,7 @@ pub fn bends(n: &Vector3<f64>) -> SVector<f64, 6> {
     })
 }
 
-/// What ‖a‖ along n is too long by through all bends, as a share of g.
+/// Relative error of ‖a‖ along n by all bends.
 #[must_use]
 pub fn bend(x: &Parameters, n: &Vector3<f64>) -> f64 {
     bends(n).dot(&x.fixed_rows::<6>(BENDS))

@@ -28,8 +28,8 @@ pub(crate) struct Placed {
     pub out: bool,
     /// Shortfall of ‖a‖ by tilts that the fit takes for misalignment, m/s².
     pub shortfall: f64,
-    /// Standard deviation of an error of its length that is tried, m/s².
-    pub doubt: f64,
+    /// Standard deviation of an error of its length if it is taken for an outlier, m/s².
+    pub outlier_sd: f64,
 }
 
 /// What is held while the parameters are fitted.
@@ -231,7 +231,7 @@ impl Linear {
             }
             let variance = Matrix3::from_diagonal(&pose.sd.component_mul(&pose.sd));
             let mut noise = by_reading * variance * by_reading.transpose();
-            noise[(0, 0)] += pose.doubt.powi(2);
+            noise[(0, 0)] += pose.outlier_sd.powi(2);
             Row {
                 residual: value.fixed_rows::<3>(3 * k).into_owned(),
                 jacobian: full,

@@ -20,8 +20,8 @@ const MAX_FACE_DEG: f64 = 25.0;
 pub(crate) struct Search {
     pub poses: Vec<Placed>,
     pub held: Held,
-    /// The likely spread of bends where it is not to be exaggerated: half of the time it is larger.
-    pub median_bend: f64,
+    /// Geometric mean of the likely spreads of bends; `held` has their root mean square.
+    pub typical_bend: f64,
     /// Tilt that was given, rad.
     pub tilt: Option<f64>,
     /// The channel along each axis of the case.
@@ -48,7 +48,7 @@ impl Search {
     /// an axis, which no bend changes, more than is usually right.
     pub fn estimating(&self) -> Held {
         Held {
-            bend: self.median_bend,
+            bend: self.typical_bend,
             ..self.held
         }
     }
@@ -80,10 +80,10 @@ impl Search {
             let next = shares
                 .map(|share| x + share * solution.step)
                 .find(|x| linear.cost_at(&self.poses, x, held) <= now * (1.0 + 1e-9));
-            let rests = solution.decrement < 1e-3 || next.is_none();
+            let converged = solution.decrement < 1e-3 || next.is_none();
             found = Some(Found { linear, solution });
             match next {
-                Some(next) if !rests => x = next,
+                Some(next) if !converged => x = next,
                 _ => break,
             }
         }
@@ -109,7 +109,8 @@ impl Search {
         Some(Found { linear, solution })
     }
 
-    /// Tilt, bends and model error by restricted maximum likelihood of the linearised problem.
+    /// Tilt, bends and model error by restricted maximum likelihood (Patterson and Thompson, Biometrika 58,
+    /// 1971) of the linearised problem.
     fn variances(&mut self) -> Option<()> {
         for _ in 0..MAX_ROUNDS {
             let before = self.held;
@@ -124,7 +125,7 @@ impl Search {
                 self.held.tilt = likeliest_tilt(&self.held, likelihood);
             }
             let normal = found.linear.normal(&self.held, |k| counts[k])?;
-            (self.held.bend, self.median_bend) = likely_bend(|bend| {
+            (self.held.bend, self.typical_bend) = likely_bend(|bend| {
                 let held = Held { bend, ..self.held };
                 let solution = found.linear.solve(&normal, &held);
                 solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
@@ -428,7 +429,7 @@ const MAX_SHARE_OUT: f64 = 0.2;
 /// A pose, tried without.
 struct Deletion {
     pose: usize,
-    /// That a good one would be missed as little.
+    /// Probability that deleting a good pose lowers χ² by as much.
     chance: f64,
     /// Degrees of freedom of what remains.
     freedom: f64,
@@ -509,14 +510,15 @@ impl Search {
             return true;
         }
         let mut other = self.clone();
-        other.poses[k].doubt = ERROR_MPS2;
-        let Some(doubted) = other.settle() else {
+        other.poses[k].outlier_sd = ERROR_MPS2;
+        let Some(without) = other.settle() else {
             return false;
         };
-        other.evidence(&doubted) + SHARE.ln() > self.evidence(found)
+        other.evidence(&without) + SHARE.ln() > self.evidence(found)
     }
 
-    /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends.
+    /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends
+    /// (MacKay, Neural Computation 4, 1992).
     fn evidence(&self, found: &Found) -> f64 {
         let counts = |k: usize| !self.poses[k].out;
         let Some(normal) = found.linear.normal(&self.held, counts) else {

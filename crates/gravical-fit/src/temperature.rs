@@ -32,7 +32,7 @@ pub struct DriftTest {
 ///
 /// # Errors
 ///
-/// As [`fit`](crate::fit()); where seven eighths determine nothing, too.
+/// [`Undetermined`], for all poses or seven eighths of them; with fewer than eight poses, too.
 pub fn test_drift(poses: &[Pose], options: &Options) -> Result<DriftTest, Undetermined> {
     let parts = |drift: bool| errors_of_parts(poses, &Options { drift, ..*options });
     let (without, with) = (parts(false)?, parts(true)?);
@@ -51,6 +51,9 @@ pub fn test_drift(poses: &[Pose], options: &Options) -> Result<DriftTest, Undete
 /// Mean of |‖a‖ − g| over each part, by the fit to the others.
 fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undetermined> {
     let (mut search, open) = prepare_search(poses, options)?;
+    if search.poses.len() < PARTS {
+        return Err(open);
+    }
     let found = search.settle().ok_or(open)?;
     let count = search.poses.len();
     let one_part = |part: usize| {
@@ -62,7 +65,7 @@ fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undete
         let error = |pose| Some((force(&x, pose)?.norm() - options.gravity).abs());
         let errors: Option<Vec<f64>> = search.poses[out].iter().map(error).collect();
         let errors = errors?;
-        Some(errors.iter().sum::<f64>() / errors.len().max(1) as f64)
+        Some(errors.iter().sum::<f64>() / errors.len() as f64)
     };
     (0..PARTS).map(|part| one_part(part).ok_or(open)).collect()
 }

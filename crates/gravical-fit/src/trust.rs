@@ -7,7 +7,7 @@ use crate::fit::Fit;
 use crate::model::{
     BIAS, Covariance, PARAMETERS, Parameters, bend, bias, matrix, sensitivity, sphere,
 };
-use crate::rows::{Held, Placed, Solution, force};
+use crate::rows::{Held, Placed, force};
 use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
 
 /// Directions over which ‖a‖ is looked at.
@@ -33,12 +33,11 @@ pub struct LeftOut {
 pub struct WorstDirection {
     /// Unit vector, axes of the case.
     pub direction: [f64; 3],
-    /// Limit of the error: what the bends show, and 2σ of what is open, m/s².
+    /// Limit of the error: what the bends show, and 2 to 3 standard deviations of what is open, so that it
+    /// holds in every direction at once in 95 % of sessions, m/s².
     pub error_mps2: f64,
     /// Standard deviation of what is open, m/s².
     pub sd_mps2: f64,
-    /// So many of these are in the limit.
-    pub coverage_factor: f64,
 }
 
 /// The error of one pose that does most harm unseen.
@@ -55,15 +54,13 @@ pub struct Undetected {
     pub direction: [f64; 3],
 }
 
-/// A free pose that is proposed, and what the session says once it is read, too.
+/// A free pose that is proposed, and the result predicted after it is recorded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NextPose {
     /// Direction of the specific force, axes of the case.
     pub direction: [f64; 3],
     /// Predicted error of ‖a‖ over the sphere, m/s².
     pub predicted_mps2: f64,
-    /// Error claimed in the worst direction, m/s².
-    pub worst_mps2: f64,
     /// Effect of an undetected error of one pose, m/s²; infinite if nothing limits it.
     pub undetected_mps2: f64,
 }
@@ -143,7 +140,6 @@ impl Fit {
                 direction: n.into(),
                 error_mps2: bent.abs() + factor * sd_mps2,
                 sd_mps2,
-                coverage_factor: factor,
             }
         });
         let worst = each.max_by(|a, b| a.error_mps2.total_cmp(&b.error_mps2));
@@ -151,7 +147,6 @@ impl Fit {
             direction: [0.0, 0.0, 1.0],
             error_mps2: f64::INFINITY,
             sd_mps2: f64::INFINITY,
-            coverage_factor: 2.0,
         })
     }
 
@@ -199,11 +194,7 @@ impl Fit {
     #[must_use]
     pub fn left_out(&self) -> Vec<Option<LeftOut>> {
         let poses = &self.search.poses;
-        let x = self.found.x();
-        let directions: Vec<Vector3<f64>> = poses
-            .iter()
-            .map(|p| force(x, p).unwrap_or_default().normalize())
-            .collect();
+        let directions = self.directions();
         let stride = poses.len().div_ceil(MAX_LEFT_OUT).max(1);
         let mut each = vec![None; poses.len()];
         for k in (0..poses.len()).step_by(stride) {
@@ -253,7 +244,7 @@ impl Fit {
         let held = &self.search.held;
         let straight = Held { bend: 0.0, ..*held };
         let linear = &self.found.linear;
-        let solution: Solution = linear.solve_poses(&straight, |k| self.counts(k))?;
+        let solution = linear.solve_poses(&straight, |k| self.counts(k))?;
         let test = |k: usize| {
             let row = &linear.rows[k];
             // An error along gravity changes the length and no angle.
@@ -337,7 +328,7 @@ impl Fit {
         let Some(mut state) = self.state() else {
             return Vec::new();
         };
-        let mut directions: Vec<Vector3<f64>> = self.directions();
+        let mut directions = self.directions();
         let sd = self.usual_sd_mps2();
         let mut proposed = Vec::new();
         for _ in 0..count {
@@ -348,7 +339,7 @@ impl Fit {
                     .map_or(f64::INFINITY, |u| u.effect_mps2)
             };
             if worst.error_mps2 <= GOOD_MPS2 && hidden(&state) > GOOD_MPS2 {
-                let is_new = |n: &Vector3<f64>| directions.iter().all(|d| angle(d, n) > APART);
+                let is_new = |n: &Vector3<f64>| directions.iter().all(|d| d.angle(n) > APART);
                 let each = sphere(100).filter(is_new);
                 let each = each.map(|n| (n, hidden(&self.with_pose(&state, &n, sd))));
                 let best = each.min_by(|a, b| a.1.total_cmp(&b.1));
@@ -360,7 +351,6 @@ impl Fit {
             proposed.push(NextPose {
                 direction: direction.into(),
                 predicted_mps2: self.predicted_by(&covariance),
-                worst_mps2: self.weakest_by(&covariance).error_mps2,
                 undetected_mps2: hidden(&state),
             });
         }
@@ -372,8 +362,8 @@ impl Fit {
     }
 
     fn directions(&self) -> Vec<Vector3<f64>> {
-        let force = |p: &Placed| force(self.found.x(), p);
-        self.search.poses.iter().filter_map(force).collect()
+        let of = |p: &Placed| force(self.found.x(), p).unwrap_or_default().normalize();
+        self.search.poses.iter().map(of).collect()
     }
 
     /// Standard deviation of the length of one more mean, m/s².
@@ -431,10 +421,6 @@ const APART: f64 = 33.0 * std::f64::consts::PI / 180.0;
 /// σ(‖a‖) of a session without one pose and without the data sheet, m/s², above which the others do not
 /// determine what that pose should read.
 const MAX_UNDETERMINED_MPS2: f64 = 0.5;
-
-fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
-    a.cross(b).norm().atan2(a.dot(b))
-}
 
 /// Two hundred vectors of standard normal numbers: an additive recurrence (Roberts' generalised golden
 /// ratio), which covers the cube more evenly than chance.

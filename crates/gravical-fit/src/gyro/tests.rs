@@ -189,7 +189,7 @@ fn intervals_of_95_percent_hold_the_truth() {
     }
 }
 
-/// The table of docs/accuracy-gyro.md.
+/// The coverage in docs/accuracy-gyro.md.
 #[test]
 #[ignore = "6000 sessions"]
 fn study() {

@@ -269,24 +269,29 @@ impl Session {
     }
 }
 
+/// M row-major and b.
+pub type Model = ([[f64; 3]; 3], [f64; 3]);
+
 /// Errors of ‖a‖ in mg, of the bias in mg, of the direction of the axes in degrees, rms.
-pub fn parameter_errors(found: &Fit, sensor: &Sensor) -> [f64; 3] {
-    let model = found.model();
-    let bias = V::from(found.bias()) - sensor.b;
-    let axis = |i: usize| angle_deg(model[i], sensor.m.row(i).transpose().into());
+pub fn parameter_errors((m, b): &Model, sensor: &Sensor) -> [f64; 3] {
+    let bias = V::from(*b) - sensor.b;
+    let axis = |i: usize| angle_deg(m[i], sensor.m.row(i).transpose().into());
     let axes = (0..3).map(|i| axis(i).powi(2)).sum::<f64>() / 3.0;
-    let norm = errors(found, sensor).map_or(f64::NAN, |e| e.1);
+    let norm = norm_errors(&(*m, *b), sensor).map_or(f64::NAN, |e| e.1);
     [norm / MG, bias.norm() / 3_f64.sqrt() / MG, axes.sqrt()]
 }
 
 /// Largest error of ‖a‖ over the sphere and its root mean square, m/s².
-pub fn errors(found: &Fit, sensor: &Sensor) -> Option<(f64, f64)> {
-    let m = found.model();
+pub fn norm_errors((m, b): &Model, sensor: &Sensor) -> Option<(f64, f64)> {
     let inverse = Matrix3::from_fn(|r, c| m[r][c]).try_inverse()?;
-    let b = V::from(found.bias());
+    let b = V::from(*b);
     let each = sphere(1000).map(|n| ((inverse * (sensor.read(&n) - b)).norm() - G).abs());
     let errors: Vec<f64> = each.collect();
     let squares: f64 = errors.iter().map(|e| e * e).sum();
     let largest = errors.iter().copied().fold(0.0, f64::max);
     Some((largest, (squares / errors.len() as f64).sqrt()))
+}
+
+pub fn errors(found: &Fit, sensor: &Sensor) -> Option<(f64, f64)> {
+    norm_errors(&(found.model(), found.bias()), sensor)
 }

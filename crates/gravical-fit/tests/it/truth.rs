@@ -37,7 +37,7 @@ fn accuracy(plan: Plan, tilt_deg: f64, count: u64) -> [f64; 3] {
         session.tilt = tilt_deg.to_radians();
         session.options.tilt = Some(session.tilt);
         let found = fit(&poses(&mut session, plan, true), &session.options).unwrap();
-        let errors = parameter_errors(&found, &session.sensor);
+        let errors = parameter_errors(&(found.model(), found.bias()), &session.sensor);
         for (sum, error) in squares.iter_mut().zip(errors) {
             *sum += error * error;
         }
