@@ -172,11 +172,12 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
     })
 }
 
-/// The next step of a verdict, where its text does not list it.
+/// The next steps of a verdict, where its text does not list them.
 pub fn next_step(document: &Document<'_>, detail: Detail) -> String {
     let steps = document.verdict.iter().flat_map(|v| &v.next);
-    let shown = steps.filter(|_| detail == Detail::Summary);
-    shown.map(|step| paragraph("\nNext: ", step)).collect()
+    let shown = steps.filter(|_| detail == Detail::Summary).enumerate();
+    let start = |i: usize| if i == 0 { "\nNext: " } else { "      " };
+    shown.map(|(i, step)| paragraph(start(i), step)).collect()
 }
 
 /// Checks everything that a command is going to write, before its work.

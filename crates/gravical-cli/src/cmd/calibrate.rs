@@ -25,7 +25,7 @@ use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
 use crate::options::command_line;
 use crate::options::{GravityArgs, RecordingArgs};
-use crate::report::{ReportArgs, check_outputs};
+use crate::report::{ReportArgs, check_outputs, next_step};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -227,7 +227,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     } else {
         text::print_report(&document.to_text(args.report.detail()))?;
-        text::print(&next_step(args, &file))?;
+        if let Some(path) = &args.output {
+            text::print(&format!("\nSaved to {}.\n", path_word(path)))?;
+        }
+        text::print(&next_step(&document, args.report.detail()))?;
     }
     Ok(match file.verdict.grade {
         Grade::Poor => ExitCode::from(QUALITY),
@@ -449,21 +452,4 @@ pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFil
         .at(path, None));
     }
     Ok(input)
-}
-
-fn next_step(args: &Args, file: &CalibrationFile) -> String {
-    let caution = match file.verdict.grade {
-        Grade::Poor => " (but fix what the verdict names first)",
-        _ => "",
-    };
-    match &args.output {
-        Some(path) => format!(
-            "\nSaved to {p}.\nNext: gravical apply {p} RECORDING.csv -o calibrated.csv{caution}\n",
-            p = path_word(path)
-        ),
-        None if file.verdict.grade == Grade::Poor => {
-            "\nNothing was saved. Fix what the verdict names first;\n-o cal.json saves it anyway.\n".to_owned()
-        }
-        None => "\nNothing was saved. Next: the same command with -o cal.json, then\n`gravical apply cal.json RECORDING.csv -o calibrated.csv`\n".to_owned(),
-    }
 }

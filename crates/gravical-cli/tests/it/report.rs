@@ -60,7 +60,7 @@ fn the_tables_that_people_read_carry_the_same_numbers() {
         "1.001552 +0.16",
         "Verdict: not verifiable",
         "their residuals verify nothing",
-        "Nothing was saved",
+        "Save the calibration: the same command with `-o cal.json`",
     ] {
         let flat = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(

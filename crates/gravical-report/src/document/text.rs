@@ -150,7 +150,7 @@ fn verdict_text(verdict: &Verdict, detail: Detail) -> String {
     out
 }
 
-/// A paragraph of 80 columns, indented by `first`. Words, options and paths are not broken.
+/// A paragraph of 80 columns, indented by `first`. Words, options, paths and commands are not broken.
 #[must_use]
 pub fn paragraph(first: &str, text: &str) -> String {
     let rest = " ".repeat(length(first.trim_start_matches('\n')));
@@ -158,10 +158,20 @@ pub fn paragraph(first: &str, text: &str) -> String {
         .initial_indent(first)
         .subsequent_indent(&rest)
         .break_words(false);
-    let mut out = textwrap::fill(&one_line(text), options);
+    // Code stays on one line, to be copied.
+    let parts = one_line(text);
+    let parts = parts.split('`').enumerate().map(|(i, part)| match i % 2 {
+        0 => part.to_owned(),
+        _ => part.replace(' ', UNBROKEN),
+    });
+    let text = parts.collect::<Vec<String>>().join("`");
+    let mut out = textwrap::fill(&text, options).replace(UNBROKEN, " ");
     out.push('\n');
     out
 }
+
+/// Stands for a space at which no line ends; in private use, so that no text has it.
+const UNBROKEN: &str = "\u{f8ff}";
 
 fn options<'a>(width: usize) -> textwrap::Options<'a> {
     textwrap::Options::new(width).word_splitter(textwrap::WordSplitter::NoHyphenation)

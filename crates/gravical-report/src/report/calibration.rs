@@ -7,7 +7,7 @@ use crate::document::{
 };
 use crate::figure::Figure;
 use gravical::calibration_file::{
-    CalibrationFile, Grade, GravitySource, InputFile, Method, NextPose, PoseKind, PoseResult,
+    CalibrationFile, Grade, GravitySource, InputFile, Method, PoseKind, PoseResult,
     ReferenceSource, Source, TiltSource,
 };
 use gravical::escape::path_word;
@@ -193,29 +193,20 @@ fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
     let save = saved
         .is_none()
         .then(|| "Save the calibration: the same command with `-o cal.json`.".to_owned());
-    let pose = |poses: &[NextPose]| {
-        poses.first().map(|p| {
-            format!(
-                "Record one more pose ({}) and calibrate with all recordings again.",
-                in_words(p.direction)
-            )
-        })
-    };
-    let apply =
-        format!("Correct a recording: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
+    let pose = a.proposed_poses().first().map(|p| {
+        format!(
+            "Record one more pose ({}) and calibrate with all recordings again.",
+            in_words(p.direction)
+        )
+    });
+    let apply = format!("Apply it: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
     let check = format!(
-        "Later, test with a new recording at rest whether it still fits: `gravical check {name} RECORDING.csv`"
+        "Later, test with the sensor at rest whether it still fits: `gravical check {name} RECORDING.csv`"
     );
     match file.verdict.grade {
         Grade::Poor => vec!["Fix what is named above, then calibrate again.".to_owned()],
-        Grade::NotVerifiable => {
-            let pose = pose(&a.next_poses);
-            pose.into_iter().chain(save).chain([apply]).collect()
-        }
-        Grade::Fair => {
-            let pose = pose(a.proposed_poses());
-            pose.into_iter().chain(save).chain([apply, check]).collect()
-        }
+        Grade::NotVerifiable => pose.into_iter().chain(save).chain([apply]).collect(),
+        Grade::Fair => pose.into_iter().chain(save).chain([apply, check]).collect(),
         Grade::Good => save.into_iter().chain([apply, check]).collect(),
     }
 }

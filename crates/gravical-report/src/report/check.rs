@@ -68,7 +68,9 @@ fn next(report: &CheckReport) -> Vec<String> {
         Judgement::Undecided if report.verdict.reasons.contains(&Reason::Fitted) => {
             "Record the sensor at rest again, and check with that recording"
         }
-        Judgement::Undecided => "Calibrate with gravical, whose calibrations have a covariance",
+        Judgement::Undecided => {
+            "Calibrate from recordings, not from means, so that the calibration has a covariance"
+        }
         judgement if judgement.is_change() && causes == [Cause::Share] => {
             "Give the gravity of this place; if it does not fit then, either, calibrate again"
         }

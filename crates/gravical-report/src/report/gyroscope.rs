@@ -15,7 +15,7 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         "motion" => {
             "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
         }
-        "bias" => "Bias only, from the poses; the scale is nominal, because there is no rotation.",
+        "bias" => "Bias only, from the poses; the scale is nominal.",
         _ => "The method is unknown.",
     };
     let sd = if g.method == "bias" {
