@@ -2,9 +2,8 @@
 
 mod fit;
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-
 use crate::calibration_file::{AccelerometerSection, Method, TiltSource};
+use crate::numfmt::milli_g;
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::Placement;
@@ -108,6 +107,7 @@ pub(super) fn accelerometer(
             .filter(|&i| bias_mps2[i].abs() > limit)
             .map(|i| format!("{} {:+.2} m/s²", axes[i], bias_mps2[i]))
             .collect();
+        // The zero of unsigned counts is a way of reading, which no data sheet limits.
         (!large.is_empty() && offset == 0.0).then(|| large.join(", "))
     };
     if let Some(large) = above(BIAS_GATE_MPS2) {
@@ -119,8 +119,12 @@ pub(super) fn accelerometer(
         findings.push(Finding::new(
             FindingKind::BiasHigh,
             format!(
-                "the bias is {:.1} times what a data sheet allows, ±0.6 m/s² ({high}): was every side that is named really up, and is the unit right? If the part is like that, --prior off leaves the data sheet out",
-                bias_mps2.iter().fold(0.0_f64, |m, b| m.max(b.abs())) / (0.5 * BIAS_NOTE_MPS2)
+                "the bias is {:.1} times what a data sheet allows, ±0.6 m/s² ({high}): was every side that is named really up, and is the unit right?{}",
+                bias_mps2.iter().fold(0.0_f64, |m, b| m.max(b.abs())) / (0.5 * BIAS_NOTE_MPS2),
+                match section.fit.filter(|fit| fit.prior) {
+                    Some(_) => " If the part is like that, --prior off leaves the data sheet out",
+                    None => "",
+                }
             ),
         ));
     }
@@ -157,7 +161,7 @@ fn oblique(section: &AccelerometerSection) -> Option<Finding> {
             FindingKind::FreePoseOff,
             format!(
                 "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
-                1000.0 * error / STANDARD_GRAVITY_MPS2
+                milli_g(error)
             ),
         )
     })

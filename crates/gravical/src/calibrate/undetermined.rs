@@ -94,17 +94,17 @@ fn coverage(directions: &[[f64; 3]]) -> String {
         .filter(|axis| !missing.contains(axis))
         .map(char::to_string)
         .collect();
-    match (spanned, &missing[..]) {
-        (3, _) => "all three axes are covered, but parameters remain open".to_owned(),
-        (_, [a, b]) => format!(
+    match (&missing[..], spanned) {
+        ([a, b], _) => format!(
             "only the {} axis is covered; {a} and {b} are missing",
             covered.join("")
         ),
-        (_, [axis]) => format!(
+        ([axis], _) => format!(
             "only {} are covered; {axis} is missing",
             covered.join(" and ")
         ),
-        (2, _) => "all poses lie in one plane".to_owned(),
+        (_, 3) => "all three axes are covered, but parameters remain undetermined".to_owned(),
+        (_, 2) => "all poses lie in one plane".to_owned(),
         _ => "all poses lie along one line".to_owned(),
     }
 }

@@ -1,9 +1,9 @@
-//! The calibration file `gravical-calibration/1`: JSON with the parameters of a sensor, their
+//! The calibration file `gravical-calibration/2`: JSON with the parameters of a sensor, their
 //! origin and their quality.
 //!
 //! All quantities of raw values are in the unit of the recording (`input_unit`): `calibrated =
 //! matrix · (raw − bias)` in m/s², and for the gyroscope `matrix · (raw − bias − g_sensitivity ·
-//! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/1` fields are only added.
+//! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/2` fields are only added.
 
 mod check;
 mod folder;

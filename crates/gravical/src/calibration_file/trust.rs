@@ -125,8 +125,9 @@ pub struct WorstDirection {
     pub direction: [f64; 3],
     /// Standard uncertainty of ‖a‖ there, m/s².
     pub sd_mps2: f64,
-    /// Limit of the error that holds in every direction at once in 95 % of sessions: what the
-    /// response is seen to bend, and at least 2 standard uncertainties, m/s².
+    /// Limit of the error, m/s². By the fit: it holds in every direction at once in 95 % of sessions, and is
+    /// the nonlinearity that the poses show and 2 to 3 standard uncertainties. By the closed form: 2 standard
+    /// uncertainties.
     pub error_mps2: f64,
 }
 

@@ -310,15 +310,15 @@ kinds! {
             "bias and matrix are assumed to hold at the middle of the temperature recording"
             "record the temperature with the session";
         TemperatureOutside "temperature-outside" Warning
-            "rows or poses are outside the temperature range of the model"
-            "the drift at the limit of the range is used"
+            "rows, poses or static intervals are outside the temperatures of the calibration or its model"
+            "`apply`: the drift at the limit of the range is used; `check`: the uncertainty does not include it"
             "record the sensor at rest over all temperatures of use";
         TemperatureHeld "temperature-held" Note
             "`apply`: rows without a temperature"
             "the last known temperature is used"
             "nothing";
         TemperatureNotApplied "temperature-not-applied" Warning
-            "`apply`: the calibration has a temperature model, the recording (or its first rows) no temperatures"
+            "`apply`, `check`: the calibration has a temperature model, the recording (or some of its rows) no temperatures"
             "the drift is not corrected; the message says how large it may be"
             "record the temperature";
         GyroUnitUnknown "gyro-unit-unknown" Warning
