@@ -7,13 +7,14 @@
 //! 1. [`Pose`]: a mean reading at rest, and what is known of its direction.
 //! 2. [`model`]: u = M a + b, and derivatives of what follows from it.
 //! 3. [`fit`]: M and b with their covariance.
-//! 4. [`Fit`]: how far they can be trusted.
+//! 4. [`Trust`], [`Grade`]: how far they can be trusted.
 //! 5. [`gyro`]: the gyroscope from motions between rests.
-//! 6. [`temperature`]: is a drift with temperature predictable?
+//! 6. [`test_drift`], [`temperature`]: is a drift with temperature predictable?
 //! 7. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
 mod consistent;
+mod drift_test;
 mod fit;
 mod gyro;
 pub mod later;
@@ -27,12 +28,12 @@ mod trust;
 mod verdict;
 
 pub use consistent::{SIGNIFICANCE, Test, consistent};
+pub use drift_test::{DriftTest, test_drift};
 pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
 pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, Motion, MotionFit,
     Sample, StaticInterval, gyro,
 };
 pub use pose::{Face, Hint, Pose, angle_deg};
-pub use temperature::{DriftTest, test_drift};
 pub use trust::{Budget, GOOD_MPS2, LeftOut, NextPose, Undetected, WorstDirection};
 pub use verdict::{CONTRADICTION, FAIR_MPS2, Grade, Trust, UNVERIFIED_MPS2};

@@ -1,19 +1,23 @@
 //! Finds the parameters, and with them what poses cannot be fitted without: roles, tilt, model error,
 //! bends, and the poses that do not fit.
 
-use nalgebra::{Matrix3, Vector3};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+mod faces;
+mod outliers;
+mod variances;
 
-use crate::model::{BENDS, BIAS, Parameters, matrix, sensitivity, tangents};
-use crate::pose::{Face, Hint, angle_deg};
-use crate::rows::{Held, Lengths, Linear, Placed, Solution, force, free_parameters};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::model::{BENDS, BIAS, Parameters, matrix, sensitivity, sphere, tangents};
+use crate::pose::Face;
+use crate::rows::{Held, Linear, Placed, Solution, free_parameters};
+
+pub(crate) use outliers::{MAX_SESSION, USUAL_CHI2, USUAL_FREEDOM};
+pub(crate) use variances::{USUAL_BEND, USUAL_TILT_DEG};
 
 /// Steps of the search for the parameters.
 const MAX_STEPS: usize = 40;
 /// Rounds in which roles and variances settle.
 const MAX_ROUNDS: usize = 8;
-/// Beyond this nothing is a face, degrees.
-const MAX_FACE_DEG: f64 = 25.0;
 
 /// The fit so far.
 #[derive(Debug, Clone)]
@@ -109,46 +113,6 @@ impl Search {
         Some(Found { linear, solution })
     }
 
-    /// Tilt, bends and model error by restricted maximum likelihood (Patterson and Thompson, Biometrika 58,
-    /// 1971) of the linearised problem.
-    fn variances(&mut self) -> Option<()> {
-        for _ in 0..MAX_ROUNDS {
-            let before = self.held;
-            let found = self.fit(&self.held)?;
-            self.x = *found.x();
-            let counts: Vec<bool> = self.poses.iter().map(|p| !p.out).collect();
-            let likelihood = |held: &Held| {
-                let solution = found.linear.solve_poses(held, |k| counts[k]);
-                solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
-            };
-            if self.tilt.is_none() && self.is_oriented() {
-                self.held.tilt = likeliest_tilt(&self.held, likelihood);
-            }
-            let normal = found.linear.normal(&self.held, |k| counts[k])?;
-            (self.held.bend, self.typical_bend) = likely_bend(|bend| {
-                let held = Held { bend, ..self.held };
-                let solution = found.linear.solve(&normal, &held);
-                solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
-            })?;
-            let bare = Held {
-                model_error: 0.0,
-                ..self.held
-            };
-            let exact = found.linear.solve_poses(&bare, |k| counts[k])?;
-            // Without a length left over there is no error to see.
-            let lengths = found.linear.lengths(&bare, &exact, |k| counts[k]);
-            self.held.model_error = if lengths.freedom < 1.0 {
-                0.0
-            } else {
-                likeliest_error(&self.held, likelihood)
-            };
-            if self.held.is_close(&before) {
-                break;
-            }
-        }
-        Some(())
-    }
-
     /// What ‖a‖ of the faces falls short of by angles that the stretch of M leaves open. A rotation of
     /// the frame changes no length and does not count.
     fn shortfalls(&mut self, found: &Found) {
@@ -173,84 +137,6 @@ impl Search {
             let variance: f64 = tangents(&n).iter().map(across).sum();
             pose.shortfall = 0.5 * gravity * variance;
         }
-    }
-
-    /// First roles: of the poses that may be a face the nearest to it, however far off the names are;
-    /// the others follow when the fit knows how faces lie.
-    pub fn first_roles(&mut self) {
-        let mut nearest: [Option<(usize, f64)>; 6] = [None; 6];
-        for k in 0..self.poses.len() {
-            if let Hint::Face(face) = self.poses[k].hint {
-                self.poses[k].face = Some(face);
-            }
-            let Some((face, angle_deg)) = self.candidate(k) else {
-                continue;
-            };
-            let named = self.poses[k].hint == Hint::Named(face);
-            let best = &mut nearest[face.index()];
-            if (named || angle_deg <= MAX_FACE_DEG) && best.is_none_or(|(_, a)| angle_deg < a) {
-                *best = Some((k, angle_deg));
-            }
-        }
-        for face in Face::all() {
-            let is_given = self.poses.iter().any(|p| p.hint == Hint::Face(face));
-            if let Some((k, _)) = nearest[face.index()].filter(|_| !is_given) {
-                self.poses[k].face = Some(face);
-            }
-        }
-    }
-
-    /// The face that a pose may lie on, and its angle to it in degrees.
-    fn candidate(&self, k: usize) -> Option<(Face, f64)> {
-        let pose = &self.poses[k];
-        let force = <[f64; 3]>::from(force(&self.x, pose)?);
-        match pose.hint {
-            Hint::Named(face) => Some((face, angle_deg(force, face.direction()))),
-            Hint::Open => Some(Face::nearest(force)),
-            Hint::Face(_) | Hint::Free => None,
-        }
-    }
-
-    /// A pose is a face where that is likelier than that it points anywhere. Faces have the spread
-    /// that makes all angles together likeliest: an estimate from what was taken for faces would grow
-    /// with every deliberate tilt among them.
-    fn roles(&mut self) {
-        let candidates: Vec<Option<(Face, f64)>> =
-            (0..self.poses.len()).map(|k| self.candidate(k)).collect();
-        let is_named = |k: usize| matches!(self.poses[k].hint, Hint::Named(_));
-        let angles: Vec<(f64, bool)> = (0..self.poses.len())
-            .filter(|&k| !self.poses[k].out)
-            .filter_map(|k| Some((candidates[k]?.1, is_named(k))))
-            .collect();
-        let likeliest = FaceMixture::likeliest(&angles);
-        let mut mixture = likeliest.unwrap_or(FaceMixture::USUAL);
-        mixture.spread_deg = mixture
-            .spread_deg
-            .max(self.tilt.unwrap_or(0.0).to_degrees());
-        let roles: Vec<Option<Face>> = (0..self.poses.len())
-            .map(|k| match (self.poses[k].hint, candidates[k]) {
-                (Hint::Face(face), _) => Some(face),
-                (_, Some((face, angle_deg))) => {
-                    let [is_face, is_none] = mixture.densities(angle_deg, is_named(k));
-                    // Among poses that lie anywhere some are near an axis by chance.
-                    let possible = likeliest.is_some() || is_named(k);
-                    (possible && angle_deg <= MAX_FACE_DEG && is_face > is_none).then_some(face)
-                }
-                (_, None) => None,
-            })
-            .collect();
-        for (pose, face) in self.poses.iter_mut().zip(roles) {
-            pose.face = face;
-        }
-    }
-}
-
-impl Held {
-    fn is_close(&self, other: &Held) -> bool {
-        let close = |a: f64, b: f64| (a - b).abs() <= 0.05 * a.abs().max(b.abs());
-        close(self.tilt, other.tilt)
-            && close(self.bend, other.bend)
-            && close(self.model_error, other.model_error)
     }
 }
 
@@ -278,277 +164,10 @@ fn upper_triangular(x: &mut Parameters, channel_of: [usize; 3]) -> Option<()> {
     x.iter().all(|v| v.is_finite()).then_some(())
 }
 
-/// The largest of a function between `low` and `high`, by golden sections.
-fn golden_section(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
-    let ratio = 0.5 * (5_f64.sqrt() - 1.0);
-    let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
-    let (mut at_left, mut at_right) = (value(left), value(right));
-    for _ in 0..12 {
-        if at_left > at_right {
-            (high, right, at_right) = (right, left, at_left);
-            left = high - ratio * (high - low);
-            at_left = value(left);
-        } else {
-            (low, left, at_left) = (left, right, at_right);
-            right = low + ratio * (high - low);
-            at_right = value(right);
-        }
-    }
-    0.5 * (low + high)
-}
-
-/// What is known of the tilt before any pose, degrees: a box on a table, give or take a factor of e.
-pub(crate) const USUAL_TILT_DEG: f64 = 1.0;
-
-fn likeliest_tilt(held: &Held, likelihood: impl Fn(&Held) -> f64) -> f64 {
-    let value = |log: f64| {
-        let tilt = log.exp();
-        let before = -0.5 * (tilt.to_degrees() / USUAL_TILT_DEG).ln().powi(2);
-        before + likelihood(&Held { tilt, ..*held })
-    };
-    golden_section(0.1_f64.to_radians().ln(), 8_f64.to_radians().ln(), value).exp()
-}
-
-/// What is known of a bend before any pose: 0.05 % of g at 1 g, give or take a factor of e^1.5.
-pub(crate) const USUAL_BEND: (f64, f64) = (5e-4, 1.5);
-
-/// Spreads of bends, and the logarithm of their density: prior times likelihood.
-fn bend_grid(likelihood: impl Fn(f64) -> f64) -> (Vec<(f64, f64)>, f64) {
-    let (usual, factor) = USUAL_BEND;
-    let density = |bend: f64| {
-        let before = -0.5 * ((bend / usual).ln() / factor).powi(2);
-        (bend, before + likelihood(bend))
-    };
-    let grid: Vec<(f64, f64)> = (0..10).map(|i| density(3e-5 * 2_f64.powi(i))).collect();
-    let best = grid.iter().map(|g| g.1).fold(f64::NEG_INFINITY, f64::max);
-    (grid, best)
-}
-
-/// Six bends tell little of their spread: the root of the mean of its square over all that is likely,
-/// and the geometric mean.
-fn likely_bend(likelihood: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
-    let (grid, best) = bend_grid(likelihood);
-    let weight = |value: f64| (value - best).exp();
-    let all: f64 = grid.iter().map(|(_, value)| weight(*value)).sum();
-    let squares: f64 = grid.iter().map(|(b, value)| b * b * weight(*value)).sum();
-    let logs: f64 = grid.iter().map(|(b, value)| b.ln() * weight(*value)).sum();
-    best.is_finite()
-        .then(|| ((squares / all).sqrt(), (logs / all).exp()))
-}
-
-/// The model error, m/s²; none where that is likelier.
-fn likeliest_error(held: &Held, likelihood: impl Fn(&Held) -> f64) -> f64 {
-    let value = |model_error: f64| {
-        likelihood(&Held {
-            model_error,
-            ..*held
-        })
-    };
-    let best = golden_section(1e-4_f64.ln(), 0.3_f64.ln(), |log| value(log.exp())).exp();
-    if value(best) > value(0.0) { best } else { 0.0 }
-}
-
-/// How poses near faces are distributed: faces, and others.
-#[derive(Debug, Clone, Copy)]
-struct FaceMixture {
-    /// Standard deviation of each component of a face's tilt, degrees.
-    spread_deg: f64,
-    /// Share of the named poses that are meant to be faces.
-    share: f64,
-}
-
-impl FaceMixture {
-    /// Of poses that are named, where nothing else tells.
-    const USUAL: FaceMixture = FaceMixture {
-        spread_deg: USUAL_TILT_DEG,
-        share: 0.95,
-    };
-    /// Angle of a deliberate tilt off the face that a pose is named after, degrees.
-    const OFF_FACE_DEG: f64 = 10.0;
-    /// Poses that lie anywhere, by chance near axes, raise the logarithm of the likelihood by less.
-    const MIN_GAIN: f64 = 7.0;
-
-    /// Density of a pose at this angle from a face, and of one that is none, each times its share.
-    /// Named, the latter leans off its face; else it points anywhere, while faces have a sixth of the
-    /// sphere each.
-    fn densities(self, angle_deg: f64, named: bool) -> [f64; 2] {
-        let normal = |sd: f64| {
-            let sd = sd.to_radians();
-            let angle = angle_deg.to_radians();
-            (-0.5 * (angle / sd).powi(2)).exp() / (std::f64::consts::TAU * sd * sd)
-        };
-        if named {
-            let leaning = (1.0 - self.share) * normal(Self::OFF_FACE_DEG);
-            return [self.share * normal(self.spread_deg), leaning];
-        }
-        let anywhere = 1.0 / (4.0 * std::f64::consts::PI);
-        [0.5 * normal(self.spread_deg) / 6.0, 0.5 * anywhere]
-    }
-
-    /// The likeliest mixture; none where nothing looks like a face. Spreads are those from a fixture
-    /// to a hand.
-    fn likeliest(angles: &[(f64, bool)]) -> Option<FaceMixture> {
-        let spreads = (0..=60).map(|i| 0.1 * 35_f64.powf(f64::from(i) / 60.0));
-        let mixtures = spreads
-            .flat_map(|spread_deg| [0.95, 0.8, 0.5].map(|share| FaceMixture { spread_deg, share }));
-        mixtures
-            .map(|mixture| (mixture, mixture.gain(angles)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .filter(|(_, gain)| *gain > Self::MIN_GAIN)
-            .map(|(mixture, _)| mixture)
-    }
-
-    /// Logarithm of the likelihood over that of no face at all.
-    fn gain(self, angles: &[(f64, bool)]) -> f64 {
-        let one = |&(angle_deg, named): &(f64, bool)| {
-            let [face, none] = self.densities(angle_deg, named);
-            let share = if named { 1.0 - self.share } else { 0.5 };
-            ((face + none) / (none / share)).ln()
-        };
-        angles.iter().map(one).sum()
-    }
-}
-
-/// What is known of χ² per degree of freedom before any residual is seen: about 4, since real sensors
-/// miss the model by more than the noise of their means (8.8 was seen on 38 poses), worth as much as
-/// four residuals.
-pub(crate) const USUAL_CHI2: f64 = 4.0;
-/// … so many.
-pub(crate) const USUAL_FREEDOM: f64 = 4.0;
-/// A pose is bad when one as far off is rarer than this among all poses.
-const CHANCE: f64 = 1e-3;
-/// More poses than this are no session by hand.
-pub(crate) const MAX_SESSION: usize = 64;
-/// With fewer degrees of freedom one bad pose can look like another: the worst has to be so many times
-/// rarer than the next.
-const PLENTY_OF_FREEDOM: f64 = 3.0;
-const CLEARLY: f64 = 100.0;
-/// At most this share of the poses is left out.
-const MAX_SHARE_OUT: f64 = 0.2;
-
-/// A pose, tried without.
-struct Deletion {
-    pose: usize,
-    /// Probability that deleting a good pose lowers χ² by as much.
-    chance: f64,
-    /// Degrees of freedom of what remains.
-    freedom: f64,
-}
-
-impl Search {
-    /// The pose whose deletion lowers χ² of the lengths by more than chance, and the chance of that: an
-    /// F test by noise alone against what remains, with Bonferroni's correction for having picked the
-    /// worst. Bends are left out, since they would take in what one bad pose does. Of more poses than a
-    /// session by hand has, all that are rarer than chance.
-    pub fn misfits(&self) -> Vec<(usize, f64)> {
-        let held = self.held.bare();
-        let count = self.poses.iter().filter(|p| !p.out).count();
-        let most = MAX_SHARE_OUT * self.poses.len() as f64;
-        let spare = most - (self.poses.len() - count) as f64;
-        let Some(found) = self.fit(&held).filter(|_| spare >= 1.0) else {
-            return Vec::new();
-        };
-        let counts = |k: usize| !self.poses[k].out;
-        let whole = found.linear.lengths(&held, &found.solution, counts);
-        let mut trials: Vec<Deletion> = (0..self.poses.len())
-            .filter(|&k| counts(k))
-            .map(|k| self.delete(k, &found, &held, whole))
-            .collect();
-        trials.sort_by(|a, b| a.chance.total_cmp(&b.chance));
-        let rare = |d: &&Deletion| count as f64 * d.chance < CHANCE;
-        if count > MAX_SESSION {
-            let all = trials.iter().filter(rare).take(spare as usize);
-            return all.map(|d| (d.pose, count as f64 * d.chance)).collect();
-        }
-        let next = trials.get(1).map_or(1.0, |d| d.chance);
-        let clear = |d: &&Deletion| d.freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * d.chance;
-        let worst = trials.iter().take(1).filter(rare).filter(clear);
-        worst.map(|d| (d.pose, count as f64 * d.chance)).collect()
-    }
-
-    /// The fit without pose `k`. Of many poses, by the residual and its share of the redundancy, which
-    /// is exact for a free pose.
-    fn delete(&self, k: usize, found: &Found, held: &Held, whole: Lengths) -> Deletion {
-        let counts = |i: usize| !self.poses[i].out && i != k;
-        let rest = if self.poses.len() <= MAX_SESSION {
-            let solution = found.linear.solve_poses(held, counts);
-            solution.map(|solution| found.linear.lengths(held, &solution, counts))
-        } else {
-            let row = &found.linear.rows[k];
-            let derivative = row.jacobian.row(0);
-            let variance = row.noise[(0, 0)];
-            let taken = (derivative * found.solution.covariance * derivative.transpose())[0];
-            let share = (1.0 - taken / variance).max(1e-6);
-            Some(Lengths {
-                chi2: whole.chi2 - row.residual[0].powi(2) / variance / share,
-                freedom: whole.freedom - share,
-            })
-        };
-        let chance = |rest: &Lengths| {
-            let freed = (whole.freedom - rest.freedom).max(0.5);
-            deletion_chance(
-                whole.chi2 - rest.chi2,
-                freed,
-                rest.chi2.max(0.0),
-                rest.freedom,
-            )
-        };
-        let rest = rest.filter(|rest| rest.freedom >= 1.0);
-        Deletion {
-            pose: k,
-            chance: rest.as_ref().map_or(1.0, chance),
-            freedom: rest.map_or(0.0, |rest| rest.freedom),
-        }
-    }
-
-    /// An error of pose `k` explains the session better than a nonlinear response does: the evidence for
-    /// both, a pose in fifty being off by some 50 mg.
-    pub fn is_outlier(&self, k: usize, found: &Found) -> bool {
-        const SHARE: f64 = 0.02;
-        const ERROR_MPS2: f64 = 0.5;
-        if self.poses.len() > MAX_SESSION {
-            return true;
-        }
-        let mut other = self.clone();
-        other.poses[k].outlier_sd = ERROR_MPS2;
-        let Some(without) = other.settle() else {
-            return false;
-        };
-        other.evidence(&without) + SHARE.ln() > self.evidence(found)
-    }
-
-    /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends
-    /// (MacKay, Neural Computation 4, 1992).
-    fn evidence(&self, found: &Found) -> f64 {
-        let counts = |k: usize| !self.poses[k].out;
-        let Some(normal) = found.linear.normal(&self.held, counts) else {
-            return f64::NEG_INFINITY;
-        };
-        let (grid, best) = bend_grid(|bend| {
-            let held = Held { bend, ..self.held };
-            let solution = found.linear.solve(&normal, &held);
-            solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
-        });
-        best + grid
-            .iter()
-            .map(|(_, value)| (value - best).exp())
-            .sum::<f64>()
-            .ln()
-    }
-}
-
-/// Probability that the deletion of a good pose lowers χ² by so much and frees so many degrees of
-/// freedom when so much remains, the scale known by what remains and by what is usual.
-fn deletion_chance(lost: f64, freed: f64, rest: f64, freedom: f64) -> f64 {
-    let (rest, freedom) = (rest + USUAL_FREEDOM * USUAL_CHI2, freedom + USUAL_FREEDOM);
-    let ratio = (lost.max(0.0) / freed / (rest / freedom)).min(1e6);
-    FisherSnedecor::new(freed, freedom).map_or(1.0, |f| f.sf(ratio))
-}
-
 /// Where ‖a‖ of a direction is known least, and its standard deviation there by M and b, m/s².
 pub(crate) fn least_known(found: &Found, gravity: f64) -> Option<(Vector3<f64>, f64)> {
     let inverse = matrix(found.x()).try_inverse()?;
-    crate::model::sphere(400)
+    sphere(400)
         .map(|n| {
             let mut h = sensitivity(&inverse, &n, gravity);
             h.fixed_rows_mut::<6>(BENDS).fill(0.0);
