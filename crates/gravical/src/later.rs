@@ -179,7 +179,7 @@ impl Explanation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
-    /// All readings are off by one share: scale or local gravity.
+    /// A common scale error, or another local gravity.
     Share,
     /// Bias of x.
     BiasX,
@@ -239,14 +239,14 @@ impl fmt::Display for Reason {
                 let n = decimals_for(e.sigma);
                 let (change, sigma) = (signed(e.change, n), fixed(e.sigma, n));
                 let what = match e.cause {
-                    Cause::Share => "one fraction of all lengths",
+                    Cause::Share => "a common scale error",
                     Cause::BiasX => "a changed bias of x",
                     Cause::BiasY => "a changed bias of y",
                     Cause::BiasZ => "a changed bias of z",
                 };
                 write!(f, "{what} explains it: {change} ± {sigma} {}", unit(e.unit))?;
                 gravity.map_or(Ok(()), |g| {
-                    write!(f, ", the scale, or local gravity, which would be {g:.4} m/s²")
+                    write!(f, "; so would a local gravity of {g:.4} m/s²")
                 })
             }
             Reason::Unexplained => f.write_str(

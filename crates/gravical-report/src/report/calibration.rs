@@ -8,7 +8,7 @@ use crate::document::{
 use crate::figure::Figure;
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, InputFile, Method, PoseKind, PoseResult,
-    ReferenceSource, Source, TiltSource,
+    ReferenceSource, Source,
 };
 use gravical::escape::path_word;
 use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
@@ -87,11 +87,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         GravitySource::Standard => "assumed",
     };
     let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
-        let how = match t.source {
-            TiltSource::Given => "given",
-            TiltSource::Estimated => "estimated",
-            TiltSource::Assumed => "assumed",
-        };
+        let how = t.source.name();
         format!(", tilt of the face poses {:.1}° ({how})", t.value)
     });
     let on_faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);

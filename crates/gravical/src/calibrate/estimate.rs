@@ -179,7 +179,7 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
     let hand = matrix3::det(&model) * matrix3::det(&mounting)
         / matrix3::row_norms(&model).iter().product::<f64>();
     if hand <= 0.0 {
-        return Err(left_handed(&format!("det R = {hand:.3}")));
+        return Err(ferraris::left_handed(&format!("det R = {hand:.3}")));
     }
     let matrix = matrix3::inverse(&model).ok_or_else(|| {
         Error::input("singular", "the fitted model has no inverse")
@@ -219,15 +219,6 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
             drift,
         },
     })
-}
-
-/// Faces that were taken from names make a mirror image.
-fn left_handed(why: &str) -> Error {
-    Error::input(
-        "left-handed",
-        format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
-    )
-    .with_hint("leave --faces-from names out, and the faces are taken from the data")
 }
 
 /// Tilt of placements that nobody gave, degrees.

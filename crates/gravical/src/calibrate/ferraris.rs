@@ -102,11 +102,7 @@ pub fn accelerometer(
     if let Some(axes) = names
         && let Some(why) = mirrored(faces, &parameters, axes)
     {
-        return Err(Error::input(
-            "left-handed",
-            format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
-        )
-        .with_hint("leave --faces-from names out, and the faces are taken from the data"));
+        return Err(left_handed(&why));
     }
     let calibration = parameters
         .calibration()
@@ -119,6 +115,15 @@ pub fn accelerometer(
 
 pub(super) fn turns_are_singular(e: SixPositionError) -> Error {
     Error::input("singular", format!("the turns determine no gyroscope: {e}"))
+}
+
+/// Faces that were taken from names make a mirror image.
+pub(super) fn left_handed(why: &str) -> Error {
+    Error::input(
+        "left-handed",
+        format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
+    )
+    .with_hint("leave --faces-from names out, and the faces are taken from the data")
 }
 
 /// Why faces that were taken from names cannot be those of a real sensor.

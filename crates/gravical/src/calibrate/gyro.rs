@@ -110,7 +110,6 @@ fn section(rest: &GyroRest, fit: &MotionFit, left_out: usize) -> Option<Gyroscop
             parameters: Covariance::parameter_names(),
             values,
         }),
-        residual: Some(rms(&lengths)),
         residual_deg: Some(rms_deg(&lengths)),
         motions: Some(MotionCounts {
             used: used.len() as u32,

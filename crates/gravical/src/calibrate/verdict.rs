@@ -154,11 +154,7 @@ impl fmt::Display for Reason {
             Reason::Predicted { error_mps2, tilt } => {
                 write!(f, "predicted error of ‖a‖: {} (1σ, over all directions", Mg(*error_mps2))?;
                 if let Some((tilt_deg, source)) = tilt {
-                    let source = match source {
-                        TiltSource::Given => "given",
-                        TiltSource::Estimated => "estimated",
-                        TiltSource::Assumed => "assumed",
-                    };
+                    let source = source.name();
                     write!(f, "; tilt of the face poses {tilt_deg:.2}°, {source}")?;
                 }
                 f.write_str(")")

@@ -375,6 +375,18 @@ pub enum TiltSource {
     Assumed,
 }
 
+impl TiltSource {
+    /// As it is written.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            TiltSource::Given => "given",
+            TiltSource::Estimated => "estimated",
+            TiltSource::Assumed => "assumed",
+        }
+    }
+}
+
 /// Parameters of the gyroscope.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -401,11 +413,8 @@ pub struct GyroscopeSection {
     /// Covariance of raw = M ω + b, M = K R, or of b alone; null if unknown.
     #[serde(default)]
     pub covariance: Option<Covariance>,
-    /// Deviation of gravity rotated by the integrated rate after the fitted motions: root mean
-    /// square length of the difference of unit vectors.
-    #[serde(default)]
-    pub residual: Option<f64>,
-    /// The same as an angle, degrees.
+    /// Deviation of gravity rotated by the integrated rate after the fitted motions, root mean square,
+    /// degrees.
     #[serde(default)]
     pub residual_deg: Option<f64>,
     /// The motions between static intervals.
@@ -430,7 +439,6 @@ impl Default for GyroscopeSection {
             orientation: matrix3::identity(),
             g_sensitivity: [[0.0; 3]; 3],
             covariance: None,
-            residual: None,
             residual_deg: None,
             motions: None,
             leave_one_out_deg: None,

@@ -118,7 +118,7 @@ fn a_moved_bias_is_named_and_a_share_is_scale_or_gravity() {
     assert_eq!(causes, [Cause::Share]);
     assert!(says(
         &shared.verdict.reasons,
-        "local gravity, which would be 9.8"
+        "so would a local gravity of 9.8"
     ));
     // With the gravity of that place it fits.
     let options = CheckOptions {

@@ -1,7 +1,7 @@
 //! What each placement shows: magnitude, error, tilt.
 
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
-use gravical::calibration_file::{CalibrationFile, Method, PoseResult, TiltSource};
+use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
 use gravical::numfmt::milli_g;
 use gravical::predicted::{sensitivity, variance};
 use gravical::uncertainty::covariance_of;
@@ -146,12 +146,8 @@ pub(super) fn tilt(file: &CalibrationFile) -> Option<Figure> {
         Axis::new("tilt off the face", "°").including(&[0.0]),
     );
     if let Some(tilt) = a.pose_tilt_deg {
-        let how = match tilt.source {
-            TiltSource::Given => "given: standard deviation",
-            TiltSource::Estimated => "estimated: standard deviation",
-            TiltSource::Assumed => "assumed: standard deviation",
-        };
-        panel = panel.with(Series::rule(how, Role::Reference, tilt.value));
+        let how = format!("{}: standard deviation", tilt.source.name());
+        panel = panel.with(Series::rule(&how, Role::Reference, tilt.value));
     }
     let caption = if fitted {
         "Estimated tilt of each face pose. Bars are ± 1σ."

@@ -20,12 +20,6 @@ pub struct Faces {
 }
 
 impl Faces {
-    /// How many placements take part.
-    #[must_use]
-    pub fn placements(&self) -> usize {
-        self.of_face.iter().map(Vec::len).sum()
-    }
-
     /// The face for which placement `index` is used; none when it is oblique.
     #[must_use]
     pub fn face_of(&self, index: usize) -> Option<Face> {
