@@ -75,7 +75,9 @@ pub(super) fn gyroscope(
             raw[i] += weight * (mean[i] - dot(section.g_sensitivity[i], *accel));
         }
         variance = variance.zip(standard_error).map(|(sum, error)| {
-            std::array::from_fn(|i| sum[i] + (weight * error[i] / section.scale[i]).powi(2))
+            // Of a board that is turned in its case, axes and channels differ.
+            let shares = section.matrix.map(|row| dot(row.map(f64::abs), error));
+            std::array::from_fn(|i| sum[i] + (weight * shares[i]).powi(2))
         });
         rows += weight;
     }

@@ -184,6 +184,17 @@ fn the_gyroscope_has_its_own_judgement() {
     assert!((gyroscope.bias_now[0] - 0.02).abs() < 2e-4);
     // It does not touch that of the accelerometer.
     assert_eq!(moved.verdict.judgement, Judgement::Fits);
+
+    // A board that is turned in its case: the noise of channel x is that of axis y.
+    let section = file.gyroscope.as_mut().unwrap();
+    section.matrix = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut noisy = rest(UP[4], 300, [0.0; 3], G, 0.0, 5);
+    for rate in &mut noisy.gyro.as_mut().unwrap()[0] {
+        *rate *= 10.0;
+    }
+    let gyroscope = checked(&file, &[noisy]).gyroscope.unwrap();
+    let [x, y, z] = gyroscope.standard_error_deg_s.unwrap();
+    assert!(y > 4.0 * x && y > 4.0 * z, "{x} {y} {z}");
 }
 
 #[test]
