@@ -369,14 +369,22 @@ fn keep_longest(rests: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
     if all <= MAX_STILLS {
         return;
     }
-    let mut counts: Vec<usize> = rests.iter().map(|r| r.count).collect();
-    counts.sort_unstable_by(|a, b| b.cmp(a));
-    rests.retain(|r| r.count >= counts[MAX_STILLS - 1]);
-    rests.truncate(MAX_STILLS);
+    let counts: Vec<usize> = rests.iter().map(|r| r.count).collect();
+    let longest = indices_of_largest(&counts, MAX_STILLS);
+    *rests = longest.into_iter().map(|i| rests[i].clone()).collect();
     findings.push(Finding::new(
         FindingKind::IntervalsLeftOut,
         format!("{all} static intervals; the longest {MAX_STILLS} are compared"),
     ));
+}
+
+/// Indices of the `max` largest counts in order; of equal ones the first.
+fn indices_of_largest(counts: &[usize], max: usize) -> Vec<usize> {
+    let mut indices: Vec<usize> = (0..counts.len()).collect();
+    indices.sort_by_key(|i| std::cmp::Reverse(counts[*i]));
+    indices.truncate(max);
+    indices.sort_unstable();
+    indices
 }
 
 /// Is every recording in the unit of the calibration?
@@ -620,4 +628,15 @@ fn temperature(calibration: &CalibrationFile, rests: &[Placement]) -> Option<Fin
     );
     let outside = (least - low).max(high - most) > TEMPERATURE_MARGIN_C;
     outside.then(|| Finding::new(FindingKind::TemperatureOutside, text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::indices_of_largest;
+
+    #[test]
+    fn the_longest_are_kept_in_order_and_of_equal_ones_the_first() {
+        assert_eq!(indices_of_largest(&[3, 9, 3, 3, 7], 3), [0, 1, 4]);
+        assert_eq!(indices_of_largest(&[1, 2], 3), [0, 1]);
+    }
 }
