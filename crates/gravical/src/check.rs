@@ -8,7 +8,7 @@
 //! of constant velocity or acceleration looks like rest and is judged as one.
 
 mod gyroscope;
-mod rests;
+mod intervals;
 
 use gravical_core::matrix3::norm;
 use gravical_fit::later::{self, Length, Sensor, StaticMean};
@@ -26,8 +26,9 @@ use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
 use crate::segment::face::{AxisMap, Face};
 use crate::segment::still::StillOptions;
+use crate::segment::{Placement, Selection};
 
-use rests::{Rest, rests};
+use intervals::static_intervals;
 
 pub use crate::later::{Cause, Explanation, Judgement, Reason, Verdict};
 #[doc(hidden)]
@@ -42,7 +43,7 @@ const FLOOR_MPS2: f64 = 0.001;
 const REST_SPEED_MPS: f64 = 0.001;
 
 /// More static intervals than this say nothing new; the longest are taken.
-const MAX_STILLS: usize = 400;
+const MAX_INTERVALS: usize = 400;
 
 /// An axis is tested by an interval within 60° of it.
 const TESTED_COSINE: f64 = 0.5;
@@ -202,9 +203,9 @@ pub fn check(
     options: &CheckOptions,
 ) -> Result<CheckReport> {
     let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
-    let mut rests = rests(recordings, &options.still, &mut findings)
+    let mut rests = static_intervals(recordings, options, &mut findings)
         .map_err(|error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
-    rests::at_reference(calibration, &mut rests, &mut findings);
+    intervals::at_reference(calibration, &mut rests, &mut findings);
     keep_longest(&mut rests, &mut findings);
     let gravity = options.gravity.unwrap_or(Gravity {
         value_mps2: calibration.gravity_mps2,
@@ -218,7 +219,8 @@ pub fn check(
         value_mps2: g.value_mps2,
         sd_mps2: g.uncertainty_mps2(),
     });
-    let means: Vec<StaticMean> = rests.iter().map(static_mean).collect();
+    let mean = |rest: &Placement| static_mean(&recordings[rest.recording], rest);
+    let means: Vec<StaticMean> = rests.iter().map(mean).collect();
     let fitted = fitted(calibration, recordings, &rests);
     let counted = counted(&rests, &fitted);
     let counts = |i: usize| counted.contains(&i);
@@ -353,20 +355,28 @@ fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
     })
 }
 
-/// Keeps the longest [`MAX_STILLS`] in their order.
-fn keep_longest(rests: &mut Vec<Rest>, findings: &mut Vec<Finding>) {
+/// Keeps the longest [`MAX_INTERVALS`] in their order.
+fn keep_longest(rests: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
     let all = rests.len();
-    if all <= MAX_STILLS {
+    if all <= MAX_INTERVALS {
         return;
     }
-    let mut counts: Vec<usize> = rests.iter().map(|r| r.count).collect();
-    counts.sort_unstable_by(|a, b| b.cmp(a));
-    rests.retain(|r| r.count >= counts[MAX_STILLS - 1]);
-    rests.truncate(MAX_STILLS);
+    let counts: Vec<usize> = rests.iter().map(|r| r.count).collect();
+    let longest = indices_of_largest(&counts, MAX_INTERVALS);
+    *rests = longest.into_iter().map(|i| rests[i].clone()).collect();
     findings.push(Finding::new(
         FindingKind::IntervalsLeftOut,
-        format!("{all} static intervals; the longest {MAX_STILLS} are compared"),
+        format!("{all} static intervals; the longest {MAX_INTERVALS} are compared"),
     ));
+}
+
+/// Indices of the `max` largest counts in order; of equal ones the first.
+fn indices_of_largest(counts: &[usize], max: usize) -> Vec<usize> {
+    let mut indices: Vec<usize> = (0..counts.len()).collect();
+    indices.sort_by_key(|i| std::cmp::Reverse(counts[*i]));
+    indices.truncate(max);
+    indices.sort_unstable();
+    indices
 }
 
 /// Is every recording in the unit of the calibration?
@@ -377,7 +387,7 @@ fn keep_longest(rests: &mut Vec<Rest>, findings: &mut Vec<Finding>) {
 fn judge_units(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    rests: &[Rest],
+    rests: &[Placement],
     gravity: &Gravity,
     findings: &mut Vec<Finding>,
 ) -> Result<()> {
@@ -399,7 +409,7 @@ fn judge_units(
 }
 
 /// Adds to the bias what it drifts by where one of the temperatures is not known.
-fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, rests: &[Rest]) {
+fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, rests: &[Placement]) {
     let is_known = (calibration.drift_model().is_some() || calibration.temperature_c.is_some())
         && rests.iter().all(|r| r.temperature_c.is_some());
     if is_known || calibration.accelerometer.covariance.is_none() {
@@ -412,9 +422,14 @@ fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, res
     }
 }
 
-fn static_mean(rest: &Rest) -> StaticMean {
-    let duration_s = rest.duration_s.filter(|t| *t > 0.0);
-    let speed = duration_s.map_or(0.0, |t| REST_SPEED_MPS / t);
+fn static_mean(recording: &Recording, rest: &Placement) -> StaticMean {
+    // Without a rate, or where a row is a mean itself, the duration is not known.
+    let (rate_hz, is_assumed) = recording.working_rate_hz();
+    let speed = if is_assumed || rest.count < 2 {
+        0.0
+    } else {
+        REST_SPEED_MPS * rate_hz / rest.count as f64
+    };
     StaticMean {
         mean: Vector3::from(rest.mean),
         sd: rest
@@ -425,10 +440,14 @@ fn static_mean(rest: &Rest) -> StaticMean {
 }
 
 /// True for each static interval that the calibration was fitted to.
-fn fitted(calibration: &CalibrationFile, recordings: &[Recording], rests: &[Rest]) -> Vec<bool> {
-    let fitted = |rest: &Rest| {
+fn fitted(
+    calibration: &CalibrationFile,
+    recordings: &[Recording],
+    rests: &[Placement],
+) -> Vec<bool> {
+    let fitted = |rest: &Placement| {
         let recording = &recordings[rest.recording];
-        let (first, last) = (recording.line(rest.first()), recording.line(rest.last()));
+        let [first, last] = rest.lines.unwrap_or_default();
         inputs_of(calibration, recording).any(|input| {
             let poses = calibration.accelerometer.poses.iter();
             let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
@@ -452,7 +471,7 @@ fn inputs_of<'a>(
 
 /// The intervals that the judgement uses: those that the calibration was not fitted to, among them
 /// those without clipped samples; in both cases all where none is left.
-fn counted(rests: &[Rest], fitted: &[bool]) -> Vec<usize> {
+fn counted(rests: &[Placement], fitted: &[bool]) -> Vec<usize> {
     let mut counted: Vec<usize> = (0..rests.len()).collect();
     if fitted.contains(&false) {
         counted.retain(|i| !fitted[*i]);
@@ -463,18 +482,25 @@ fn counted(rests: &[Rest], fitted: &[bool]) -> Vec<usize> {
     counted
 }
 
-fn describe(recording: &Recording, rest: &Rest, length: &Length, axes: &AxisMap) -> StillCheck {
+fn describe(
+    recording: &Recording,
+    rest: &Placement,
+    length: &Length,
+    axes: &AxisMap,
+) -> StillCheck {
     let (rate, is_assumed) = recording.working_rate_hz();
+    let first = rest.rows.first().map_or(0, |rows| rows.start);
+    let is_named = recording.labels.is_some() && rest.selection == Selection::Given;
     let start_s = match &recording.time_s {
-        Some(t) => t.get(rest.first()).copied().filter(|t| t.is_finite()),
-        None => (!is_assumed).then(|| recording.row_in_file(rest.first()) as f64 / rate),
+        Some(t) => t.get(first).copied().filter(|t| t.is_finite()),
+        None => (!is_assumed).then(|| recording.row_in_file(first) as f64 / rate),
     };
     let calibrated = axes.to_case(length.force.into());
     let (nearest, face_angle_deg) = Face::nearest(calibrated);
     StillCheck {
         file: recording.name.clone(),
-        label: rest.label.clone(),
-        lines: [recording.line(rest.first()), recording.line(rest.last())],
+        label: is_named.then(|| rest.label.clone()),
+        lines: rest.lines.unwrap_or_default(),
         start_s,
         rows: rest.count as u64,
         calibrated,
@@ -522,7 +548,7 @@ fn coverage(lengths: &[&Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
 fn circumstances(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    rests: &[Rest],
+    rests: &[Placement],
     gravity: &Gravity,
     options: &CheckOptions,
     findings: &mut Vec<Finding>,
@@ -538,11 +564,9 @@ fn circumstances(
     }
     for rest in rests.iter().filter(|r| r.clipped > 0) {
         let recording = &recordings[rest.recording];
-        let (count, first, last) = (rest.clipped, rest.first(), rest.last());
+        let (count, [first, last]) = (rest.clipped, rest.lines.unwrap_or_default());
         let text = format!(
-            "{count} samples at the end of the range in lines {} to {}: the mean is too small, and the interval does not count unless there is no other",
-            recording.line(first),
-            recording.line(last)
+            "{count} samples at the end of the range in lines {first} to {last}: the mean is too small, and the interval does not count unless there is no other"
         );
         findings.push(Finding::new(FindingKind::ClippedPose, text).in_file(&recording.name));
     }
@@ -581,7 +605,7 @@ fn of_recording(calibration: &CalibrationFile, recording: &Recording) -> Vec<Fin
         .collect()
 }
 
-fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding> {
+fn temperature(calibration: &CalibrationFile, rests: &[Placement]) -> Option<Finding> {
     // Within the range of a temperature model the drift is taken off.
     let [least, most] = match (calibration.drift_model(), calibration.temperature_c) {
         (Some(model), _) => model.range_c,
@@ -596,4 +620,15 @@ fn temperature(calibration: &CalibrationFile, rests: &[Rest]) -> Option<Finding>
     );
     let outside = (least - low).max(high - most) > TEMPERATURE_MARGIN_C;
     outside.then(|| Finding::new(FindingKind::TemperatureOutside, text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::indices_of_largest;
+
+    #[test]
+    fn the_longest_are_kept_in_order_and_of_equal_ones_the_first() {
+        assert_eq!(indices_of_largest(&[3, 9, 3, 3, 7], 3), [0, 1, 4]);
+        assert_eq!(indices_of_largest(&[1, 2], 3), [0, 1]);
+    }
 }

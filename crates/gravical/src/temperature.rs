@@ -346,7 +346,7 @@ fn mean_c(placements: &[Placement]) -> Option<f64> {
 }
 
 /// Converts the means of the poses to the reference temperature.
-fn bring_to_reference(placements: &mut [Placement], model: &TemperatureModel) {
+pub(crate) fn bring_to_reference(placements: &mut [Placement], model: &TemperatureModel) {
     for placement in placements {
         let Some(t_c) = placement.temperature_c else {
             continue;

@@ -1,12 +1,14 @@
 //! The gyroscope's bias at rest. It moves with every start and with temperature,
 //! so that its judgement stands apart from that of the accelerometer.
 
-use super::rests::Rest;
+use super::intervals::include_slow_noise;
 use super::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
+use crate::segment::hold::HoldMean;
 use crate::segment::turns::motions;
+use crate::segment::{Placement, Stretches, cut, means_of};
 
 /// A calibrated rate at rest above this is worth a new bias, °/s: what an
 /// MPU6050 may drift in 3 °C (product specification, 6.1: ±20 °/s over 125 °C).
@@ -15,24 +17,24 @@ pub const GYRO_LIMIT_DEG_S: f64 = 0.5;
 /// Standard errors by which a mean has to be beyond the limit: 99 %.
 const CONFIDENCE: f64 = 2.576;
 
-/// Mean calibrated rate over all rests, weighted by their rows; `accel` is the
+/// Mean calibrated rate over all static intervals, weighted by their rows; `accel` is the
 /// calibrated specific force of each, m/s².
 pub(super) fn gyroscope(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    rests: &[Rest],
+    intervals: &[Placement],
     accel: &[[f64; 3]],
     findings: &mut Vec<Finding>,
 ) -> Option<GyroscopeCheck> {
     let section = calibration.gyroscope.as_ref()?;
     let apply = calibration.gyroscope_calibration()?;
     for (index, recording) in recordings.iter().enumerate() {
-        let stills: Vec<_> = rests
+        let rows: Vec<_> = intervals
             .iter()
-            .filter(|r| r.recording == index)
-            .flat_map(|r| r.rows.iter().cloned())
+            .filter(|p| p.recording == index)
+            .flat_map(|p| p.rows.iter().cloned())
             .collect();
-        let evidence = Evidence::of(recording, &stills, &motions(recording, &stills));
+        let evidence = Evidence::of(recording, &rows, &motions(recording, &rows));
         let scale = Claims::of(recording, Some(section)).map(|c| decide(c, &evidence, findings));
         if let Some(why) = scale.and_then(|scale| mismatch(section, &scale)) {
             findings.push(
@@ -50,18 +52,32 @@ pub(super) fn gyroscope(
     }
     let (mut rate, mut raw, mut variance) = ([0.0; 3], [0.0; 3], Some([0.0; 3]));
     let mut rows = 0.0;
-    for (rest, accel) in rests.iter().zip(accel) {
-        let Some((mean, error)) = rest.gyro else {
+    let means = mean_rates(calibration, recordings, intervals);
+    for (
+        (
+            interval,
+            HoldMean {
+                mean,
+                standard_error,
+                ..
+            },
+        ),
+        accel,
+    ) in intervals.iter().zip(means).zip(accel)
+    {
+        if !mean.iter().all(|m| m.is_finite()) {
             continue;
-        };
-        let weight = rest.count as f64;
+        }
+        let weight = interval.count as f64;
         let calibrated = apply.apply(mean, *accel);
         for i in 0..3 {
             rate[i] += weight * calibrated[i];
             raw[i] += weight * (mean[i] - dot(section.g_sensitivity[i], *accel));
         }
-        variance = variance.zip(error).map(|(sum, error)| {
-            std::array::from_fn(|i| sum[i] + (weight * error[i] / section.scale[i]).powi(2))
+        variance = variance.zip(standard_error).map(|(sum, error)| {
+            // Of a board that is turned in its case, axes and channels differ.
+            let shares = section.matrix.map(|row| dot(row.map(f64::abs), error));
+            std::array::from_fn(|i| sum[i] + (weight * shares[i]).powi(2))
         });
         rows += weight;
     }
@@ -91,6 +107,31 @@ pub(super) fn gyroscope(
         limit_deg_s: GYRO_LIMIT_DEG_S,
         judgement,
     })
+}
+
+/// Mean rates of static intervals in the input unit, at the reference temperature; NaN without a
+/// gyroscope.
+fn mean_rates(
+    calibration: &CalibrationFile,
+    recordings: &[Recording],
+    intervals: &[Placement],
+) -> Vec<HoldMean> {
+    let held = |interval: &Placement| match &recordings[interval.recording].gyro {
+        Some(gyro) => cut(gyro, &interval.rows),
+        None => Vec::new(),
+    };
+    let held: Vec<Stretches> = intervals.iter().map(held).collect();
+    let selected = intervals.iter().map(|p| (p.recording, p.selection));
+    let (mut means, _) = means_of(recordings, selected, &held, Recording::gyro_resolution);
+    let errors = intervals.iter().zip(&mut means);
+    let errors = errors.map(|(p, mean)| (p.recording, mean.rows, &mut mean.standard_error));
+    include_slow_noise(recordings, &held, errors);
+    for (interval, HoldMean { mean, .. }) in intervals.iter().zip(&mut means) {
+        if let (Some(model), Some(t_c)) = (calibration.drift_model(), interval.temperature_c) {
+            *mean = std::array::from_fn(|i| model.at_reference(3 + i, t_c, mean[i]));
+        }
+    }
+    means
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -186,7 +186,7 @@ const FEW_ROWS: usize = 40;
 
 /// Placements one after the other, `pose 1` …, with the name of their file where
 /// there are several.
-fn drafts_of(
+pub(crate) fn drafts_of(
     index: usize,
     spans: Vec<Range<usize>>,
     stem: Option<&String>,

@@ -4,16 +4,16 @@ use crate::recording::{Finding, FindingKind, Recording};
 use crate::still::{floors, moments};
 
 use super::face::{self, Claim, Face, angle_deg};
-use super::{Placement, SegmentOptions};
+use super::{Placement, SegmentOptions, Stretches};
 
 /// Holds that shake many times as much as the usual one of the session.
 pub(super) fn check_steadiness(
     placements: &[Placement],
-    held: &[Vec<[Vec<f64>; 3]>],
+    held: &[Stretches],
     recordings: &[Recording],
     findings: &mut Vec<Finding>,
 ) {
-    let shake = |(p, held): (&Placement, &Vec<[Vec<f64>; 3]>)| -> f64 {
+    let shake = |(p, held): (&Placement, &Stretches)| -> f64 {
         let rows = p.rows.iter().map(|r| r.len()).sum::<usize>().max(1) as f64;
         let sum: f64 = held
             .iter()

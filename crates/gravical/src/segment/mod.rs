@@ -21,7 +21,7 @@ pub mod still;
 #[doc(hidden)]
 pub mod turns;
 
-pub(crate) use found::is_too_short;
+pub(crate) use found::{drafts_of, is_too_short};
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -31,7 +31,7 @@ use crate::recording::{Finding, FindingKind, Recording, UnitDoubt, full_scale};
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
-use hold::{HoldNoise, plain_mean, pooled_noise, robust_mean};
+use hold::{HoldMean, HoldNoise, plain_mean, pooled_noise, robust_mean};
 use judge::{check_names, check_rows, check_steadiness};
 use sections::Section;
 use still::StillOptions;
@@ -140,6 +140,29 @@ pub(crate) struct Draft {
     claim: Option<Claim>,
 }
 
+impl From<Placement> for Draft {
+    fn from(placement: Placement) -> Self {
+        Draft {
+            label: placement.label,
+            recording: placement.recording,
+            rows: placement.rows,
+            selection: placement.selection,
+            claim: placement.claim,
+        }
+    }
+}
+
+/// The values of a sensor in a static interval, one or several stretches of rows.
+pub(crate) type Stretches = Vec<[Vec<f64>; 3]>;
+
+/// Static intervals with their means.
+pub(crate) struct Measured {
+    pub placements: Vec<Placement>,
+    /// The accelerometer in each, rows with a spike empty.
+    pub held: Vec<Stretches>,
+    pub noise: HoldNoise,
+}
+
 fn rows_not_kept(recording: &Recording) -> Error {
     Error::usage(
         "rows-not-kept",
@@ -230,14 +253,11 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     if !named {
         turns = found;
     }
-    let held = without_spikes(recordings, &drafts, &mut findings);
-    let slices: Vec<[&[f64]; 3]> = held.iter().flatten().map(slices).collect();
-    let noise = pooled_noise(&slices, coarsest(recordings));
-    let mut placements: Vec<Placement> = drafts
-        .into_iter()
-        .zip(&held)
-        .map(|(draft, held)| measure(draft, held, recordings, &noise, options))
-        .collect();
+    let Measured {
+        mut placements,
+        held,
+        noise,
+    } = measure_intervals(recordings, drafts, &options.axes, &mut findings);
     check_steadiness(&placements, &held, recordings, &mut findings);
     leave_out_empty(&mut placements, &mut findings);
     check_names(&mut placements, options, &mut findings);
@@ -355,42 +375,84 @@ fn describe(recording: &Recording) -> String {
     }
 }
 
-/// The largest steps that any of the recordings is rounded to, accelerometer.
-fn coarsest(recordings: &[Recording]) -> [f64; 3] {
-    recordings
+/// Measures static intervals: means with the noise of all together, single spikes left out.
+pub(crate) fn measure_intervals(
+    recordings: &[Recording],
+    drafts: Vec<Draft>,
+    axes: &AxisMap,
+    findings: &mut Vec<Finding>,
+) -> Measured {
+    let held = without_spikes(recordings, &drafts, findings);
+    let intervals = drafts.iter().map(|d| (d.recording, d.selection));
+    let step = Recording::accel_resolution;
+    let (means, noise) = means_of(recordings, intervals, &held, step);
+    let placements = drafts
+        .into_iter()
+        .zip(held.iter().zip(means))
+        .map(|(draft, (held, mean))| placement(draft, held, mean, recordings, axes))
+        .collect();
+    Measured {
+        placements,
+        held,
+        noise,
+    }
+}
+
+/// Means of a sensor in static intervals, each of a recording and a selection, and the noise of
+/// all together; `resolution` is the sensor's.
+pub(crate) fn means_of(
+    recordings: &[Recording],
+    intervals: impl Iterator<Item = (usize, Selection)>,
+    held: &[Stretches],
+    resolution: fn(&Recording) -> [f64; 3],
+) -> (Vec<HoldMean>, HoldNoise) {
+    let coarsest = recordings
         .iter()
-        .map(Recording::accel_resolution)
-        .fold([0.0; 3], |most, step| {
+        .map(resolution)
+        .fold([0.0; 3], |most: [f64; 3], step| {
             std::array::from_fn(|i| step[i].max(most[i]))
-        })
+        });
+    let stretches: Vec<[&[f64]; 3]> = held.iter().flatten().map(slices).collect();
+    let noise = pooled_noise(&stretches, coarsest);
+    let mean = |((recording, selection), held): ((usize, Selection), &Stretches)| {
+        let (rate, _) = Recording::working_rate_hz(&recordings[recording]);
+        let values: [Vec<f64>; 3] =
+            std::array::from_fn(|i| held.iter().flat_map(|s| s[i].iter().copied()).collect());
+        match selection {
+            Selection::Given => plain_mean(&slices(&values), &noise, rate),
+            Selection::Found => robust_mean(&slices(&values), &noise, rate),
+        }
+    };
+    (intervals.zip(held).map(mean).collect(), noise)
 }
 
 fn slices(channels: &[Vec<f64>; 3]) -> [&[f64]; 3] {
     channels.each_ref().map(|c| &c[..])
 }
 
-/// The accelerometer in every stretch of every pose, rows with a spike empty.
+/// The values of a sensor in some rows.
+pub(crate) fn cut(sensor: &[Vec<f64>; 3], rows: &[Range<usize>]) -> Stretches {
+    let values = |rows: &Range<usize>| sensor.each_ref().map(|c| c[rows.clone()].to_vec());
+    rows.iter().map(values).collect()
+}
+
+/// The accelerometer in every static interval, rows with a spike empty.
 fn without_spikes(
     recordings: &[Recording],
     drafts: &[Draft],
     findings: &mut Vec<Finding>,
-) -> Vec<Vec<[Vec<f64>; 3]>> {
-    // Of every recording: spikes, poses that have any, and their rows.
+) -> Vec<Stretches> {
+    // Of every recording: spikes, static intervals that have any, and their rows.
     let mut counts = vec![[0_usize; 3]; recordings.len()];
     let held = drafts
         .iter()
         .map(|draft| {
             let recording = &recordings[draft.recording];
             let mut taken_out = 0;
-            let stretches: Vec<[Vec<f64>; 3]> = draft
-                .rows
-                .iter()
-                .map(|rows| {
-                    let mut own = recording.accel.each_ref().map(|c| c[rows.clone()].to_vec());
-                    taken_out += spikes::take_out(&mut own, recording.accel_resolution());
-                    own
-                })
-                .collect();
+            let mut stretches = cut(&recording.accel, &draft.rows);
+            for values in &mut stretches {
+                taken_out += spikes::take_out(values, recording.accel_resolution());
+            }
             if taken_out > 0 {
                 let rows: usize = draft.rows.iter().map(ExactSizeIterator::len).sum();
                 let count = &mut counts[draft.recording];
@@ -399,14 +461,14 @@ fn without_spikes(
             stretches
         })
         .collect();
-    for (recording, [spikes, poses, rows]) in recordings.iter().zip(counts) {
+    for (recording, [spikes, intervals, rows]) in recordings.iter().zip(counts) {
         if spikes > 0 {
             findings.push(
                 Finding::new(
                     FindingKind::SpikesLeftOut,
                     format!(
-                        "{spikes} of the {rows} samples of {poses} {} stand out from their neighbours by more than 6 standard deviations: left out",
-                        if poses == 1 { "pose" } else { "poses" },
+                        "{spikes} of the {rows} samples of {intervals} static interval{} stand out from their neighbours by more than 6 standard deviations: left out",
+                        if intervals == 1 { "" } else { "s" },
                     ),
                 )
                 .in_file(&recording.name),
@@ -416,31 +478,24 @@ fn without_spikes(
     held
 }
 
-fn measure(
+fn placement(
     draft: Draft,
-    held: &[[Vec<f64>; 3]],
+    held: &Stretches,
+    mean: HoldMean,
     recordings: &[Recording],
-    noise: &HoldNoise,
-    options: &SegmentOptions,
+    axes: &AxisMap,
 ) -> Placement {
     let recording = &recordings[draft.recording];
-    let (rate, _) = recording.working_rate_hz();
-    let gathered: [Vec<f64>; 3] =
-        std::array::from_fn(|i| held.iter().flat_map(|s| s[i].iter().copied()).collect());
-    let channels = slices(&gathered);
-    let mean = match draft.selection {
-        Selection::Given => plain_mean(&channels, noise, rate),
-        Selection::Found => robust_mean(&channels, noise, rate),
-    };
-    let clipped = (0..3)
-        .map(|i| full_scale::clipped_count(&gathered[i], &recording.accel_scale))
+    let channels = held.iter().flatten();
+    let clipped = channels
+        .map(|values| full_scale::clipped_count(values, &recording.accel_scale))
         .sum();
     let gyro_sum = recording
         .gyro
         .as_ref()
         .and_then(|gyro| sum_of_rows(gyro, draft.rows.iter().flat_map(Clone::clone)));
     let temperature_c = recording.mean_temperature_c(&draft.rows);
-    let in_case = options.axes.to_case(mean.mean);
+    let in_case = axes.to_case(mean.mean);
     let (nearest, angle) = Face::nearest(in_case);
     let lines = draft
         .rows
@@ -485,7 +540,7 @@ pub(crate) fn sum_of_rows(
 
 /// A placement that a section or label names may have rows, but no value of
 /// some axis in any of them: it has no mean.
-fn leave_out_empty(placements: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
+pub(crate) fn leave_out_empty(placements: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
     placements.retain(|placement| {
         let Some(axis) = placement.mean.iter().position(|m| !m.is_finite()) else {
             return true;

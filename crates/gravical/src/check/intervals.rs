@@ -1,0 +1,155 @@
+//! Static intervals to hold a calibration against, and what their means are worth.
+
+use crate::calibration_file::CalibrationFile;
+use crate::recording::{Finding, FindingKind, Recording};
+use crate::segment::hold::pooled_noise;
+use crate::segment::still::{StillOptions, find_calm, find_calmest};
+use crate::segment::{
+    Draft, Measured, Placement, SegmentOptions, Selection, Stretches, drafts_of, leave_out_empty,
+    measure_intervals, segment,
+};
+use crate::stats::mean_of_finite;
+use crate::temperature::{bring_to_reference, cost_text};
+use crate::{Error, Result};
+
+use super::CheckOptions;
+
+/// A recording faster than this is averaged down to it when the correlation of
+/// its noise is looked at, Hz: after setting down a sensor rocks for a while,
+/// at 5 to 20 Hz, and 20 lags of a fast recording do not see that.
+const SLOW_RATE_HZ: f64 = 100.0;
+
+/// All static intervals of all recordings. Means are in the numbers of the file, zero offset
+/// added back.
+///
+/// # Errors
+///
+/// `no-recordings`; `never-static` when no recording has one.
+pub(super) fn static_intervals(
+    recordings: &[Recording],
+    options: &CheckOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<Placement>> {
+    let Some(first) = recordings.first() else {
+        return Err(Error::input("no-recordings", "there is no recording"));
+    };
+    let mut drafts = Vec::new();
+    for (index, recording) in recordings.iter().enumerate() {
+        let found = in_one(index, recording, &options.still, findings);
+        if found.is_empty() {
+            findings.push(
+                Finding::new(FindingKind::NoStaticInterval, "never at rest; not used")
+                    .in_file(&recording.name),
+            );
+        }
+        drafts.extend(found);
+    }
+    let Measured {
+        placements: mut intervals,
+        held,
+        ..
+    } = measure_intervals(recordings, drafts, &options.axes, findings);
+    let errors = intervals
+        .iter_mut()
+        .map(|p| (p.recording, p.count, &mut p.standard_error));
+    include_slow_noise(recordings, &held, errors);
+    for interval in &mut intervals {
+        let offset = recordings[interval.recording].zero_offset;
+        interval.mean = interval.mean.map(|m| m + offset);
+    }
+    leave_out_empty(&mut intervals, findings);
+    if intervals.is_empty() {
+        return Err(Error::input(
+            "never-static",
+            "never at rest long enough to compare with gravity",
+        )
+        .at(first.name.as_ref(), None)
+        .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
+    }
+    Ok(intervals)
+}
+
+fn in_one(
+    index: usize,
+    recording: &Recording,
+    still: &StillOptions,
+    findings: &mut Vec<Finding>,
+) -> Vec<Draft> {
+    let found = find_calm(recording, still);
+    if !found.is_empty() {
+        return drafts_of(index, found, None, Selection::Found);
+    }
+    // A table of means, or placements that somebody named: the intervals are given.
+    if recording.labels.is_some() || recording.rows_in_file() < 40 {
+        let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
+        if let Ok(given) = given {
+            let of_this = |placement| Placement {
+                recording: index,
+                ..placement
+            };
+            let placements = given.placements.into_iter().map(of_this);
+            return placements.map(Draft::from).collect();
+        }
+    }
+    let calmest = find_calmest(recording, findings);
+    drafts_of(index, calmest, None, Selection::Found)
+}
+
+/// Raises standard errors of means to what averages of samples say of them. `errors` are in the
+/// order of `held`, each with its recording and the rows of its mean.
+pub(super) fn include_slow_noise<'a>(
+    recordings: &[Recording],
+    held: &[Stretches],
+    errors: impl Iterator<Item = (usize, usize, &'a mut Option<[f64; 3]>)>,
+) {
+    let errors = errors.map(|(recording, rows, error)| {
+        let (rate_hz, _) = recordings[recording].working_rate_hz();
+        (((rate_hz / SLOW_RATE_HZ) as usize).max(1), rows, error)
+    });
+    let errors: Vec<_> = errors.collect();
+    let averages: Vec<[Vec<f64>; 3]> = held
+        .iter()
+        .zip(&errors)
+        .flat_map(|(held, (group, ..))| {
+            let average = |values: &Vec<f64>| -> Vec<f64> {
+                values.chunks_exact(*group).map(mean_of_finite).collect()
+            };
+            held.iter().map(move |s| s.each_ref().map(average))
+        })
+        .collect();
+    let slices: Vec<[&[f64]; 3]> = averages
+        .iter()
+        .map(|a| a.each_ref().map(|v| &v[..]))
+        .collect();
+    // Averages come in no steps.
+    let slow = pooled_noise(&slices, [0.0; 3]);
+    for (group, rows, error) in errors {
+        let groups = (rows / group).max(1) as f64;
+        if let Some(error) = error {
+            *error =
+                std::array::from_fn(|i| error[i].max(slow.sigma[i] * (slow.vif / groups).sqrt()));
+        }
+    }
+}
+
+/// Takes the drift of the accepted channels off the means of static intervals, as `apply` does
+/// row by row, held at the edges of the model's range.
+pub(super) fn at_reference(
+    calibration: &CalibrationFile,
+    intervals: &mut [Placement],
+    findings: &mut Vec<Finding>,
+) {
+    let Some(model) = calibration.drift_model() else {
+        return;
+    };
+    let temperatures = intervals.iter().map(|p| p.temperature_c);
+    let without = temperatures.filter(Option::is_none).count();
+    if without > 0 {
+        let (all, cost) = (intervals.len(), cost_text(model));
+        let text = format!(
+            "{without} of {all} static intervals have no temperature, so the calibration's drift with temperature is not taken off there: {cost}"
+        );
+        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
+    }
+    bring_to_reference(intervals, model);
+}
