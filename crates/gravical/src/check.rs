@@ -203,46 +203,52 @@ pub fn check(
     options: &CheckOptions,
 ) -> Result<CheckReport> {
     let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
-    let mut rests = static_intervals(recordings, options, &mut findings)
+    let mut intervals = static_intervals(recordings, options, &mut findings)
         .map_err(|error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
-    intervals::at_reference(calibration, &mut rests, &mut findings);
-    keep_longest(&mut rests, &mut findings);
+    intervals::at_reference(calibration, &mut intervals, &mut findings);
+    keep_longest(&mut intervals, &mut findings);
     let gravity = options.gravity.unwrap_or(Gravity {
         value_mps2: calibration.gravity_mps2,
         source: calibration.gravity_source,
     });
-    judge_units(calibration, recordings, &rests, &gravity, &mut findings)?;
+    judge_units(calibration, recordings, &intervals, &gravity, &mut findings)?;
 
     let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
-    widen_for_temperature(&mut sensor, calibration, &rests);
+    widen_for_temperature(&mut sensor, calibration, &intervals);
     let here = options.gravity.map(|g| later::Gravity {
         value_mps2: g.value_mps2,
         sd_mps2: g.uncertainty_mps2(),
     });
-    let mean = |rest: &Placement| static_mean(&recordings[rest.recording], rest);
-    let means: Vec<StaticMean> = rests.iter().map(mean).collect();
-    let fitted = fitted(calibration, recordings, &rests);
-    let counted = counted(&rests, &fitted);
+    let mean = |interval: &Placement| static_mean(&recordings[interval.recording], interval);
+    let means: Vec<StaticMean> = intervals.iter().map(mean).collect();
+    let fitted = fitted(calibration, recordings, &intervals);
+    let counted = counted(&intervals, &fitted);
     let counts = |i: usize| counted.contains(&i);
     let result = later::check(&sensor, here, &means, counts).ok_or_else(|| singular(name))?;
     let used: Vec<&Length> = counted.iter().map(|i| &result.lengths[*i]).collect();
 
-    let mut intervals = Vec::new();
-    for (i, (rest, length)) in rests.iter().zip(&result.lengths).enumerate() {
-        let mut interval = describe(&recordings[rest.recording], rest, length, &options.axes);
-        interval.counts = counts(i);
-        intervals.push(interval);
+    let mut checks = Vec::new();
+    for (i, (interval, length)) in intervals.iter().zip(&result.lengths).enumerate() {
+        let mut check = describe(
+            &recordings[interval.recording],
+            interval,
+            length,
+            &options.axes,
+        );
+        check.counts = counts(i);
+        checks.push(check);
     }
     circumstances(
         calibration,
         recordings,
-        &rests,
+        &intervals,
         &gravity,
         options,
         &mut findings,
     );
     let forces: Vec<[f64; 3]> = result.lengths.iter().map(|l| l.force.into()).collect();
-    let gyroscope = gyroscope::gyroscope(calibration, recordings, &rests, &forces, &mut findings);
+    let gyroscope =
+        gyroscope::gyroscope(calibration, recordings, &intervals, &forces, &mut findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let is_own = counted.iter().all(|i| fitted[*i]);
     let judgement = judgement(calibration, &result, is_own);
@@ -253,8 +259,8 @@ pub fn check(
         gravity_mps2: gravity.value_mps2,
         gravity_source: gravity.source,
         gravity_of_calibration: options.gravity.is_none(),
-        worst: worst(&intervals),
-        static_intervals: intervals,
+        worst: worst(&checks),
+        static_intervals: checks,
         rms_mps2: root_mean_square(&used, |l| l.error_mps2),
         predicted_rms_mps2: root_mean_square(&used, |l| l.sd_mps2),
         test: result.test,
@@ -356,14 +362,14 @@ fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
 }
 
 /// Keeps the longest [`MAX_INTERVALS`] in their order.
-fn keep_longest(rests: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
-    let all = rests.len();
+fn keep_longest(intervals: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
+    let all = intervals.len();
     if all <= MAX_INTERVALS {
         return;
     }
-    let counts: Vec<usize> = rests.iter().map(|r| r.count).collect();
+    let counts: Vec<usize> = intervals.iter().map(|r| r.count).collect();
     let longest = indices_of_largest(&counts, MAX_INTERVALS);
-    *rests = longest.into_iter().map(|i| rests[i].clone()).collect();
+    *intervals = longest.into_iter().map(|i| intervals[i].clone()).collect();
     findings.push(Finding::new(
         FindingKind::IntervalsLeftOut,
         format!("{all} static intervals; the longest {MAX_INTERVALS} are compared"),
@@ -387,13 +393,13 @@ fn indices_of_largest(counts: &[usize], max: usize) -> Vec<usize> {
 fn judge_units(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    rests: &[Placement],
+    intervals: &[Placement],
     gravity: &Gravity,
     findings: &mut Vec<Finding>,
 ) -> Result<()> {
     let apply = calibration.accelerometer_calibration();
     for (index, recording) in recordings.iter().enumerate() {
-        let own = rests.iter().filter(|r| r.recording == index);
+        let own = intervals.iter().filter(|r| r.recording == index);
         let mut norms: Vec<f64> = own.map(|r| norm(&apply.apply(r.mean))).collect();
         if !norms.is_empty() {
             judge_unit(
@@ -409,9 +415,13 @@ fn judge_units(
 }
 
 /// Adds to the bias what it drifts by where one of the temperatures is not known.
-fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, rests: &[Placement]) {
+fn widen_for_temperature(
+    sensor: &mut Sensor,
+    calibration: &CalibrationFile,
+    intervals: &[Placement],
+) {
     let is_known = (calibration.drift_model().is_some() || calibration.temperature_c.is_some())
-        && rests.iter().all(|r| r.temperature_c.is_some());
+        && intervals.iter().all(|r| r.temperature_c.is_some());
     if is_known || calibration.accelerometer.covariance.is_none() {
         return;
     }
@@ -422,17 +432,17 @@ fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, res
     }
 }
 
-fn static_mean(recording: &Recording, rest: &Placement) -> StaticMean {
+fn static_mean(recording: &Recording, interval: &Placement) -> StaticMean {
     // Without a rate, or where a row is a mean itself, the duration is not known.
     let (rate_hz, is_assumed) = recording.working_rate_hz();
-    let speed = if is_assumed || rest.count < 2 {
+    let speed = if is_assumed || interval.count < 2 {
         0.0
     } else {
-        REST_SPEED_MPS * rate_hz / rest.count as f64
+        REST_SPEED_MPS * rate_hz / interval.count as f64
     };
     StaticMean {
-        mean: Vector3::from(rest.mean),
-        sd: rest
+        mean: Vector3::from(interval.mean),
+        sd: interval
             .standard_error
             .map_or_else(Vector3::zeros, Vector3::from),
         sd_of_length_mps2: speed.hypot(FLOOR_MPS2),
@@ -443,11 +453,11 @@ fn static_mean(recording: &Recording, rest: &Placement) -> StaticMean {
 fn fitted(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    rests: &[Placement],
+    intervals: &[Placement],
 ) -> Vec<bool> {
-    let fitted = |rest: &Placement| {
-        let recording = &recordings[rest.recording];
-        let [first, last] = rest.lines.unwrap_or_default();
+    let fitted = |interval: &Placement| {
+        let recording = &recordings[interval.recording];
+        let [first, last] = interval.lines.unwrap_or_default();
         inputs_of(calibration, recording).any(|input| {
             let poses = calibration.accelerometer.poses.iter();
             let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
@@ -455,7 +465,7 @@ fn fitted(
             poses.any(|p| p.lines.is_none_or(|[from, to]| from <= last && first <= to))
         })
     };
-    rests.iter().map(fitted).collect()
+    intervals.iter().map(fitted).collect()
 }
 
 /// The inputs of the calibration that are this recording, by its checksum.
@@ -471,26 +481,26 @@ fn inputs_of<'a>(
 
 /// The intervals that the judgement uses: those that the calibration was not fitted to, among them
 /// those without clipped samples; in both cases all where none is left.
-fn counted(rests: &[Placement], fitted: &[bool]) -> Vec<usize> {
-    let mut counted: Vec<usize> = (0..rests.len()).collect();
+fn counted(intervals: &[Placement], fitted: &[bool]) -> Vec<usize> {
+    let mut counted: Vec<usize> = (0..intervals.len()).collect();
     if fitted.contains(&false) {
         counted.retain(|i| !fitted[*i]);
     }
-    if counted.iter().any(|i| rests[*i].clipped == 0) {
-        counted.retain(|i| rests[*i].clipped == 0);
+    if counted.iter().any(|i| intervals[*i].clipped == 0) {
+        counted.retain(|i| intervals[*i].clipped == 0);
     }
     counted
 }
 
 fn describe(
     recording: &Recording,
-    rest: &Placement,
+    interval: &Placement,
     length: &Length,
     axes: &AxisMap,
 ) -> StillCheck {
     let (rate, is_assumed) = recording.working_rate_hz();
-    let first = rest.rows.first().map_or(0, |rows| rows.start);
-    let is_named = recording.labels.is_some() && rest.selection == Selection::Given;
+    let first = interval.rows.first().map_or(0, |rows| rows.start);
+    let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
     let start_s = match &recording.time_s {
         Some(t) => t.get(first).copied().filter(|t| t.is_finite()),
         None => (!is_assumed).then(|| recording.row_in_file(first) as f64 / rate),
@@ -499,18 +509,18 @@ fn describe(
     let (nearest, face_angle_deg) = Face::nearest(calibrated);
     StillCheck {
         file: recording.name.clone(),
-        label: is_named.then(|| rest.label.clone()),
-        lines: rest.lines.unwrap_or_default(),
+        label: is_named.then(|| interval.label.clone()),
+        lines: interval.lines.unwrap_or_default(),
         start_s,
-        rows: rest.count as u64,
+        rows: interval.count as u64,
         calibrated,
         nearest: nearest.name(),
         face_angle_deg,
         error_mps2: length.error_mps2,
         sigma_mps2: length.sd_mps2,
         z: length.error_mps2 / length.sd_mps2,
-        temperature_c: rest.temperature_c,
-        clipped: rest.clipped as u64,
+        temperature_c: interval.temperature_c,
+        clipped: interval.clipped as u64,
         counts: true,
     }
 }
@@ -548,7 +558,7 @@ fn coverage(lengths: &[&Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
 fn circumstances(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    rests: &[Placement],
+    intervals: &[Placement],
     gravity: &Gravity,
     options: &CheckOptions,
     findings: &mut Vec<Finding>,
@@ -562,15 +572,15 @@ fn circumstances(
     for recording in recordings {
         findings.extend(of_recording(calibration, recording));
     }
-    for rest in rests.iter().filter(|r| r.clipped > 0) {
-        let recording = &recordings[rest.recording];
-        let (count, [first, last]) = (rest.clipped, rest.lines.unwrap_or_default());
+    for interval in intervals.iter().filter(|r| r.clipped > 0) {
+        let recording = &recordings[interval.recording];
+        let (count, [first, last]) = (interval.clipped, interval.lines.unwrap_or_default());
         let text = format!(
             "{count} samples at the end of the range in lines {first} to {last}: the mean is too small, and the interval does not count unless there is no other"
         );
         findings.push(Finding::new(FindingKind::ClippedPose, text).in_file(&recording.name));
     }
-    findings.extend(temperature(calibration, rests));
+    findings.extend(temperature(calibration, intervals));
     let off = (gravity.value_mps2 / calibration.gravity_mps2 - 1.0).abs();
     if options.gravity.is_some() && off > SAME_GRAVITY {
         let text = format!(
@@ -605,14 +615,14 @@ fn of_recording(calibration: &CalibrationFile, recording: &Recording) -> Vec<Fin
         .collect()
 }
 
-fn temperature(calibration: &CalibrationFile, rests: &[Placement]) -> Option<Finding> {
+fn temperature(calibration: &CalibrationFile, intervals: &[Placement]) -> Option<Finding> {
     // Within the range of a temperature model the drift is taken off.
     let [least, most] = match (calibration.drift_model(), calibration.temperature_c) {
         (Some(model), _) => model.range_c,
         (None, Some(range)) => [range.min, range.max],
         (None, None) => return None,
     };
-    let temperatures = || rests.iter().filter_map(|r| r.temperature_c);
+    let temperatures = || intervals.iter().filter_map(|r| r.temperature_c);
     let low = temperatures().fold(f64::INFINITY, f64::min);
     let high = temperatures().fold(f64::NEG_INFINITY, f64::max);
     let text = format!(
