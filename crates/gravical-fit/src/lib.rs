@@ -13,8 +13,8 @@
 //! 7. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
+mod bias_drift;
 mod consistent;
-mod drift_test;
 mod fit;
 mod gyro;
 pub mod later;
@@ -27,8 +27,8 @@ pub mod temperature;
 mod trust;
 mod verdict;
 
+pub use bias_drift::{DriftTest, test_drift};
 pub use consistent::{SIGNIFICANCE, Test, consistent};
-pub use drift_test::{DriftTest, test_drift};
 pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
 pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, Motion, MotionFit,
