@@ -47,7 +47,7 @@ impl Search {
 
 impl Held {
     fn is_close(&self, other: &Held) -> bool {
-        let close = |a: f64, b: f64| (a - b).abs() <= 0.05 * a.abs().max(b.abs());
+        let close = |a: f64, b: f64| (a - b).abs() <= 2e-3 * a.abs().max(b.abs());
         close(self.tilt, other.tilt)
             && close(self.bend, other.bend)
             && close(self.model_error, other.model_error)
@@ -59,7 +59,7 @@ fn golden_section(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f6
     let ratio = 0.5 * (5_f64.sqrt() - 1.0);
     let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
     let (mut at_left, mut at_right) = (value(left), value(right));
-    for _ in 0..12 {
+    for _ in 0..24 {
         if at_left > at_right {
             (high, right, at_right) = (right, left, at_left);
             left = high - ratio * (high - low);
