@@ -1,8 +1,8 @@
 //! Filters, noise and the closed form of plain arrays: evenly spaced samples without gaps, nothing
 //! else is known.
 
-use gravical::denoise::{Filter, FilterSpec};
 use gravical::calibrate::ferraris::{NamedSamples, of_samples};
+use gravical::denoise::{Filter, FilterSpec};
 use gravical::noise::{Spacing, noise_of_samples, overlapping};
 use gravical::segment::SegmentOptions;
 use gravical::{Error, Result};
