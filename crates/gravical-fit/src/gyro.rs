@@ -155,13 +155,13 @@ impl MotionFit {
 /// None without static intervals, if one has no duration, or if a value is no number.
 #[must_use]
 pub fn gyro(
-    stills: &[StaticInterval],
+    intervals: &[StaticInterval],
     motions: &[Motion],
     accelerometer: &Calibration<f64>,
     options: &GyroOptions,
 ) -> Option<GyroFit> {
-    let rest = at_rest(stills, accelerometer, options)?;
-    let path = |motion| path(motion, stills, accelerometer, &rest);
+    let rest = at_rest(intervals, accelerometer, options)?;
+    let path = |motion| path(motion, intervals, accelerometer, &rest);
     let paths: Vec<Option<Path>> = motions.iter().map(path).collect();
     let usable: Vec<bool> = paths.iter().map(Option::is_some).collect();
     let paths: Vec<Path> = paths.into_iter().flatten().collect();
@@ -178,13 +178,13 @@ pub fn gyro(
 /// A motion in input units, less bias and g-sensitivity; `sd` by the directions of gravity.
 fn path(
     motion: &Motion,
-    stills: &[StaticInterval],
+    intervals: &[StaticInterval],
     accelerometer: &Calibration<f64>,
     rest: &GyroRest,
 ) -> Option<Path> {
-    let (before, after) = (stills.get(motion.before)?, stills.get(motion.after)?);
+    let (before, after) = (intervals.get(motion.before)?, intervals.get(motion.after)?);
     let sensitivity = Matrix3::from(rest.g_sensitivity).transpose();
-    // The drift of the bias is what both stills show of it.
+    // The drift of the bias is what both static intervals show of it.
     let local = 0.5 * (rest.local[motion.before] + rest.local[motion.after]);
     let bias = Vector3::from(rest.bias) + local;
     let mut accel = before.accel;
@@ -198,7 +198,7 @@ fn path(
     };
     let mut samples: Vec<[f64; 4]> = motion.samples.iter().map(&mut sample).collect();
     samples.last_mut()?[3] = 0.0;
-    let directions = [before, after].map(|still| direction(still, accelerometer));
+    let directions = [before, after].map(|interval| direction(interval, accelerometer));
     let is_number = samples.as_flattened().iter().all(|v| v.is_finite());
     is_number.then(|| Path {
         samples,
@@ -207,14 +207,14 @@ fn path(
     })
 }
 
-/// Unit vector of gravity in a still, and the trace of its covariance.
-fn direction(still: &StaticInterval, accelerometer: &Calibration<f64>) -> ([f64; 3], f64) {
-    let force = Vector3::from(accelerometer.apply(still.accel));
+/// Unit vector of gravity in a static interval, and the trace of its covariance.
+fn direction(interval: &StaticInterval, accelerometer: &Calibration<f64>) -> ([f64; 3], f64) {
+    let force = Vector3::from(accelerometer.apply(interval.accel));
     let unit = force.normalize();
     let tangent = Matrix3::identity() - unit * unit.transpose();
     // nalgebra's arrays are columns.
     let of_reading = tangent * Matrix3::from(accelerometer.matrix).transpose() / force.norm();
-    let spread = of_reading * Matrix3::from_diagonal(&still.accel_sd.into());
+    let spread = of_reading * Matrix3::from_diagonal(&interval.accel_sd.into());
     (unit.into(), spread.norm_squared())
 }
 

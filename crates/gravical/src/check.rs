@@ -31,8 +31,6 @@ use crate::segment::{Placement, Selection};
 use intervals::static_intervals;
 
 pub use crate::later::{Cause, Explanation, Judgement, Reason, Verdict};
-#[doc(hidden)]
-pub use gyroscope::GYRO_LIMIT_DEG_S;
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias wanders by as
 /// much from one minute to the next.

@@ -7,19 +7,19 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use super::{GyroOptions, GyroRest, StaticInterval};
 
 /// Fewer static intervals say nothing of g-sensitivity.
-const MIN_STILLS: usize = 8;
+const MIN_INTERVALS: usize = 8;
 /// Chance of a g-sensitivity where there is none.
 const CHANCE: f64 = 1e-3;
 
-/// Model: mean of still k = b + S a_k + e_k + noise; e_k, the drift of the bias, has the variance τ²,
+/// Model: mean of static interval k = b + S a_k + e_k + noise; e_k, the drift of the bias, has the variance τ²,
 /// noise N²/T_k. S is kept on an axis if an F test finds it. What rounding leaves may be the same in
-/// all stills.
+/// all static intervals.
 pub(super) fn at_rest(
-    stills: &[StaticInterval],
+    intervals: &[StaticInterval],
     accelerometer: &Calibration<f64>,
     options: &GyroOptions,
 ) -> Option<GyroRest> {
-    let forces: Vec<Vector3<f64>> = stills
+    let forces: Vec<Vector3<f64>> = intervals
         .iter()
         .map(|s| accelerometer.apply(s.accel).into())
         .collect();
@@ -31,30 +31,33 @@ pub(super) fn at_rest(
 
     let directed = |a: &Vector3<f64>| a.norm().is_finite() && a.norm() > 0.0;
     if !(known.clone().all(|v| v.is_finite())
-        && stills.iter().all(numbers)
+        && intervals.iter().all(numbers)
         && forces.iter().all(directed))
     {
         return None;
     }
-    let constant = DMatrix::from_element(stills.len(), 1, 1.0);
-    let with = DMatrix::from_fn(stills.len(), 4, |k, j| match j {
+    let constant = DMatrix::from_element(intervals.len(), 1, 1.0);
+    let with = DMatrix::from_fn(intervals.len(), 4, |k, j| match j {
         0 => 1.0,
         _ => forces[k][j - 1],
     });
-    let spread = stills.len() >= MIN_STILLS && is_spread(&forces);
+    let spread = intervals.len() >= MIN_INTERVALS && is_spread(&forces);
     let mut rest = GyroRest {
         bias: [0.0; 3],
         bias_sd: [0.0; 3],
         g_sensitivity: [[0.0; 3]; 3],
-        local: vec![Vector3::zeros(); stills.len()],
+        local: vec![Vector3::zeros(); intervals.len()],
         local_sd: Vector3::zeros(),
         noise_sd: Vector3::zeros(),
     };
     for i in 0..3 {
-        let offset = stills.first()?.rate[i];
-        let y = DVector::from_iterator(stills.len(), stills.iter().map(|s| s.rate[i] - offset));
+        let offset = intervals.first()?.rate[i];
+        let y = DVector::from_iterator(
+            intervals.len(),
+            intervals.iter().map(|s| s.rate[i] - offset),
+        );
         let noise = |s: &StaticInterval| (options.noise[i].powi(2) / s.seconds).max(1e-150);
-        let own: Vec<f64> = stills.iter().map(noise).collect();
+        let own: Vec<f64> = intervals.iter().map(noise).collect();
         let mut fit = mixed(&constant, &y, &own)?;
         if spread && is_significant(&fit, &with, &y, &own) {
             fit = mixed(&with, &y, &own)?;
@@ -64,16 +67,16 @@ pub(super) fn at_rest(
         rest.bias[i] = offset + fit.parameters[0];
         let noise = own.iter().map(|v| v.recip()).sum::<f64>().recip();
         rest.noise_sd[i] = (noise + rounding).sqrt();
-        // Only drift resembles that of the still before, and has to be estimated.
+        // Only drift resembles that of the static interval before, and has to be estimated.
         let mean_own = own.iter().sum::<f64>() / own.len() as f64;
         let share = fit.drift / (fit.drift + mean_own);
         let wider = 1.0 + share * (variance_inflation(&fit.residuals) - 1.0);
         let variance = fit.variance * wider;
         rest.bias_sd[i] = (variance + rounding).sqrt();
         let shrunk = |k: usize| fit.drift / (fit.drift + own[k] + rounding);
-        (0..stills.len()).for_each(|k| rest.local[k][i] = shrunk(k) * fit.residuals[k]);
-        let left = (0..stills.len()).map(|k| shrunk(k) * (own[k] + rounding));
-        rest.local_sd[i] = (left.sum::<f64>() / stills.len() as f64).sqrt();
+        (0..intervals.len()).for_each(|k| rest.local[k][i] = shrunk(k) * fit.residuals[k]);
+        let left = (0..intervals.len()).map(|k| shrunk(k) * (own[k] + rounding));
+        rest.local_sd[i] = (left.sum::<f64>() / intervals.len() as f64).sqrt();
     }
     Some(rest)
 }
@@ -167,9 +170,9 @@ fn is_significant(plain: &Mixed, with: &DMatrix<f64>, y: &DVector<f64>, own: &[f
     FisherSnedecor::new(3.0, freedom).is_ok_and(|f| f.sf(ratio.max(0.0)) < CHANCE)
 }
 
-/// How much wider than by independent stills the mean of a drifting bias scatters: (1 + r)/(1 − r) of
+/// How much wider than by independent static intervals the mean of a drifting bias scatters: (1 + r)/(1 − r) of
 /// a first-order process, r without its bias (Marriott and Pope 1954), and Student's t of so many
-/// fewer stills, less one for the mean and one for r.
+/// fewer static intervals, less one for the mean and one for r.
 fn variance_inflation(residuals: &DVector<f64>) -> f64 {
     let count = residuals.len() as f64;
     let squares = residuals.norm_squared();

@@ -1,4 +1,4 @@
-//! The gyroscope of a session: by three known turns, by the motions between its stills, or the bias alone.
+//! The gyroscope of a session: by three known turns, by the motions between its static intervals, or the bias alone.
 
 mod readings;
 #[cfg(test)]
@@ -60,8 +60,8 @@ pub fn of_session(
         rounding: readings.rounding,
     };
     let mut findings = std::mem::take(&mut readings.findings);
-    let (stills, motions) = (&readings.stills, &readings.motions);
-    let Some(fit) = gravical_fit::gyro(stills, motions, accelerometer, &options) else {
+    let (intervals, motions) = (&readings.intervals, &readings.motions);
+    let Some(fit) = gravical_fit::gyro(intervals, motions, accelerometer, &options) else {
         return Gyroscope::default();
     };
     let mut odd = Vec::new();
@@ -120,7 +120,7 @@ fn section(rest: &GyroRest, fit: &MotionFit, left_out: usize) -> Option<Gyroscop
     })
 }
 
-/// The bias of the stills with the nominal matrix.
+/// The bias of the static intervals with the nominal matrix.
 fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
     let variances = matrix3::diagonal(rest.bias_sd.map(|sd| sd * sd));
     GyroscopeSection {

@@ -1,6 +1,8 @@
 //! The gyroscope's bias at rest. It moves with every start and with temperature,
 //! so that its judgement stands apart from that of the accelerometer.
 
+use gravical_core::matrix3::dot;
+
 use super::intervals::include_slow_noise;
 use super::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
@@ -12,7 +14,7 @@ use crate::segment::{Placement, Stretches, cut, means_of};
 
 /// A calibrated rate at rest above this is worth a new bias, °/s: what an
 /// MPU6050 may drift in 3 °C (product specification, 6.1: ±20 °/s over 125 °C).
-pub const GYRO_LIMIT_DEG_S: f64 = 0.5;
+const GYRO_LIMIT_DEG_S: f64 = 0.5;
 
 /// Standard errors by which a mean has to be beyond the limit: 99 %.
 const CONFIDENCE: f64 = 2.576;
@@ -53,18 +55,8 @@ pub(super) fn gyroscope(
     let (mut rate, mut raw, mut variance) = ([0.0; 3], [0.0; 3], Some([0.0; 3]));
     let mut rows = 0.0;
     let means = mean_rates(calibration, recordings, intervals);
-    for (
-        (
-            interval,
-            HoldMean {
-                mean,
-                standard_error,
-                ..
-            },
-        ),
-        accel,
-    ) in intervals.iter().zip(means).zip(accel)
-    {
+    for ((interval, hold), accel) in intervals.iter().zip(means).zip(accel) {
+        let mean = hold.mean;
         if !mean.iter().all(|m| m.is_finite()) {
             continue;
         }
@@ -72,12 +64,12 @@ pub(super) fn gyroscope(
         let calibrated = apply.apply(mean, *accel);
         for i in 0..3 {
             rate[i] += weight * calibrated[i];
-            raw[i] += weight * (mean[i] - dot(section.g_sensitivity[i], *accel));
+            raw[i] += weight * (mean[i] - dot(&section.g_sensitivity[i], accel));
         }
-        variance = variance.zip(standard_error).map(|(sum, error)| {
+        variance = variance.zip(hold.standard_error).map(|(sum, error)| {
             // Of a board that is turned in its case, axes and channels differ.
-            let shares = section.matrix.map(|row| dot(row.map(f64::abs), error));
-            std::array::from_fn(|i| sum[i] + (weight * shares[i]).powi(2))
+            let squares = error.map(|e| (weight * e).powi(2));
+            std::array::from_fn(|i| sum[i] + dot(&section.matrix[i].map(|m| m * m), &squares))
         });
         rows += weight;
     }
@@ -132,8 +124,4 @@ fn mean_rates(
         }
     }
     means
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    gravical_core::matrix3::dot(&a, &b)
 }

@@ -16,13 +16,13 @@ use crate::stats::mean_of_finite;
 /// straight line, whether rows are lost or their cells empty.
 const GAP_PERIODS: f64 = 4.5;
 /// Length of the blocks that the noise is taken from, s: longer than the correlation behind any low-pass
-/// in use, shorter than a still.
+/// in use, shorter than a static interval.
 const BLOCK_S: f64 = 0.25;
 
-/// Stills and motions of all recordings.
+/// Static intervals and motions of all recordings.
 #[derive(Default)]
 pub(super) struct Readings {
-    pub stills: Vec<StaticInterval>,
+    pub intervals: Vec<StaticInterval>,
     pub motions: Vec<Motion>,
     /// Recording and lines of each motion.
     pub places: Vec<(usize, [u64; 2])>,
@@ -35,7 +35,7 @@ pub(super) struct Readings {
     pub findings: Vec<Finding>,
 }
 
-/// The gyroscope while a placement lay still.
+/// The gyroscope in a static interval.
 struct Hold<'a> {
     rates: [&'a [f64]; 3],
     period_s: f64,
@@ -62,8 +62,8 @@ impl Readings {
             };
             let finest = recording.gyro_resolution();
             step = std::array::from_fn(|i| step[i].max(finest[i]));
-            let first = readings.stills.len();
-            let rows = readings.add_stills(recording, gyro, session, index, &mut holds);
+            let first = readings.intervals.len();
+            let rows = readings.add_intervals(recording, gyro, session, index, &mut holds);
             // Files of one placement each, or of two that blank rows part, hold no motions: nothing is
             // missing in them.
             if recordings.len() == 1 || moves(recording, &rows) {
@@ -76,8 +76,8 @@ impl Readings {
         readings
     }
 
-    /// The stills of a recording in the order of its rows; one without a reading parts two motions.
-    fn add_stills<'a>(
+    /// The static intervals of a recording in the order of its rows; one without a reading parts two motions.
+    fn add_intervals<'a>(
         &mut self,
         recording: &Recording,
         gyro: &'a [Vec<f64>; 3],
@@ -85,7 +85,7 @@ impl Readings {
         index: usize,
         holds: &mut Vec<Hold<'a>>,
     ) -> Vec<Range<usize>> {
-        // Without a time the noise only weighs stills against each other.
+        // Without a time the noise only weighs static intervals against each other.
         let period_s = recording.working_rate_hz().0.recip();
         let mut rests: Vec<(&Range<usize>, &Placement)> = session
             .placements
@@ -99,7 +99,7 @@ impl Readings {
             let Some((sum, count)) = sum_of_rows(gyro, rows.clone()) else {
                 continue;
             };
-            self.stills.push(StaticInterval {
+            self.intervals.push(StaticInterval {
                 rate: sum.map(|s| s / count as f64),
                 seconds: count as f64 * period_s,
                 accel: placement.mean,
@@ -114,7 +114,7 @@ impl Readings {
         kept
     }
 
-    /// The motions between stills at `rows`, `first` being the index of the first among all.
+    /// The motions between static intervals at `rows`, `first` being the index of the first among all.
     fn add_motions(
         &mut self,
         recording: &Recording,
@@ -189,15 +189,15 @@ impl Readings {
     }
 }
 
-/// True where a still follows another without a break between them.
-fn moves(recording: &Recording, stills: &[Range<usize>]) -> bool {
-    stills.windows(2).any(|pair| {
+/// True where a static interval follows another without a break between them.
+fn moves(recording: &Recording, intervals: &[Range<usize>]) -> bool {
+    intervals.windows(2).any(|pair| {
         let rows = pair[0].end.saturating_sub(1)..pair[1].start + 1;
         !recording.is_broken(&rows) && !recording.is_cut(&rows)
     })
 }
 
-/// Rows of the motion between two stills, from a reading at rest to one at rest.
+/// Rows of the motion between two static intervals, from a reading at rest to one at rest.
 fn between(
     recording: &Recording,
     gyro: &[Vec<f64>; 3],
