@@ -5,8 +5,8 @@
 //! ```
 //!
 //! With `estimators` in place of the number: errors of the parameters, for the first table of
-//! `docs/accuracy.md`. Else every line is a kind of session under one disturbance: shares of the grades, results that are called
-//! better than they are, how often the error claimed for the worst direction holds, and how many of the
+//! `docs/accuracy.md`. Else every line is a kind of session under one disturbance: shares of the
+//! grades, results that are called better than they are, how often the error claimed for the worst direction holds, and how many of the
 //! 95 % intervals of M and b hold the truth. The number is that of sensors; a word selects lines.
 
 #[path = "../tests/it/sessions.rs"]

@@ -31,9 +31,9 @@ pub fn bias(x: &Parameters, warmer_c: f64) -> Vector3<f64> {
     Vector3::from_fn(|i, _| x[BIAS + i] + warmer_c * x[DRIFT + i])
 }
 
-/// Relative error of ‖a‖ along n by a nonlinear response of the axes, for each of the six bends: Legendre's P₃ and P₄ (monic) of every component, the part of n² and n³ of an
-/// axis that no M and b imitate. M and b are thus those that suit the bent sensor best over the
-/// sphere.
+/// Relative error of ‖a‖ along n by a nonlinear response of the axes, for each of the six bends:
+/// Legendre's P₃ and P₄ (monic) of every component, the part of n² and n³ of an axis that no M and b
+/// imitate. M and b are thus those that suit the bent sensor best over the sphere.
 #[must_use]
 pub fn bends(n: &Vector3<f64>) -> SVector<f64, 6> {
     SVector::from_fn(|i, _| {

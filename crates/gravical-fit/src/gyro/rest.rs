@@ -11,9 +11,9 @@ const MIN_INTERVALS: usize = 8;
 /// Chance of a g-sensitivity where there is none.
 const CHANCE: f64 = 1e-3;
 
-/// Model: mean of static interval k = b + S a_k + e_k + noise; e_k, the drift of the bias, has the variance τ²,
-/// noise N²/T_k. S is kept on an axis if an F test finds it. What rounding leaves may be the same in
-/// all static intervals.
+/// Model: mean of static interval k = b + S a_k + e_k + noise; e_k, the drift of the bias, has the
+/// variance τ², noise N²/T_k. S is kept on an axis if an F test finds it. What rounding leaves may be the
+/// same in all of them.
 pub(super) fn at_rest(
     intervals: &[StaticInterval],
     accelerometer: &Calibration<f64>,
@@ -170,9 +170,9 @@ fn is_significant(plain: &Mixed, with: &DMatrix<f64>, y: &DVector<f64>, own: &[f
     FisherSnedecor::new(3.0, freedom).is_ok_and(|f| f.sf(ratio.max(0.0)) < CHANCE)
 }
 
-/// How much wider than by independent static intervals the mean of a drifting bias scatters: (1 + r)/(1 − r) of
-/// a first-order process, r without its bias (Marriott and Pope 1954), and Student's t of so many
-/// fewer static intervals, less one for the mean and one for r.
+/// How much wider than by independent static intervals the mean of a drifting bias scatters:
+/// (1 + r)/(1 − r) of a first-order process, r without its bias (Marriott and Pope, Biometrika 41, 1954),
+/// and Student's t of so many fewer intervals, less one for the mean and one for r.
 fn variance_inflation(residuals: &DVector<f64>) -> f64 {
     let count = residuals.len() as f64;
     let squares = residuals.norm_squared();

@@ -1,4 +1,5 @@
-//! The gyroscope of a session: by three known turns, by the motions between its static intervals, or the bias alone.
+//! The gyroscope of a session: by three known turns, by the motions between its static intervals, or
+//! the bias alone.
 
 mod readings;
 #[cfg(test)]
