@@ -133,11 +133,6 @@ def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[..., Any
         )
         return lambda: gravical.calibrate(session, method="ferraris", gravity=9.81)
 
-    def ours_ferraris() -> Any:
-        import gravical
-
-        return lambda: gravical.ferraris(poses, gravity=9.81, rate=RATE)
-
     def imucal_calibrate() -> Any:
         from imucal import FerrarisCalibration
 
@@ -231,7 +226,6 @@ def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[..., Any
     half = size // 2
     return [
         ("read a CSV of seven columns", "pandas.read_csv", size, ours_read, pandas_read),
-        ("Ferraris' formula", "imucal", pose_size, ours_ferraris, imucal_calibrate),
         ("calibrate, method Ferraris", "imucal", pose_size, ours_calibrate, imucal_calibrate),
         ("apply to both sensors", "imucal", size, ours_apply, imucal_apply),
         ("Butterworth, zero phase", "scipy sosfiltfilt", size, ours_filter("butter:4,5Hz"), scipy_butter),

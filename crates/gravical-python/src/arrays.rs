@@ -1,12 +1,9 @@
-//! Filters, noise and the closed form of plain arrays: evenly spaced samples without gaps, nothing
-//! else is known.
+//! Filters and noise of plain arrays: evenly spaced samples without gaps, nothing else is known.
 
-use gravical::calibrate::ferraris::{NamedSamples, of_samples};
 use gravical::denoise::{Filter, FilterSpec};
 use gravical::noise::{Spacing, noise_of_samples, overlapping};
-use gravical::segment::SegmentOptions;
 use gravical::{Error, Result};
-use numpy::ndarray::{Array2, arr2};
+use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -64,43 +61,6 @@ fn designed(specs: &[FilterSpec], rate: Option<f64>) -> Result<Vec<Filter>> {
         .iter()
         .map(|spec| Filter::design(spec, rate))
         .collect()
-}
-
-/// Bias and matrix of the accelerometer.
-type Accelerometer<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
-/// … of the gyroscope, and its reaction to acceleration.
-type Gyroscope<'py> = (Accelerometer<'py>, Bound<'py, PyArray2<f64>>);
-
-/// The closed form of named arrays with three or six columns.
-#[pyfunction]
-pub fn ferraris<'py>(
-    py: Python<'py>,
-    names: Vec<String>,
-    arrays: Vec<PyReadonlyArray2<'py, f64>>,
-    options: Options<'py>,
-) -> PyResult<(Accelerometer<'py>, Option<Gyroscope<'py>>)> {
-    let gravity = options.gravity()?.unwrap_or_default().value_mps2;
-    let turn = options.number("turn_angle")?;
-    let turn = turn.unwrap_or(SegmentOptions::default().turn_angle_deg);
-    let period_s = options.number("rate")?.map(f64::recip);
-    let mut samples = Vec::with_capacity(arrays.len());
-    for (name, array) in names.iter().zip(&arrays) {
-        samples.push(NamedSamples {
-            name,
-            rows: array.as_slice()?,
-            width: array.as_array().ncols(),
-        });
-    }
-    let run = || of_samples(&samples, gravity, turn.to_radians(), period_s);
-    let found = py.detach(run).or_raise(py)?;
-    let square = |m: &[[f64; 3]; 3]| PyArray2::from_owned_array(py, arr2(m));
-    let both = |bias: &[f64; 3], m: &[[f64; 3]; 3]| (PyArray1::from_slice(py, bias), square(m));
-    let accelerometer = &found.accelerometer.calibration;
-    let gyroscope = found.gyroscope.map(|(_, g)| {
-        let own = both(&g.bias, &g.matrix);
-        (own, square(&g.g_sensitivity))
-    });
-    Ok((both(&accelerometer.bias, &accelerometer.matrix), gyroscope))
 }
 
 /// One column.

@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _gravical {
     #[pymodule_export]
-    use crate::arrays::{allan_deviation, ferraris, filter_channels, noise_of_channel};
+    use crate::arrays::{allan_deviation, filter_channels, noise_of_channel};
     #[pymodule_export]
     use crate::calibration::{Calibration, calibrate_paths, calibrate_recordings, export_targets};
     #[pymodule_export]

@@ -17,10 +17,8 @@ from __future__ import annotations
 
 from ._arrays import (
     AllanDeviation,
-    Ferraris,
     allan,
     allan_deviation,
-    ferraris,
     filtered,
 )
 from ._calibration import Calibration, ExportWarning, calibrate, export_targets
@@ -70,7 +68,6 @@ __all__ = [
     "Error",
     "ExistsError",
     "ExportWarning",
-    "Ferraris",
     "Figure",
     "Finding",
     "InputError",
@@ -98,7 +95,6 @@ __all__ = [
     "compare",
     "denoise",
     "export_targets",
-    "ferraris",
     "filtered",
     "inspect",
     "motion",

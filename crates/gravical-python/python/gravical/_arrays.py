@@ -1,9 +1,9 @@
-"""Filters, noise and the closed form of plain arrays."""
+"""Filters and noise of plain arrays."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -148,98 +148,6 @@ def allan_deviation(
     except (TypeError, ValueError):
         raise usage(f"taus=: {taus!r} is no list of seconds") from None
     return AllanDeviation(*_gravical.allan_deviation(array, _hz(rate), times))
-
-
-class Ferraris(NamedTuple):
-    """What :func:`gravical.ferraris` computes; calibrated = matrix · (raw − bias).
-
-    ``bias`` and ``matrix``: of the accelerometer, shapes (3,) and (3, 3), in m/s². ``gyro_bias``,
-    ``gyro_matrix``: of the gyroscope, in rad/s; ``g_sensitivity``: its reaction to acceleration,
-    shape (3, 3), raw unit per m/s²; all three None without turns.
-    """
-
-    bias: Floats
-    matrix: Floats
-    gyro_bias: Floats | None
-    gyro_matrix: Floats | None
-    g_sensitivity: Floats | None
-
-
-def ferraris(
-    poses: Mapping[str, Any],
-    *,
-    gravity: float | None = None,
-    latitude: float | None = None,
-    altitude: float | None = None,
-    turn_angle: float | None = None,
-    rate: float | None = None,
-) -> Ferraris:
-    """The six-position calibration of Ferraris et al. in closed form, of arrays.
-
-    The formula and nothing else: no sample is left out, and there is no uncertainty, test or verdict.
-    :func:`gravical.calibrate` with ``method="ferraris"`` gives the same parameters with all of that;
-    its default method is more accurate, since it allows for faces that are tilted.
-
-    Parameters
-    ----------
-    poses : mapping from names to arrays of shape (n, 3) or (n, 6)
-        Samples of each face (``"+x"``, ``"-x"`` …, or ``"x_p"``, ``"x_a"``) and, for the gyroscope,
-        of a turn about each axis (``"x_rot"`` …): specific force along x, y, z, then angular rate, in
-        any unit.
-    gravity, latitude, altitude : float, optional
-        As of :func:`gravical.calibrate`.
-    turn_angle : float, optional
-        Signed angle of the turns about each axis, degrees. By default −360.
-    rate : float, optional
-        Sampling rate, Hz; the turns need it.
-
-    Returns
-    -------
-    Ferraris
-
-    Raises
-    ------
-    InputError
-        ``missing-face``, ``missing-gyro``; ``singular``, also for a value that is not finite.
-    UsageError
-        ``rate-unknown``, ``option-range``, and for names and shapes.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> up = 9.81 * np.eye(3)
-    >>> poses = {f"{sign}{axis}": np.tile(float(f"{sign}1") * up[i] + 0.1, (100, 1))
-    ...          for i, axis in enumerate("xyz") for sign in "+-"}
-    >>> gravical.ferraris(poses, gravity=9.81).bias.round(6)
-    array([0.1, 0.1, 0.1])
-    """
-    if not isinstance(poses, Mapping):
-        raise usage("poses is no mapping", "give names and arrays: {'+x': array of shape (n, 3), …}")
-    arrays: list[Floats] = []
-    for name, samples in poses.items():
-        try:
-            array = _tables.floats(samples)
-        except (TypeError, ValueError) as error:
-            raise usage(f"{name!r} is no array of numbers: {error}") from None
-        if array.ndim != 2 or array.shape[1] not in (3, 6):
-            raise usage(
-                f"{name!r} has the shape {array.shape}; (n, 3) or (n, 6) is needed",
-                "one row for each sample: x, y and z of the force, then of the angular rate",
-            )
-        arrays.append(array)
-    given = options(
-        {},
-        gravity=gravity,
-        latitude=latitude,
-        altitude=altitude,
-        turn_angle=turn_angle,
-        rate=None if rate is None else _hz(rate),
-    )
-    (bias, matrix), gyro = _gravical.ferraris([str(name) for name in poses], arrays, given)
-    if gyro is None:
-        return Ferraris(bias, matrix, None, None, None)
-    (gyro_bias, gyro_matrix), sensitivity = gyro
-    return Ferraris(bias, matrix, gyro_bias, gyro_matrix, sensitivity)
 
 
 def _channel(samples: Any) -> Floats:

@@ -137,9 +137,6 @@ def motion(
     noise: Outcome | _Path | None,
     options: _Options,
 ) -> Outcome: ...
-def ferraris(
-    names: Sequence[str], arrays: Sequence[_Floats], options: _Options
-) -> tuple[tuple[_Floats, _Floats], tuple[tuple[_Floats, _Floats], _Floats] | None]: ...
 def filter_channels(channels: _Floats, options: _Options) -> _Floats: ...
 def allan_deviation(
     samples: _Floats, rate: float, taus: Sequence[float] | None
