@@ -12,7 +12,7 @@ use rand::{Rng, RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use gravical::predicted;
+use gravical::fit::model::sphere;
 use gravical::segment::face::Face;
 use gravical::simulate::spread_directions;
 
@@ -93,7 +93,7 @@ impl Planned {
     /// `count` directions of a Fibonacci lattice, evenly spread over the sphere, independent of
     /// the faces.
     pub fn lattice(count: usize) -> Vec<Planned> {
-        predicted::sphere(count).map(Planned::Free).collect()
+        sphere(count).map(|n| Planned::Free(n.into())).collect()
     }
 
     /// `count` directions far from the faces and from each other (each the farthest of 400 from

@@ -11,12 +11,10 @@
 //! of R are unit vectors but not orthogonal, so Rᵀ is not it.
 //!
 //! A pose that is tilted by σ_tilt costs the matrix about σ_tilt and the bias
-//! g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms; [`ferraris_covariance`] says how much.
+//! g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms.
 
-mod covariance;
 mod gyroscope;
 
-pub use covariance::ferraris_covariance;
 pub use gyroscope::{GyroscopeParameters, TurnIntegral, ferraris_gyroscope, g_sensitivity};
 
 use core::array::from_fn;

@@ -9,6 +9,7 @@ use crate::model::{BENDS, BIAS, Covariance, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
 use crate::rows::{Held, Placed, force};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
+use crate::sensor::{Gravity, Sensor, covariance_by_gravity};
 
 /// What is known beside the poses.
 #[derive(Debug, Clone, Copy)]
@@ -350,15 +351,24 @@ impl Fit {
 
     /// The covariance with what gravity's uncertainty does: it scales M.
     pub(crate) fn with_gravity(&self) -> Covariance {
-        let share = self.gravity_sd / self.search.held.gravity;
-        let scale = Parameters::from_fn(|i, _| {
-            if i < BIAS {
-                self.found.x()[i] * share
-            } else {
-                0.0
-            }
-        });
-        self.found.solution.covariance + scale * scale.transpose()
+        let relative_sd = self.gravity_sd / self.search.held.gravity;
+        self.found.solution.covariance + covariance_by_gravity(self.found.x(), relative_sd)
+    }
+
+    /// The calibration as numbers, for readings in units of `unit`.
+    #[must_use]
+    pub fn sensor(&self, unit: f64) -> Sensor {
+        let sensor = Sensor {
+            parameters: *self.found.x(),
+            covariance: self.found.solution.covariance,
+            gravity: Gravity {
+                value_mps2: self.search.held.gravity,
+                sd_mps2: self.gravity_sd,
+            },
+            model_error_mps2: self.search.held.model_error,
+            tilt_freedom: self.tilt_freedom,
+        };
+        sensor.rescaled(unit / self.scale)
     }
 
     /// Standard deviation of each component of a face's tilt, rad.

@@ -10,7 +10,8 @@
 //! 4. [`Trust`], [`Grade`]: how far they can be trusted.
 //! 5. [`gyro`]: the gyroscope from motions between rests.
 //! 6. [`test_drift`], [`temperature`]: is a drift with temperature predictable?
-//! 7. [`later`]: does a calibration still fit, and do two of them differ?
+//! 7. [`Sensor`]: a calibration as numbers, what its covariance says of ‖a‖.
+//! 8. [`later`]: does a calibration still fit, and do two of them differ?
 #![deny(missing_docs)]
 
 mod bias_drift;
@@ -21,8 +22,10 @@ pub mod later;
 pub mod model;
 pub mod polynomial;
 mod pose;
+mod propagate;
 mod rows;
 mod search;
+mod sensor;
 pub mod temperature;
 mod trust;
 mod verdict;
@@ -35,5 +38,7 @@ pub use gyro::{
     Sample, StaticInterval, gyro,
 };
 pub use pose::{Face, Hint, Pose, angle_deg};
+pub use propagate::propagate;
+pub use sensor::{Gravity, Sensor, covariance_by_gravity, deviations};
 pub use trust::{Budget, GOOD_MPS2, LeftOut, NextPose, Undetected, WorstDirection};
 pub use verdict::{CONTRADICTION, FAIR_MPS2, Grade, Trust, UNVERIFIED_MPS2};

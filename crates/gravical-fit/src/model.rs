@@ -66,6 +66,25 @@ pub fn sensitivity(inverse: &Matrix3<f64>, n: &Vector3<f64>, gravity: f64) -> Pa
     })
 }
 
+/// What no turn of the board changes, and ‖a‖ depends on: b (m/s²), the lengths of the rows of M,
+/// and the angles xy, xz, yz between them beyond 90° (rad).
+#[must_use]
+pub fn invariants(x: &Parameters) -> DVector<f64> {
+    let m = matrix(x);
+    let row = |i: usize| m.row(i).transpose();
+    let angle = |i: usize, j: usize| {
+        let cosine = row(i).normalize().dot(&row(j).normalize());
+        cosine.clamp(-1.0, 1.0).acos() - std::f64::consts::FRAC_PI_2
+    };
+    DVector::from_fn(9, |i, _| match i {
+        0..3 => x[BIAS + i],
+        3..6 => row(i - 3).norm(),
+        6 => angle(0, 1),
+        7 => angle(0, 2),
+        _ => angle(1, 2),
+    })
+}
+
 /// Derivatives of `f` by the parameters `free`, central differences with a step of 1e-5: `x` has to
 /// be scaled so that M is about 1. None where `f` has no value.
 pub fn jacobian(

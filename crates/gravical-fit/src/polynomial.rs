@@ -38,6 +38,6 @@ mod tests {
             let value = evaluate(&c, 7.0) + evaluate(&shifted, x - 7.0);
             assert!((value - evaluate(&c, x)).abs() < 1e-12, "{x}");
         }
-        assert_eq!(shift(&[], 3.0), []);
+        assert!(shift(&[], 3.0).is_empty());
     }
 }

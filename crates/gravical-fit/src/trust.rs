@@ -1,6 +1,7 @@
 //! How far a fit can be trusted: numbers only.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::fit::Fit;
@@ -28,41 +29,46 @@ pub struct LeftOut {
     pub sd_mps2: f64,
 }
 
-/// A direction and what is claimed of ‖a‖ there.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The direction in which the error claimed of ‖a‖ is largest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WorstDirection {
-    /// Unit vector, axes of the case.
+    /// Unit vector of specific force, axes of the case.
     pub direction: [f64; 3],
-    /// Limit of the error: what the bends show, and 2 to 3 standard deviations of what is open, so that it
-    /// holds in every direction at once in 95 % of sessions, m/s².
+    /// Limit of the error, m/s². By the fit: it holds in every direction at once in 95 % of sessions, and is
+    /// the nonlinearity that the poses show and 2 to 3 standard uncertainties. By the closed form: 2 standard
+    /// uncertainties.
     pub error_mps2: f64,
-    /// Standard deviation of what is open, m/s².
+    /// Standard uncertainty of ‖a‖ there, without that nonlinearity, m/s².
     pub sd_mps2: f64,
 }
 
-/// The error of one pose that does most harm unseen.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The error of one pose that has the largest effect without being detected.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Undetected {
-    /// Number of the pose.
+    /// Number of the pose, from 0.
     pub pose: usize,
-    /// The smallest error of its mean along gravity that shows with 90 %, m/s²; infinite if the others
-    /// do not test it.
+    /// Smallest error of its mean, along gravity, that the test against the other poses detects with a
+    /// probability of 90 %, m/s²; infinite if they do not test it.
     pub reading_mps2: f64,
-    /// What it does to ‖a‖ in the worst direction, m/s².
+    /// Effect of this error on ‖a‖ in the worst direction, m/s².
     pub effect_mps2: f64,
-    /// That direction.
+    /// That direction, unit vector of specific force.
     pub direction: [f64; 3],
 }
 
-/// A free pose that is proposed, and the result predicted after it is recorded.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A free pose that would improve the result, and what is predicted after it is recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct NextPose {
-    /// Direction of the specific force, axes of the case.
+    /// Unit vector of specific force: the calibrated reading in this pose, over gravity.
     pub direction: [f64; 3],
-    /// Predicted error of ‖a‖ over the sphere, m/s².
-    pub predicted_mps2: f64,
-    /// Effect of an undetected error of one pose, m/s²; infinite if nothing limits it.
-    pub undetected_mps2: f64,
+    /// Predicted error of ‖a‖ over all directions with this pose, m/s².
+    pub predicted_norm_error_mps2: f64,
+    /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; null without redundancy.
+    #[serde(default)]
+    pub undetected_effect_mps2: Option<f64>,
 }
 
 /// Uncertainty of ‖a‖ over the sphere by source, m/s².
@@ -350,8 +356,8 @@ impl Fit {
             let covariance = self.and_gravity(&state.covariance);
             proposed.push(NextPose {
                 direction: direction.into(),
-                predicted_mps2: self.predicted_by(&covariance),
-                undetected_mps2: hidden(&state),
+                predicted_norm_error_mps2: self.predicted_by(&covariance),
+                undetected_effect_mps2: Some(hidden(&state)).filter(|u| u.is_finite()),
             });
         }
         proposed

@@ -1,5 +1,7 @@
 //! How good a fit is: the numbers that decide, and the grade by them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::fit::Fit;
 use crate::trust::{Budget, GOOD_MPS2, LeftOut, NextPose, Undetected, WorstDirection};
 
@@ -32,17 +34,32 @@ pub struct Trust {
 }
 
 /// Grade of a calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
 pub enum Grade {
     /// The error of ‖a‖ is at most 5 mg (95 %) in every direction, and an error of one pose that changes it
-    /// by more would have shown.
+    /// by more would have been detected.
     Good,
     /// The same with 20 mg.
     Fair,
-    /// An error of one pose would not have shown.
+    /// An error of one pose would not have been detected.
     NotVerifiable,
-    /// Anything else.
+    /// Anything else: the reasons of the verdict name it.
     Poor,
+}
+
+impl Grade {
+    /// Name in messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Grade::Good => "good",
+            Grade::Fair => "fair",
+            Grade::NotVerifiable => "not verifiable",
+            Grade::Poor => "poor",
+        }
+    }
 }
 
 impl Fit {

@@ -197,7 +197,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
     let poses = section::poses(placements, &estimate, gravity, offset);
     let temperatures: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
-    let range = temperature(&temperatures);
+    let range = TemperatureRange::of(temperatures.iter().copied());
     let nominal = recordings.first().and_then(|r| r.accel_scale.nominal());
     let scale = matrix3::row_norms(&estimate.model);
     let accelerometer = AccelerometerSection {
@@ -301,13 +301,5 @@ pub(crate) fn recorded(
     first.map(|time| RecordingTime {
         time,
         source: RecordingTimeSource::TimeStamps,
-    })
-}
-
-fn temperature(some: &[f64]) -> Option<TemperatureRange> {
-    (!some.is_empty()).then(|| TemperatureRange {
-        mean: some.iter().sum::<f64>() / some.len() as f64,
-        min: some.iter().copied().fold(f64::INFINITY, f64::min),
-        max: some.iter().copied().fold(f64::NEG_INFINITY, f64::max),
     })
 }

@@ -11,15 +11,17 @@ mod gyroscope;
 mod intervals;
 
 use gravical_core::matrix3::norm;
-use gravical_fit::later::{self, Length, Sensor, StaticMean};
+use gravical_fit::later::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
-use gravical_fit::{SIGNIFICANCE, Test};
+use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::Result;
 use crate::calibrate::DRIFT_MPS2_PER_C;
-use crate::calibration_file::{CalibrationFile, Grade, GravitySource, InputFile, judge_unit};
+use crate::calibration_file::{
+    CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
+};
 use crate::gravity::Gravity;
 use crate::later::{SAME_GRAVITY, sensor, singular};
 use crate::recording::board::why_calibrated;
@@ -213,7 +215,7 @@ pub fn check(
 
     let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
     widen_for_temperature(&mut sensor, calibration, &intervals);
-    let here = options.gravity.map(|g| later::Gravity {
+    let here = options.gravity.map(|g| gravical_fit::Gravity {
         value_mps2: g.value_mps2,
         sd_mps2: g.uncertainty_mps2(),
     });
@@ -264,7 +266,7 @@ pub fn check(
         test: result.test,
         p_value: result.p,
         explanations: if judgement.is_change() {
-            explanations(&result)
+            result.explanations
         } else {
             Vec::new()
         },
@@ -317,7 +319,7 @@ fn reasons(
     }
     for explanation in &report.explanations {
         let share = explanation.cause == Cause::Share;
-        let there = gravity.value_mps2 * (1.0 + explanation.change / 100.0);
+        let there = gravity.value_mps2 * (1.0 + explanation.change);
         reasons.push(Reason::Explained(*explanation, share.then_some(there)));
     }
     if report.verdict.judgement.is_change() && report.explanations.is_empty() {
@@ -337,15 +339,6 @@ fn reasons(
         Reason::Gyroscope(g.judgement, largest, g.limit_deg_s)
     }));
     reasons
-}
-
-fn explanations(result: &later::Check) -> Vec<Explanation> {
-    let causes = [Cause::BiasX, Cause::BiasY, Cause::BiasZ];
-    let biases = causes.into_iter().zip(result.bias);
-    std::iter::once((Cause::Share, result.share))
-        .chain(biases)
-        .filter_map(|(cause, found)| Explanation::new(cause, found))
-        .collect()
 }
 
 /// The findings of a recording, with its name.
@@ -561,12 +554,7 @@ fn circumstances(
     options: &CheckOptions,
     findings: &mut Vec<Finding>,
 ) {
-    if calibration.verdict.grade == Grade::Poor {
-        findings.push(Finding::new(
-            FindingKind::PoorCalibration,
-            "the verdict of the calibration is poor; fix what it names first",
-        ));
-    }
+    findings.extend(calibration.poor_finding());
     for recording in recordings {
         findings.extend(of_recording(calibration, recording));
     }
@@ -620,9 +608,8 @@ fn temperature(calibration: &CalibrationFile, intervals: &[Placement]) -> Option
         (None, Some(range)) => [range.min, range.max],
         (None, None) => return None,
     };
-    let temperatures = || intervals.iter().filter_map(|r| r.temperature_c);
-    let low = temperatures().fold(f64::INFINITY, f64::min);
-    let high = temperatures().fold(f64::NEG_INFINITY, f64::max);
+    let range = TemperatureRange::of(intervals.iter().filter_map(|r| r.temperature_c))?;
+    let (low, high) = (range.min, range.max);
     let text = format!(
         "the static intervals are at {low:.1} to {high:.1} °C, the calibration is for {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainty does not include; calibrate at this temperature"
     );

@@ -9,11 +9,11 @@
 //! gravity, shared recordings) is said.
 
 use gravical_core::matrix3::norm;
-use gravical_fit::Test;
-use gravical_fit::later::{self, Difference, Sensor};
+use gravical_fit::later::{self, Difference};
+use gravical_fit::{Sensor, Test};
 use serde::Serialize;
 
-use crate::calibration_file::{AccelerometerSection, CalibrationFile, Grade, TemperatureRange};
+use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};
 use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, sensor, singular};
 use crate::recording::{AccelUnit, Finding, FindingKind};
 use crate::{Error, Result};
@@ -367,10 +367,7 @@ fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut
         findings.push(Finding::new(FindingKind::GravityDiffers, text));
     }
     for (file, name) in [a, b].into_iter().zip(names) {
-        if file.verdict.grade == Grade::Poor {
-            let text = "the verdict of the calibration is poor; fix what it names before comparing";
-            findings.push(Finding::new(FindingKind::PoorCalibration, text).in_file(name));
-        }
+        findings.extend(file.poor_finding().map(|f| f.in_file(name)));
     }
 }
 

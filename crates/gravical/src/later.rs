@@ -3,17 +3,14 @@
 
 use std::fmt;
 
-use gravical_core::matrix3::inverse;
-use gravical_fit::later::{self, Sensor};
-use gravical_fit::model::{BENDS, BIAS, Covariance, DRIFT, Parameters};
-use gravical_fit::{SIGNIFICANCE, Test};
+use gravical_fit::model::{BIAS, Covariance};
+use gravical_fit::{Gravity, SIGNIFICANCE, Sensor, Test};
 use serde::{Serialize, Serializer};
 
-use crate::calibration_file::{
-    AccelerometerSection, CalibrationFile, TemperatureRange, TiltSource,
-};
+pub use gravical_fit::later::{Cause, Explanation};
+
+use crate::calibration_file::{CalibrationFile, TemperatureRange};
 use crate::numfmt::{decimals_for, fixed, mg, signed, unit};
-use crate::uncertainty::covariance_at_its_gravity;
 use crate::{Error, Result};
 
 /// Gravity that differs by less than this fraction is the same.
@@ -22,10 +19,6 @@ pub(crate) const SAME_GRAVITY: f64 = 1e-5;
 /// A calibration without a covariance is taken to be off by this, in any direction, m/s² (10 mg):
 /// six faces placed within 1° leave 8 mg, a sensor without any calibration shows 35 mg.
 pub(crate) const ASSUMED_ERROR_MPS2: f64 = 0.1;
-
-/// Model error of real sensors when a fit cannot tell, m/s²: 1.1 to 1.9 rms on three MPU-9150 and
-/// an MTi, some 40 poses each.
-const USUAL_MODEL_ERROR_MPS2: f64 = 0.002;
 
 /// χ² of a difference by its covariance.
 fn chi_square(test: &Test) -> String {
@@ -145,50 +138,6 @@ pub enum Part {
     Orientation,
 }
 
-/// One thing that would explain errors.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Explanation {
-    /// What it is.
-    pub cause: Cause,
-    /// The change of a bias in calibrated axes of the board, or of scale or gravity.
-    pub change: f64,
-    /// Its standard deviation.
-    pub sigma: f64,
-    /// `m/s^2` or `%`.
-    pub unit: &'static str,
-}
-
-impl Explanation {
-    /// None where it is not enough.
-    pub(crate) fn new(cause: Cause, found: Option<later::Explanation>) -> Option<Explanation> {
-        let found = found.filter(later::Explanation::is_enough)?;
-        let (factor, unit) = match cause {
-            Cause::Share => (100.0, "%"),
-            _ => (1.0, "m/s^2"),
-        };
-        Some(Explanation {
-            cause,
-            change: factor * found.change,
-            sigma: factor * found.sd,
-            unit,
-        })
-    }
-}
-
-/// Causes of errors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Cause {
-    /// A common scale error, or another local gravity.
-    Share,
-    /// Bias of x.
-    BiasX,
-    /// Bias of y.
-    BiasY,
-    /// Bias of z.
-    BiasZ,
-}
-
 /// One parameter of two calibrations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterDifference {
@@ -236,15 +185,15 @@ impl fmt::Display for Reason {
                 chi_square(all)
             ),
             Reason::Explained(e, gravity) => {
-                let n = decimals_for(e.sigma);
-                let (change, sigma) = (signed(e.change, n), fixed(e.sigma, n));
-                let what = match e.cause {
-                    Cause::Share => "a common scale error",
-                    Cause::BiasX => "a changed bias of x",
-                    Cause::BiasY => "a changed bias of y",
-                    Cause::BiasZ => "a changed bias of z",
+                let (what, factor, unit) = match e.cause {
+                    Cause::Share => ("common scale error", 100.0, "%"),
+                    Cause::BiasX => ("changed bias of x", 1.0, "m/s²"),
+                    Cause::BiasY => ("changed bias of y", 1.0, "m/s²"),
+                    Cause::BiasZ => ("changed bias of z", 1.0, "m/s²"),
                 };
-                write!(f, "{what} explains it: {change} ± {sigma} {}", unit(e.unit))?;
+                let n = decimals_for(factor * e.sd);
+                let (change, sd) = (signed(factor * e.change, n), fixed(factor * e.sd, n));
+                write!(f, "a {what} explains it: {change} ± {sd} {unit}")?;
                 gravity.map_or(Ok(()), |g| {
                     write!(f, "; so would a local gravity of {g:.4} m/s²")
                 })
@@ -336,79 +285,33 @@ impl fmt::Display for Part {
 /// Level of each of the two tests of `compare`, so that both together keep 1 % (Bonferroni).
 pub(crate) const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
 
-/// A calibration as numbers, with readings divided by `per_mps2` once `offset` is taken off: about
-/// the input units per m/s². Without a covariance an error of [`ASSUMED_ERROR_MPS2`] stands for it.
+/// A calibration as numbers, with readings divided by `unit` once `offset` is taken off: about the input
+/// units per m/s². Without a covariance an error of [`ASSUMED_ERROR_MPS2`] stands for it.
 ///
 /// # Errors
 ///
 /// `calibration-values` for a singular matrix; `name` is the file.
-pub(crate) fn sensor(
-    file: &CalibrationFile,
-    name: &str,
-    per_mps2: f64,
-    offset: f64,
-) -> Result<Sensor> {
+pub(crate) fn sensor(file: &CalibrationFile, name: &str, unit: f64, offset: f64) -> Result<Sensor> {
     let section = &file.accelerometer;
-    let matrix = section.matrix.map(|row| row.map(|v| v * per_mps2));
-    let model = inverse(&matrix).ok_or_else(|| singular(name))?;
-    let covariance = covariance_at_its_gravity(section, file.gravity_mps2);
-    let with_bends = section.covariance.as_ref().map(|c| &c.values);
-    let of_readings = covariance.unwrap_or_default();
-    let bends = section.bends.unwrap_or_default();
-    // Row of the file, and what divides its unit away: bends have none.
-    let row = |i: usize| match i {
-        0..DRIFT => Some((i, per_mps2)),
-        BENDS.. => Some((i - BENDS + DRIFT, 1.0)),
-        _ => None,
-    };
-    let element = |i: usize, j: usize| {
-        let ((r, of_r), (c, of_c)) = (row(i)?, row(j)?);
-        let value = match of_readings.get(r).and_then(|row| row.get(c)) {
-            Some(value) => *value,
-            None => *with_bends?.get(r)?.get(c)?,
-        };
-        Some(value / (of_r * of_c))
-    };
-    Ok(Sensor {
-        parameters: Parameters::from_fn(|i, _| match i {
-            0..BIAS => model[i / 3][i % 3],
-            BIAS..DRIFT => (section.bias[i - BIAS] - offset) / per_mps2,
-            BENDS.. => bends[i - BENDS],
-            _ => 0.0,
-        }),
-        covariance: Covariance::from_fn(|i, j| element(i, j).unwrap_or(0.0)),
-        gravity: later::Gravity {
+    let parameters = section.parameters().ok_or_else(|| singular(name))?;
+    let mut sensor = file.sensor().unwrap_or(Sensor {
+        parameters,
+        covariance: Covariance::zeros(),
+        gravity: Gravity {
             value_mps2: file.gravity_mps2,
             sd_mps2: section.gravity_sd_mps2,
         },
-        model_error_mps2: covariance.map_or(ASSUMED_ERROR_MPS2, |_| model_error(section)),
-        tilt_freedom: tilt_freedom(section),
-    })
+        model_error_mps2: ASSUMED_ERROR_MPS2,
+        tilt_freedom: f64::INFINITY,
+    });
+    for axis in 0..3 {
+        sensor.parameters[BIAS + axis] -= offset;
+    }
+    Ok(sensor.rescaled(unit))
 }
 
 /// The error of a file whose numbers make no calibration.
 pub(crate) fn singular(name: &str) -> Error {
-    Error::input(
-        "calibration-values",
-        "the accelerometer's matrix is singular",
-    )
-    .at(name.as_ref(), None)
-}
-
-/// What readings miss the model by, m/s²: what the fit says of itself, or what is usual where none can
-/// tell.
-fn model_error(section: &AccelerometerSection) -> f64 {
-    match section.fit {
-        Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
-        Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
-        None => USUAL_MODEL_ERROR_MPS2,
-    }
-}
-
-/// Tilts that σ_tilt was estimated from.
-fn tilt_freedom(section: &AccelerometerSection) -> f64 {
-    let tilt = section.pose_tilt_deg.as_ref();
-    let is_estimated = tilt.is_some_and(|t| t.source == TiltSource::Estimated);
-    let fit = section.fit.filter(|_| is_estimated);
-    fit.map_or(f64::INFINITY, |fit| fit.tilt_degrees_of_freedom)
+    let what = "the accelerometer's matrix is singular";
+    Error::input("calibration-values", what).at(name.as_ref(), None)
 }

@@ -70,7 +70,6 @@ pub mod numfmt;
 pub mod output;
 mod poses;
 #[doc(hidden)]
-pub mod predicted;
 pub mod recording;
 #[doc(hidden)]
 pub mod resolution;
@@ -88,7 +87,6 @@ pub mod targets;
 #[doc(hidden)]
 pub mod temperature;
 #[doc(hidden)]
-pub mod uncertainty;
 pub mod utc;
 
 /// Name and version of the program, as results state it.
@@ -98,6 +96,7 @@ pub use error::{Category, Error, Location, Result};
 /// The part that runs on a microcontroller, too: calibrations and filters of one sample, rests and
 /// motion without look-ahead, closed-form estimation.
 pub use gravical_core as core;
+pub use gravical_fit as fit;
 
 /// The programs of the README.
 #[cfg(doctest)]

@@ -45,6 +45,7 @@ use gravical_fit::{BiasDrift, DriftTest};
 
 use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
+    TemperatureRange,
 };
 use crate::numfmt::{milli_g, small};
 use crate::poses::MANY_POSES;
@@ -65,16 +66,8 @@ const TURN_SHARE: f64 = 0.1;
 /// … and by this many °C, since thermometers are noisy and chambers oscillate.
 const MIN_TURN_C: f64 = 1.0;
 
-/// Lowest and highest of some temperatures; infinities in reverse without any.
-fn range_of(t_c: impl Iterator<Item = f64>) -> [f64; 2] {
-    t_c.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], t| {
-        [low.min(t), high.max(t)]
-    })
-}
-
-fn span_of(rest: &[TemperatureBlock]) -> f64 {
-    let [low, high] = range_of(rest.iter().map(|b| b.t_c));
-    high - low
+fn span_c(t_c: impl Iterator<Item = f64>) -> f64 {
+    TemperatureRange::of(t_c).map_or(0.0, |range| range.span_c())
 }
 
 /// Determines the drift of a sensor from recordings in one unit.
@@ -109,9 +102,9 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     };
     // First, since an excerpt has blocks only if its temperature range is wide enough.
     let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
-    let [low, high] = range_of(ranges.flatten());
-    if high - low <= MIN_SPAN_C {
-        return Err(span_error(high - low));
+    let recorded_c = span_c(ranges.flatten());
+    if recorded_c <= MIN_SPAN_C {
+        return Err(span_error(recorded_c));
     }
     let mut rests: Vec<_> = recordings.iter().map(rests::detect_rests).collect();
     if rests.iter().all(Vec::is_empty) {
@@ -121,17 +114,18 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         )
         .with_hint("leave the sensor untouched while its temperature changes"));
     }
-    let widest = rests.iter().flatten().map(|rest| span_of(rest));
-    let widest_c = widest.fold(0.0, f64::max);
+    let span_of = |rest: &Vec<TemperatureBlock>| span_c(rest.iter().map(|b| b.t_c));
+    let widest_c = rests.iter().flatten().map(span_of).fold(0.0, f64::max);
     for rests in &mut rests {
         rests.retain(|rest| span_of(rest) > MIN_REST_SPAN_C);
     }
-    let [low, high] = range_of(rests.iter().flatten().flatten().map(|b| b.t_c));
-    if high - low <= MIN_SPAN_C {
-        // Of the widest rest where none is left.
-        return Err(span_error(widest_c.max(high - low)));
+    let used = TemperatureRange::of(rests.iter().flatten().flatten().map(|b| b.t_c));
+    match used.filter(|range| range.span_c() > MIN_SPAN_C) {
+        Some(range) => Ok(fit_model(recordings, &rests, [range.min, range.max])),
+        None => Err(span_error(
+            widest_c.max(used.map_or(0.0, |range| range.span_c())),
+        )),
     }
-    Ok(fit_model(recordings, &rests, [low, high]))
 }
 
 /// A block of the rest with this number.
@@ -165,27 +159,27 @@ fn direct_blocks(recordings: &[Vec<Vec<TemperatureBlock>>], turn_c: f64) -> Vec<
 fn shared_range(blocks: &[DirectedBlock<'_>]) -> std::result::Result<[f64; 2], String> {
     let range = |direction| {
         let of_direction = blocks.iter().filter(|b| b.direction == direction);
-        range_of(of_direction.map(|b| b.block.t_c))
+        TemperatureRange::of(of_direction.map(|b| b.block.t_c))
     };
-    let (cooling, warming) = (range(Direction::Cooling), range(Direction::Warming));
-    let shared = [cooling[0].max(warming[0]), cooling[1].min(warming[1])];
-    let shared_c = (shared[1] - shared[0]).max(0.0);
     let only = |verb: &str| {
         format!(
             "the temperature only {verb}: with one direction the drift cannot be tested; also record the opposite one"
         )
     };
-    if cooling[0] > cooling[1] {
-        Err(only("rose"))
-    } else if warming[0] > warming[1] {
-        Err(only("fell"))
-    } else if shared_c <= MIN_SPAN_C {
-        Err(format!(
+    let Some(cooling) = range(Direction::Cooling) else {
+        return Err(only("rose"));
+    };
+    let Some(warming) = range(Direction::Warming) else {
+        return Err(only("fell"));
+    };
+    let shared = [cooling.min.max(warming.min), cooling.max.min(warming.max)];
+    let shared_c = (shared[1] - shared[0]).max(0.0);
+    if shared_c <= MIN_SPAN_C {
+        return Err(format!(
             "cooling and warming share only {shared_c:.1} °C; more than {MIN_SPAN_C:.0} °C are needed to test one with the other"
-        ))
-    } else {
-        Ok(shared)
+        ));
     }
+    Ok(shared)
 }
 
 /// The model from the `rests` of each recording, which span `range_c`.
@@ -310,7 +304,7 @@ pub fn for_calibration(
         return Ok(Some(model));
     }
     let [low, high] = model.range_c;
-    let Some(session_c) = mean_c(&segmentation.placements) else {
+    let Some(session) = temperatures(&segmentation.placements) else {
         findings.push(Finding::new(
             FindingKind::TemperatureReference,
             format!(
@@ -321,6 +315,7 @@ pub fn for_calibration(
         ));
         return Ok(Some(model));
     };
+    let session_c = session.mean;
     let reference_c = session_c.clamp(low, high);
     if reference_c != session_c {
         findings.push(Finding::new(
@@ -336,13 +331,8 @@ pub fn for_calibration(
     Ok(Some(model))
 }
 
-fn temperatures(placements: &[Placement]) -> impl Iterator<Item = f64> {
-    placements.iter().filter_map(|p| p.temperature_c)
-}
-
-fn mean_c(placements: &[Placement]) -> Option<f64> {
-    let count = temperatures(placements).count();
-    (count > 0).then(|| temperatures(placements).sum::<f64>() / count as f64)
+fn temperatures(placements: &[Placement]) -> Option<TemperatureRange> {
+    TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c))
 }
 
 /// Converts the means of the poses to the reference temperature.
@@ -367,9 +357,9 @@ pub(crate) fn bring_to_reference(placements: &mut [Placement], model: &Temperatu
 /// needs, are then not needed.
 #[must_use]
 pub fn enough_poses(placements: &[Placement]) -> bool {
-    let [low, high] = range_of(temperatures(placements));
+    let span_c = temperatures(placements).map_or(0.0, |range| range.span_c());
     let complete = placements.iter().all(|p| p.temperature_c.is_some());
-    complete && placements.len() >= MANY_POSES && high - low > MIN_SPAN_C
+    complete && placements.len() >= MANY_POSES && span_c > MIN_SPAN_C
 }
 
 /// The drift of the accelerometer as the poses of the session were `fitted` and tested, and that of the
@@ -382,7 +372,8 @@ pub(crate) fn from_poses(
     fitted: Option<BiasDrift>,
     segmentation: &mut Segmentation,
 ) -> Option<TemperatureModel> {
-    let reference_c = mean_c(&segmentation.placements)?;
+    let range = temperatures(&segmentation.placements)?;
+    let reference_c = range.mean;
     let unit = recordings.first().map(|r| r.accel_scale.unit.name());
     let (verdict, ending) = match fitted {
         Some(_) => (DriftVerdict::Corrected, ""),
@@ -405,7 +396,7 @@ pub(crate) fn from_poses(
     let mut model = TemperatureModel {
         reference_c,
         reference_source: ReferenceSource::Session,
-        range_c: range_of(temperatures(&segmentation.placements)),
+        range_c: [range.min, range.max],
         channels: (0..3).map(channel).collect(),
         inputs: InputFile::of(recordings),
     };

@@ -1,6 +1,5 @@
 //! What a microcontroller would call of `gravical-core`, in single precision:
-//! Ferraris for both sensors, the covariance, the calibration of a sample, and
-//! filters.
+//! Ferraris for both sensors, the calibration of a sample, and filters.
 #![no_std]
 
 use core::f32::consts::TAU;
@@ -11,7 +10,7 @@ use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass};
 use gravical_core::filter::savgol::SavitzkyGolay;
 use gravical_core::motion::Motion;
 use gravical_core::six_position::{
-    SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_covariance, ferraris_gyroscope,
+    SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_gyroscope,
 };
 use gravical_core::still::{Detector, Event, Learner, Plan};
 use gravical_core::unit::local_gravity_mps2;
@@ -36,24 +35,17 @@ fn means(values: &Means) -> SixPositionMeans<f32> {
 #[unsafe(no_mangle)]
 pub extern "C" fn probe_accelerometer(
     readings: &Means,
-    errors: &Means,
     latitude_deg: f32,
     out: &mut Calibration<f32>,
-    sd: &mut [f32; 12],
 ) -> i32 {
     let gravity = local_gravity_mps2(latitude_deg, 0.0);
-    let means_accel = means(readings);
-    let Ok(parameters) = ferraris_accelerometer(&means_accel, gravity) else {
+    let Ok(parameters) = ferraris_accelerometer(&means(readings), gravity) else {
         return 1;
     };
     let Some(calibration) = parameters.calibration() else {
         return 2;
     };
     *out = calibration;
-    let covariance = ferraris_covariance(&means_accel, &means(errors), gravity, 0.017);
-    for (i, sd) in sd.iter_mut().enumerate() {
-        *sd = covariance[i][i];
-    }
     0
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use gravical::calibrate::gyro::of_session;
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::{CalibrationFile, GyroMethod};
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::{SegmentOptions, Segmentation, segment};
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
@@ -146,7 +146,7 @@ fn imucals_session_by_motions_and_by_turns() {
     let recordings = std::slice::from_ref(&recording);
     let fit = of_session(recordings, &cut, &accelerometer);
     let section = fit.section.unwrap();
-    assert_eq!(section.method, "motion", "{:?}", fit.findings);
+    assert_eq!(section.method, GyroMethod::Motion, "{:?}", fit.findings);
     let by_turns = gyroscope_of(&turns["gyroscope"]);
     println!(
         "imucal: {:?}, K {:?}, {:?}°",

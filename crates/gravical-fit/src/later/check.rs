@@ -1,10 +1,12 @@
 //! Do later readings at rest fit a calibration?
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+use serde::Serialize;
 
-use super::{Gravity, Sensor, propagated};
+use super::propagated;
 use crate::consistent::{SIGNIFICANCE, Test, consistent};
 use crate::model::{Parameters, bend, bias, matrix};
+use crate::sensor::{Gravity, Sensor};
 
 /// Directions this near to each other (chord of the unit sphere, 25°) share the model error.
 const MODEL_ERROR_CHORD: f64 = 0.43;
@@ -34,25 +36,38 @@ pub struct Length {
     pub sd_mps2: f64,
 }
 
-/// What one fault would have to be to explain errors.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Causes of errors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// A common scale error, or another local gravity.
+    Share,
+    /// Bias of x.
+    BiasX,
+    /// Bias of y.
+    BiasY,
+    /// Bias of z.
+    BiasZ,
+}
+
+/// One change that explains errors: it is more than chance, and what is left is not.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Explanation {
-    /// The change: a fraction of gravity, or m/s².
+    /// What it is.
+    pub cause: Cause,
+    /// The change: a fraction of gravity, or m/s² in calibrated axes of the board.
     pub change: f64,
     /// Its standard deviation.
     pub sd: f64,
-    /// The change alone.
-    pub test: Test,
-    /// The errors once it is taken off.
-    pub left: Test,
 }
 
-impl Explanation {
-    /// The change is more than chance, and what is left is not.
-    #[must_use]
-    pub fn is_enough(&self) -> bool {
-        self.test.p_value < SIGNIFICANCE && self.left.p_value >= SIGNIFICANCE
-    }
+/// A change that might explain errors.
+struct Candidate {
+    explanation: Explanation,
+    /// The change alone.
+    test: Test,
+    /// The errors once it is taken off.
+    left: Test,
 }
 
 /// A calibration held against later readings.
@@ -65,10 +80,8 @@ pub struct Check {
     /// Probability that chance makes as much: the test of all errors dilutes a single fault among many
     /// intervals, so half of the level is for that, half for the likeliest fault (Bonferroni).
     pub p: f64,
-    /// All lengths wrong by one fraction: the scale, or gravity.
-    pub share: Option<Explanation>,
-    /// A changed bias of x, y, z alone, calibrated axes of the board.
-    pub bias: [Option<Explanation>; 3],
+    /// Single changes that explain the errors.
+    pub explanations: Vec<Explanation>,
 }
 
 /// Holds the lengths of static intervals against gravity: that of the calibration, or of another
@@ -108,23 +121,26 @@ pub fn check(
     let covariance = covariance.select_rows(&counted).select_columns(&counted);
     let test = consistent(&errors, &covariance);
     let root = covariance.cholesky();
-    let explain = |effect: &dyn Fn(&Vector3<f64>) -> f64| {
-        let effect = counted.iter().map(|k| effect(&directions[*k]));
-        let effect = DVector::from_iterator(counted.len(), effect);
-        explanation(&errors, root.as_ref()?, &effect, test)
+    let candidate = |cause: Cause| {
+        let effect = |k: &usize| match cause {
+            Cause::Share => gravity,
+            Cause::BiasX => directions[*k].x,
+            Cause::BiasY => directions[*k].y,
+            Cause::BiasZ => directions[*k].z,
+        };
+        let effect = DVector::from_iterator(counted.len(), counted.iter().map(effect));
+        let is_seen = cause == Cause::Share || effect.amax() >= MIN_COSINE;
+        explain(
+            cause,
+            &errors,
+            root.as_ref().filter(|_| is_seen)?,
+            &effect,
+            test,
+        )
     };
-    let sees = |axis: usize| {
-        let mut along = counted.iter().map(|k| directions[*k][axis].abs());
-        along.any(|cosine| cosine >= MIN_COSINE)
-    };
-    let share = explain(&|_| gravity);
-    let bias = std::array::from_fn(|axis| sees(axis).then(|| explain(&|n| n[axis])).flatten());
-    let faults: Vec<f64> = bias
-        .iter()
-        .chain([&share])
-        .flatten()
-        .map(|e| e.test.p_value)
-        .collect();
+    let causes = [Cause::Share, Cause::BiasX, Cause::BiasY, Cause::BiasZ];
+    let candidates: Vec<Candidate> = causes.into_iter().filter_map(candidate).collect();
+    let faults: Vec<f64> = candidates.iter().map(|c| c.test.p_value).collect();
     let likeliest = faults.iter().copied().reduce(f64::min);
     let p = match likeliest.filter(|_| counted.len() > 1) {
         Some(fault) => (2.0 * test.p_value.min(fault * faults.len() as f64)).min(1.0),
@@ -135,8 +151,11 @@ pub fn check(
         lengths,
         test,
         p,
-        share,
-        bias,
+        explanations: candidates
+            .iter()
+            .filter(|c| c.test.p_value < SIGNIFICANCE && c.left.p_value >= SIGNIFICANCE)
+            .map(|c| c.explanation)
+            .collect(),
     })
 }
 
@@ -178,19 +197,23 @@ fn covariance_of_the_rest(
 
 /// One change whose effect on the errors is known, by generalised least squares with the root of their
 /// covariance. None where the effect is zero. `whole` is the test of the errors.
-fn explanation(
+fn explain(
+    cause: Cause,
     errors: &DVector<f64>,
     root: &Cholesky<f64, Dyn>,
     effect: &DVector<f64>,
     whole: Test,
-) -> Option<Explanation> {
+) -> Option<Candidate> {
     let weighted = root.solve(effect);
     let information = weighted.dot(effect);
     let change = weighted.dot(errors) / information;
     let explained = change * change * information;
-    (information > 0.0 && change.is_finite()).then(|| Explanation {
-        change,
-        sd: information.sqrt().recip(),
+    (information > 0.0 && change.is_finite()).then(|| Candidate {
+        explanation: Explanation {
+            cause,
+            change,
+            sd: information.sqrt().recip(),
+        },
         test: Test::new(explained, 1),
         left: Test::new(
             whole.chi2 - explained,

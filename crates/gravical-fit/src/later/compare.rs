@@ -2,30 +2,13 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 
-use super::{Sensor, propagated};
+use super::propagated;
 use crate::consistent::{MAX_STEPS, Test, consistent};
-use crate::model::{BENDS, BIAS, Covariance, Parameters, bias, matrix, sensitivity, sphere};
+use crate::model::{BENDS, Covariance, Parameters, bias, invariants, matrix, sensitivity, sphere};
+use crate::sensor::{Sensor, derivative_by_gravity};
 
 /// Directions over which lengths are averaged.
 const DIRECTIONS: usize = 400;
-
-/// What no turn of the board changes, and ‖a‖ depends on: b (m/s²), the lengths of the rows of M,
-/// and the angles xy, xz, yz between them beyond 90° (rad).
-fn invariants(x: &Parameters) -> DVector<f64> {
-    let m = matrix(x);
-    let row = |i: usize| m.row(i).transpose();
-    let angle = |i: usize, j: usize| {
-        let cosine = row(i).normalize().dot(&row(j).normalize());
-        cosine.clamp(-1.0, 1.0).acos() - std::f64::consts::FRAC_PI_2
-    };
-    DVector::from_fn(9, |i, _| match i {
-        0..3 => x[BIAS + i],
-        3..6 => row(i - 3).norm(),
-        6 => angle(0, 1),
-        7 => angle(0, 2),
-        _ => angle(1, 2),
-    })
-}
 
 /// Rotation vector (rad) of Q in M_A⁻¹ M_B = Q P: what a_A = Q a_B turns by. None where one frame
 /// is the mirror image of the other, or a matrix is singular.
@@ -154,7 +137,9 @@ impl Pair {
             .collect();
         if a.gravity != b.gravity {
             let none = Parameters::zeros();
-            let by = |s: &Sensor| s.by_gravity() * (s.gravity.sd_mps2 / s.gravity.value_mps2);
+            let by = |s: &Sensor| {
+                derivative_by_gravity(&s.parameters) * (s.gravity.sd_mps2 / s.gravity.value_mps2)
+            };
             common.extend([[by(a), none], [none, by(b)]]);
         }
         Pair {

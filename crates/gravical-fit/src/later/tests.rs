@@ -1,6 +1,7 @@
 use super::*;
 use crate::consistent::{SIGNIFICANCE, Test, consistent};
-use crate::model::{DRIFT, PARAMETERS, bend, bias, matrix, sensitivity, sphere};
+use crate::model::{BENDS, BIAS, DRIFT, PARAMETERS, bend, bias, matrix, sensitivity, sphere};
+use crate::sensor::{Gravity, Sensor};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -197,18 +198,19 @@ fn one_fault_is_found_and_named() {
     moved[BIAS + 1] += 0.02;
     let result = check(&a, None, &stills(&mut rng, 12, &moved), |_| true).unwrap();
     assert!(result.test.p_value < SIGNIFICANCE);
-    let named = result.bias.map(|e| e.is_some_and(|e| e.is_enough()));
-    assert_eq!(named, [false, true, false]);
-    assert!((result.bias[1].unwrap().change - 0.02 / 0.97).abs() < 0.003);
-    assert!(!result.share.unwrap().is_enough());
+    let [found] = result.explanations[..] else {
+        panic!("{:?}", result.explanations);
+    };
+    assert_eq!(found.cause, Cause::BiasY);
+    assert!((found.change - 0.02 / 0.97).abs() < 0.003);
     // A scale, and the gravity of another place, look alike.
     let there = Some(Gravity {
         value_mps2: 9.78,
         sd_mps2: 0.0005,
     });
     let result = check(&a, there, &stills(&mut rng, 12, &truth()), |_| true).unwrap();
-    let share = result.share.unwrap();
-    assert!(share.is_enough() && (share.change - 0.0027).abs() < 3e-4);
+    let share = result.explanations.iter().find(|e| e.cause == Cause::Share);
+    assert!((share.unwrap().change - 0.0027).abs() < 3e-4);
 }
 
 /// Assumed gravity hides a scale of the same size, and is shared by two calibrations.

@@ -382,7 +382,9 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
 /// Poses that were not used, with the reason.
 fn rejected(file: &CalibrationFile) -> Vec<String> {
     let left = file.accelerometer.poses.iter().filter(|p| !p.fitted);
-    let mut lines: Vec<String> = left.map(|p| rejection(p, file)).collect();
+    let mut lines: Vec<String> = left
+        .map(|p| rejection(p, file.accelerometer.method))
+        .collect();
     let more = lines.len().saturating_sub(document::ROWS);
     if more > 0 {
         lines.truncate(document::ROWS);
@@ -391,18 +393,17 @@ fn rejected(file: &CalibrationFile) -> Vec<String> {
     lines
 }
 
-fn rejection(pose: &PoseResult, file: &CalibrationFile) -> String {
+fn rejection(pose: &PoseResult, method: Method) -> String {
     // With its lines: several poses may have one label.
-    let own = format!("{}: ", pose.called());
-    let finding = file.findings.iter().find(|f| f.message.starts_with(&own));
-    match (finding, pose.kind) {
-        (Some(finding), _) => finding.message.clone(),
-        (None, PoseKind::Free) => format!(
-            "{own}it is on no face, and {} uses face poses only",
-            file.accelerometer.method.name()
-        ),
-        (None, PoseKind::Face) => format!("{own}see the findings"),
+    let pose_name = pose.called();
+    if method == Method::Ferraris {
+        return format!("{pose_name}: it is on no face, and ferraris uses face poses only");
     }
+    let error = pose.magnitude_error_mps2.unwrap_or(f64::NAN);
+    format!(
+        "{pose_name}: reads {} mg off the magnitude that the others agree on",
+        signed(milli_g(error), 1)
+    )
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {

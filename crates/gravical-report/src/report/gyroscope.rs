@@ -1,8 +1,7 @@
 //! Report of the gyroscope of a calibration.
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
-use gravical::calibration_file::GyroscopeSection;
-use gravical::core::matrix3;
+use gravical::calibration_file::{GyroMethod, GyroscopeSection};
 use gravical::numfmt::{decimals_by, digits, fixed, unit};
 
 use super::matrices::{matrices, power_of_ten};
@@ -10,19 +9,15 @@ use super::matrices::{matrices, power_of_ten};
 /// Parameters and residuals.
 pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     let raw = &unit(g.input_unit.name());
-    let how = match g.method.as_str() {
-        "turns" => "From three known turns and the rests (Ferraris).",
-        "motion" => {
+    let how = match g.method {
+        GyroMethod::Turns => "From three known turns and the rests (Ferraris).",
+        GyroMethod::Motion => {
             "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
         }
-        "bias" => "Bias only, from the poses; the scale is nominal.",
-        _ => "The method is unknown.",
+        GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
-    let sd = if g.method == "bias" {
-        bias_alone(g)
-    } else {
-        deviations(g)
-    };
+    let (bias_sd, scale_sd) = g.deviations().unzip();
+    let scale_sd = scale_sd.flatten();
     let row = |i: usize| {
         let value = |v: f64, sd: Option<f64>| {
             let n = decimals_by(sd, g.scale[i]);
@@ -32,8 +27,8 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         };
         Row::from([
             Cell::text(["x", "y", "z"][i]),
-            value(g.bias[i], sd.map(|d| d.0[i])),
-            value(g.scale[i], sd.map(|d| d.1[i])),
+            value(g.bias[i], bias_sd.map(|sd| sd[i])),
+            value(g.scale[i], scale_sd.map(|sd| sd[i])),
         ])
     };
     let table = Table::new("Bias and scale, ± 1σ")
@@ -58,9 +53,10 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
             "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}."
         )))
         .with(table);
-    let mut section = match g.method.as_str() {
-        "bias" => section.full(matrix),
-        _ => section.with(matrix),
+    let mut section = if g.method == GyroMethod::Bias {
+        section.full(matrix)
+    } else {
+        section.with(matrix)
     };
     if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
         // Known to a few per cent.
@@ -86,32 +82,4 @@ pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         )));
     }
     section
-}
-
-/// Standard deviations if the covariance is of the bias alone: the scale has none.
-fn bias_alone(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
-    let c = &g.covariance.as_ref()?.values;
-    let at = |i: usize| Some(c.get(i)?.get(i)?.sqrt());
-    Some(([at(0)?, at(1)?, at(2)?], [f64::NAN; 3]))
-}
-
-/// Standard deviations of bias and scale from the covariance of M and b: the scale is the norm
-/// of a row of M.
-fn deviations(g: &GyroscopeSection) -> Option<([f64; 3], [f64; 3])> {
-    let c = &g.covariance.as_ref()?.values;
-    let at = |i: usize, j: usize| c.get(i).and_then(|row| row.get(j)).copied();
-    let mut bias = [0.0; 3];
-    let mut scale = [0.0; 3];
-    for i in 0..3 {
-        bias[i] = at(9 + i, 9 + i)?.sqrt();
-        let row = g.orientation[i];
-        let mut block = [[0.0; 3]; 3];
-        for j in 0..3 {
-            for k in 0..3 {
-                block[j][k] = at(3 * i + j, 3 * i + k)?;
-            }
-        }
-        scale[i] = matrix3::dot(&row, &matrix3::mul_vec(&block, &row)).sqrt();
-    }
-    Some((bias, scale))
 }

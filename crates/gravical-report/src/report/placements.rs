@@ -81,6 +81,7 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
     let a = &file.accelerometer;
     let mut section = Section::new("directions", "Directions and tilts").figures(figures);
     if let Some((worst, z)) = a.least_consistent() {
+        let worst = &a.poses[worst];
         section = section.full(Block::paragraph(format!(
             "Least consistent pose: {} (leave-one-out error {} mg, {} of its standard deviations).",
             worst.called(),

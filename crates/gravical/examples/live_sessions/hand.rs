@@ -1,9 +1,9 @@
 //! A simulated sensor in a hand that follows the events of a session.
 
 use gravical::calibration_file::{CalibrationFile, Grade};
+use gravical::fit::model::sphere;
 use gravical::live::event::{Event, Loss, Message, Rejection, SourceKind, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
-use gravical::predicted::sphere;
 use gravical::segment::face::Face;
 use gravical::simulate::{
     InteractiveReading, InteractiveSensor, LineOptions, Scenario, SensorOptions, SimulateOptions,
@@ -291,7 +291,7 @@ impl Ended {
         };
         let (mut squares, mut worst, mut n) = (0.0, 0.0_f64, 0.0_f64);
         for up in sphere(400) {
-            let force = mul(&matrix, up.map(|c| c * gravity));
+            let force = mul(&matrix, (up * gravity).into());
             let raw: [f64; 3] = std::array::from_fn(|i| force[i] + bias[i] - section.bias[i]);
             let a = mul(&section.matrix, raw);
             let error = a.iter().map(|c| c * c).sum::<f64>().sqrt() - gravity;

@@ -2,7 +2,7 @@
 
 use gravical::calibrate::Method;
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, Covariance, GyroscopeSection};
+use gravical::calibration_file::{CalibrationFile, Covariance, GyroMethod, GyroscopeSection};
 use gravical::motion::{Calibrated, MotionOptions, motion};
 use gravical::recording::{GyroUnit, ReadOptions, read, read_bytes};
 use gravical::simulate::{LineOptions, Scenario, SimulateOptions, Simulation, simulate, write};
@@ -236,7 +236,7 @@ pub fn calibration(
         let mut gyro: Vec<f64> = elements(scale, cross).collect();
         gyro.extend([1e-6; 3]);
         file.gyroscope = Some(GyroscopeSection {
-            method: "motion".to_owned(),
+            method: GyroMethod::Motion,
             input_unit: GyroUnit::RadianPerSecond,
             covariance: Some(Covariance {
                 parameters: Covariance::parameter_names(),

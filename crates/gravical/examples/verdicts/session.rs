@@ -4,8 +4,8 @@
 use crate::means::{MeanReading, MeansOptions, Part, Planned};
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade};
+use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
-use gravical::predicted::sphere;
 use gravical::recording::{ReadOptions, Recording, SampleColumns};
 use gravical_core::matrix3;
 use rand::{RngExt, SeedableRng};
@@ -295,7 +295,7 @@ impl Session {
         let file = calibrate_at(&recordings, gravity)?;
         let apply = file.accelerometer_calibration();
         let worst = sphere(DIRECTIONS)
-            .map(|n| (matrix3::norm(&apply.apply(read(n))) - G).abs())
+            .map(|n| (matrix3::norm(&apply.apply(read(n.into()))) - G).abs())
             .fold(0.0, f64::max);
         Some(Judged {
             grade: file.verdict.grade,

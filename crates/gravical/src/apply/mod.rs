@@ -58,7 +58,7 @@ use std::io::Write;
 use serde::Serialize;
 
 use crate::Result;
-use crate::calibration_file::{CalibrationFile, Grade};
+use crate::calibration_file::CalibrationFile;
 use crate::output::BlockWriter;
 use crate::recording::board::why_calibrated;
 use crate::recording::file::open_rows;
@@ -320,15 +320,6 @@ pub(crate) fn about_calibration(
     already: bool,
     by_board: bool,
 ) -> impl Iterator<Item = Finding> {
-    let poor = (calibration.verdict.grade == Grade::Poor).then(|| {
-        Finding::new(
-            FindingKind::PoorCalibration,
-            format!(
-                "the calibration's own verdict is poor: {}",
-                calibration.verdict.reasons.join("; ")
-            ),
-        )
-    });
     let twice = already.then(|| {
         Finding::new(
             FindingKind::AlreadyCalibrated,
@@ -338,7 +329,7 @@ pub(crate) fn about_calibration(
             ),
         )
     });
-    poor.into_iter().chain(twice)
+    calibration.poor_finding().into_iter().chain(twice)
 }
 
 pub(crate) fn set_aside(ledger: &Ledger) -> Vec<SetAside> {

@@ -2,6 +2,7 @@
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
+use gravical_fit::model::Covariance;
 use gravical_fit::{Fit, Options, Trust, fit};
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
@@ -89,8 +90,8 @@ pub(crate) enum By {
         drift: Option<gravical_fit::DriftTest>,
     },
     Ferraris {
-        /// Of row-major M and b; none without standard errors.
-        covariance: Option<Box<[[f64; 12]; 12]>>,
+        /// Of M and b by means and tilts; none without standard errors.
+        covariance: Option<Box<Covariance>>,
         /// Angle between faces and means that bias and scale leave, rms, degrees.
         face_angle_rms_deg: f64,
     },

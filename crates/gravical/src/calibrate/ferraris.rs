@@ -2,18 +2,21 @@
 //! of [`gravical_core::six_position`] needs, and back.
 
 mod faces;
-mod samples;
 
 use gravical_core::calibration::Calibration;
+use gravical_core::matrix3;
 use gravical_core::six_position::{
-    AccelerometerParameters, SixPositionError, ferraris_accelerometer, ferraris_covariance,
+    AccelerometerParameters, SixPositionError, ferraris_accelerometer,
 };
+use gravical_fit::model::{Covariance, DRIFT};
+use gravical_fit::propagate;
+use nalgebra::DVector;
 
 use crate::segment::face::{AXES, AxisMap, Face, angle_deg};
 use crate::{Error, Result};
 
+pub(super) use faces::six_positions;
 pub use faces::{Faces, sort_into_faces};
-pub use samples::{ClosedForm, NamedSamples, of_samples};
 
 /// A fitted accelerometer.
 #[derive(Debug, Clone)]
@@ -34,12 +37,7 @@ impl AccelerometerFit {
         let squares: f64 = Face::all()
             .into_iter()
             .map(|face| {
-                let side = if face.up {
-                    &faces.means.plus
-                } else {
-                    &faces.means.minus
-                };
-                let reading = side[face.axis];
+                let reading = faces.means[face.index()];
                 let channels: [f64; 3] =
                     std::array::from_fn(|i| (reading[i] - self.parameters.bias[i]) / k[i]);
                 angle_deg(self.to_case(channels), face.direction()).powi(2)
@@ -65,17 +63,48 @@ impl AccelerometerFit {
         out
     }
 
-    /// Covariance of row-major M and b by the noise of the means and a
-    /// placement tilt (sd of each component); none without standard errors.
+    /// Covariance of M and b by the standard errors of the means and a tilt of the faces (standard
+    /// deviation of each of its two components); none without standard errors.
+    ///
+    /// The closed form is computed again with each of its 30 errors: a tilt costs the matrix about σ_tilt,
+    /// and the bias g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms.
     #[must_use]
-    pub fn covariance(
+    pub(super) fn covariance(
         &self,
         faces: &Faces,
         gravity: f64,
         tilt_rad: f64,
-    ) -> Option<[[f64; 12]; 12]> {
+    ) -> Option<Covariance> {
         let errors = faces.standard_errors.as_ref()?;
-        Some(ferraris_covariance(&faces.means, errors, gravity, tilt_rad))
+        let model = self.parameters.model();
+        let parameters = |face: Face, change: [f64; 3]| {
+            let mut means = faces.means;
+            let mean = &mut means[face.index()];
+            *mean = matrix3::add(mean, &change);
+            let moved = ferraris_accelerometer(&six_positions(&means), gravity).ok()?;
+            let matrix = moved.model();
+            Some(DVector::from_iterator(
+                DRIFT,
+                matrix.as_flattened().iter().chain(&moved.bias).copied(),
+            ))
+        };
+        let here = parameters(Face::all()[0], [0.0; 3])?;
+        let covariance = propagate(&here, 30, |k, step| {
+            let mut change = [0.0; 3];
+            if k < 18 {
+                let face = Face::all()[k / 3];
+                change[k % 3] = step * errors[k / 3][k % 3];
+                return parameters(face, change);
+            }
+            let face = Face::all()[(k - 18) / 2];
+            let (sine, cosine) = (step * tilt_rad).sin_cos();
+            change = face.direction().map(|d| gravity * d * (cosine - 1.0));
+            change[(face.axis + 1 + k % 2) % 3] = gravity * sine;
+            parameters(face, matrix3::mul_vec(&model, &change))
+        })?;
+        Some(Covariance::from_fn(|i, k| {
+            covariance.get((i, k)).copied().unwrap_or(0.0)
+        }))
     }
 }
 
@@ -98,7 +127,8 @@ pub fn accelerometer(
         )
         .with_hint("`gravical inspect` shows what each pose reads")
     };
-    let parameters = ferraris_accelerometer(&faces.means, gravity).map_err(failed)?;
+    let parameters =
+        ferraris_accelerometer(&six_positions(&faces.means), gravity).map_err(failed)?;
     if let Some(axes) = names
         && let Some(why) = mirrored(faces, &parameters, axes)
     {
@@ -142,8 +172,8 @@ fn mirrored(
         .map(|i| {
             (
                 i,
-                seen(faces.means.plus[i], i),
-                seen(faces.means.minus[i], i),
+                seen(faces.means[2 * i], i),
+                seen(faces.means[2 * i + 1], i),
             )
         })
         .find(|(_, up, down)| up <= down);

@@ -10,7 +10,7 @@ use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MotionFit};
 
-use crate::calibration_file::{Covariance, GyroscopeSection, MotionCounts};
+use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
 use crate::recording::units::GyroUnit;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 use crate::segment::Segmentation;
@@ -34,7 +34,11 @@ impl Gyroscope {
     /// With what was found about known turns before: that some are missing matters only where the motions
     /// do not do without them.
     pub(super) fn or_after(mut self, turns: Vec<Finding>) -> Self {
-        if self.section.as_ref().is_none_or(|s| s.method != "motion") {
+        if self
+            .section
+            .as_ref()
+            .is_none_or(|s| s.method != GyroMethod::Motion)
+        {
             self.findings.splice(0..0, turns);
         }
         self
@@ -101,7 +105,7 @@ fn section(rest: &GyroRest, fit: &MotionFit, left_out: usize) -> Option<Gyroscop
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
     let values = fit.covariance.map(|row| row.to_vec()).to_vec();
     Some(GyroscopeSection {
-        method: "motion".to_owned(),
+        method: GyroMethod::Motion,
         bias: fit.bias,
         matrix: fit.matrix,
         scale,
@@ -125,7 +129,7 @@ fn section(rest: &GyroRest, fit: &MotionFit, left_out: usize) -> Option<Gyroscop
 fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
     let variances = matrix3::diagonal(rest.bias_sd.map(|sd| sd * sd));
     GyroscopeSection {
-        method: "bias".to_owned(),
+        method: GyroMethod::Bias,
         bias: rest.bias,
         matrix: matrix3::diagonal([nominal.recip(); 3]),
         scale: [nominal; 3],

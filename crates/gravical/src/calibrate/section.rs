@@ -2,16 +2,17 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_fit::model::Covariance as ParameterCovariance;
+use gravical_fit::model::DRIFT;
+use gravical_fit::{Sensor, deviations};
 
 use crate::calibration_file::{
     AccelerometerSection, Budget, Contribution, Covariance, Deviations, FitErrors, FitQuality,
-    NextPose, PoseKind, PoseResult, Source, TemperatureRange, UndetectedError, WorstDirection,
+    PoseKind, PoseResult, Source, TemperatureRange, WorstDirection,
 };
 use crate::gravity::Gravity;
-use crate::predicted;
 use crate::segment::Placement;
 use crate::stats::standard_deviation;
-use crate::uncertainty::{Covariance12, invariant_derivatives, of_gravity, sum};
 
 use super::estimate::{By, Estimate};
 
@@ -36,11 +37,9 @@ pub(super) fn complete(
     };
     let mut section = match &estimate.by {
         By::Fit { .. } => by_fit(section, estimate),
-        By::Ferraris { covariance, .. } => {
-            by_ferraris(section, estimate, covariance.as_deref(), gravity)
-        }
+        By::Ferraris { covariance, .. } => by_ferraris(section, covariance.as_deref(), gravity),
     };
-    section.deviations = section.covariance.as_ref().map(|c| deviations(estimate, c));
+    section.deviations = standard_deviations(&section);
     section.budget = budget(estimate, &section, gravity, temperature, temperatures);
     section
 }
@@ -66,18 +65,8 @@ fn by_fit(section: AccelerometerSection, estimate: &Estimate) -> AccelerometerSe
         }),
         bends: Some(fit.bends()),
         predicted_norm_error_mps2: Some(trust.predicted_mps2),
-        worst_direction: Some(WorstDirection {
-            direction: trust.worst.direction,
-            sd_mps2: trust.worst.sd_mps2,
-            error_mps2: trust.worst.error_mps2,
-        })
-        .filter(|w| w.error_mps2.is_finite()),
-        undetected: undetected.map(|u| UndetectedError {
-            label: section.poses[u.pose].called(),
-            reading_mps2: u.reading_mps2,
-            effect_mps2: u.effect_mps2,
-            direction: u.direction,
-        }),
+        worst_direction: Some(trust.worst).filter(|w| w.error_mps2.is_finite()),
+        undetected,
         leave_one_out_rms_mps2: trust.left_out_rms().map(|(rms, _)| rms),
         fit: Some(FitQuality {
             chi2_per_freedom: fit.chi2_per_freedom,
@@ -87,15 +76,7 @@ fn by_fit(section: AccelerometerSection, estimate: &Estimate) -> AccelerometerSe
             tilt_degrees_of_freedom: fit.tilt_freedom,
             prior: fit.used_prior(),
         }),
-        next_poses: trust
-            .next
-            .iter()
-            .map(|p| NextPose {
-                direction: p.direction,
-                predicted_norm_error_mps2: p.predicted_mps2,
-                undetected_effect_mps2: Some(p.undetected_mps2).filter(|u| u.is_finite()),
-            })
-            .collect(),
+        next_poses: trust.next.clone(),
         ..section
     }
 }
@@ -103,48 +84,51 @@ fn by_fit(section: AccelerometerSection, estimate: &Estimate) -> AccelerometerSe
 /// The closed form leaves no pose out and tests none.
 fn by_ferraris(
     section: AccelerometerSection,
-    estimate: &Estimate,
-    covariance: Option<&Covariance12>,
+    covariance: Option<&ParameterCovariance>,
     gravity: &Gravity,
 ) -> AccelerometerSection {
-    let (g, matrix) = (gravity.value_mps2, &estimate.calibration.matrix);
-    let covariance = covariance.map(|c| {
-        sum(
-            c,
-            &of_gravity(&estimate.model, gravity.uncertainty_mps2(), g),
-        )
+    let errors = fit_errors(&section.poses);
+    let sensor = section.parameters().zip(covariance);
+    let sensor = sensor.map(|(parameters, covariance)| Sensor {
+        parameters,
+        covariance: *covariance,
+        gravity: gravical_fit::Gravity {
+            value_mps2: gravity.value_mps2,
+            sd_mps2: gravity.uncertainty_mps2(),
+        },
+        model_error_mps2: 0.0,
+        tilt_freedom: f64::INFINITY,
     });
-    let worst = covariance
-        .as_ref()
-        .map(|c| predicted::weakest(matrix, c, g));
+    let Some(sensor) = sensor else {
+        return AccelerometerSection { errors, ..section };
+    };
+    let (predicted_mps2, (direction, sd_mps2)) = sensor.over_sphere();
+    let all = sensor.covariance_with_gravity();
+    let row = |i: usize| (0..DRIFT).map(|k| all[(i, k)]).collect();
     AccelerometerSection {
-        predicted_norm_error_mps2: covariance
-            .as_ref()
-            .and_then(|c| predicted::norm_error(matrix, c, g)),
-        worst_direction: worst.map(|(direction, sd_mps2)| WorstDirection {
+        predicted_norm_error_mps2: Some(predicted_mps2).filter(|p| p.is_finite()),
+        worst_direction: Some(WorstDirection {
             direction,
             sd_mps2,
             error_mps2: COVERAGE * sd_mps2,
         }),
-        covariance: covariance.map(|c| Covariance {
+        covariance: Some(Covariance {
             parameters: Covariance::parameter_names(),
-            values: c.map(|row| row.to_vec()).to_vec(),
+            values: (0..DRIFT).map(row).collect(),
         }),
-        errors: fit_errors(&section.poses),
+        errors,
         ..section
     }
 }
 
 /// Standard deviations by propagation.
-fn deviations(estimate: &Estimate, covariance: &Covariance) -> Deviations {
-    let c: Covariance12 = std::array::from_fn(|i| std::array::from_fn(|k| covariance.values[i][k]));
-    let rows = invariant_derivatives(&estimate.model);
-    let sd = |row: usize| predicted::variance(&c, &rows[row]).max(0.0).sqrt();
-    Deviations {
-        bias: std::array::from_fn(|i| sd(6 + i)),
-        scale: std::array::from_fn(sd),
-        axis_angle_deg: std::array::from_fn(|i| sd(3 + i).to_degrees()),
-    }
+fn standard_deviations(section: &AccelerometerSection) -> Option<Deviations> {
+    let sd = deviations(&section.parameters()?, &section.covariance_of_parameters()?)?;
+    Some(Deviations {
+        bias: [sd[0], sd[1], sd[2]],
+        scale: [sd[3], sd[4], sd[5]],
+        axis_angle_deg: [sd[6], sd[8], sd[7]].map(f64::to_degrees),
+    })
 }
 
 fn budget(

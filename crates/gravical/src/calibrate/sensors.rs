@@ -1,11 +1,10 @@
 //! Recordings of one session that are of different sensors.
 
-use gravical_core::matrix3;
-use gravical_fit::{Fit, Options, Pose, consistent, fit};
-use nalgebra::{DMatrix, DVector};
+use gravical_fit::later::{Compare, Difference, compare};
+use gravical_fit::model::{BIAS, DRIFT};
+use gravical_fit::{Fit, Options, Pose, Sensor, fit};
 
 use crate::numfmt::milli_g;
-use crate::uncertainty::{invariant_derivatives, invariants};
 use crate::{Error, Result};
 
 use super::session::Session;
@@ -16,8 +15,8 @@ const MIN_POSES: usize = 6;
 /// One sensor differs by more than this less often.
 const CHANCE: f64 = 1e-6;
 /// What a sensor changes by from one recording to the next, with temperature and from start to start:
-/// scale (relative), cosines between the axes, bias (m/s², 5 mg). Two parts differ by ten times that.
-const CHANGES: [f64; 3] = [2e-3, 2e-3, 0.05];
+/// elements of M (relative) and bias (m/s², 5 mg). Two parts differ by ten times that.
+const CHANGES: [f64; 2] = [2e-3, 0.05];
 
 /// Refuses recordings whose own fits contradict each other by more than their covariances and the
 /// changes of one sensor allow. Recordings with too few poses to be fitted alone are not judged.
@@ -36,15 +35,21 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
         let poses: Vec<Pose> = of_recording.collect();
         (poses.len() >= MIN_POSES).then(|| fit(&poses, options).ok())?
     };
-    let alone: Vec<(&str, Fit)> = session
+    let unit = session.scale();
+    let alone: Vec<(&str, Sensor)> = session
         .recordings
         .iter()
         .enumerate()
-        .filter_map(|(index, recording)| Some((recording.name.as_str(), fit_alone(index)?)))
+        .filter_map(|(index, recording)| Some((&*recording.name, sensor(&fit_alone(index)?, unit))))
         .collect();
-    let differ: Vec<Vec<bool>> = alone
+    let compared: Vec<Vec<Option<Compare>>> = alone
         .iter()
-        .map(|(_, a)| alone.iter().map(|(_, b)| chance(a, b) < CHANCE).collect())
+        .map(|(_, a)| alone.iter().map(|(_, b)| compare(a, b)).collect())
+        .collect();
+    let differs = |c: &Option<Compare>| c.as_ref().is_some_and(|c| c.magnitude.p_value < CHANCE);
+    let differ: Vec<Vec<bool>> = compared
+        .iter()
+        .map(|row| row.iter().map(differs).collect())
         .collect();
     let against = |i: usize| differ[i].iter().filter(|d| **d).count();
     let Some(worst) = (0..alone.len()).max_by_key(|&i| against(i)) else {
@@ -59,7 +64,11 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
         .map(|i| alone[i].0)
         .collect();
     let is_odd_one = alone.len() > 2 && (0..alone.len()).all(|i| i == worst || against(i) == 1);
-    let ([scale, bias], with) = apart(&alone, worst, &differ[worst]);
+    let distances = (0..alone.len()).filter(|&i| differ[worst][i]);
+    let distances =
+        distances.filter_map(|i| Some((apart(compared[worst][i].as_ref()?), alone[i].0)));
+    let furthest = distances.max_by(|(a, _), (b, _)| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
+    let ([scale, bias], with) = furthest.unwrap_or(([0.0; 2], name));
     let (prefix, rest, hint) = if is_odd_one {
         (
             "one recording does not belong to the others: ",
@@ -83,48 +92,22 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
         .with_hint(hint))
 }
 
-/// Chance that one sensor gives two fits that lie so far apart.
-fn chance(a: &Fit, b: &Fit) -> f64 {
-    let [x, y] = [a, b].map(|fit| invariants(&fit.model(), &fit.bias()));
-    let scale = matrix3::row_norms(&a.model());
-    // Everything in m/s² of 1 g or without unit, so that components compare.
-    let unit: [f64; 9] = std::array::from_fn(|i| match i {
-        0..3 => scale[i],
-        3..6 => 1.0,
-        _ => scale[i - 6],
-    });
-    let difference = DVector::from_fn(9, |i, _| (x[i] - y[i]) / unit[i]);
-    let changes = DVector::from_fn(9, |i, _| CHANGES[i / 3].powi(2));
-    let mut covariance = DMatrix::from_diagonal(&changes);
-    for fit in [a, b] {
-        let (h, c) = (invariant_derivatives(&fit.model()), fit.covariance());
-        let h = DMatrix::from_fn(9, 12, |i, j| h[i][j] / unit[i]);
-        let c = DMatrix::from_fn(12, 12, |i, j| c[i][j]);
-        covariance += &h * c * h.transpose();
+/// The fit of a recording in nominal m/s², with what a sensor changes by from one recording to the next
+/// added to its covariance.
+fn sensor(fit: &Fit, unit: f64) -> Sensor {
+    let mut sensor = fit.sensor(unit);
+    for i in 0..DRIFT {
+        let change = CHANGES[usize::from(i >= BIAS)];
+        sensor.covariance[(i, i)] += 0.5 * change * change;
     }
-    consistent(&difference, &covariance).p_value
+    sensor
 }
 
-/// Largest distances of scales in % and of biases in mg to the recording that `worst` differs from
-/// most, and the name of that.
-fn apart<'a>(alone: &[(&'a str, Fit)], worst: usize, differ: &[bool]) -> ([f64; 2], &'a str) {
-    let of = |i: usize| invariants(&alone[i].1.model(), &alone[i].1.bias());
-    let this = of(worst);
-    let distance = |i: usize| {
-        let other = of(i);
-        let largest = |range: std::ops::Range<usize>, unit: usize| {
-            range.fold(0.0_f64, |m, e| {
-                m.max((this[e] - other[e]).abs() / this[e - unit])
-            })
-        };
-        (
-            [100.0 * largest(0..3, 0), milli_g(largest(6..9, 6))],
-            alone[i].0,
-        )
-    };
-    (0..alone.len())
-        .filter(|&i| differ[i])
-        .map(distance)
-        .max_by(|a, b| (a.0[0] + a.0[1]).total_cmp(&(b.0[0] + b.0[1])))
-        .unwrap_or(([0.0; 2], alone[worst].0))
+/// Largest differences of scales in % and of biases in mg.
+fn apart(compared: &Compare) -> [f64; 2] {
+    let largest = |range: &[Difference]| range.iter().fold(0.0_f64, |m, d| m.max(d.change.abs()));
+    [
+        100.0 * largest(&compared.invariants[3..6]),
+        milli_g(largest(&compared.invariants[..3])),
+    ]
 }

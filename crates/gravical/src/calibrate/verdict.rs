@@ -215,7 +215,7 @@ pub(super) fn verdict(
 ) -> Verdict {
     let is_gate = |f: &&Finding| f.kind.is_gate();
     let measured = match estimate.trust() {
-        Some(trust) => Grade::from(trust.grade()),
+        Some(trust) => trust.grade(),
         None => of_closed_form(section),
     };
     let grade = if findings.iter().any(|f| f.kind.is_gate()) {
@@ -254,7 +254,8 @@ pub(super) fn verdict(
         },
         None => Reason::Unverified(unverified(section)),
     });
-    if let Some((pose, z)) = section.contradiction() {
+    if let Some((index, z)) = section.contradiction() {
+        let pose = &section.poses[index];
         reasons.push(Reason::Contradiction {
             label: pose.called(),
             error_mps2: pose.left_out_error_mps2.unwrap_or(f64::NAN),
@@ -300,7 +301,7 @@ fn detectable(section: &AccelerometerSection) -> Option<Reason> {
     Some(match &section.undetected {
         None => Reason::Untested(with_poses),
         Some(hidden) => Reason::Undetected {
-            label: hidden.label.clone(),
+            label: section.poses[hidden.pose].called(),
             reading_mps2: hidden.reading_mps2,
             effect_mps2: hidden.effect_mps2,
             direction: hidden.direction,

@@ -11,10 +11,9 @@ use serde::{Deserialize, Serialize};
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
-use super::syntax::syntax;
 use super::{
     AccelerometerSection, CalibrationFile, FORMAT, Grade, GravitySource, GyroscopeSection, Method,
-    SensorInfo, Verdict, creation_time,
+    SensorInfo, Verdict, creation_time, syntax,
 };
 
 type Matrix = [[f64; 3]; 3];

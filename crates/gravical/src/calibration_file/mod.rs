@@ -11,7 +11,7 @@ mod imucal;
 mod input;
 mod noise;
 mod nominal;
-mod syntax;
+mod numbers;
 mod temperature;
 mod trust;
 mod types;
@@ -19,16 +19,19 @@ mod unit;
 
 use std::path::Path;
 
+use serde_json::error::Category;
+
 use crate::escape::shown_json;
 use crate::output::write_atomic;
+use crate::recording::{Finding, FindingKind};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 pub use folder::{FoundCalibration, RecordingOrigin, find_calibration, json_files};
+pub use gravical_fit::{Grade, NextPose, Undetected, WorstDirection};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use noise::*;
-use syntax::syntax;
 pub use temperature::*;
 pub use trust::*;
 pub use types::*;
@@ -108,6 +111,14 @@ impl CalibrationFile {
         InputFile::read(path, InputRole::Calibration, Self::parse)
     }
 
+    /// That its verdict is poor, for what it is used for.
+    pub(crate) fn poor_finding(&self) -> Option<Finding> {
+        let why = self.verdict.reasons.join("; ");
+        let text = format!("the calibration's own verdict is poor: {why}");
+        let is_poor = self.verdict.grade == Grade::Poor;
+        is_poor.then(|| Finding::new(FindingKind::PoorCalibration, text))
+    }
+
     /// The recordings among the input files.
     pub fn recordings(&self) -> impl Iterator<Item = &InputFile> {
         self.inputs.iter().filter(|i| i.is_recording())
@@ -157,6 +168,29 @@ impl CalibrationFile {
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(CalibrationFile).to_value()
     }
+}
+
+/// `calibration-syntax` (input) with line and column; the file is for the caller to add.
+fn syntax(error: &serde_json::Error) -> Error {
+    let (line, column) = (error.line() as u64, error.column() as u64);
+    let text = error.to_string();
+    let place = format!(" at line {line} column {column}");
+    let detail = text.strip_suffix(&place).unwrap_or(&text);
+    let message = match error.classify() {
+        Category::Eof if line <= 1 && column == 0 => "the file is empty".to_owned(),
+        Category::Data => format!("this is not a valid calibration: {detail}"),
+        _ => format!("this is not a calibration file, and no JSON: {detail}"),
+    };
+    let mut out = Error::input("calibration-syntax", message);
+    if line > 0 {
+        out = out.at(Path::new(""), Some(line));
+    }
+    if column > 0 {
+        out = out.at_column(column);
+    }
+    out.with_hint(
+        "a calibration is what `gravical calibrate … -o cal.json` writes, or a file of imucal",
+    )
 }
 
 /// Time for `created`: the current time, or SOURCE_DATE_EPOCH.

@@ -1,5 +1,6 @@
 //! Fields of a calibration file about its uncertainty.
 
+use gravical_fit::NextPose;
 use serde::{Deserialize, Serialize};
 
 use super::{AccelerometerSection, GravitySource, PoseKind, PoseResult};
@@ -35,20 +36,6 @@ pub struct FitQuality {
     pub tilt_degrees_of_freedom: f64,
     /// The data sheet was used.
     pub prior: bool,
-}
-
-/// A pose that would lower the predicted error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct NextPose {
-    /// Unit vector of specific force: the calibrated reading in this pose, over gravity.
-    pub direction: [f64; 3],
-    /// Predicted error of ‖a‖ over all directions with this pose, m/s².
-    pub predicted_norm_error_mps2: f64,
-    /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; null without
-    /// redundancy.
-    #[serde(default)]
-    pub undetected_effect_mps2: Option<f64>,
 }
 
 /// Poses are proposed if all of them together bring an error below this share.
@@ -90,18 +77,20 @@ impl AccelerometerSection {
         matters.then(|| without.sqrt())
     }
 
-    /// The pose with the largest leave-one-out error, in its own standard deviations, and that ratio.
+    /// The number of the pose with the largest leave-one-out error, in its own standard deviations, and
+    /// that ratio.
     #[must_use]
-    pub fn least_consistent(&self) -> Option<(&PoseResult, f64)> {
+    pub fn least_consistent(&self) -> Option<(usize, f64)> {
         let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
-        let each = self.poses.iter().filter_map(|p| Some((p, ratio(p)?)));
+        let each = self.poses.iter().enumerate();
+        let each = each.filter_map(|(i, p)| Some((i, ratio(p)?)));
         each.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
     /// its standard deviations it is off.
     #[must_use]
-    pub fn contradiction(&self) -> Option<(&PoseResult, f64)> {
+    pub fn contradiction(&self) -> Option<(usize, f64)> {
         self.least_consistent()
             .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
     }
@@ -115,35 +104,6 @@ impl AccelerometerSection {
         let squares: f64 = errors.iter().map(|e| e * e).sum();
         (!errors.is_empty()).then(|| ((squares / errors.len() as f64).sqrt(), errors.len()))
     }
-}
-
-/// The direction in which ‖a‖ is known least.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct WorstDirection {
-    /// Unit vector of specific force.
-    pub direction: [f64; 3],
-    /// Standard uncertainty of ‖a‖ there, m/s².
-    pub sd_mps2: f64,
-    /// Limit of the error, m/s². By the fit: it holds in every direction at once in 95 % of sessions, and is
-    /// the nonlinearity that the poses show and 2 to 3 standard uncertainties. By the closed form: 2 standard
-    /// uncertainties.
-    pub error_mps2: f64,
-}
-
-/// The error of one pose that has the largest effect without being detected.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct UndetectedError {
-    /// The pose; its number, from 1, if it has no name.
-    pub label: String,
-    /// Smallest error of its mean, along gravity, that the test against the other poses detects
-    /// with a probability of 90 %, m/s².
-    pub reading_mps2: f64,
-    /// Effect of this error on ‖a‖ in the worst direction, m/s².
-    pub effect_mps2: f64,
-    /// That direction, unit vector of specific force.
-    pub direction: [f64; 3],
 }
 
 /// Uncertainty of ‖a‖ at rest, root mean square over all directions.

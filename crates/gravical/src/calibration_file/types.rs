@@ -1,9 +1,10 @@
 //! Fields of a calibration file.
 
 use gravical_core::matrix3;
+use gravical_fit::{Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::trust::{Budget, Deviations, FitQuality, NextPose, UndetectedError, WorstDirection};
+use super::trust::{Budget, Deviations, FitQuality};
 use super::{InputFile, NoiseSection, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
@@ -109,6 +110,25 @@ pub struct TemperatureRange {
     pub max: f64,
 }
 
+impl TemperatureRange {
+    /// Of some temperatures, if there are any.
+    pub(crate) fn of(t_c: impl Iterator<Item = f64>) -> Option<TemperatureRange> {
+        let (mut sum, mut count) = (0.0, 0.0);
+        let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+        for t in t_c {
+            (sum, count) = (sum + t, count + 1.0);
+            (min, max) = (t.min(min), t.max(max));
+        }
+        let mean = sum / count;
+        (count > 0.0).then_some(TemperatureRange { mean, min, max })
+    }
+
+    /// From the lowest to the highest, °C.
+    pub(crate) fn span_c(&self) -> f64 {
+        self.max - self.min
+    }
+}
+
 /// Parameters of the accelerometer and their basis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -156,7 +176,7 @@ pub struct AccelerometerSection {
     pub worst_direction: Option<WorstDirection>,
     /// Effect of an undetected error of one pose; null without redundancy.
     #[serde(default)]
-    pub undetected: Option<UndetectedError>,
+    pub undetected: Option<Undetected>,
     /// Tilt of the poses assumed in the uncertainty, degrees (standard deviation of each of two
     /// components).
     pub pose_tilt_deg: Option<PoseTilt>,
@@ -391,10 +411,9 @@ impl TiltSource {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroscopeSection {
-    /// `turns`: from three known turns (Ferraris); `motion`: from the motions between static
-    /// intervals; `bias`: only the bias, with the nominal matrix.
-    #[serde(default = "turns")]
-    pub method: String,
+    /// How it was estimated.
+    #[serde(default)]
+    pub method: GyroMethod,
     /// Unit of the raw values.
     pub input_unit: GyroUnit,
     /// `rad/s`.
@@ -430,7 +449,7 @@ pub struct GyroscopeSection {
 impl Default for GyroscopeSection {
     fn default() -> Self {
         GyroscopeSection {
-            method: turns(),
+            method: GyroMethod::Turns,
             input_unit: GyroUnit::Unknown,
             output_unit: GyroUnit::RadianPerSecond,
             bias: [0.0; 3],
@@ -446,9 +465,18 @@ impl Default for GyroscopeSection {
     }
 }
 
-/// The method of files that do not give one.
-fn turns() -> String {
-    "turns".to_owned()
+/// How a gyroscope was estimated.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum GyroMethod {
+    /// From three known turns (Ferraris).
+    #[default]
+    Turns,
+    /// From the motions between static intervals.
+    Motion,
+    /// Only the bias, with the nominal matrix.
+    Bias,
 }
 
 /// Motions between static intervals that a gyroscope was fitted to.
@@ -469,43 +497,4 @@ pub struct Verdict {
     pub grade: Grade,
     /// Reasons.
     pub reasons: Vec<String>,
-}
-
-/// Grades of a calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum Grade {
-    /// Verified with data left out of the fit, and accurate.
-    Good,
-    /// Verified, less accurate.
-    Fair,
-    /// There is a fault, given in the reasons.
-    Poor,
-    /// Not verified by data left out of the fit.
-    NotVerifiable,
-}
-
-impl From<gravical_fit::Grade> for Grade {
-    fn from(grade: gravical_fit::Grade) -> Self {
-        match grade {
-            gravical_fit::Grade::Good => Grade::Good,
-            gravical_fit::Grade::Fair => Grade::Fair,
-            gravical_fit::Grade::NotVerifiable => Grade::NotVerifiable,
-            gravical_fit::Grade::Poor => Grade::Poor,
-        }
-    }
-}
-
-impl Grade {
-    /// Name in messages.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Grade::Good => "good",
-            Grade::Fair => "fair",
-            Grade::Poor => "poor",
-            Grade::NotVerifiable => "not verifiable",
-        }
-    }
 }

@@ -242,7 +242,7 @@ fn ends_of_long_static_intervals_are_stored() {
     for file in [&x, &y] {
         assert!(matches!(file.verdict.grade, Grade::Good | Grade::Fair));
     }
-    let motions = |f: &CalibrationFile| f.gyroscope.as_ref().unwrap().method.clone();
+    let motions = |f: &CalibrationFile| f.gyroscope.as_ref().unwrap().method;
     assert_eq!(motions(&x), motions(&y));
     for i in 0..3 {
         let off = (x.accelerometer.bias[i] - y.accelerometer.bias[i]).abs();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::{Grade, GravitySource};
+use crate::calibration_file::{Grade, GravitySource, GyroMethod};
 use crate::recording::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
@@ -529,7 +529,7 @@ pub struct Fit {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroFit {
     /// `motion` or `bias`.
-    pub method: String,
+    pub method: GyroMethod,
     /// Bias, °/s; null where its unit is unknown.
     pub bias_deg_s: Option<[f64; 3]>,
     /// Number of motions that were used.

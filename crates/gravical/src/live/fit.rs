@@ -61,14 +61,7 @@ impl Fit {
             error_mg: mg(norm(&result.calibrated) - file.gravity_mps2),
             left_out_mg: result.left_out_error_mps2.map(mg),
         };
-        // Poses are called by their number, faces by the face.
-        let called = |label: &str| {
-            let results = section.poses.iter().zip(poses);
-            let mut named =
-                results.filter(|(r, _)| r.label == label || label.starts_with(&r.called()));
-            named.next().map(|(_, pose)| pose.pose)
-        };
-        let suspect = section.contradiction().map(|(pose, _)| pose.called());
+        let suspect = section.contradiction();
         Fit {
             stage: match poses.len() < FULL_FIT {
                 true => Stage::Rough,
@@ -83,12 +76,12 @@ impl Fit {
             undetected_mg: section.undetected.as_ref().map(|u| mg(u.effect_mps2)),
             grade: file.verdict.grade,
             gyroscope: file.gyroscope.as_ref().map(|gyro| GyroFit {
-                method: gyro.method.clone(),
+                method: gyro.method,
                 bias_deg_s: (gyro.input_unit != GyroUnit::Unknown).then(|| gyro.bias_deg_s()),
                 motions: gyro.motions.map_or(0, |m| m.used),
             }),
             poses: section.poses.iter().zip(poses).map(fitted).collect(),
-            suspect: suspect.and_then(|c| called(&c)),
+            suspect: suspect.and_then(|(index, _)| Some(poses.get(index)?.pose)),
         }
     }
 }

@@ -13,10 +13,10 @@ use super::parameters::{self, Assumed, DATA_SHEET, Direction, TURNED, UNSTATED};
 use super::samples::{Samples, View};
 use super::scales::Scales;
 use super::words;
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::{CalibrationFile, GyroMethod};
 use crate::gravity::Gravity;
 use crate::recording::{Finding, Recording};
-use crate::uncertainty::{Covariance12, covariance_at_its_gravity, covariance_of};
+use gravical_fit::model::Covariance;
 
 /// Mean specific force over the first rest, m/s².
 pub(super) fn force_at_rest(
@@ -49,8 +49,10 @@ pub(super) fn directions(
 ) -> Vec<Direction> {
     let Applied { file, samples, .. } = *applied;
     let mut all = match file {
-        Some(file) => of_accelerometer(file, covariance_of(&file.accelerometer), options)
-            .unwrap_or_else(|| parameters::by_class(&UNSTATED)),
+        Some(file) => {
+            of_accelerometer(file, file.accelerometer.covariance_of_parameters(), options)
+                .unwrap_or_else(|| parameters::by_class(&UNSTATED))
+        }
         None => {
             // Gravity itself may show more than a data sheet allows.
             let force = force_at_rest(samples, rests, applied.walk);
@@ -67,7 +69,7 @@ pub(super) fn directions(
         let own = file.filter(|_| applied.scales.gyro_calibrated);
         let fitted = own
             .and_then(|f| f.gyroscope.as_ref())
-            .is_some_and(|g| g.method != "bias");
+            .is_some_and(|g| g.method != GyroMethod::Bias);
         let assumed = if fitted { TURNED } else { DATA_SHEET };
         all.extend(parameters::of_gyroscope(own, &assumed, &options.axes));
     }
@@ -76,7 +78,7 @@ pub(super) fn directions(
 
 fn of_accelerometer(
     file: &CalibrationFile,
-    covariance: Option<Covariance12>,
+    covariance: Option<Covariance>,
     options: &MotionOptions,
 ) -> Option<Vec<Direction>> {
     parameters::by_covariance(&file.accelerometer, &covariance?, &options.axes)
@@ -104,14 +106,14 @@ pub(super) fn doubts(
         return Doubts::default();
     };
     let mut doubts = Doubts::default();
-    if covariance_of(&file.accelerometer).is_none() {
+    if file.accelerometer.covariance_of_parameters().is_none() {
         doubts.findings.push(words::no_covariance());
     }
     let gravity = local_gravity(Some(file), options).value_mps2;
     // Where gravity is that of the calibration, its error is the same in both.
     let known = match options.gravity {
         Some(_) => None,
-        None => covariance_at_its_gravity(&file.accelerometer, gravity),
+        None => file.sensor().map(|s| s.covariance),
     };
     let own = of_accelerometer(file, known, options);
     let directions = own.as_deref().unwrap_or(directions);

@@ -10,7 +10,6 @@ use nalgebra::DMatrix;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, Covariance};
 use crate::segment::face::AxisMap;
-use crate::uncertainty::Covariance12;
 
 /// Step of the parameters for their effect, in standard deviations.
 pub(super) const STEP: f64 = 1e-3;
@@ -110,13 +109,13 @@ pub(super) const TURNED: Assumed = Assumed {
 /// covariance.
 pub(super) fn by_covariance(
     section: &AccelerometerSection,
-    covariance: &Covariance12,
+    covariance: &gravical_fit::model::Covariance,
     axes: &AxisMap,
 ) -> Option<Vec<Direction>> {
     // Bias first: the first three columns of the factor are then the bias, and
     // what goes along with it.
     let order: Vec<usize> = (9..12).chain(0..9).collect();
-    let c = DMatrix::from_fn(12, 12, |i, j| covariance[order[i]][order[j]]);
+    let c = DMatrix::from_fn(12, 12, |i, j| covariance[(order[i], order[j])]);
     let factor = factor(&c)?;
     let a = &section.matrix;
     let case = Case::new(axes);

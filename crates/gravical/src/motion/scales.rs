@@ -46,15 +46,7 @@ pub(super) fn scales(
     let nominal = recording.accel_scale.nominal();
     if let Some(file) = file {
         judge_unit(recording, file, &coarse, options, findings)?;
-        if file.verdict.grade == crate::calibration_file::Grade::Poor {
-            findings.push(Finding::new(
-                FindingKind::PoorCalibration,
-                format!(
-                    "the calibration's own verdict is poor: {}",
-                    file.verdict.reasons.join("; ")
-                ),
-            ));
-        }
+        findings.extend(file.poor_finding());
     }
     let nominal = match (nominal, file) {
         (Some(n), _) => n,

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use super::random::{Purpose, normal, stream};
-use crate::predicted::sphere;
 use crate::segment::face::Face;
+use gravical_fit::model::sphere;
 
 /// Standard deviation of a free pose from the planned one, per component, rad.
 const FREE_POSE_SD: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -88,7 +88,7 @@ pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuatern
 /// Fibonacci sphere that is farthest from all before, with a random error of some degrees as by
 /// hand.
 pub fn spread_directions(count: usize, seed: u64) -> Vec<[f64; 3]> {
-    let candidates: Vec<_> = sphere(400).map(Vector3::from).collect();
+    let candidates: Vec<_> = sphere(400).collect();
     let mut taken = Face::all()
         .map(|face| Vector3::from(face.direction()))
         .to_vec();

@@ -1,9 +1,9 @@
 //! The true errors of a simulated sensor beside the result.
 
 use gravical::calibration_file::CalibrationFile;
+use gravical::fit::model::sphere;
 use gravical::live::Event;
 use gravical::live::event::TruthRow;
-use gravical::predicted::sphere;
 use gravical::simulate::Truth;
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -21,7 +21,7 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> Event {
     let mg = |mps2: f64| 1000.0 * mps2 / STANDARD_GRAVITY_MPS2;
     let error = |matrix: &[[f64; 3]; 3], offset: &[f64; 3]| {
         let squares = sphere(DIRECTIONS).map(|up| {
-            let force = matrix3::scaled(&up, truth.gravity_mps2);
+            let force = (up * truth.gravity_mps2).into();
             let raw = matrix3::add(&matrix3::mul_vec(&sensor.matrix, &force), &bias);
             let a = matrix3::mul_vec(matrix, &matrix3::sub(&raw, offset));
             (matrix3::norm(&a) - truth.gravity_mps2).powi(2)

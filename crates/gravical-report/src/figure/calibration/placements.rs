@@ -3,8 +3,6 @@
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
 use gravical::numfmt::milli_g;
-use gravical::predicted::{sensitivity, variance};
-use gravical::uncertainty::covariance_of;
 
 use super::{Scale, norm_of, places};
 
@@ -21,14 +19,9 @@ pub(super) fn norm(file: &CalibrationFile, scale: &Scale) -> Option<Figure> {
     }
     let x = places(poses.len());
     let after: Vec<f64> = poses.iter().map(|p| norm_of(p.calibrated)).collect();
-    let deviations = covariance_of(a).map(|covariance| -> Vec<f64> {
-        let along = poses.iter().zip(&after).map(|(p, norm)| {
-            let direction = p.calibrated.map(|c| c / norm);
-            let h = sensitivity(&a.matrix, direction, *norm);
-            variance(&covariance, &h).max(0.0).sqrt()
-        });
-        along.collect()
-    });
+    let directions = poses.iter().zip(&after);
+    let directions = directions.map(|(p, norm)| p.calibrated.map(|c| c / norm));
+    let deviations = file.sensor().map(|sensor| sensor.sd_along(directions));
     let before: Option<Vec<f64>> = poses
         .iter()
         .map(|p| scale.nominally(p.raw).map(norm_of))

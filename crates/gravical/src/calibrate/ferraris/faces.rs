@@ -11,12 +11,21 @@ use crate::{Error, Result};
 /// pose, degrees.
 const REPEAT_WITHIN_DEG: f64 = 5.0;
 
-/// Placements of each face, by index, in the order of [`Face::all`].
+/// What lies on each face, in the order of [`Face::all`].
 #[derive(Debug, Clone)]
 pub struct Faces {
+    /// Placements, by index.
     pub(in crate::calibrate) of_face: [Vec<usize>; 6],
-    pub(super) means: SixPositionMeans<f64>,
-    pub(super) standard_errors: Option<SixPositionMeans<f64>>,
+    pub(super) means: [[f64; 3]; 6],
+    pub(super) standard_errors: Option<[[f64; 3]; 6]>,
+}
+
+/// Means in the order of [`Face::all`] as the closed form takes them.
+pub(in crate::calibrate) fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
+    SixPositionMeans {
+        plus: std::array::from_fn(|axis| means[2 * axis]),
+        minus: std::array::from_fn(|axis| means[2 * axis + 1]),
+    }
 }
 
 impl Faces {
@@ -57,56 +66,26 @@ pub fn sort_into_faces(placements: &[Placement], recordings: &[Recording]) -> Re
     if of_face.iter().any(Vec::is_empty) {
         return Err(incomplete(placements, &of_face, recordings));
     }
-    let pooled = |face: Face| pool(placements, &of_face[face.index()]);
-    let side = |up: bool| std::array::from_fn(|axis| pooled(Face { axis, up }));
-    let (plus, minus): ([Pooled; 3], [Pooled; 3]) = (side(true), side(false));
-    let errors_of = |side: &[Pooled; 3]| -> Option<[[f64; 3]; 3]> {
-        let mut out = [[0.0; 3]; 3];
-        for (row, pooled) in out.iter_mut().zip(side) {
-            *row = pooled.standard_error?;
+    let mut means = [[0.0; 3]; 6];
+    let mut variances = Some([[0.0; 3]; 6]);
+    for (face, indices) in of_face.iter().enumerate() {
+        let rows: f64 = indices.iter().map(|&i| placements[i].count as f64).sum();
+        for placement in indices.iter().map(|&i| &placements[i]) {
+            let weight = placement.count as f64 / rows;
+            variances = variances.filter(|_| placement.standard_error.is_some());
+            for axis in 0..3 {
+                means[face][axis] += weight * placement.mean[axis];
+                if let (Some(variances), Some(error)) = (&mut variances, placement.standard_error) {
+                    variances[face][axis] += (weight * error[axis]).powi(2);
+                }
+            }
         }
-        Some(out)
-    };
-    let standard_errors = errors_of(&plus)
-        .zip(errors_of(&minus))
-        .map(|(plus, minus)| SixPositionMeans { plus, minus });
+    }
     Ok(Faces {
-        means: SixPositionMeans {
-            plus: plus.map(|p| p.mean),
-            minus: minus.map(|p| p.mean),
-        },
-        standard_errors,
+        means,
+        standard_errors: variances.map(|faces| faces.map(|face| face.map(f64::sqrt))),
         of_face,
     })
-}
-
-struct Pooled {
-    mean: [f64; 3],
-    standard_error: Option<[f64; 3]>,
-}
-
-fn pool(placements: &[Placement], indices: &[usize]) -> Pooled {
-    let rows: f64 = indices.iter().map(|&i| placements[i].count as f64).sum();
-    let weight = |i: usize| placements[i].count as f64 / rows;
-    let mean = std::array::from_fn(|axis| {
-        indices
-            .iter()
-            .map(|&i| weight(i) * placements[i].mean[axis])
-            .sum()
-    });
-    let mut squares = Some([0.0; 3]);
-    for &i in indices {
-        squares = match (squares, placements[i].standard_error) {
-            (Some(sum), Some(own)) => Some(std::array::from_fn(|axis| {
-                sum[axis] + (weight(i) * own[axis]).powi(2)
-            })),
-            _ => None,
-        };
-    }
-    Pooled {
-        mean,
-        standard_error: squares.map(|s: [f64; 3]| s.map(f64::sqrt)),
-    }
 }
 
 fn incomplete(
@@ -114,14 +93,11 @@ fn incomplete(
     of_face: &[Vec<usize>; 6],
     recordings: &[Recording],
 ) -> Error {
-    let names = |wanted: bool| -> Vec<String> {
-        Face::all()
-            .into_iter()
-            .filter(|f| of_face[f.index()].is_empty() != wanted)
-            .map(Face::name)
-            .collect()
-    };
-    let (there, missing) = (names(true), names(false));
+    let missing: Vec<String> = Face::all()
+        .into_iter()
+        .filter(|f| of_face[f.index()].is_empty())
+        .map(Face::name)
+        .collect();
     let oblique: Vec<&Placement> = placements.iter().filter(|p| p.face.is_none()).collect();
     let twice = Face::all()
         .into_iter()
@@ -136,56 +112,44 @@ fn incomplete(
         .collect::<Vec<_>>()
         .join(", ");
     let error = if let Some(face) = twice {
-        let sources: Vec<String> = of_face[face.index()]
+        let sources: Vec<&str> = of_face[face.index()]
             .iter()
-            .map(|&i| {
-                let p = &placements[i];
-                if recordings.len() > 1 {
-                    p.source.clone()
-                } else {
-                    p.label.clone()
-                }
+            .map(|&i| match recordings {
+                [_] => placements[i].label.as_str(),
+                _ => placements[i].source.as_str(),
             })
             .collect();
         Error::input(
             "same-face-twice",
             format!(
-                "{} points up in {} ({}), and no pose has {} up",
+                "{} points up in {} poses ({}), and no pose has {} up",
                 face.name(),
-                if sources.len() == 2 {
-                    "two poses".to_owned()
-                } else {
-                    format!("{} poses", sources.len())
-                },
+                sources.len(),
                 sources.join(" and "),
                 missing.join(", ")
             ),
         )
     } else {
-        let mut message = format!(
-            "{} of six faces found ({}); missing: {}",
-            there.len(),
-            if there.is_empty() {
-                "none".to_owned()
-            } else {
-                there.join(" ")
-            },
-            missing.join(" ")
-        );
-        if !oblique.is_empty() {
-            let list: Vec<String> = oblique
-                .iter()
-                .take(6)
-                .map(|p| format!("{} {:.0}°", p.label, p.angle_deg))
-                .collect();
-            message.push_str(&format!(
-                "; {} pose{} more than {MOST_FACE_ANGLE_DEG}° from every axis ({})",
-                oblique.len(),
-                if oblique.len() == 1 { " lies" } else { "s lie" },
+        let list: Vec<String> = oblique
+            .iter()
+            .take(6)
+            .map(|p| format!("{} {:.0}°", p.label, p.angle_deg))
+            .collect();
+        let aside = match list.len() {
+            0 => String::new(),
+            _ => format!(
+                "; more than {MOST_FACE_ANGLE_DEG}° from every axis: {}",
                 list.join(", ")
-            ));
-        }
-        Error::input("missing-face", message)
+            ),
+        };
+        Error::input(
+            "missing-face",
+            format!(
+                "{} of six faces found; missing: {}{aside}",
+                6 - missing.len(),
+                missing.join(" ")
+            ),
+        )
     };
     let error = match recordings {
         [one] => error.at(one.name.as_ref(), None),

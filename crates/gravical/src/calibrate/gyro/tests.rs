@@ -95,7 +95,7 @@ fn the_truth_lies_within_the_claimed_covariance() {
         let simulation = poses(seed, 12, |_| {});
         let fit = fitted(&simulation, &recording(&simulation, |_, g| g));
         let section = fit.section.unwrap();
-        assert_eq!(section.method, "motion", "{:?}", fit.findings);
+        assert_eq!(section.method, GyroMethod::Motion, "{:?}", fit.findings);
         let z = scores(&simulation, &section);
         matrix.extend_from_slice(&z[..9]);
         bias.extend_from_slice(&z[9..]);
@@ -259,7 +259,7 @@ fn the_motions_of_all_recordings_count() {
     ];
     let fit = fitted_to_all(&simulation, &halves);
     let section = fit.section.unwrap();
-    assert_eq!(section.method, "motion", "{:?}", fit.findings);
+    assert_eq!(section.method, GyroMethod::Motion, "{:?}", fit.findings);
     assert_eq!(section.motions.unwrap().used, 10);
     let z = scores(&simulation, &section);
     assert!(z[..9].iter().all(|v| v.abs() < 4.0), "{z:.1?}");
@@ -267,7 +267,7 @@ fn the_motions_of_all_recordings_count() {
     // What is missing is said of them together.
     let few = part_of(&simulation, 0..middle_of_move(&simulation, 2), |_, g| g);
     let fit = fitted_to_all(&simulation, &[few.clone(), few]);
-    assert_eq!(fit.section.unwrap().method, "bias");
+    assert_eq!(fit.section.unwrap().method, GyroMethod::Bias);
     let found = fit.findings.iter().find(|f| f.kind == "gyro-undetermined");
     let found = found.unwrap();
     assert!(found.message.starts_with("4 usable motions"), "{found:?}");
@@ -284,7 +284,7 @@ fn too_few_motions_leave_the_bias() {
     session.placements.truncate(4);
     let fit = of_session(&recording, &session, &accelerometer);
     let section = fit.section.clone().unwrap();
-    assert_eq!(section.method, "bias");
+    assert_eq!(section.method, GyroMethod::Bias);
     assert_eq!(kinds(&fit), ["gyro-undetermined"]);
     for i in 0..3 {
         // The reaction to gravity is in it: 0.1 °/s per g.

@@ -1,14 +1,13 @@
 //! The gyroscope from the placements and the known turns.
 
 use gravical_core::calibration::Calibration;
-use gravical_core::six_position::{
-    SixPositionMeans, TurnIntegral, ferraris_gyroscope, g_sensitivity,
-};
+use gravical_core::matrix3;
+use gravical_core::six_position::{TurnIntegral, ferraris_gyroscope, g_sensitivity};
 
 use super::Gyroscope;
-use crate::calibrate::ferraris::{Faces, turns_are_singular};
+use crate::calibrate::ferraris::{Faces, six_positions, turns_are_singular};
 use crate::calibration_file::GyroscopeSection;
-use crate::recording::units::{GyroScale, GyroUnit};
+use crate::recording::units::GyroUnit;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::face::{AXES, AxisMap, Face};
 use crate::segment::turns::sample_period_s;
@@ -49,6 +48,7 @@ pub(in crate::calibrate) fn gyroscope(
         return Ok(fit);
     }
     let (bias, means) = at_rest(&session.placements, faces)?;
+    let means = six_positions(&means);
     let sensitivity = g_sensitivity(&means, gravity).map_err(turns_are_singular)?;
     let mut turns = [[0.0; 3]; 3];
     for (axis, sum) in turns.iter_mut().enumerate() {
@@ -87,14 +87,12 @@ pub(in crate::calibrate) fn gyroscope(
                 "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with --turn-angle {} it comes out right-handed",
                 backwards.join(", "),
                 diagonal.map(|d| format!("{d:.3}")).join(", "),
-                gravical_core::matrix3::det(&in_case),
+                matrix3::det(&in_case),
                 -degrees
             ),
         ));
     }
-    let unit = session
-        .gyro_scale
-        .map_or(GyroUnit::Unknown, |s: GyroScale| s.unit);
+    let unit = session.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit);
     fit.section = Some(GyroscopeSection {
         input_unit: unit,
         output_unit: GyroUnit::RadianPerSecond,
@@ -109,40 +107,28 @@ pub(in crate::calibrate) fn gyroscope(
 }
 
 /// Bias (mean over all samples of the six faces) and the mean of each face.
-fn at_rest(placements: &[Placement], faces: &Faces) -> Result<([f64; 3], SixPositionMeans<f64>)> {
-    let sum_of = |indices: &[usize]| {
-        let (mut sum, mut count) = ([0.0; 3], 0);
-        for (s, n) in indices.iter().filter_map(|&i| placements[i].gyro_sum) {
-            count += n;
-            (0..3).for_each(|i| sum[i] += s[i]);
-        }
-        (sum, count)
-    };
+fn at_rest(placements: &[Placement], faces: &Faces) -> Result<([f64; 3], [[f64; 3]; 6])> {
     let (mut total, mut rows) = ([0.0; 3], 0);
-    let mut means = SixPositionMeans {
-        plus: [[0.0; 3]; 3],
-        minus: [[0.0; 3]; 3],
-    };
-    for face in Face::all() {
-        let (sum, count) = sum_of(&faces.of_face[face.index()]);
+    let mut means = [[0.0; 3]; 6];
+    for (mean, face) in means.iter_mut().zip(Face::all()) {
+        let (mut sum, mut count) = ([0.0; 3], 0);
+        let of_face = faces.of_face[face.index()].iter();
+        for (s, n) in of_face.filter_map(|&i| placements[i].gyro_sum) {
+            sum = matrix3::add(&sum, &s);
+            count += n;
+        }
         if count == 0 {
-            return Err(Error::input(
-                "missing-gyro",
-                format!(
-                    "the pose {} has no reading of the gyroscope, which the turns need",
-                    face.name()
-                ),
-            )
-            .with_hint("record all poses with the gyroscope's columns, or leave the turns out"));
+            let what = format!(
+                "the pose {} has no reading of the gyroscope, which the turns need",
+                face.name()
+            );
+            return Err(Error::input("missing-gyro", what).with_hint(
+                "record all poses with the gyroscope's columns, or leave the turns out",
+            ));
         }
+        total = matrix3::add(&total, &sum);
         rows += count;
-        (0..3).for_each(|i| total[i] += sum[i]);
-        let mean = sum.map(|s| s / count as f64);
-        if face.up {
-            means.plus[face.axis] = mean;
-        } else {
-            means.minus[face.axis] = mean;
-        }
+        *mean = sum.map(|s| s / count as f64);
     }
     Ok((total.map(|t| t / rows as f64), means))
 }

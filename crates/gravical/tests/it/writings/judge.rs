@@ -433,7 +433,7 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
     };
     if p.method != o.method {
         wrong.push(format!(
-            "gyroscope by {} in place of {}",
+            "gyroscope by {:?} in place of {:?}",
             o.method, p.method
         ));
         return wrong;
