@@ -9,9 +9,6 @@
 //! in-field calibration of three-axis rate gyros and accelerometers", Sensors
 //! and Materials 7(5), 1995. The true inverse R⁻¹ is taken throughout; the rows
 //! of R are unit vectors but not orthogonal, so Rᵀ is not it.
-//!
-//! A pose that is tilted by σ_tilt costs the matrix about σ_tilt and the bias
-//! g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms.
 
 mod gyroscope;
 

@@ -9,7 +9,7 @@ use crate::model::{BENDS, BIAS, Covariance, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
 use crate::rows::{Held, Placed, force};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
-use crate::sensor::{Gravity, Sensor, covariance_by_gravity};
+use crate::sensor::{Gravity, Sensor};
 
 /// What is known beside the poses.
 #[derive(Debug, Clone, Copy)]
@@ -349,10 +349,8 @@ impl Fit {
         })
     }
 
-    /// The covariance with what gravity's uncertainty does: it scales M.
     pub(crate) fn with_gravity(&self) -> Covariance {
-        let relative_sd = self.gravity_sd / self.search.held.gravity;
-        self.found.solution.covariance + covariance_by_gravity(self.found.x(), relative_sd)
+        self.sensor(self.scale).covariance_with_gravity()
     }
 
     /// The calibration as numbers, for readings in units of `unit`.

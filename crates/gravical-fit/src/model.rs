@@ -66,7 +66,7 @@ pub fn sensitivity(inverse: &Matrix3<f64>, n: &Vector3<f64>, gravity: f64) -> Pa
     })
 }
 
-/// What no turn of the board changes, and ‖a‖ depends on: b (m/s²), the lengths of the rows of M,
+/// What no turn of the board changes, and ‖a‖ depends on: b (unit of the readings), the lengths of the rows of M,
 /// and the angles xy, xz, yz between them beyond 90° (rad).
 #[must_use]
 pub fn invariants(x: &Parameters) -> DVector<f64> {
@@ -102,6 +102,9 @@ pub fn jacobian(
     let columns: Option<Vec<_>> = free.iter().map(column).collect();
     Some(DMatrix::from_columns(&columns?))
 }
+
+/// Directions over which ‖a‖ is looked at.
+pub(crate) const DIRECTIONS: usize = 400;
 
 /// `count` directions spread evenly over the sphere (Fibonacci lattice).
 pub fn sphere(count: usize) -> impl Iterator<Item = Vector3<f64>> {

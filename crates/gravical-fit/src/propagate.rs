@@ -25,3 +25,16 @@ pub fn propagate(
     covariance += &curved * curved.transpose();
     Some(covariance)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean square of x² − 0 for a standard normal x is 3, a variance of 2 and a mean of 1.
+    #[test]
+    fn a_square_has_the_moments_of_chi_square() {
+        let square = |_, x: f64| Some(DVector::from_element(1, x * x));
+        let moment = propagate(&DVector::zeros(1), 1, square).unwrap();
+        assert_eq!(moment[(0, 0)], 3.0);
+    }
+}

@@ -1,13 +1,11 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
-use nalgebra::{DVector, SMatrix};
+use nalgebra::{DMatrix, SMatrix};
 
 use crate::model::{
-    BENDS, BIAS, Covariance, Parameters, invariants, jacobian, matrix, sensitivity, sphere,
+    BENDS, BIAS, Covariance, DIRECTIONS, Parameters, invariants, jacobian, matrix, sensitivity,
+    sphere,
 };
-
-/// Directions over which ‖a‖ is looked at.
-const DIRECTIONS: usize = 400;
 
 /// Gravity, and how well it is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,14 +47,31 @@ pub(crate) fn derivative_by_gravity(x: &Parameters) -> Parameters {
 }
 
 /// Standard deviations of what no turn of the board changes: bias, lengths of the rows of M (scale), and
-/// angles between them (xy, xz, yz), rad. None where M is singular.
+/// angles between them (xy, xz, yz), rad; NaN where M is singular.
 #[must_use]
-pub fn deviations(x: &Parameters, covariance: &Covariance) -> Option<[f64; 9]> {
+pub fn deviations(x: &Parameters, covariance: &Covariance) -> [f64; 9] {
+    // Derivatives are taken where M is about 1.
+    let unit = matrix(x).norm() / 3_f64.sqrt();
+    let scaled = x / unit;
     let all: Vec<usize> = (0..BENDS).collect();
-    let slopes = jacobian(x, &all, |x| Some(invariants(x)))?;
-    let covariance = covariance.view((0, 0), (BENDS, BENDS));
-    let variances: DVector<f64> = (&slopes * covariance * slopes.transpose()).diagonal();
-    Some(std::array::from_fn(|i| variances[i].max(0.0).sqrt()))
+    let slopes = jacobian(&scaled, &all, |x| Some(invariants(x)));
+    let slopes = slopes.unwrap_or_else(|| DMatrix::repeat(9, BENDS, f64::NAN));
+    let covariance = covariance.view((0, 0), (BENDS, BENDS)) / (unit * unit);
+    let variances = (&slopes * covariance * slopes.transpose()).diagonal();
+    std::array::from_fn(|i| root(variances[i]) * if i < 6 { unit } else { 1.0 })
+}
+
+/// Root of a variance that rounding may have left below zero.
+fn root(variance: f64) -> f64 {
+    if variance < 0.0 { 0.0 } else { variance.sqrt() }
+}
+
+impl Gravity {
+    /// Its standard uncertainty as a fraction of it.
+    #[must_use]
+    pub fn relative_sd(&self) -> f64 {
+        self.sd_mps2 / self.value_mps2
+    }
 }
 
 impl Sensor {
@@ -84,8 +99,7 @@ impl Sensor {
     /// The covariance with the error of gravity.
     #[must_use]
     pub fn covariance_with_gravity(&self) -> Covariance {
-        let relative_sd = self.gravity.sd_mps2 / self.gravity.value_mps2;
-        self.covariance + covariance_by_gravity(&self.parameters, relative_sd)
+        self.covariance + covariance_by_gravity(&self.parameters, self.gravity.relative_sd())
     }
 
     /// Standard deviation of ‖a‖ by parameters and gravity along each of some unit vectors, m/s²; NaN
@@ -98,24 +112,26 @@ impl Sensor {
                 return f64::NAN;
             };
             let h = sensitivity(inverse, &n.into(), self.gravity.value_mps2);
-            (covariance * h).dot(&h).max(0.0).sqrt()
+            root((covariance * h).dot(&h))
         };
         directions.map(sd).collect()
     }
 
-    /// Root mean square of [`Self::sd_along`] over the sphere, and the direction where it is largest
-    /// with its value there.
+    /// Root mean square of [`Self::sd_along`] over the sphere, m/s².
     #[must_use]
-    pub fn over_sphere(&self) -> (f64, ([f64; 3], f64)) {
+    pub fn predicted_mps2(&self) -> f64 {
         let each = self.sd_along(sphere(DIRECTIONS).map(Into::into));
-        let squares: f64 = each.iter().map(|sd| sd * sd).sum();
-        let largest = sphere(DIRECTIONS).map(Into::into).zip(each);
-        let largest = largest.max_by(|a, b| a.1.total_cmp(&b.1));
-        let none = ([0.0, 0.0, 1.0], f64::INFINITY);
-        (
-            (squares / DIRECTIONS as f64).sqrt(),
-            largest.unwrap_or(none),
-        )
+        (each.iter().map(|sd| sd * sd).sum::<f64>() / DIRECTIONS as f64).sqrt()
+    }
+
+    /// The direction in which [`Self::sd_along`] is largest, and its value there, m/s².
+    #[must_use]
+    pub fn weakest(&self) -> ([f64; 3], f64) {
+        let each = self.sd_along(sphere(DIRECTIONS).map(Into::into));
+        let each = sphere(DIRECTIONS).map(Into::into).zip(each);
+        each.fold(([0.0, 0.0, 1.0], 0.0), |worst, one| {
+            if one.1 <= worst.1 { worst } else { one }
+        })
     }
 
     /// Derivatives (21 × 6) of the other parameters by the bends once these are fixed, and the
@@ -134,5 +150,52 @@ impl Sensor {
 
     pub(crate) fn covariance_of_bends(&self) -> SMatrix<f64, 6, 6> {
         self.covariance.fixed_view::<6, 6>(BENDS, BENDS).into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sensor() -> Sensor {
+        let m = [1.02, 0.01, -0.02, 0.0, 0.97, 0.03, -0.01, 0.02, 1.01];
+        let parameters = Parameters::from_fn(|i, _| m.get(i).copied().unwrap_or(0.1));
+        let mut covariance = Covariance::zeros();
+        covariance[(BIAS, BIAS)] = 0.09;
+        Sensor {
+            parameters,
+            covariance,
+            gravity: Gravity {
+                value_mps2: 9.81,
+                sd_mps2: 0.0,
+            },
+            model_error_mps2: 0.0,
+            tilt_freedom: f64::INFINITY,
+        }
+    }
+
+    /// ‖a‖ along n errs by 0.3 n_x, whose root mean square is 0.3/√3.
+    #[test]
+    fn a_bias_alone_shows_in_full_along_its_axis() {
+        let mut one = sensor();
+        for (i, element) in nalgebra::Matrix3::<f64>::identity().iter().enumerate() {
+            one.parameters[i] = *element;
+        }
+        assert!((one.predicted_mps2() - 0.3 / 3_f64.sqrt()).abs() < 1e-4);
+        let (direction, sd) = one.weakest();
+        assert!(direction[0].abs() > 0.99 && (sd - 0.3).abs() < 3e-3);
+        one.covariance[(0, 0)] = f64::NAN;
+        assert!(one.predicted_mps2().is_nan() && one.weakest().1.is_nan());
+    }
+
+    #[test]
+    fn units_do_not_matter() {
+        let one = sensor();
+        let counts = one.clone().rescaled(1.0 / 1670.0);
+        let in_mps2 = deviations(&one.parameters, &one.covariance_with_gravity());
+        let in_counts = deviations(&counts.parameters, &counts.covariance_with_gravity());
+        assert!((in_mps2[0] - 0.3).abs() < 1e-9 && in_mps2[3] == 0.0);
+        assert!((in_counts[0] / 1670.0 / in_mps2[0] - 1.0).abs() < 1e-9);
+        assert!((counts.predicted_mps2() / one.predicted_mps2() - 1.0).abs() < 1e-9);
     }
 }

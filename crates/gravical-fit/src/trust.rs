@@ -6,13 +6,11 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::fit::Fit;
 use crate::model::{
-    BIAS, Covariance, PARAMETERS, Parameters, bend, bias, matrix, sensitivity, sphere,
+    BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, bias, matrix, sensitivity, sphere,
 };
 use crate::rows::{Held, Placed, force};
 use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
 
-/// Directions over which ‖a‖ is looked at.
-const DIRECTIONS: usize = 400;
 /// A pose and all within this angle of it are left out together, rad.
 const NEIGHBOUR: f64 = 25.0 * std::f64::consts::PI / 180.0;
 /// So many poses are left out at most, evenly chosen.
@@ -39,7 +37,7 @@ pub struct WorstDirection {
     /// the nonlinearity that the poses show and 2 to 3 standard uncertainties. By the closed form: 2 standard
     /// uncertainties.
     pub error_mps2: f64,
-    /// Standard uncertainty of ‖a‖ there, without that nonlinearity, m/s².
+    /// Standard uncertainty of ‖a‖ there, without the nonlinearity that the poses show, m/s².
     pub sd_mps2: f64,
 }
 
@@ -50,7 +48,7 @@ pub struct Undetected {
     /// Number of the pose, from 0.
     pub pose: usize,
     /// Smallest error of its mean, along gravity, that the test against the other poses detects with a
-    /// probability of 90 %, m/s²; infinite if they do not test it.
+    /// probability of 90 %, m/s²; infinite, and not in a file, if they do not test it.
     pub reading_mps2: f64,
     /// Effect of this error on ‖a‖ in the worst direction, m/s².
     pub effect_mps2: f64,
@@ -66,7 +64,7 @@ pub struct NextPose {
     pub direction: [f64; 3],
     /// Predicted error of ‖a‖ over all directions with this pose, m/s².
     pub predicted_norm_error_mps2: f64,
-    /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; null without redundancy.
+    /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; none without redundancy.
     #[serde(default)]
     pub undetected_effect_mps2: Option<f64>,
 }

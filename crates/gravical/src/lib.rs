@@ -69,7 +69,6 @@ pub mod numfmt;
 #[doc(hidden)]
 pub mod output;
 mod poses;
-#[doc(hidden)]
 pub mod recording;
 #[doc(hidden)]
 pub mod resolution;
@@ -86,7 +85,6 @@ pub mod still;
 pub mod targets;
 #[doc(hidden)]
 pub mod temperature;
-#[doc(hidden)]
 pub mod utc;
 
 /// Name and version of the program, as results state it.
@@ -96,6 +94,7 @@ pub use error::{Category, Error, Location, Result};
 /// The part that runs on a microcontroller, too: calibrations and filters of one sample, rests and
 /// motion without look-ahead, closed-form estimation.
 pub use gravical_core as core;
+/// The estimation: numbers only; what it says of a calibration stands in its file, too.
 pub use gravical_fit as fit;
 
 /// The programs of the README.

@@ -4,11 +4,10 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, UnitQuaternion, Ve
 
 use super::propagated;
 use crate::consistent::{MAX_STEPS, Test, consistent};
-use crate::model::{BENDS, Covariance, Parameters, bias, invariants, matrix, sensitivity, sphere};
+use crate::model::{
+    BENDS, Covariance, DIRECTIONS, Parameters, bias, invariants, matrix, sensitivity, sphere,
+};
 use crate::sensor::{Sensor, derivative_by_gravity};
-
-/// Directions over which lengths are averaged.
-const DIRECTIONS: usize = 400;
 
 /// Rotation vector (rad) of Q in M_A⁻¹ M_B = Q P: what a_A = Q a_B turns by. None where one frame
 /// is the mirror image of the other, or a matrix is singular.
@@ -137,9 +136,7 @@ impl Pair {
             .collect();
         if a.gravity != b.gravity {
             let none = Parameters::zeros();
-            let by = |s: &Sensor| {
-                derivative_by_gravity(&s.parameters) * (s.gravity.sd_mps2 / s.gravity.value_mps2)
-            };
+            let by = |s: &Sensor| derivative_by_gravity(&s.parameters) * s.gravity.relative_sd();
             common.extend([[by(a), none], [none, by(b)]]);
         }
         Pair {

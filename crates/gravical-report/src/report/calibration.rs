@@ -399,11 +399,13 @@ fn rejection(pose: &PoseResult, method: Method) -> String {
     if method == Method::Ferraris {
         return format!("{pose_name}: it is on no face, and ferraris uses face poses only");
     }
-    let error = pose.magnitude_error_mps2.unwrap_or(f64::NAN);
-    format!(
-        "{pose_name}: reads {} mg off the magnitude that the others agree on",
-        signed(milli_g(error), 1)
-    )
+    match pose.magnitude_error_mps2 {
+        Some(error) => format!(
+            "{pose_name}: reads {} mg off the magnitude that all others agree on",
+            signed(milli_g(error), 1)
+        ),
+        None => format!("{pose_name}: it contradicts the others"),
+    }
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {

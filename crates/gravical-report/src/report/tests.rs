@@ -5,7 +5,6 @@ use super::*;
 use crate::document::{Block, Cell, Detail, Document};
 use crate::figure::{Axis, Panel, Role, Series};
 use gravical::calibrate::{CalibrateOptions, calibrate};
-
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, Method};
 use gravical::check::CheckOptions;
 use gravical::compare::compare;
@@ -389,7 +388,7 @@ fn a_pose_that_was_not_used_says_why() {
     pose.magnitude_error_mps2 = Some(0.51);
     let text = method(&file);
     assert!(!text.contains("All poses were used in the fit."));
-    let reads = "in lines 41-80: reads +52.0 mg off the magnitude that the others agree on";
+    let reads = "in lines 41-80: reads +52.0 mg off the magnitude that all others agree on";
     assert!(text.contains(reads), "{text}");
     file.accelerometer.method = Method::Ferraris;
     assert!(method(&file).contains("it is on no face, and ferraris uses face poses only"));

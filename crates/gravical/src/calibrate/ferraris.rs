@@ -89,7 +89,8 @@ impl AccelerometerFit {
             ))
         };
         let here = parameters(Face::all()[0], [0.0; 3])?;
-        let covariance = propagate(&here, 30, |k, step| {
+        // Three components of six means, then two of six tilts.
+        let covariance = propagate(&here, 18 + 12, |k, step| {
             let mut change = [0.0; 3];
             if k < 18 {
                 let face = Face::all()[k / 3];

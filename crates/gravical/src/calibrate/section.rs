@@ -102,16 +102,17 @@ fn by_ferraris(
     let Some(sensor) = sensor else {
         return AccelerometerSection { errors, ..section };
     };
-    let (predicted_mps2, (direction, sd_mps2)) = sensor.over_sphere();
+    let (direction, sd_mps2) = sensor.weakest();
+    let worst = WorstDirection {
+        direction,
+        sd_mps2,
+        error_mps2: COVERAGE * sd_mps2,
+    };
     let all = sensor.covariance_with_gravity();
     let row = |i: usize| (0..DRIFT).map(|k| all[(i, k)]).collect();
     AccelerometerSection {
-        predicted_norm_error_mps2: Some(predicted_mps2).filter(|p| p.is_finite()),
-        worst_direction: Some(WorstDirection {
-            direction,
-            sd_mps2,
-            error_mps2: COVERAGE * sd_mps2,
-        }),
+        predicted_norm_error_mps2: Some(sensor.predicted_mps2()).filter(|p| p.is_finite()),
+        worst_direction: Some(worst).filter(|w| w.sd_mps2.is_finite()),
         covariance: Some(Covariance {
             parameters: Covariance::parameter_names(),
             values: (0..DRIFT).map(row).collect(),
@@ -123,7 +124,7 @@ fn by_ferraris(
 
 /// Standard deviations by propagation.
 fn standard_deviations(section: &AccelerometerSection) -> Option<Deviations> {
-    let sd = deviations(&section.parameters()?, &section.covariance_of_parameters()?)?;
+    let sd = deviations(&section.parameters()?, &section.covariance_of_parameters()?);
     Some(Deviations {
         bias: [sd[0], sd[1], sd[2]],
         scale: [sd[3], sd[4], sd[5]],

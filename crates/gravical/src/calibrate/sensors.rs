@@ -42,33 +42,27 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
         .enumerate()
         .filter_map(|(index, recording)| Some((&*recording.name, sensor(&fit_alone(index)?, unit))))
         .collect();
-    let compared: Vec<Vec<Option<Compare>>> = alone
-        .iter()
-        .map(|(_, a)| alone.iter().map(|(_, b)| compare(a, b)).collect())
-        .collect();
-    let differs = |c: &Option<Compare>| c.as_ref().is_some_and(|c| c.magnitude.p_value < CHANCE);
-    let differ: Vec<Vec<bool>> = compared
-        .iter()
-        .map(|row| row.iter().map(differs).collect())
-        .collect();
-    let against = |i: usize| differ[i].iter().filter(|d| **d).count();
-    let Some(worst) = (0..alone.len()).max_by_key(|&i| against(i)) else {
+    // Pairs that differ, both ways round, and how far they are apart.
+    let mut differ = Vec::new();
+    for (i, (_, a)) in alone.iter().enumerate() {
+        for (j, (_, b)) in alone.iter().enumerate().skip(i + 1) {
+            let Some(compared) = compare(a, b).filter(|c| c.magnitude.p_value < CHANCE) else {
+                continue;
+            };
+            differ.extend([(i, j, apart(&compared)), (j, i, apart(&compared))]);
+        }
+    }
+    let of = |i: usize| differ.iter().filter(move |(one, ..)| *one == i);
+    let Some(worst) = (0..alone.len()).max_by_key(|&i| of(i).count()) else {
         return Ok(());
     };
-    if against(worst) == 0 {
+    let furthest = of(worst).max_by(|(.., a), (.., b)| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
+    let Some((_, with, [scale, bias])) = furthest else {
         return Ok(());
-    }
-    let name = alone[worst].0;
-    let others: Vec<&str> = (0..alone.len())
-        .filter(|&i| differ[worst][i])
-        .map(|i| alone[i].0)
-        .collect();
-    let is_odd_one = alone.len() > 2 && (0..alone.len()).all(|i| i == worst || against(i) == 1);
-    let distances = (0..alone.len()).filter(|&i| differ[worst][i]);
-    let distances =
-        distances.filter_map(|i| Some((apart(compared[worst][i].as_ref()?), alone[i].0)));
-    let furthest = distances.max_by(|(a, _), (b, _)| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
-    let ([scale, bias], with) = furthest.unwrap_or(([0.0; 2], name));
+    };
+    let (name, with) = (alone[worst].0, alone[*with].0);
+    let others: Vec<&str> = of(worst).map(|(_, other, _)| alone[*other].0).collect();
+    let is_odd_one = alone.len() > 2 && (0..alone.len()).all(|i| i == worst || of(i).count() == 1);
     let (prefix, rest, hint) = if is_odd_one {
         (
             "one recording does not belong to the others: ",

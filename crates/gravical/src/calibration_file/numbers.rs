@@ -50,7 +50,7 @@ impl GyroscopeSection {
             return Some(([*x.first()?, *y.get(1)?, *z.get(2)?].map(f64::sqrt), None));
         }
         let parameters = parameters(&self.matrix, &self.bias, [0.0; 6])?;
-        let sd = deviations(&parameters, &covariance.of_parameters()?)?;
+        let sd = deviations(&parameters, &covariance.of_parameters()?);
         Some(([sd[0], sd[1], sd[2]], Some([sd[3], sd[4], sd[5]])))
     }
 }
@@ -99,7 +99,7 @@ impl CalibrationFile {
             value_mps2: self.gravity_mps2,
             sd_mps2: section.gravity_sd_mps2,
         };
-        let by_gravity = covariance_by_gravity(&parameters, gravity.sd_mps2 / gravity.value_mps2);
+        let by_gravity = covariance_by_gravity(&parameters, gravity.relative_sd());
         Some(Sensor {
             parameters,
             covariance: section.covariance_of_parameters()? - by_gravity,

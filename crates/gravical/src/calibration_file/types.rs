@@ -449,7 +449,7 @@ pub struct GyroscopeSection {
 impl Default for GyroscopeSection {
     fn default() -> Self {
         GyroscopeSection {
-            method: GyroMethod::Turns,
+            method: GyroMethod::default(),
             input_unit: GyroUnit::Unknown,
             output_unit: GyroUnit::RadianPerSecond,
             bias: [0.0; 3],

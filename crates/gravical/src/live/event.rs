@@ -528,7 +528,7 @@ pub struct Fit {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroFit {
-    /// `motion` or `bias`.
+    /// How it was estimated.
     pub method: GyroMethod,
     /// Bias, °/s; null where its unit is unknown.
     pub bias_deg_s: Option<[f64; 3]>,

@@ -135,12 +135,15 @@ fn incomplete(
             .take(6)
             .map(|p| format!("{} {:.0}°", p.label, p.angle_deg))
             .collect();
-        let aside = match list.len() {
-            0 => String::new(),
-            _ => format!(
-                "; more than {MOST_FACE_ANGLE_DEG}° from every axis: {}",
+        let aside = if oblique.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "; {} of {} poses are more than {MOST_FACE_ANGLE_DEG}° from every axis: {}",
+                oblique.len(),
+                placements.len(),
                 list.join(", ")
-            ),
+            )
         };
         Error::input(
             "missing-face",
