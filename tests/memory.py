@@ -4,7 +4,8 @@ which holds the columns, 100 bytes a row more.
 
     tests/memory.py target/debug/gravical
 
-Simulates a session of about two million rows, of which the columns alone are 112 MiB.
+Simulates a session of about a million rows, of which the columns alone are 56 MiB: with the program,
+above the limit.
 """
 
 import os
@@ -43,7 +44,7 @@ def main():
     gravical = os.path.abspath(sys.argv[1])
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        simulate = [gravical, "simulate", "poses", "-o", "sim", "--rate", "400", "--hold", "400"]
+        simulate = [gravical, "simulate", "poses", "-o", "sim", "--rate", "400", "--hold", "200"]
         subprocess.run([*simulate, "--free", "8", "--quiet"], check=True)
         recording, calibration = "sim/poses.csv", "cal.json"
         commands = [
