@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use gravical::motion::truth::{
-    Reference, TruthAlign, TruthColumns, TruthOptions, add_comparison, read_reference,
-};
+use gravical::motion::truth::{Reference, add_comparison, read_reference};
 use gravical::motion::{Motion, MotionOptions, motion};
 use gravical::recording::{ReadOptions, Recording, read};
 
@@ -14,22 +12,12 @@ use super::options::{push, pushed};
 /// Longer inputs only make a run slower.
 const MOST: usize = 16 << 10;
 
-/// `--truth-columns` by the low two bits of the first byte.
-const COLUMNS: [Option<&str>; 4] = [
-    None,
-    Some("t=t_s,px=px_m,py=py_m,pz=pz_m"),
-    Some("t=time,px=x,py=y,pz=z"),
-    Some("px=px_m,py=py_m,pz=pz_m"),
-];
-
-/// Two bytes choose options, a table follows. In the first: which columns are named
-/// (see [`COLUMNS`]), and 4 when the table is the recording itself; in the second:
-/// how it is turned, and 4 for an offset. A digit from `0` to `7` is both.
+/// A byte chooses options, a table follows: with an odd one the table is the recording itself.
 ///
 /// What is accepted has stamps in order with a position each; the comparison is
 /// refused or finite.
 pub fn reference(data: &[u8]) {
-    let [first, second, table @ ..] = data else {
+    let [first, table @ ..] = data else {
         return;
     };
     let table = &table[..table.len().min(MOST)];
@@ -39,46 +27,33 @@ pub fn reference(data: &[u8]) {
     if fs::write(file.path(), table).is_err() {
         return;
     }
-    let columns = COLUMNS[usize::from(first & 3)];
-    let columns = columns.and_then(|c| c.parse::<TruthColumns>().ok());
-    let options = TruthOptions {
-        columns: columns.clone(),
-        align: [
-            None,
-            Some(TruthAlign::Yaw),
-            Some(TruthAlign::Rotation),
-            Some(TruthAlign::None),
-        ][usize::from(second & 3)],
-        offset_s: (second & 4 != 0).then_some(0.5),
-    };
-    if first & 4 == 0 {
-        let read = |r| read_reference(file.path(), columns.as_ref(), r, Path::new("push.csv"));
-        if let Ok(reference) = read(push()) {
-            compared(pushed().clone(), &reference, &options);
+    if first & 1 == 0 {
+        if let Ok(reference) = read_reference(file.path(), push(), Path::new("push.csv")) {
+            compared(pushed().clone(), &reference);
         }
         return;
     }
     let Ok(recording) = read(file.path(), &ReadOptions::default()) else {
         return;
     };
-    let own = |r: &Recording| read_reference(file.path(), columns.as_ref(), r, file.path());
+    let own = |r: &Recording| read_reference(file.path(), r, file.path());
     let without = MotionOptions {
         bands: false,
         ..MotionOptions::default()
     };
     if let (Ok(reference), Ok(motion)) = (own(&recording), motion(&recording, None, &without)) {
         assert!(reference.same_file);
-        compared(motion, &reference, &options);
+        compared(motion, &reference);
     }
 }
 
-fn compared(mut motion: Motion, reference: &Reference, options: &TruthOptions) {
-    assert_eq!(reference.t_s.len(), reference.position.len());
+fn compared(mut motion: Motion, reference: &Reference) {
+    assert_eq!(reference.t_s.len(), reference.position_m.len());
     assert!(reference.t_s.len() >= 2, "{reference:?}");
     assert!(reference.t_s.iter().all(|t| t.is_finite()));
     assert!(reference.t_s.is_sorted(), "{:?}", reference.t_s);
-    assert!(reference.position.iter().flatten().all(|v| v.is_finite()));
-    if add_comparison(&mut motion, reference, options).is_err() {
+    assert!(reference.position_m.iter().flatten().all(|v| v.is_finite()));
+    if add_comparison(&mut motion, reference).is_err() {
         return;
     }
     let Some(c) = &motion.result.truth else {
@@ -94,7 +69,7 @@ fn compared(mut motion: Motion, reference: &Reference, options: &TruthOptions) {
     ] {
         assert!(v.is_finite(), "{c:?}");
     }
-    assert!(c.rotation_deg.iter().all(|v| v.is_finite()), "{c:?}");
+    assert!(c.yaw_deg.is_finite(), "{c:?}");
     assert!(c.from_s <= c.to_s && c.points > 0, "{c:?}");
     let Some(track) = &motion.track.reference else {
         unreachable!("compared, and no track");

@@ -28,7 +28,7 @@ pub fn motion(
     options: Options<'_>,
 ) -> PyResult<Outcome> {
     let mut wanted = options.motion()?;
-    let truth = options.truth()?;
+    let truth = options.path("truth")?;
     let noise = noise_of(py, noise.as_ref())?;
     wanted.noise = noise.as_ref().map(|(result, _)| result.section());
     let (_, meter) = options.read(false)?;
@@ -40,10 +40,10 @@ pub fn motion(
         let mut motion = library::motion(&rows, calibrated, &wanted)?;
         let mut inputs = InputFile::of(std::slice::from_ref(&*rows));
         inputs.extend(noise.and_then(|(_, input)| input));
-        if let Some((path, truth)) = truth {
+        if let Some(path) = truth {
             let here = PathBuf::from(&rows.name);
-            let reference = read_reference(&path, truth.columns.as_ref(), &rows, &here)?;
-            add_comparison(&mut motion, &reference, &truth)?;
+            let reference = read_reference(&path, &rows, &here)?;
+            add_comparison(&mut motion, &reference)?;
             inputs.push(reference.input());
         }
         Ok(Outcome::new(Kind::Motion(Arc::new(motion), rows), inputs))

@@ -10,7 +10,6 @@ use gravical::denoise::{Channels, DenoiseOptions, FilterSpec};
 use gravical::excerpt;
 use gravical::export::ExportOptions;
 use gravical::gravity::Gravity;
-use gravical::motion::truth::{TruthAlign, TruthOptions};
 use gravical::motion::{GravityRemoval, Intervals, MotionOptions};
 use gravical::noise::{NoiseOptions, PARTS, Part, Spacing, Term};
 use gravical::recording::{AccelUnit, GyroUnit, Meter, ReadOptions, Recording, TimeUnit};
@@ -355,22 +354,6 @@ impl<'py> Options<'py> {
         };
         options.validate().or_raise(self.py())?;
         Ok(options)
-    }
-
-    /// The reference of a motion and how it is aligned.
-    pub fn truth(&self) -> PyResult<Option<(PathBuf, TruthOptions)>> {
-        let aligns = [
-            ("yaw", TruthAlign::Yaw),
-            ("rotation", TruthAlign::Rotation),
-            ("none", TruthAlign::None),
-        ];
-        let options = TruthOptions {
-            columns: self.parsed("truth_columns")?,
-            align: self.word("truth_align", &aligns)?,
-            offset_s: self.number("truth_offset")?,
-        };
-        options.validate().or_raise(self.py())?;
-        Ok(self.path("truth")?.map(|path| (path, options)))
     }
 
     /// How noise is analysed.

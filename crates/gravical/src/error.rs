@@ -247,7 +247,6 @@ impl Error {
             "face" => "face-pose",
             "free" => "free-pose",
             "height_m" => "altitude",
-            "offset_s" => "truth-offset",
             other => UNITS
                 .iter()
                 .find_map(|unit| other.strip_suffix(unit))

@@ -86,9 +86,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration.iter().map(|found| found.input.clone()));
     inputs.extend(noise.map(|(_, input)| input));
-    if let Some((path, truth)) = truth {
-        let reference = read_reference(path, truth.columns.as_ref(), &recording, &args.input)?;
-        add_comparison(&mut motion, &reference, &truth)?;
+    if let Some(path) = truth {
+        let reference = read_reference(path, &recording, &args.input)?;
+        add_comparison(&mut motion, &reference)?;
         inputs.push(reference.input());
     }
 

@@ -45,8 +45,6 @@ fn wrong_calls() {
         "--v0 1,2",
         "--p0 1,2,up",
         "--procedure best",
-        "--truth-columns px=x",
-        "--truth-offset 3",
         "--zero-velocity maybe",
     ] {
         let run = run_in(path, words(&format!("motion line/line.csv {wrong}")));

@@ -187,9 +187,6 @@ def motion(
     gyro: Path | None = None,
     noise: NoiseResult | Path | None = None,
     truth: Path | None = None,
-    truth_columns: str | None = None,
-    truth_align: Literal["yaw", "rotation", "none"] | None = None,
-    truth_offset: float | None = None,
     **arguments: Unpack[_MotionArguments],
 ) -> MotionResult:
     """Compute velocity and position with error bands.
@@ -206,8 +203,6 @@ def motion(
         Noise of the sensor for the bands. By default that of the rests.
     truth : path, optional
         Reference positions, columns t_s, px_m, py_m, pz_m, that the result is compared with.
-    truth_columns, truth_align, truth_offset : optional
-        How the reference is read and aligned, as of the program.
     **arguments
         How motion is computed: see :class:`MotionOptions`; how the recording is read: see
         :class:`Reading`.
@@ -229,14 +224,7 @@ def motion(
     (True, (1200, 3))
     """
     own, reading = _parted(dict(arguments))
-    given = options(
-        {},
-        **own,
-        truth=truth,
-        truth_columns=truth_columns,
-        truth_align=truth_align,
-        truth_offset=truth_offset,
-    )
+    given = options({}, **own, truth=truth)
     native, name = (None, "") if calibration is None else calibration_of(calibration)
     rows = read(recording, gyro=gyro, **reading)
     return MotionResult(

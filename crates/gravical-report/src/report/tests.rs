@@ -9,7 +9,7 @@ use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, M
 use gravical::check::CheckOptions;
 use gravical::compare::compare;
 use gravical::denoise::DenoiseOptions;
-use gravical::motion::truth::{TruthOptions, add_comparison, read_reference};
+use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionOptions, Move};
 use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
 use gravical::simulate::{PosesOptions, Scenario, SimulateOptions, simulate, write};
@@ -286,9 +286,8 @@ fn a_motion_says_the_same_everywhere() {
         format!("t_s,px_m,py_m,pz_m\n{}", rows.collect::<String>()),
     )
     .unwrap();
-    let options = TruthOptions::default();
-    let reference = read_reference(&truth, None, &recording, path).unwrap();
-    add_comparison(&mut motion, &reference, &options).unwrap();
+    let reference = read_reference(&truth, &recording, path).unwrap();
+    add_comparison(&mut motion, &reference).unwrap();
     let figures = crate::figure::motion::figures(&motion);
     let document = super::motion(&motion.result, &recording, &figures);
     assert!(holds(&document) > 40);

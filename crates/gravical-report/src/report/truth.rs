@@ -1,7 +1,6 @@
 //! Report of the comparison of a motion with a reference.
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
-use gravical::motion::truth::TruthAlign;
 use gravical::motion::{Comparison, MoveComparison};
 use gravical::numfmt::{decimals_of, digits, fixed};
 
@@ -9,14 +8,7 @@ use super::moves::{decimals, largest, lengths};
 use super::short_name;
 
 pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
-    let rotated = match c.align {
-        TruthAlign::None => "not rotated".to_owned(),
-        TruthAlign::Yaw => format!("rotated by {:+.1}° about the vertical", c.rotation_deg[2]),
-        TruthAlign::Rotation => {
-            let [x, y, z] = c.rotation_deg;
-            format!("rotated by {:.1}°", (x * x + y * y + z * z).sqrt())
-        }
-    };
+    let rotated = format!("rotated by {:+.1}° about the vertical", c.yaw_deg);
     let shifted = match c.time_offset_s {
         0.0 => String::new(),
         offset => format!(", time offset {offset:+.3} s"),

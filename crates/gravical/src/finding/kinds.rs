@@ -657,18 +657,10 @@ kinds! {
             "lines of the reference that are not rows"
             "skipped"
             "check them";
-        TruthUnit "truth-unit" Note
-            "the column names of the reference have no unit"
-            "m or mm, whichever fits the result better"
-            "name them `px_m` or `px_mm`";
         TruthOffset "truth-offset" Warning
             "the speeds are too dissimilar to determine the time offset"
             "zero if the time ranges overlap, else the best one"
-            "give `--truth-offset`";
-        TruthNotLevel "truth-not-level" Warning
-            "z of the reference is not vertical"
-            "aligned by a full rotation, which hides errors of the tilt"
-            "rotate the reference, or give `--truth-align`";
+            "let both see a move from its start to its end";
         TruthMoves "truth-moves" Note
             "moves that are not usable, or whose ends the reference does not cover"
             "not compared individually"

@@ -308,18 +308,6 @@ pub struct PositionBudget {
     pub tilt: f64,
 }
 
-/// How a reference is turned into the frame of the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TruthAlign {
-    /// About the vertical only: its z is up.
-    Yaw,
-    /// By any rotation.
-    Rotation,
-    /// Not at all.
-    None,
-}
-
 /// Comparison with a reference.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
@@ -340,10 +328,8 @@ pub struct Comparison {
     pub to_s: f64,
     /// Added to the reference's stamps, s.
     pub time_offset_s: f64,
-    /// How the reference was turned into the frame of the result.
-    pub align: TruthAlign,
-    /// The rotation itself, as a rotation vector, degrees.
-    pub rotation_deg: [f64; 3],
+    /// By what the reference was turned about the vertical into the frame of the result, degrees.
+    pub yaw_deg: f64,
     /// Its moves one by one; those that the reference does not see are left out.
     pub moves: Vec<MoveComparison>,
     /// Points compared.

@@ -6,7 +6,6 @@ use clap::ValueEnum;
 use gravical::calibration_file::NoiseSection;
 use gravical::denoise::FilterSpec;
 use gravical::motion::Intervals;
-use gravical::motion::truth::{TruthAlign, TruthColumns, TruthOptions};
 use gravical::motion::{GravityRemoval, MotionOptions};
 use gravical::{Error, Result};
 
@@ -130,32 +129,6 @@ struct TruthArgs {
     /// Reference positions, columns t_s,px_m,py_m,pz_m; may be RECORDING itself
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// Columns of the reference by name, t=…,px=…,py=…,pz=… [default: recognised]
-    #[arg(
-        long,
-        hide_short_help = true,
-        value_name = "COLUMNS",
-        requires = "truth"
-    )]
-    truth_columns: Option<TruthColumns>,
-    /// How the reference is aligned [default: yaw; rotation if its z is not up]
-    #[arg(
-        long,
-        hide_short_help = true,
-        value_enum,
-        value_name = "HOW",
-        requires = "truth"
-    )]
-    truth_align: Option<Align>,
-    /// Seconds to add to the time of the reference [default: by matching speeds; 0 within RECORDING]
-    #[arg(
-        long,
-        hide_short_help = true,
-        value_name = "S",
-        requires = "truth",
-        allow_negative_numbers = true
-    )]
-    truth_offset: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -183,16 +156,6 @@ enum Switch {
     On,
     /// no
     Off,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Align {
-    /// rotation about the vertical
-    Yaw,
-    /// any rotation
-    Rotation,
-    /// no rotation
-    None,
 }
 
 /// A filter; `none` removes the one of a preset.
@@ -288,32 +251,19 @@ impl Args {
         files.cloned().chain(calibrations).collect()
     }
 
-    /// The reference and its options; none without --truth.
+    /// The reference; none without --truth.
     ///
     /// # Errors
     ///
-    /// `truth-stdin` (usage) for standard input,
-    /// `option-range` (usage).
-    pub fn truth(&self) -> Result<Option<(&Path, TruthOptions)>> {
-        let Some(path) = self.truth.truth.as_deref() else {
-            return Ok(None);
-        };
-        if path == Path::new("-") {
+    /// `truth-stdin` (usage) for standard input.
+    pub fn truth(&self) -> Result<Option<&Path>> {
+        let path = self.truth.truth.as_deref();
+        if path == Some(Path::new("-")) {
             return Err(
                 Error::usage("truth-stdin", "--truth reads a file, not standard input")
                     .with_hint("write the reference to a file first"),
             );
         }
-        let options = TruthOptions {
-            columns: self.truth.truth_columns.clone(),
-            align: self.truth.truth_align.map(|a| match a {
-                Align::Yaw => TruthAlign::Yaw,
-                Align::Rotation => TruthAlign::Rotation,
-                Align::None => TruthAlign::None,
-            }),
-            offset_s: self.truth.truth_offset,
-        };
-        options.validate()?;
-        Ok(Some((path, options)))
+        Ok(path)
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::figure::{Series, svg};
-use gravical::motion::truth::{TruthOptions, add_comparison, read_reference};
+use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{MotionOptions, motion};
 use gravical::recording::{ReadOptions, Recording, read, read_bytes};
 use gravical::simulate::{LineOptions, Scenario, SimulateOptions, StaticOptions, simulate, write};
@@ -99,9 +99,8 @@ fn a_reference_lies_over_the_result() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("truth.csv");
     std::fs::write(&path, format!("t_s,px_m,py_m,pz_m\n{rows}")).unwrap();
-    let reference =
-        read_reference(&path, None, &recording, std::path::Path::new("line.csv")).unwrap();
-    add_comparison(&mut motion, &reference, &TruthOptions::default()).unwrap();
+    let reference = read_reference(&path, &recording, std::path::Path::new("line.csv")).unwrap();
+    add_comparison(&mut motion, &reference).unwrap();
     let reference = motion.track.reference.as_ref().unwrap();
     let last = reference.position_m.last().unwrap();
     let own = motion.result.r#final.position_m.unwrap();

@@ -1,10 +1,8 @@
 //! Errors of a result against a reference, point by point and move by move.
 
-use super::align::{self, Rotation};
-use super::columns::LengthUnit;
 use super::line::Line;
+use super::offset;
 use super::read::Reference;
-use super::{TruthAlign, TruthOptions, offset};
 use crate::motion::result::{Comparison, MoveComparison, ReferenceTrack};
 use crate::motion::{Motion, Track};
 use crate::recording::{Finding, FindingKind};
@@ -21,18 +19,6 @@ const STEP_S: f64 = 0.5;
 /// motions of stops and goes reach 0.5 by chance.
 const ALIKE: f64 = 0.8;
 
-/// Where z of the reference is not up: a full rotation has to tilt it by more
-/// than this (degrees) and make the error smaller than [`GAIN`] of what it is
-/// with a yaw alone. Less may as well be an error of the result's own tilt.
-const TILT_DEG: f64 = 10.0;
-
-/// See [`TILT_DEG`].
-const GAIN: f64 = 0.5;
-
-/// Ratio of the extents of reference and result above which numbers without a
-/// unit are mm: half way, as ratios go, between 1 and 1000.
-const MILLIMETRES: f64 = 30.0;
-
 /// Path below which a share of it says nothing, m.
 const NO_PATH_M: f64 = 1e-3;
 
@@ -48,21 +34,17 @@ struct Points {
 pub(super) fn compare(
     motion: &Motion,
     reference: &Reference,
-    options: &TruthOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<(Comparison, ReferenceTrack)> {
     let track = &motion.track;
-    let offset_s = offset_of(track, reference, options, findings);
+    let offset_s = offset_of(track, reference, findings);
     let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
     let mut points =
-        common(track, &t_s, &reference.position).ok_or_else(|| overlap(track, &t_s))?;
-    let metres = metres_per_unit(reference, &points, findings);
-    for p in &mut points.reference {
-        *p = p.map(|v| v * metres);
-    }
-    let (align, rotation) = turn(&points, options.align, findings);
-    for p in &mut points.reference {
-        *p = rotation.apply(p);
+        common(track, &t_s, &reference.position_m).ok_or_else(|| overlap(track, &t_s))?;
+    let yaw_rad = yaw_rad(&points);
+    let (sine, cosine) = yaw_rad.sin_cos();
+    for [x, y, _] in &mut points.reference {
+        (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
     }
     let path_m = path(&points);
     let squares: f64 = points
@@ -89,8 +71,7 @@ pub(super) fn compare(
         from_s: points.t_s.first().copied().unwrap_or(f64::NAN),
         to_s: points.t_s.last().copied().unwrap_or(f64::NAN),
         time_offset_s: offset_s + reference.base_s,
-        align,
-        rotation_deg: rotation.vector_deg(),
+        yaw_deg: yaw_rad.to_degrees(),
         moves,
         points: points.t_s.len() as u64,
     };
@@ -122,25 +103,17 @@ fn overlap(track: &Track, t_s: &[f64]) -> Error {
             span(&track.t_s)
         ),
     )
-    .with_hint("say with --truth-offset what has to be added to the reference's stamps")
+    .with_hint("record both from one motion to the next, or shift the reference's stamps")
 }
 
 /// What is added to the reference's time, its [`base_s`](Reference::base_s)
 /// aside.
-fn offset_of(
-    track: &Track,
-    reference: &Reference,
-    options: &TruthOptions,
-    findings: &mut Vec<Finding>,
-) -> f64 {
-    if let Some(offset) = options.offset_s {
-        return offset - reference.base_s;
-    }
+fn offset_of(track: &Track, reference: &Reference, findings: &mut Vec<Finding>) -> f64 {
     if reference.same_file {
         return 0.0;
     }
     let own = Line::new(&track.t_s, &track.position_m);
-    let other = Line::new(&reference.t_s, &reference.position);
+    let other = Line::new(&reference.t_s, &reference.position_m);
     let found = offset::find(&own, &other);
     match found {
         Some(f) if f.correlation >= ALIKE => f.offset_s,
@@ -156,7 +129,7 @@ fn offset_of(
             findings.push(Finding::new(
                 FindingKind::TruthOffset,
                 format!(
-                    "the speeds are little alike (correlation {:.2} at best, with an offset of {:+.3} s): {taken}; give --truth-offset",
+                    "the speeds are little alike (correlation {:.2} at best, with an offset of {:+.3} s): {taken}",
                     f.correlation,
                     f.offset_s + reference.base_s
                 ),
@@ -166,7 +139,7 @@ fn offset_of(
         None => {
             findings.push(Finding::new(
                 FindingKind::TruthOffset,
-                "too little moves to find the offset of the clocks: none is assumed; give --truth-offset",
+                "too little moves to find the offset of the clocks: none is assumed",
             ));
             0.0
         }
@@ -208,65 +181,17 @@ fn common(track: &Track, t_s: &[f64], reference: &[[f64; 3]]) -> Option<Points> 
     (points.t_s.len() > 1).then_some(points)
 }
 
-fn metres_per_unit(reference: &Reference, points: &Points, findings: &mut Vec<Finding>) -> f64 {
-    if let Some(unit) = reference.unit {
-        return unit.metres();
-    }
-    let extent = |p: &[[f64; 3]]| {
-        let squares: f64 = p.iter().flatten().map(|v| v * v).sum();
-        squares.sqrt()
-    };
-    let ratio = extent(&points.reference) / extent(&points.result);
-    let unit = if ratio > MILLIMETRES {
-        LengthUnit::Millimetre
-    } else {
-        LengthUnit::Metre
-    };
-    findings.push(Finding::new(
-        FindingKind::TruthUnit,
-        format!(
-            "the columns of the reference name no unit: taken as {}, which fits the result better",
-            unit.name()
-        ),
-    ));
-    unit.metres()
-}
-
-/// Steps of the reference and of the result → the rotation between them.
-type Fit = fn(&[[f64; 3]], &[[f64; 3]]) -> Rotation;
-
-/// The rotation that was asked for, or that the motion asks for.
-fn turn(
-    points: &Points,
-    wanted: Option<TruthAlign>,
-    findings: &mut Vec<Finding>,
-) -> (TruthAlign, Rotation) {
+/// The turn about z, rad, that brings the steps of the reference closest to those of the result:
+/// ψ = atan2(Σ rₓpᵧ − rᵧpₓ, Σ rₓpₓ + rᵧpᵧ).
+fn yaw_rad(points: &Points) -> f64 {
+    let (mut sine, mut cosine) = (0.0, 0.0);
     let (reference, result) = steps(points);
-    let fit = |by: Fit| by(&reference, &result);
-    let error = |r: &Rotation| -> f64 {
-        let pairs = reference.iter().zip(&result);
-        pairs
-            .map(|(a, b)| squared(&r.apply(a), b))
-            .sum::<f64>()
-            .sqrt()
-    };
-    match wanted {
-        Some(TruthAlign::None) => (TruthAlign::None, Rotation::none()),
-        Some(TruthAlign::Yaw) => (TruthAlign::Yaw, fit(align::yaw)),
-        Some(TruthAlign::Rotation) => (TruthAlign::Rotation, fit(align::rotation)),
-        None => {
-            let (yaw, full) = (fit(align::yaw), fit(align::rotation));
-            if full.tilt_deg() > TILT_DEG && error(&full) < GAIN * error(&yaw) {
-                findings.push(Finding::new(
-                    FindingKind::TruthNotLevel,
-                    format!("z of the reference is not up: a full rotation, by {:.0}° of tilt, fits far better than a yaw; it hides what tilt the result is off by", full.tilt_deg()),
-                ));
-                (TruthAlign::Rotation, full)
-            } else {
-                (TruthAlign::Yaw, yaw)
-            }
-        }
+    for (r, p) in reference.iter().zip(&result) {
+        sine += r[0] * p[1] - r[1] * p[0];
+        cosine += r[0] * p[0] + r[1] * p[1];
     }
+    let yaw_rad = f64::atan2(sine, cosine);
+    if yaw_rad.is_finite() { yaw_rad } else { 0.0 }
 }
 
 /// Steps of [`STEP_S`] of reference and result: between them a result's drift,

@@ -13,8 +13,7 @@ use crate::recording::{Finding, FindingKind, ReadOptions, Recording, TimeUnit, o
 use crate::scan::Lines;
 use crate::{Error, Result};
 
-use super::TruthColumns;
-use super::columns::{Fields, LengthUnit};
+use super::columns::Fields;
 
 /// Positions that somebody else measured.
 #[derive(Debug, Clone)]
@@ -25,10 +24,8 @@ pub struct Reference {
     pub sha256: Option<String>,
     /// Time, s; rising, without the rows that have no position.
     pub t_s: Vec<f64>,
-    /// Position in [`unit`](Self::unit).
-    pub position: Vec<[f64; 3]>,
-    /// As the names of the columns say.
-    pub unit: Option<LengthUnit>,
+    /// Position, m.
+    pub position_m: Vec<[f64; 3]>,
     /// It stands in the recording itself: one clock, `t_s` is the recording's.
     pub same_file: bool,
     /// What was added to the file's stamps to get `t_s`, s: the recording counts
@@ -55,18 +52,12 @@ impl Reference {
 ///
 /// # Errors
 ///
-/// `truth-columns-missing` (usage) when no columns, or not those of `columns`,
-/// are positions; `truth-time` (input) without usable stamps; `truth-empty`
+/// `truth-columns-missing` (usage) when no columns are positions; `truth-time` (input) without usable stamps; `truth-empty`
 /// (input) without two positions; and what keeps a file from being read.
-pub fn read_reference(
-    path: &Path,
-    columns: Option<&TruthColumns>,
-    recording: &Recording,
-    recorded_at: &Path,
-) -> Result<Reference> {
+pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) -> Result<Reference> {
     let same_file = same_file(path, recorded_at);
     let hash = recording.sha256.is_some();
-    let mut raw = read_rows(path, columns, same_file, hash)?;
+    let mut raw = read_rows(path, same_file, hash)?;
     let rows = raw.lines.len();
     let time_s = if same_file {
         Some(times_of_lines(recording, &raw.lines))
@@ -76,16 +67,16 @@ pub fn read_reference(
     let time_s = time_s.ok_or_else(|| {
         Error::input("truth-time", "the reference has no usable time stamps")
             .at(path, None)
-            .with_hint("name the column with --truth-columns t=…,px=…,py=…,pz=…")
+            .with_hint("name the column of time t_s")
     })?;
-    let (mut t_s, mut position): (Vec<f64>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
+    let (mut t_s, mut position_m): (Vec<f64>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
     let mut absent = LineSpans::default();
     for ((&t, p), &line) in time_s.iter().zip(&raw.position).zip(&raw.lines) {
         let known = t.is_finite() && p.iter().all(|v| v.is_finite());
         // Time that runs backwards is no time; the reader has said so.
         if known && t_s.last().is_none_or(|last| *last <= t) {
             t_s.push(t);
-            position.push(*p);
+            position_m.push(*p);
         } else {
             absent.push(line);
         }
@@ -107,7 +98,7 @@ pub fn read_reference(
             ),
         )
         .at(path, None)
-        .with_hint("are these the right columns? name them with --truth-columns"));
+        .with_hint("name the columns of the positions px_m, py_m, pz_m"));
     }
     let base_s = if same_file {
         0.0
@@ -121,8 +112,7 @@ pub fn read_reference(
         source: path.display().to_string(),
         sha256: raw.sha256,
         t_s,
-        position,
-        unit: raw.unit,
+        position_m,
         same_file,
         base_s,
         findings: raw.findings,
@@ -157,7 +147,6 @@ struct Raw {
     time: Vec<f64>,
     time_unit: Option<TimeUnit>,
     position: Vec<[f64; 3]>,
-    unit: Option<LengthUnit>,
     lines: Vec<u64>,
     findings: Vec<Finding>,
     sha256: Option<String>,
@@ -199,12 +188,7 @@ fn times_of_lines(recording: &Recording, lines: &[u64]) -> Vec<f64> {
     lines.iter().map(of_line).collect()
 }
 
-fn read_rows(
-    path: &Path,
-    columns: Option<&TruthColumns>,
-    same_file: bool,
-    hash: bool,
-) -> Result<Raw> {
+fn read_rows(path: &Path, same_file: bool, hash: bool) -> Result<Raw> {
     let options = ReadOptions {
         hash,
         ..ReadOptions::default()
@@ -222,7 +206,7 @@ fn read_rows(
         .at(path, None)
         .with_hint("a reference is a table of text with the columns t_s,px_m,py_m,pz_m")
     })?;
-    let fields = Fields::find(&dialect, columns, same_file).map_err(|e| e.at(path, None))?;
+    let fields = Fields::find(&dialect, same_file).map_err(|e| e.at(path, None))?;
     let mut scanner = RowScanner::new(dialect.delimiter, dialect.decimal_comma, dialect.fields);
     if let Some(field) = fields.time {
         scanner.assign(field, TIME);
@@ -234,7 +218,6 @@ fn read_rows(
         time: Vec::new(),
         time_unit: fields.time_unit,
         position: Vec::new(),
-        unit: fields.unit,
         lines: Vec::new(),
         findings: Vec::new(),
         sha256: None,
@@ -252,7 +235,7 @@ fn read_rows(
                     raw.time.push(values[TIME]);
                 }
                 let [x, y, z] = [values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]];
-                raw.position.push([x, y, z]);
+                raw.position.push([x, y, z].map(|v| v * fields.metres));
                 raw.lines.push(line.number);
             }
             Err(RowDefect::Blank) => {}

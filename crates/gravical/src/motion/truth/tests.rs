@@ -6,7 +6,6 @@ use super::*;
 use crate::motion::{Comparison, Ends, FinalState, Motion, MotionResult, Move, Rates, Track};
 use crate::motion::{MotionJudgement, MotionVerdict};
 use crate::recording::{ReadOptions, Recording, read};
-use gravical_core::strapdown;
 use std::path::Path;
 
 /// Position at t: rest until 3 s, then two goes with a rest between them.
@@ -92,34 +91,33 @@ fn motion(rate_hz: f64) -> Motion {
     }
 }
 
-/// What a camera sees: at its own rate, from its own origin, turned, and with a
+/// What a camera sees: at its own rate, from its own origin, turned about the vertical, and with a
 /// clock that shows `ahead_s` more.
-fn seen(rate_hz: f64, ahead_s: f64, vector: [f64; 3]) -> Reference {
-    let q = strapdown::from_rotation_vector(&vector);
+fn seen(rate_hz: f64, ahead_s: f64, yaw_rad: f64) -> Reference {
     let t_s: Vec<f64> = (0..(13.0 * rate_hz) as usize)
         .map(|i| 0.2 + i as f64 / rate_hz)
         .collect();
-    let position = t_s
-        .iter()
-        .map(|t| {
-            let p = strapdown::rotate(&q, &place(*t));
-            [p[0] + 5.0, p[1] - 1.0, p[2] + 0.3]
-        })
-        .collect();
+    let (sine, cosine) = yaw_rad.sin_cos();
+    let turned = |[x, y, z]: [f64; 3]| {
+        [
+            cosine * x - sine * y + 5.0,
+            sine * x + cosine * y - 1.0,
+            z + 0.3,
+        ]
+    };
     Reference {
         source: "camera.csv".to_owned(),
         sha256: None,
+        position_m: t_s.iter().map(|t| turned(place(*t))).collect(),
         t_s: t_s.iter().map(|t| t + ahead_s).collect(),
-        position,
-        unit: Some(LengthUnit::Metre),
         same_file: false,
         base_s: 0.0,
         findings: Vec::new(),
     }
 }
 
-fn compared(motion: &mut Motion, reference: &Reference, options: &TruthOptions) -> Comparison {
-    add_comparison(motion, reference, options).unwrap();
+fn compared(motion: &mut Motion, reference: &Reference) -> Comparison {
+    add_comparison(motion, reference).unwrap();
     motion.result.truth.clone().unwrap()
 }
 
@@ -137,20 +135,12 @@ fn a_yaw_and_an_offset_are_found_at_any_rate() {
     for (rate, other) in [(100.0, 285.7), (285.7, 30.0), (100.0, 100.0), (62.5, 10.0)] {
         for ahead in [0.0, 2.317, -4.123] {
             let mut motion = motion(rate);
-            let c = compared(
-                &mut motion,
-                &seen(other, ahead, [0.0, 0.0, 0.9]),
-                &TruthOptions::default(),
-            );
+            let c = compared(&mut motion, &seen(other, ahead, 0.9));
             assert!(
                 (c.time_offset_s + ahead).abs() < 2e-3,
                 "{rate} {other}: {c:?}"
             );
-            assert!(
-                (c.rotation_deg[2] + 0.9_f64.to_degrees()).abs() < 0.1,
-                "{c:?}"
-            );
-            assert_eq!(c.align, TruthAlign::Yaw);
+            assert!((c.yaw_deg + 0.9_f64.to_degrees()).abs() < 0.1, "{c:?}");
             assert!(
                 c.rmse_m < 2e-3 && c.end_error_m < 2e-3,
                 "{rate} {other}: {c:?}"
@@ -167,48 +157,26 @@ fn a_yaw_and_an_offset_are_found_at_any_rate() {
 }
 
 #[test]
-fn a_reference_on_its_side_is_turned_and_that_is_said() {
-    let mut motion = motion(100.0);
-    let reference = seen(50.0, 0.4, [1.4, 0.1, -0.3]);
-    let c = compared(&mut motion, &reference, &TruthOptions::default());
-    assert_eq!(c.align, TruthAlign::Rotation);
-    assert!(c.rmse_m < 2e-3, "{c:?}");
-    assert_eq!(kinds(&motion), ["truth-not-level"]);
-    let forced = TruthOptions {
-        align: Some(TruthAlign::Yaw),
-        ..TruthOptions::default()
-    };
-    assert!(compared(&mut motion, &reference, &forced).rmse_m > 0.05);
-    let as_it_is = TruthOptions {
-        align: Some(TruthAlign::None),
-        ..TruthOptions::default()
-    };
-    let c = compared(&mut motion, &reference, &as_it_is);
-    assert_eq!(c.rotation_deg, [0.0; 3]);
-}
-
-#[test]
 fn errors_are_errors_of_the_result() {
     let mut motion = motion(100.0);
-    // 1 cm too far along x in the second move, kept from then on.
+    // 1 cm too far up in the second move, kept from then on.
     for (t, p) in motion.track.t_s.iter().zip(&mut motion.track.position_m) {
-        p[0] += 0.01 * ((t - 8.0) / 2.0).clamp(0.0, 1.0);
+        p[2] += 0.01 * ((t - 8.0) / 2.0).clamp(0.0, 1.0);
     }
-    motion.result.moves[1].displacement_m.as_mut().unwrap()[0] += 0.01;
-    let options = TruthOptions {
-        align: Some(TruthAlign::None),
-        offset_s: Some(0.0),
-        ..TruthOptions::default()
+    motion.result.moves[1].displacement_m.as_mut().unwrap()[2] += 0.01;
+    let reference = Reference {
+        same_file: true,
+        ..seen(50.0, 0.0, 0.0)
     };
-    let c = compared(&mut motion, &seen(50.0, 0.0, [0.0; 3]), &options);
+    let c = compared(&mut motion, &reference);
     assert!((c.end_error_m - 0.01).abs() < 1e-5, "{c:?}");
     // Half of the time not yet off, then off by a centimetre.
     assert!(
         (c.rmse_m - 0.01 * (4.0_f64 / 13.0).sqrt()).abs() < 1e-3,
         "{c:?}"
     );
-    assert!(c.moves[0].end_error_m[0].abs() < 1e-5);
-    assert!((c.moves[1].end_error_m[0] - 0.01).abs() < 1e-5, "{c:?}");
+    assert!(c.moves[0].end_error_m[2].abs() < 1e-5);
+    assert!((c.moves[1].end_error_m[2] - 0.01).abs() < 1e-5, "{c:?}");
     assert!((c.moves[1].rmse_m - 0.01 / 3.0_f64.sqrt()).abs() < 1e-3);
     assert!((c.path_m - 1.25).abs() < 0.15, "{c:?}");
 }
@@ -216,7 +184,7 @@ fn errors_are_errors_of_the_result() {
 #[test]
 fn gaps_of_the_reference_are_not_compared() {
     let mut motion = motion(100.0);
-    let mut reference = seen(50.0, 0.0, [0.0; 3]);
+    let mut reference = seen(50.0, 0.0, 0.0);
     let keep: Vec<bool> = reference
         .t_s
         .iter()
@@ -225,8 +193,8 @@ fn gaps_of_the_reference_are_not_compared() {
     let mut kept = keep.iter();
     reference.t_s.retain(|_| *kept.next().unwrap());
     let mut kept = keep.iter();
-    reference.position.retain(|_| *kept.next().unwrap());
-    let c = compared(&mut motion, &reference, &TruthOptions::default());
+    reference.position_m.retain(|_| *kept.next().unwrap());
+    let c = compared(&mut motion, &reference);
     assert_eq!(c.moves.len(), 1);
     assert_eq!(c.moves[0].start_s, 8.0);
     assert!(c.rmse_m < 2e-3, "{c:?}");
@@ -234,50 +202,20 @@ fn gaps_of_the_reference_are_not_compared() {
 }
 
 #[test]
-fn millimetres_without_a_name_are_recognised() {
-    for (factor, unit) in [(1000.0, "taken as mm"), (1.0, "taken as m,")] {
-        let mut motion = motion(100.0);
-        let mut reference = seen(50.0, 0.0, [0.0; 3]);
-        reference.unit = None;
-        for p in &mut reference.position {
-            *p = p.map(|v| factor * v);
-        }
-        let c = compared(&mut motion, &reference, &TruthOptions::default());
-        assert!(c.rmse_m < 2e-3, "{c:?}");
-        assert!(motion.result.findings[0].message.contains(unit));
-    }
-}
-
-#[test]
 fn no_time_in_common_is_refused() {
     let mut motion = motion(100.0);
-    let options = TruthOptions {
-        offset_s: Some(100.0),
-        ..TruthOptions::default()
-    };
-    let error = add_comparison(&mut motion, &seen(50.0, 0.0, [0.0; 3]), &options).unwrap_err();
-    assert_eq!(error.code(), "truth-overlap");
     motion.track.position_m.fill([f64::NAN; 3]);
-    let error = add_comparison(
-        &mut motion,
-        &seen(50.0, 0.0, [0.0; 3]),
-        &TruthOptions::default(),
-    );
-    assert_eq!(error.unwrap_err().code(), "truth-overlap");
-    let options = TruthOptions {
-        offset_s: Some(f64::NAN),
-        ..TruthOptions::default()
-    };
-    assert_eq!(options.validate().unwrap_err().code(), "option-range");
+    let error = add_comparison(&mut motion, &seen(50.0, 0.0, 0.0)).unwrap_err();
+    assert_eq!(error.code(), "truth-overlap");
 }
 
 #[test]
 fn at_rest_nothing_aligns_and_that_is_said() {
     let mut motion = motion(100.0);
     motion.track.position_m.fill([0.0; 3]);
-    let mut reference = seen(50.0, 0.0, [0.0; 3]);
-    reference.position.fill([1.0, 2.0, 3.0]);
-    let c = compared(&mut motion, &reference, &TruthOptions::default());
+    let mut reference = seen(50.0, 0.0, 0.0);
+    reference.position_m.fill([1.0, 2.0, 3.0]);
+    let c = compared(&mut motion, &reference);
     assert_eq!(
         (c.percent_of_path, c.time_offset_s, c.rmse_m),
         (None, 0.0, 0.0)
