@@ -1,0 +1,222 @@
+//! Which of the quiet spans are rests.
+//!
+//! A sensor that moves at constant velocity is as quiet as one that lies still. But the velocity
+//! integrated from a rest comes back to zero at the next one and stays there, and a force that no turn
+//! explains is an acceleration.
+
+use std::ops::Range;
+
+use crate::closure::{Innovation, REST_SPEED_MPS};
+use crate::filter::{Action, Filter};
+use crate::noise::Noise;
+use crate::samples::{MotionOptions, Samples};
+use crate::state::Directions;
+
+/// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
+const MAX_MOVE_S: f64 = 120.0;
+/// Spans after the first that agrees which are still tried: of two false ones the second may be true.
+const MAX_AGREED: usize = 3;
+/// Times after the start of a span at which its velocity has to be zero, s.
+const TRIED_S: [f64; 6] = [0.0, 0.5, 1.0, 2.0, 5.0, 10.0];
+/// χ² that a rest may have: of the velocity (3), and with the tilt (5). Chance exceeds either once in
+/// 1,000; what is wrong with a calibration is in their covariance.
+const MAX_VELOCITY_CHI2: f64 = 16.0;
+const MAX_CHI2: f64 = 20.0;
+/// Excess of χ² that a rest is worth: an e-fold less likely for each 2, of the velocity at six times.
+const COST_OF_VELOCITY: f64 = 1.0 / 7.0;
+const COST_OF_BOTH: f64 = 0.5;
+/// A gyroscope is off by this fraction of the angle that it turned: 1 % of scale.
+const TILT_PER_TURN: f64 = 0.01;
+/// Duration of a rest that counts in full, s; longer ones count by the next factor.
+const FULL_WEIGHT_S: f64 = 2.0;
+const LONG_WEIGHT_PER_S: f64 = 1e-3;
+/// The first span of a recording is a rest rather than the second: people start at rest.
+const FIRST_WEIGHT: f64 = 0.25;
+/// A weight that only decides where nothing else does.
+const TIE: f64 = 1e-3;
+/// Rests of one pose, closer than this, s, whose means differ by less, m/s², are one.
+const MAX_PAUSE_S: f64 = 1.0;
+const SAME_FORCE_MPS2: f64 = 0.02;
+/// … if what is between is no rougher than three standard deviations of the rests.
+const MAX_PAUSE_EXCESS: f64 = 9.0;
+/// A causal run decides a second after a rest began, and believes one of 5 s in any case: what is wrong
+/// then is the velocity.
+const DECIDED_AFTER_S: f64 = 1.0;
+const BELIEVED_S: f64 = 5.0;
+/// Samples between the nodes of an integration whose path nobody sees, s.
+const NODE_S: f64 = 0.1;
+
+/// What the tests of rests need.
+pub(crate) struct Gate<'a> {
+    pub samples: &'a Samples,
+    pub options: &'a MotionOptions,
+    pub directions: &'a Directions,
+    pub noise: &'a Noise,
+}
+
+impl<'a> Gate<'a> {
+    /// A filter at the end of a rest.
+    fn leave(&self, rest: &Range<usize>) -> Filter<'a> {
+        let mut filter = Filter::new(
+            self.samples,
+            self.options,
+            self.directions,
+            self.noise,
+            rest.start,
+            rest,
+        );
+        filter.run(&rest_action(rest), None);
+        filter.run(&Action::Halt { to: rest.end - 1 }, None);
+        filter
+    }
+
+    fn fly(&self, filter: &mut Filter<'_>, to: usize) {
+        if to > filter.at {
+            let excess = self.noise.excess(filter.at, to);
+            let node = self.samples.count_in(NODE_S).max(1);
+            filter.run(&Action::Propagate { to, node, excess }, None);
+        }
+    }
+
+    /// Excess of the χ² of a rest over what chance allows; negative if it agrees. With `tilt` the force
+    /// counts too.
+    fn excess_chi2(&self, filter: &Filter<'_>, rest: &Range<usize>, tilt: bool) -> f64 {
+        let covariance = filter.covariance_here();
+        let m = filter.rest_measurement(&covariance, rest, REST_SPEED_MPS);
+        let slack = (TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad).powi(2);
+        let innovation = Innovation::new(&covariance, &m).with_slack(slack);
+        if tilt {
+            innovation.chi2::<5>(0, 0.0) - MAX_CHI2
+        } else {
+            innovation.chi2::<3>(0, 0.0) - MAX_VELOCITY_CHI2
+        }
+    }
+
+    /// What it costs to take `next` for the rest after that which the filter left.
+    fn cost(&self, filter: &mut Filter<'_>, next: &Range<usize>) -> f64 {
+        let time_s = &self.samples.time_s;
+        let mut worst = f64::NEG_INFINITY;
+        for into_s in TRIED_S {
+            let to = time_s.partition_point(|t| *t < time_s[next.start] + into_s);
+            self.fly(filter, to.min(next.end - 1));
+            let tilt = into_s == 0.0 && self.samples.has_gyro();
+            let factor = if tilt { COST_OF_BOTH } else { COST_OF_VELOCITY };
+            worst = worst.max(factor * self.excess_chi2(filter, next, tilt));
+        }
+        worst.max(0.0)
+    }
+
+    /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
+    /// at a speed.
+    pub fn chain(&self, spans: &[Range<usize>]) -> Vec<Range<usize>> {
+        let samples = self.samples;
+        let weight: Vec<f64> = (0..spans.len())
+            .map(|k| {
+                let seconds = samples.duration_s(&spans[k]);
+                let first = if k == 0 { FIRST_WEIGHT } else { 0.0 };
+                1.0 + seconds.min(FULL_WEIGHT_S) / FULL_WEIGHT_S
+                    + LONG_WEIGHT_PER_S * seconds
+                    + first
+            })
+            .collect();
+        let mut best = weight.clone();
+        let mut before = vec![None; spans.len()];
+        for k in 0..spans.len() {
+            let costs = self.costs(spans, k);
+            // Those that agree, or where none does the least contradiction.
+            let least = costs.iter().map(|c| c.1).fold(f64::MAX, f64::min);
+            let none_agrees = costs.iter().all(|(next, cost)| *cost >= weight[*next]);
+            for (next, cost) in costs {
+                let gain = match none_agrees {
+                    false => weight[next] - cost,
+                    true if cost <= least => TIE / (1.0 + cost),
+                    true => continue,
+                };
+                if best[k] + gain > best[next] {
+                    (best[next], before[next]) = (best[k] + gain, Some(k));
+                }
+            }
+        }
+        let mut chain = Vec::new();
+        let mut at = (0..spans.len()).max_by(|a, b| best[*a].total_cmp(&best[*b]));
+        while let Some(k) = at {
+            chain.push(spans[k].clone());
+            at = before[k];
+        }
+        chain.reverse();
+        self.joined(chain)
+    }
+
+    /// Costs of the spans after `k` as its next rest.
+    fn costs(&self, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
+        let time_s = &self.samples.time_s;
+        let mut filter = self.leave(&spans[k]);
+        let (mut agreed, mut costs) = (0, Vec::new());
+        for next in k + 1..spans.len() {
+            let move_s = time_s[spans[next].start] - time_s[spans[k].end - 1];
+            if move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
+                break;
+            }
+            let cost = self.cost(&mut filter, &spans[next]);
+            costs.push((next, cost));
+            agreed += usize::from(cost <= 0.0 || agreed > 0);
+        }
+        costs
+    }
+
+    /// Touching rests of one pose are one.
+    fn joined(&self, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+        let (samples, channels) = (self.samples, self.samples.channels());
+        let distance2 =
+            |x: &[f64; 6], y: &[f64; 6]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
+        rests.dedup_by(|next, last| {
+            let (a, b) = (channels.mean(last), channels.mean(next));
+            let between = last.end.min(next.start)..next.start;
+            let variance = between
+                .clone()
+                .map(|i| distance2(&channels.sample(i), &a))
+                .sum::<f64>()
+                / between.len().max(1) as f64;
+            let calm = variance * samples.period_s < MAX_PAUSE_EXCESS * self.noise.rest.force.sum();
+            let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
+            let same = pause_s < MAX_PAUSE_S && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2) && calm;
+            if same {
+                last.end = next.end;
+            }
+            same
+        });
+        rests
+    }
+
+    /// The rests as they come: each that velocity and tilt do not contradict after a second.
+    pub fn as_they_come(&self, spans: &[Range<usize>]) -> Vec<Range<usize>> {
+        let Some(first) = spans.first() else {
+            return Vec::new();
+        };
+        let mut rests = vec![first.clone()];
+        let mut filter = self.leave(first);
+        for span in &spans[1..] {
+            self.fly(&mut filter, span.start);
+            let decided = span.start
+                ..span
+                    .end
+                    .min(span.start + self.samples.count_in(DECIDED_AFTER_S).max(1));
+            let long = self.samples.duration_s(span) > BELIEVED_S;
+            if self.excess_chi2(&filter, &decided, self.samples.has_gyro()) > 0.0 && !long {
+                continue;
+            }
+            filter.run(&rest_action(&decided), None);
+            filter.run(&Action::Halt { to: span.end - 1 }, None);
+            filter.run(&rest_action(span), None);
+            rests.push(span.clone());
+        }
+        rests
+    }
+}
+
+fn rest_action(span: &Range<usize>) -> Action {
+    Action::Rest {
+        span: span.clone(),
+        speed_sd_mps: REST_SPEED_MPS,
+    }
+}

@@ -1,0 +1,120 @@
+//! Closures: what a rest says of the move before it.
+
+use std::ops::Range;
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use crate::filter::{Filter, Measurement};
+use crate::noise::Density;
+use crate::state::Covariance;
+
+/// A rest has no velocity but this, m/s: a table that gives way.
+pub(crate) const REST_SPEED_MPS: f64 = 0.002;
+/// χ² of velocity (3) and of tilt (2) that chance exceeds once in 100 and, since every move is levelled
+/// with a gyroscope whose scale is assumed, once in 3,000.
+const MAX_VELOCITY_CHI2: f64 = 11.3;
+const MAX_TILT_CHI2: f64 = 16.0;
+/// What the enlarged covariance makes of them: the median by chance.
+const USUAL_VELOCITY_CHI2: f64 = 2.0;
+const USUAL_TILT_CHI2: f64 = 1.4;
+/// Steps of the bisection of a variance between 1e-14 and 1e8, logarithmic: to 1e-15 of the interval.
+const BISECTIONS: usize = 50;
+
+/// How well a move closes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closure {
+    /// χ² of the velocity at the rest that ends the move, 3 degrees of freedom.
+    pub velocity_chi2: f64,
+    /// χ² of the tilt there, 2 degrees of freedom.
+    pub tilt_chi2: f64,
+    /// True if they contradicted the noise known before, so that the move has more of it, the same along
+    /// all axes.
+    pub enlarged: bool,
+}
+
+/// Innovation and its covariance.
+pub(crate) struct Innovation {
+    y: SVector<f64, 9>,
+    s: SMatrix<f64, 9, 9>,
+}
+
+impl Innovation {
+    pub fn new(covariance: &Covariance, m: &Measurement) -> Innovation {
+        Innovation {
+            y: m.innovation,
+            s: m.h * covariance * m.h.transpose() + m.noise,
+        }
+    }
+
+    /// χ² of rows `first..first + D` with `variance` added to each.
+    pub fn chi2<const D: usize>(&self, first: usize, variance: f64) -> f64 {
+        let y = self.y.fixed_rows::<D>(first).into_owned();
+        let s =
+            self.s.fixed_view::<D, D>(first, first) + SMatrix::<f64, D, D>::identity() * variance;
+        s.try_inverse()
+            .map_or(f64::INFINITY, |s| (y.transpose() * s * y)[0])
+    }
+
+    /// Adds a variance to the two horizontal components of the force.
+    pub fn with_slack(mut self, variance: f64) -> Innovation {
+        for c in 3..5 {
+            self.s[(c, c)] += variance;
+        }
+        self
+    }
+
+    fn closure(&self) -> Closure {
+        Closure {
+            velocity_chi2: self.chi2::<3>(0, 0.0),
+            tilt_chi2: self.chi2::<2>(3, 0.0),
+            enlarged: false,
+        }
+    }
+}
+
+/// The closure of a move that took `seconds` at the rest that ends it.
+pub(crate) fn closure(filter: &Filter<'_>, rest: &Range<usize>) -> (Closure, Innovation) {
+    let covariance = filter.covariance_here();
+    let measurement = filter.rest_measurement(&covariance, rest, REST_SPEED_MPS);
+    let innovation = Innovation::new(&covariance, &measurement);
+    (innovation.closure(), innovation)
+}
+
+/// The density that makes a closure that fails one of chance: a model that fails, fails in every
+/// direction. Tilt first, since it explains velocity as well. None if the closure holds.
+pub(crate) fn enlargement(
+    closure: &Closure,
+    innovation: &Innovation,
+    gravity: f64,
+    seconds: f64,
+) -> Option<Density> {
+    let isotropic = |variance: f64| Vector3::repeat(variance / seconds.max(f64::MIN_POSITIVE));
+    if closure.tilt_chi2 > MAX_TILT_CHI2 {
+        let variance = solve_falling(|v| innovation.chi2::<2>(3, v), USUAL_TILT_CHI2);
+        return Some(Density {
+            rate: isotropic(variance / gravity.powi(2).max(f64::MIN_POSITIVE)),
+            ..Density::ZERO
+        });
+    }
+    (closure.velocity_chi2 > MAX_VELOCITY_CHI2).then(|| Density {
+        force: isotropic(solve_falling(
+            |v| innovation.chi2::<3>(0, v),
+            USUAL_VELOCITY_CHI2,
+        )),
+        ..Density::ZERO
+    })
+}
+
+/// Where a function that falls with its argument reaches a value.
+fn solve_falling(f: impl Fn(f64) -> f64, value: f64) -> f64 {
+    let (mut low, mut high) = (1e-14_f64.ln(), 1e8_f64.ln());
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        if f(middle.exp()) > value {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high.exp()
+}

@@ -1,0 +1,506 @@
+//! The error-state Kalman filter, forwards.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+
+use crate::noise::{Density, Noise};
+use crate::samples::{MotionOptions, Samples};
+use crate::state::{
+    ATTITUDE, Covariance, Directions, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING,
+    NineRows, Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, level,
+};
+use crate::transition::{Integrator, Transition};
+
+/// Random walks of the biases, m/s²/√s and rad/s/√s: bias instability of a cheap sensor over a minute.
+const FORCE_BIAS_WALK: f64 = 2e-4;
+const RATE_BIAS_WALK: f64 = 5e-6;
+/// What is known before the first rest: speed (a car), tilt after a levelling in motion, bias of a
+/// gyroscope by its data sheet.
+const INITIAL_SPEED_MPS: f64 = 30.0;
+const INITIAL_TILT_RAD: f64 = 0.3;
+const INITIAL_RATE_BIAS_RAD_S: f64 = 0.02;
+/// Time over which the tilt of a move without a gyroscope is its standard deviation, s.
+const TILT_S: f64 = 10.0;
+/// A table does not tilt, but it turns: what a move without a gyroscope turns about the vertical, over
+/// its tilt.
+const YAW_OVER_TILT: f64 = 20.0;
+/// A foot in stance creeps, m/s (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, use 0.01 to 0.1).
+const STANCE_SPEED_MPS: f64 = 0.02;
+/// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
+const MIN_RATE_VARIANCE: f64 = 1e-12;
+/// Fraction of the second order of tilt and force that the first order of a rest leaves; all of it made
+/// bands of plain moves a third too wide.
+const SECOND_ORDER: f64 = 0.2;
+/// A tilt that is off acts on the velocity until the next levelling, at most so long, s.
+const MAX_TILTED_S: f64 = 3.0;
+
+/// What a rest or a stance says: innovation y = H x + noise. Rows: velocity, specific force (world), rate.
+#[derive(Debug, Clone)]
+pub(crate) struct Measurement {
+    pub h: NineRows,
+    pub innovation: SVector<f64, 9>,
+    pub noise: SMatrix<f64, 9, 9>,
+}
+
+/// State of the motion at a sample with the covariance of its first nine states to all.
+#[derive(Debug, Clone)]
+pub(crate) struct Node {
+    pub sample: usize,
+    pub position: Vector3<f64>,
+    pub velocity: Vector3<f64>,
+    pub attitude: Matrix3<f64>,
+    pub rows: NineRows,
+}
+
+/// Position at a sample with the covariance of the whole state.
+pub(crate) struct Whole {
+    pub position: Vector3<f64>,
+    pub covariance: Covariance,
+}
+
+/// What the forward pass did, for the smoother.
+pub(crate) enum Record {
+    /// A node whose smoothed state is wanted.
+    Node(Box<Node>),
+    /// A move starts (its number) or ends here.
+    StartMove(usize, Box<Whole>),
+    EndMove(Box<Whole>),
+    Propagate(Box<Transition>),
+    /// The velocity is zero from here on.
+    Halt,
+    Update(Box<Update>),
+}
+
+/// A Kalman update.
+pub(crate) struct Update {
+    pub h: NineRows,
+    pub innovation: SVector<f64, 9>,
+    /// Inverse of the covariance of the innovation.
+    pub information: SMatrix<f64, 9, 9>,
+    pub gain: SMatrix<f64, STATES, 9>,
+}
+
+/// One step of the forward pass.
+#[derive(Debug, Clone)]
+pub(crate) enum Action {
+    StartMove(usize),
+    EndMove,
+    /// Integrates to a sample in nodes of so many samples.
+    Propagate {
+        to: usize,
+        node: usize,
+        excess: Density,
+    },
+    /// From here on the bias of the gyroscope may be another one by this variance.
+    LoosenRateBias(f64),
+    /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
+    /// deviation, m/s.
+    Rest {
+        span: Range<usize>,
+        speed_sd_mps: f64,
+    },
+    /// Zero velocity of a foot on the ground.
+    Stance,
+    /// Rests until a sample.
+    Halt {
+        to: usize,
+    },
+}
+
+/// Position at the start of the move, its covariance, and that of it to the state.
+#[derive(Debug, Clone)]
+struct MoveStart {
+    position: Vector3<f64>,
+    covariance: Matrix3<f64>,
+    cross: SMatrix<f64, STATES, 3>,
+}
+
+/// The filter. Propagation is deferred: over a leg it gathers x = Φ x₀ + w, which costs a tenth of
+/// propagating P from node to node, and P follows from it where it is asked for.
+#[derive(Clone)]
+pub(crate) struct Filter<'a> {
+    samples: &'a Samples,
+    noise: &'a Noise,
+    directions: &'a Directions,
+    tilt: Vector3<f64>,
+    /// The sample that it is at.
+    pub at: usize,
+    pub nominal: Nominal,
+    /// Covariance at the last measurement.
+    covariance: Covariance,
+    /// Φ (first nine rows) and covariance of w (first fifteen states) since then.
+    phi: NineRows,
+    q: SMatrix<f64, 15, 15>,
+    start: Option<MoveStart>,
+    /// Since the last rest: its time, s, and the angle turned, rad.
+    rest_s: f64,
+    pub turned_rad: f64,
+}
+
+impl<'a> Filter<'a> {
+    /// At sample `at`, with the attitude of `rest`, from which the gyroscope leads back to there. Position
+    /// is zero, velocity unknown.
+    pub fn new(
+        samples: &'a Samples,
+        options: &MotionOptions,
+        directions: &'a Directions,
+        noise: &'a Noise,
+        at: usize,
+        rest: &Range<usize>,
+    ) -> Self {
+        let mean = samples.channels().mean(rest);
+        let force = Vector3::from_column_slice(&mean[..3]);
+        let rate_bias = Vector3::from_column_slice(&mean[3..]);
+        let mut attitude = level(&force);
+        if samples.has_gyro() {
+            for i in (at..rest.start).rev() {
+                let sum = Vector3::from(samples.rate[i]) + Vector3::from(samples.rate[i + 1]);
+                let h = samples.time_s[i + 1] - samples.time_s[i];
+                attitude *= Rotation3::new(-(sum * 0.5 - rate_bias) * h).into_inner();
+            }
+        }
+        let mut sd = ErrorState::repeat(1.0);
+        let mut set =
+            |at: usize, value: [f64; 3]| sd.fixed_rows_mut::<3>(at).copy_from_slice(&value);
+        let uncertainty = &options.calibration;
+        set(POSITION, [0.0; 3]);
+        set(VELOCITY, [INITIAL_SPEED_MPS; 3]);
+        // The heading is that of the start by definition.
+        set(ATTITUDE, [INITIAL_TILT_RAD, INITIAL_TILT_RAD, 0.0]);
+        set(FORCE_BIAS, [uncertainty.force_bias_sd_mps2; 3]);
+        set(RATE_BIAS, [INITIAL_RATE_BIAS_RAD_S; 3]);
+        sd[GRAVITY] = uncertainty.gravity_sd_mps2;
+        let mut tilt = Vector3::zeros();
+        if !samples.has_gyro() {
+            sd.fixed_rows_mut::<3>(RATE_BIAS).fill(0.0);
+            sd.fixed_rows_mut::<9>(RATE_PARAMETERS).fill(0.0);
+            let density = options.tilt_sd_rad.powi(2) / TILT_S;
+            tilt = Vector3::new(density, density, density * YAW_OVER_TILT.powi(2));
+        }
+        Filter {
+            samples,
+            noise,
+            directions,
+            tilt,
+            at,
+            nominal: Nominal {
+                attitude,
+                velocity: Vector3::zeros(),
+                position: Vector3::zeros(),
+                force_bias: Vector3::zeros(),
+                rate_bias,
+                gravity: force.norm(),
+                rate_parameters: [0.0; 9],
+                force_parameters: [0.0; 12],
+            },
+            covariance: Covariance::from_diagonal(&sd.map(|s| s * s)),
+            phi: NineRows::identity(),
+            q: SMatrix::zeros(),
+            start: None,
+            rest_s: samples.time_s[at],
+            turned_rad: 0.0,
+        }
+    }
+
+    pub fn run(&mut self, action: &Action, mut records: Option<&mut Vec<Record>>) {
+        match action {
+            Action::StartMove(k) => {
+                self.settle();
+                self.start = Some(MoveStart {
+                    position: self.nominal.position,
+                    covariance: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+                    cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
+                });
+                if let Some(records) = records {
+                    records.push(Record::StartMove(*k, Box::new(self.whole())));
+                }
+            }
+            Action::EndMove => {
+                if let Some(records) = records {
+                    records.push(Record::EndMove(Box::new(self.whole())));
+                }
+            }
+            Action::Propagate { to, node, excess } => {
+                while self.at < *to {
+                    let end = (self.at + node.max(&1)).min(*to);
+                    self.propagate(end, excess, records.as_deref_mut());
+                }
+            }
+            Action::LoosenRateBias(variance) => {
+                for c in RATE_BIAS..RATE_BIAS + 3 {
+                    self.q[(c, c)] += variance;
+                }
+            }
+            Action::Rest { span, speed_sd_mps } => {
+                self.settle();
+                let measurement = self.rest_measurement(&self.covariance, span, *speed_sd_mps);
+                self.update(&measurement, records);
+            }
+            Action::Stance => {
+                self.settle();
+                let mut measurement = self.velocity_measurement(STANCE_SPEED_MPS);
+                // Rows that say nothing.
+                for c in 3..9 {
+                    measurement.noise[(c, c)] = 1.0;
+                }
+                self.update(&measurement, records);
+            }
+            Action::Halt { to } => self.halt(*to, records),
+        }
+    }
+
+    fn propagate(&mut self, to: usize, excess: &Density, records: Option<&mut Vec<Record>>) {
+        let node = records.is_some().then(|| Box::new(self.node()));
+        let integrator = Integrator {
+            samples: self.samples,
+            directions: self.directions,
+            noise: self.noise.rest,
+            tilt: self.tilt,
+        };
+        let correction = self.nominal.correction(self.directions);
+        let step = integrator.step(&mut self.nominal, &correction, self.at..to, excess);
+        self.turned_rad += step.turned_rad;
+        self.at = to;
+
+        let moving = step.f.fixed_columns::<MOVING>(0);
+        let mut phi = moving * self.phi;
+        let mut constant = phi.fixed_columns_mut::<{ STATES - MOVING }>(MOVING);
+        constant += step.f.fixed_columns::<{ STATES - MOVING }>(MOVING);
+        self.phi = phi;
+
+        let rows = step.f.fixed_columns::<15>(0) * self.q;
+        let columns = rows * step.f.fixed_columns::<15>(0).transpose();
+        self.q.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+        let side = rows.fixed_columns::<6>(MOVING).transpose();
+        self.q
+            .fixed_view_mut::<6, MOVING>(MOVING, 0)
+            .copy_from(&side);
+        self.q
+            .fixed_view_mut::<MOVING, MOVING>(0, 0)
+            .copy_from(&(columns + step.q));
+        self.walk(step.seconds);
+        if let (Some(records), Some(node)) = (records, node) {
+            records.push(Record::Node(node));
+            records.push(Record::Propagate(Box::new(step)));
+        }
+    }
+
+    /// Random walks of the biases.
+    fn walk(&mut self, seconds: f64) {
+        let rate_walk = if self.samples.has_gyro() {
+            RATE_BIAS_WALK
+        } else {
+            0.0
+        };
+        for c in 0..3 {
+            self.q[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
+            self.q[(RATE_BIAS + c, RATE_BIAS + c)] += rate_walk.powi(2) * seconds;
+        }
+    }
+
+    fn halt(&mut self, to: usize, records: Option<&mut Vec<Record>>) {
+        let to = to.max(self.at);
+        let seconds = self.samples.time_s[to] - self.samples.time_s[self.at];
+        if let Some(records) = records {
+            records.push(Record::Node(Box::new(self.node())));
+            records.push(Record::Halt);
+        }
+        self.settle();
+        self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
+        self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
+        if let Some(start) = &mut self.start {
+            start.cross.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
+        }
+        self.nominal.velocity = Vector3::zeros();
+        self.walk(seconds);
+        self.at = to;
+        self.rest_s = self.samples.time_s[to];
+        self.turned_rad = 0.0;
+    }
+
+    /// Rows of P for the first nine states: Φ P₀ [Φᵀ | I] + Q.
+    pub fn rows(&self) -> NineRows {
+        let mut rows = self.phi * self.covariance;
+        let square = rows * self.phi.transpose();
+        rows.fixed_columns_mut::<MOVING>(0).copy_from(&square);
+        let mut noisy = rows.fixed_columns_mut::<15>(0);
+        noisy += self.q.fixed_rows::<MOVING>(0);
+        rows
+    }
+
+    pub fn node(&self) -> Node {
+        Node {
+            sample: self.at,
+            position: self.nominal.position,
+            velocity: self.nominal.velocity,
+            attitude: self.nominal.attitude,
+            rows: self.rows(),
+        }
+    }
+
+    fn whole(&self) -> Whole {
+        Whole {
+            position: self.nominal.position,
+            covariance: self.covariance_here(),
+        }
+    }
+
+    /// P at the sample that it is at.
+    pub fn covariance_here(&self) -> Covariance {
+        let mut covariance = self.covariance;
+        let rows = self.rows();
+        covariance.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+        covariance
+            .fixed_columns_mut::<MOVING>(0)
+            .copy_from(&rows.transpose());
+        let mut biases = covariance.fixed_view_mut::<6, 6>(MOVING, MOVING);
+        biases += self.q.fixed_view::<6, 6>(MOVING, MOVING);
+        covariance
+    }
+
+    /// Takes what was gathered into P.
+    fn settle(&mut self) {
+        self.covariance = self.covariance_here();
+        if let Some(start) = &mut self.start {
+            let rows = self.phi * start.cross;
+            start.cross.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+        }
+        self.phi = NineRows::identity();
+        self.q.fill(0.0);
+    }
+
+    /// Displacement since the start of the move and its covariance, by what is past.
+    pub fn displacement(&mut self) -> (Vector3<f64>, Matrix3<f64>) {
+        self.settle();
+        let Some(start) = &self.start else {
+            return (Vector3::zeros(), Matrix3::zeros());
+        };
+        let cross = start.cross.fixed_rows::<3>(POSITION);
+        let covariance = self.covariance.fixed_view::<3, 3>(POSITION, POSITION) + start.covariance;
+        (
+            self.nominal.position - start.position,
+            covariance - cross - cross.transpose(),
+        )
+    }
+
+    /// Variance of the rate that the scale of the gyroscope leaves of the turns in a span, (rad/s)².
+    pub fn wobble_variance(&self, span: Range<usize>) -> f64 {
+        if !self.samples.has_gyro() || span.is_empty() {
+            return 0.0;
+        }
+        let correction = self.nominal.correction(self.directions);
+        let squares = span
+            .clone()
+            .map(|i| correction.rate(&self.samples.rate[i]).norm_squared());
+        squares.sum::<f64>() / span.len() as f64 * self.directions.rate_sd.powi(2)
+    }
+
+    fn velocity_measurement(&self, speed_sd_mps: f64) -> Measurement {
+        let mut measurement = Measurement {
+            h: NineRows::zeros(),
+            innovation: SVector::zeros(),
+            noise: SMatrix::zeros(),
+        };
+        for c in 0..3 {
+            measurement.h[(c, VELOCITY + c)] = 1.0;
+            measurement.innovation[c] = -self.nominal.velocity[c];
+            measurement.noise[(c, c)] = speed_sd_mps.powi(2);
+        }
+        measurement
+    }
+
+    /// What a rest says where the covariance is P.
+    pub fn rest_measurement(
+        &self,
+        covariance: &Covariance,
+        rest: &Range<usize>,
+        speed_sd_mps: f64,
+    ) -> Measurement {
+        let samples = self.samples;
+        let seconds = samples.duration_s(rest).max(samples.period_s);
+        let mean = samples.channels().mean(rest);
+        let reading = [mean[0], mean[1], mean[2]];
+        let attitude = self.nominal.attitude;
+        let force = attitude * self.nominal.correction(self.directions).force(&reading);
+        let mut m = self.velocity_measurement(speed_sd_mps);
+        let reading = Vector3::from(reading);
+
+        m.h.fixed_view_mut::<3, 3>(3, ATTITUDE)
+            .copy_from(&-force.cross_matrix());
+        m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
+            .copy_from(&-attitude);
+        m.h[(5, GRAVITY)] = -1.0;
+        for (k, (matrix, offset)) in self.directions.force.iter().enumerate() {
+            let column = attitude * (matrix * reading + offset);
+            m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
+                .copy_from(&column);
+        }
+        let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
+        m.innovation.fixed_rows_mut::<3>(3).copy_from(&innovation);
+        let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
+        let white = Matrix3::from_diagonal(&(self.noise.rest.force / seconds));
+        let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
+        m.noise.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
+
+        let second_order = self.second_order(covariance, &m.h);
+        let tilted_s = (samples.time_s[self.at] - self.rest_s).clamp(0.0, MAX_TILTED_S);
+        for c in 0..3 {
+            m.noise[(3 + c, 3 + c)] += second_order;
+            m.noise[(c, c)] += second_order * tilted_s.powi(2);
+        }
+        for c in 0..3 {
+            m.noise[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
+                + self.noise.rounding[c]
+                + self.noise.rest.rate[c] / seconds
+                + RATE_BIAS_WALK.powi(2) * seconds / 3.0;
+            if samples.has_gyro() {
+                m.h[(6 + c, RATE_BIAS + c)] = 1.0;
+                m.innovation[6 + c] = mean[3 + c] - self.nominal.rate_bias[c];
+            }
+        }
+        m
+    }
+
+    /// Variance of the force that a linear measurement leaves out: tilt squared, and tilt times the error
+    /// of the force. Without turning since the last rest there is none.
+    fn second_order(&self, covariance: &Covariance, h: &NineRows) -> f64 {
+        let by_force = h.fixed_view::<3, 12>(3, FORCE_PARAMETERS);
+        let parameters = covariance.fixed_view::<12, 12>(FORCE_PARAMETERS, FORCE_PARAMETERS);
+        let bias: f64 = (FORCE_BIAS..FORCE_BIAS + 3)
+            .map(|c| covariance[(c, c)])
+            .sum();
+        let force = (by_force * parameters * by_force.transpose()).trace() + bias;
+        let tilt = covariance[(ATTITUDE, ATTITUDE)] + covariance[(ATTITUDE + 1, ATTITUDE + 1)];
+        let turned = self.turned_rad.min(1.0).powi(2);
+        SECOND_ORDER * turned * tilt * (0.5 * tilt * self.nominal.gravity.powi(2) + force)
+    }
+
+    fn update(&mut self, m: &Measurement, records: Option<&mut Vec<Record>>) {
+        let p_ht = self.covariance * m.h.transpose();
+        let innovation_covariance = m.h * p_ht + m.noise;
+        // Not positive where samples are absurd: then nothing is learned.
+        let Some(cholesky) = innovation_covariance.cholesky() else {
+            return;
+        };
+        let information = cholesky.inverse();
+        let gain = p_ht * information;
+        // Joseph's form, multiplied out.
+        let one = gain * p_ht.transpose();
+        let covariance = self.covariance - one - one.transpose()
+            + gain * innovation_covariance * gain.transpose();
+        self.covariance = (covariance + covariance.transpose()) * 0.5;
+        if let Some(start) = &mut self.start {
+            start.cross -= gain * (m.h * start.cross);
+        }
+        self.nominal.correct(&(gain * m.innovation));
+        if let Some(records) = records {
+            records.push(Record::Update(Box::new(Update {
+                h: m.h,
+                innovation: m.innovation,
+                information,
+                gain,
+            })));
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Calibrated samples in, velocity and position with bands that hold out.
+//!
+//! # Overview
+//!
+//! SI units; no files, no words.
+//!
+//! 1. [`Samples`]: times, specific force, angular rate; [`bridge_odd`] replaces what is clipped or spiked
+//!    before, in the sensor's own axes.
+//! 2. [`MotionOptions`]: how far the calibration may be off, and what is known.
+//! 3. [`estimate_motion`]: rests, an error-state Kalman filter of 37 states with zero-velocity updates and
+//!    levelling, its smoother.
+//! 4. [`Motion`]: rests, moves with their covariance, path.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical_motion::{MotionOptions, Samples, Verdict, estimate_motion};
+//!
+//! // Five seconds on a table, written in steps of 0.01 m/s².
+//! let time_s: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.01).collect();
+//! let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
+//! let force: Vec<[f64; 3]> = (0..500).map(|i| [dither(i), dither(i + 3), 9.81 + dither(i + 1)]).collect();
+//! let samples = Samples::new(&time_s, &force, &[], Vec::new());
+//! let motion = estimate_motion(&samples, &MotionOptions::default());
+//! assert_eq!(motion.verdict(), Verdict::AtRest);
+//! ```
+#![deny(missing_docs)]
+
+mod chain;
+mod closure;
+mod estimate;
+mod filter;
+mod noise;
+mod odd;
+mod result;
+mod rough;
+mod samples;
+mod smooth;
+mod stance;
+mod state;
+mod transition;
+
+pub use closure::Closure;
+pub use estimate::estimate_motion;
+pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
+pub use result::{Bounds, Budget, Motion, Move, PathNode, RestNoise, Verdict};
+pub use samples::{CalibrationUncertainty, ForceDirection, MotionOptions, Samples};

@@ -1,0 +1,126 @@
+//! White noise of the rests, and what a move has beyond it.
+
+use std::ops::Range;
+
+use gravical_signal::{block_len, blocks};
+use nalgebra::Vector3;
+
+use crate::rough::Roughness;
+use crate::samples::Samples;
+
+/// Blocks of the noise, s: as long as those of the rests.
+const BLOCK_S: f64 = 0.2;
+/// Variances of samples below which no data sheet goes.
+const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
+/// Steps of the gyroscope's resolution hide a rate for about so long, s: a turn of a hand goes through
+/// several steps within it.
+const HIDDEN_RATE_S: f64 = 0.2;
+
+/// Power densities of white noise: (m/s²)² s and (rad/s)² s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Density {
+    pub force: Vector3<f64>,
+    pub rate: Vector3<f64>,
+}
+
+impl Density {
+    pub const ZERO: Density = Density {
+        force: Vector3::new(0.0, 0.0, 0.0),
+        rate: Vector3::new(0.0, 0.0, 0.0),
+    };
+}
+
+/// Noise of a recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Noise {
+    /// In the rests, sensor axes.
+    pub rest: Density,
+    /// Variance of the mean rate of a rest that no averaging takes away, (rad/s)².
+    pub rounding: Vector3<f64>,
+    /// Of the moves.
+    pub rough: Roughness,
+}
+
+impl Noise {
+    /// Densities by the blocks of `rests`: the variance within blocks, and where there are enough of them
+    /// that between neighbours, which counts noise that is slower than a block.
+    pub fn new(samples: &Samples, rests: &[Range<usize>], rough: Roughness) -> Noise {
+        let size = block_len(samples.period_s, BLOCK_S);
+        let channels = samples.channels();
+        let (mut within, mut between, mut range) = ([0.0; 6], [0.0; 6], [0.0; 6]);
+        let (mut count, mut pairs) = (0.0, 0.0);
+        for rest in rests {
+            let blocks = blocks(&channels, rest, size);
+            for block in &blocks {
+                count += 1.0;
+                for c in 0..6 {
+                    within[c] += block.variance[c];
+                    range[c] += block.range[c];
+                }
+            }
+            for pair in blocks.windows(2) {
+                pairs += 1.0;
+                for c in 0..6 {
+                    between[c] += (pair[1].mean[c] - pair[0].mean[c]).powi(2) / 2.0 * size as f64;
+                }
+            }
+        }
+        let density: [f64; 6] = std::array::from_fn(|c| {
+            let (white, slow) = (
+                within[c] / f64::max(count, 1.0),
+                between[c] / f64::max(pairs, 1.0),
+            );
+            let variance = if pairs > 3.0 {
+                white.max(0.5 * (white + slow))
+            } else {
+                white
+            };
+            variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
+        });
+        let rate = Vector3::from_column_slice(&density[3..]);
+        Noise {
+            rest: Density {
+                force: Vector3::from_column_slice(&density[..3]),
+                rate: if samples.has_gyro() {
+                    rate
+                } else {
+                    Vector3::zeros()
+                },
+            },
+            rounding: Vector3::from_fn(|c, _| {
+                rounding(
+                    channels.resolution[3 + c],
+                    range[3 + c] / f64::max(count, 1.0),
+                )
+            }),
+            rough,
+        }
+    }
+
+    /// What a move has beyond the noise of the rests, the same along all axes.
+    pub fn excess(&self, from: usize, to: usize) -> Density {
+        let level = [self.rest.force.mean(), self.rest.rate.mean()];
+        let [force, rate] = self.rough.excess(from..to, level);
+        Density {
+            force: Vector3::repeat(force),
+            rate: Vector3::repeat(rate) + self.rounding * HIDDEN_RATE_S,
+        }
+    }
+}
+
+/// Variance of a mean that no averaging takes away: noise that stays within a step dithers nothing.
+fn rounding(resolution: f64, range: f64) -> f64 {
+    if range < 1.5 * resolution {
+        resolution.powi(2) / 12.0
+    } else {
+        0.0
+    }
+}
+
+/// Density of the force in one rest, the axes together, (m/s²)² s.
+pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> f64 {
+    Noise::new(samples, std::slice::from_ref(rest), Roughness::default())
+        .rest
+        .force
+        .sum()
+}

@@ -1,0 +1,223 @@
+//! Rows that are no measurement: frozen, clipped, spiked.
+
+use std::ops::Range;
+
+use gravical_signal::quantile;
+
+/// A hang lasts at least so many rows and so long, s: resolution repeats a few rows of all channels,
+/// never that many.
+const MIN_FROZEN_ROWS: usize = 10;
+const MIN_FROZEN_S: f64 = 0.25;
+/// Rows outside the hang that may repeat, one in so many: where more do, the sensor is slower than its rows.
+const MIN_ROWS_PER_REPEAT: usize = 20;
+/// Longest spike, rows: a longer pulse may be a knock.
+const MAX_SPIKE_ROWS: usize = 4;
+/// A spike stands out of its neighbours by this factor, and out of the scatter near it by the other.
+const SPIKE_OVER_NEIGHBOURS: f64 = 5.0;
+const SPIKE_OVER_SCATTER: f64 = 12.0;
+/// Rows on both sides that the scatter near a spike is taken from.
+const SCATTER_ROWS: usize = 25;
+/// The largest value is a range that was reached if it is one to this fraction.
+const RANGE_TOLERANCE: f64 = 1e-3;
+/// What a bridge over clipped samples may be off, as a fraction of what it adds: between a triangle
+/// (twice the area of a parabola's cap over 1.5) and a flat top lies ± 0.25 of it.
+const BRIDGE_SD: f64 = 0.25;
+/// … and of the step that leads into it: the onset is known to a tenth of a row.
+const ONSET_SD: f64 = 0.1;
+
+/// What replaced values are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BridgeKind {
+    /// They stood at the end of the range: the truth lies beyond it.
+    Clipped,
+    /// They stood out of all others for a few rows.
+    Spiked,
+}
+
+/// A sensor of the IMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sensor {
+    /// Specific force.
+    Accelerometer,
+    /// Angular rate.
+    Gyroscope,
+}
+
+/// A run of one channel that was no measurement and was replaced.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bridged {
+    /// The rows.
+    pub rows: Range<usize>,
+    /// Whose channel.
+    pub sensor: Sensor,
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// What they were.
+    pub kind: BridgeKind,
+    /// What the mean of the bridge may be off, unit of the channel.
+    pub sd: f64,
+}
+
+/// Rows in which all channels repeat the row before for at least 0.25 s, in a recording that otherwise
+/// changes from row to row: a sensor, or its bus, that hung.
+pub(crate) fn frozen(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Vec<Range<usize>> {
+    let repeats =
+        |i: &usize| force[*i] == force[i - 1] && (rate.is_empty() || rate[*i] == rate[i - 1]);
+    let count = (1..time_s.len()).filter(repeats).count();
+    let mut out = Vec::new();
+    let mut i = 1;
+    while i < time_s.len() {
+        let from = i;
+        while i < time_s.len() && repeats(&i) {
+            i += 1;
+        }
+        let run = i - from;
+        let rare = (count - run) * MIN_ROWS_PER_REPEAT < time_s.len();
+        if run >= MIN_FROZEN_ROWS && time_s[i - 1] - time_s[from - 1] >= MIN_FROZEN_S && rare {
+            out.push(from..i);
+        }
+        i += 1;
+    }
+    out
+}
+
+/// Replaces values that are no measurement, in the sensor's own axes before a calibration, and says
+/// what the bridges may be off.
+///
+/// Values at the end of one of the full-scale `ranges` (unit of the channels; the one that the largest
+/// value reaches) follow the slopes on both sides and stay at or beyond the range. Spikes of up to four
+/// rows higher than `min_spike` follow a line. Times are s, in order; at the first and last two rows
+/// nothing is replaced.
+pub fn bridge_odd(
+    time_s: &[f64],
+    values: &mut [[f64; 3]],
+    sensor: Sensor,
+    ranges: &[f64],
+    min_spike: f64,
+) -> Vec<Bridged> {
+    let count = time_s.len().min(values.len());
+    let largest = values
+        .iter()
+        .flatten()
+        .map(|v| v.abs())
+        .filter(|v| v.is_finite())
+        .fold(0.0, f64::max);
+    let range = ranges
+        .iter()
+        .copied()
+        .find(|r| (largest / r - 1.0).abs() < RANGE_TOLERANCE);
+    let mut out = Vec::new();
+    for axis in 0..3 {
+        let mut column: Vec<f64> = values[..count].iter().map(|v| v[axis]).collect();
+        let mut i = 2;
+        while i + 6 < count {
+            let clipped = clipped_rows(&column, i, range);
+            let (kind, run) = if clipped > 0 {
+                (BridgeKind::Clipped, clipped)
+            } else {
+                (BridgeKind::Spiked, spiked_rows(&column, i, min_spike))
+            };
+            let rows = i..i + run;
+            if run == 0 || rows.end + 1 >= count {
+                i += 1;
+                continue;
+            }
+            let sd = match kind {
+                BridgeKind::Clipped => bridge_clipped(time_s, &mut column, &rows),
+                BridgeKind::Spiked => bridge_spike(time_s, &mut column, &rows),
+            };
+            i = rows.end + 1;
+            if sd.is_finite() {
+                out.push(Bridged {
+                    rows,
+                    sensor,
+                    axis,
+                    kind,
+                    sd,
+                });
+            }
+        }
+        values.iter_mut().zip(column).for_each(|(v, x)| v[axis] = x);
+    }
+    out
+}
+
+/// Rows from `i` on at the end of the range.
+fn clipped_rows(column: &[f64], i: usize, range: Option<f64>) -> usize {
+    let Some(range) = range else { return 0 };
+    let end = column[i].signum() * range;
+    let at_end = |v: &&f64| (**v / end - 1.0).abs() < RANGE_TOLERANCE;
+    column[i..column.len() - 2]
+        .iter()
+        .take_while(at_end)
+        .count()
+}
+
+/// Rows from `i` on that stand out of their neighbours: 0 if it is no spike.
+fn spiked_rows(column: &[f64], i: usize, min_spike: f64) -> usize {
+    let is_spike = |run: &usize| {
+        let (before, after) = (i - 1, i + run);
+        let middle = 0.5 * (column[before] + column[after]);
+        let off = |k: usize| column[k] - middle;
+        let height = (i..after).map(|k| off(k).abs()).fold(f64::MAX, f64::min);
+        let neighbours = [before - 1, before, after, after + 1];
+        height > min_spike
+            && (i..after).all(|k| off(k) * off(i) > 0.0)
+            && neighbours
+                .iter()
+                .all(|k| off(*k).abs() * SPIKE_OVER_NEIGHBOURS < height)
+            && scatter(column, &(i..after)) * SPIKE_OVER_SCATTER < height
+    };
+    (1..=MAX_SPIKE_ROWS).find(is_spike).unwrap_or(0)
+}
+
+/// Follows the slopes on both sides (cubic Hermite), at least the range; what its mean may be off.
+fn bridge_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f64 {
+    let (a, b) = (rows.start - 1, rows.end);
+    let slope = |p: usize, q: usize| (column[q] - column[p]) / (time_s[q] - time_s[p]);
+    let (before, after) = (slope(a - 1, a), slope(b, b + 1));
+    let steps = (column[a] - column[a - 1])
+        .abs()
+        .max((column[b] - column[b + 1]).abs());
+    let (seconds, end) = (time_s[b] - time_s[a], column[rows.start]);
+    let mut beyond = 0.0;
+    let bridge: Vec<f64> = rows
+        .clone()
+        .map(|k| {
+            let u = (time_s[k] - time_s[a]) / seconds;
+            let line = column[a] + (column[b] - column[a]) * u;
+            let bow = seconds * u * (1.0 - u) * (before * (1.0 - u) - after * u);
+            let over = ((line + bow - end) * end.signum()).max(0.0);
+            beyond += over / rows.len() as f64;
+            end + over * end.signum()
+        })
+        .collect();
+    if bridge.iter().all(|v| v.is_finite()) {
+        column[rows.clone()].copy_from_slice(&bridge);
+    }
+    BRIDGE_SD * beyond + ONSET_SD * steps
+}
+
+/// Follows a line; what its mean may be off.
+fn bridge_spike(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f64 {
+    let (a, b) = (rows.start - 1, rows.end);
+    let sd = (column[b] - column[a]).abs() / 2.0 + scatter(column, rows);
+    for k in rows.clone() {
+        let u = (time_s[k] - time_s[a]) / (time_s[b] - time_s[a]);
+        column[k] = column[a] + (column[b] - column[a]) * if u.is_finite() { u } else { 0.5 };
+    }
+    sd
+}
+
+/// Median step from row to row near `rows`, without them.
+fn scatter(column: &[f64], rows: &Range<usize>) -> f64 {
+    let before = rows.start.saturating_sub(SCATTER_ROWS)..rows.start - 1;
+    let after = rows.end + 1..(rows.end + SCATTER_ROWS).min(column.len() - 1);
+    quantile(
+        before
+            .chain(after)
+            .map(|k| (column[k + 1] - column[k]).abs())
+            .collect(),
+        0.5,
+    )
+}

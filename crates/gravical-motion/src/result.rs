@@ -1,0 +1,270 @@
+//! What an estimate of motion holds.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
+
+use crate::closure::Closure;
+use crate::filter::Node;
+use crate::odd::{BridgeKind, Bridged};
+use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
+
+/// ∫ s̈² dτ of the minimum-jerk path s of length 1 in time 1 (Flash and Hogan 1985).
+const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
+/// What is found: a matched filter sees it at so many standard deviations.
+const VISIBLE_SD: f64 = 10.0;
+
+pub(crate) fn array(v: &Vector3<f64>) -> [f64; 3] {
+    [v.x, v.y, v.z]
+}
+
+pub(crate) fn rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
+}
+
+/// Standard deviations of the elements, by a covariance.
+fn deviations(covariance: &[[f64; 3]; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| covariance[c][c].max(0.0).sqrt())
+}
+
+/// How a move is bounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bounds {
+    /// By rests at both ends.
+    Closed,
+    /// It began before the recording; a rest ends it.
+    OpenStart,
+    /// It goes on at the end of the recording.
+    OpenEnd,
+    /// No rest bounds it.
+    Open,
+}
+
+/// Standard deviations that parts of the uncertainty contribute to a displacement, m; squares add up.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Budget {
+    /// Noise, biases and roughness of the accelerometer; the clock.
+    pub noise_m: [f64; 3],
+    /// Calibration and gravity.
+    pub calibration_m: [f64; 3],
+    /// Noise of the gyroscope, and attitude and rate bias at the start.
+    pub attitude_m: [f64; 3],
+}
+
+impl Budget {
+    /// Of the total what calibration and attitude leave is noise.
+    pub(crate) fn new(
+        total: &Matrix3<f64>,
+        calibration: &Matrix3<f64>,
+        attitude: &Matrix3<f64>,
+    ) -> Budget {
+        let part =
+            |variance: &dyn Fn(usize) -> f64| std::array::from_fn(|c| variance(c).max(0.0).sqrt());
+        let by_calibration = |c: usize| calibration[(c, c)].min(total[(c, c)]);
+        // The attitude at the start is known by the calibrated force: what they share is calibration.
+        let by_attitude = |c: usize| attitude[(c, c)].min(total[(c, c)] - by_calibration(c));
+        Budget {
+            noise_m: part(&|c| total[(c, c)] - by_calibration(c) - by_attitude(c)),
+            calibration_m: part(&by_calibration),
+            attitude_m: part(&by_attitude),
+        }
+    }
+}
+
+/// One move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Move {
+    /// From its first to its last sample, that one included in the integral.
+    pub samples: Range<usize>,
+    /// Time from its start to its end, s.
+    pub duration_s: f64,
+    /// Displacement, m: x, y level in the directions of the first rest, z up.
+    pub displacement_m: [f64; 3],
+    /// Its covariance, m².
+    pub covariance_m2: [[f64; 3]; 3],
+    /// What contributes to it; zero in a causal run.
+    pub budget: Budget,
+    /// How it is bounded.
+    pub bounds: Bounds,
+    /// What the rest that ends it says of it.
+    pub closure: Option<Closure>,
+    /// Steps of a foot in it that ended its drift.
+    pub stances: usize,
+    /// True if there is a gap in it.
+    pub gap: bool,
+    /// Runs of clipped and of spiked rows in it.
+    pub clipped: usize,
+    /// See `clipped`.
+    pub spiked: usize,
+    /// Roughness beyond the rests, √density of force (m/s²)√s and rate rad/√s, largest axis.
+    pub excess_noise: [f64; 2],
+}
+
+impl Move {
+    /// Standard deviations of the displacement, m.
+    #[must_use]
+    pub fn sd_m(&self) -> [f64; 3] {
+        deviations(&self.covariance_m2)
+    }
+
+    /// True if both ends are at rest, nothing is missing, and the model held.
+    #[must_use]
+    pub fn is_undisturbed(&self) -> bool {
+        let held = self.closure.is_some_and(|c| !c.enlarged);
+        self.bounds == Bounds::Closed && held && !self.gap && self.clipped == 0
+    }
+
+    pub(crate) fn count_bridged(&mut self, bridged: &[Bridged]) {
+        let within = bridged
+            .iter()
+            .filter(|b| b.rows.start < self.samples.end && b.rows.end > self.samples.start);
+        let runs = |kind: BridgeKind| within.clone().filter(|b| b.kind == kind).count();
+        (self.clipped, self.spiked) = (runs(BridgeKind::Clipped), runs(BridgeKind::Spiked));
+    }
+}
+
+/// State of the motion at a sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathNode {
+    /// The sample.
+    pub sample: usize,
+    /// Position from the start of the recording, m, and its standard deviations.
+    pub position_m: [f64; 3],
+    /// See `position_m`.
+    pub position_sd_m: [f64; 3],
+    /// Velocity, m/s, and its standard deviations.
+    pub velocity_mps: [f64; 3],
+    /// See `velocity_mps`.
+    pub velocity_sd_mps: [f64; 3],
+    /// Attitude, sensor → world, quaternion w, x, y, z.
+    pub attitude: [f64; 4],
+}
+
+impl PathNode {
+    /// The node with its estimated error and covariance.
+    pub(crate) fn new(
+        node: &Node,
+        error: &SVector<f64, MOVING>,
+        covariance: &SMatrix<f64, MOVING, MOVING>,
+    ) -> Self {
+        let part = |at: usize| error.fixed_rows::<3>(at).into_owned();
+        let sd = |at: usize| std::array::from_fn(|c| covariance[(at + c, at + c)].max(0.0).sqrt());
+        let attitude =
+            Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(node.attitude);
+        let attitude = UnitQuaternion::from_rotation_matrix(&attitude);
+        PathNode {
+            sample: node.sample,
+            position_m: array(&(node.position + part(POSITION))),
+            position_sd_m: sd(POSITION),
+            velocity_mps: array(&(node.velocity + part(VELOCITY))),
+            velocity_sd_mps: sd(VELOCITY),
+            attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
+        }
+    }
+
+    /// As the filter knows it.
+    pub(crate) fn forward(node: &Node) -> Self {
+        let covariance = node.rows.fixed_columns::<MOVING>(0).into_owned();
+        PathNode::new(node, &SVector::zeros(), &covariance)
+    }
+}
+
+/// Noise of the rests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestNoise {
+    /// Noise density of the specific force, m/s²/√Hz · 1/√2, as Allan's N: (m/s²)√s, sensor axes.
+    pub force: [f64; 3],
+    /// Of the angular rate, rad/√s; zero without a gyroscope.
+    pub rate: [f64; 3],
+}
+
+/// Motion of a recording.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Motion {
+    /// Rests, in samples. Without one nothing else is known.
+    pub rests: Vec<Range<usize>>,
+    /// Stances of a foot, in samples.
+    pub stances: Vec<usize>,
+    /// Noise of the rests; none without rests.
+    pub noise: Option<RestNoise>,
+    /// The moves, in order.
+    pub moves: Vec<Move>,
+    /// Nodes in order of time, at most 0.1 s apart in moves.
+    pub path: Vec<PathNode>,
+}
+
+/// What a recording shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// No rest: nothing to integrate from.
+    NoRest,
+    /// It does not move.
+    AtRest,
+    /// Every move lies between rests.
+    Bounded,
+    /// Some moves do.
+    PartlyOpen,
+    /// No move does.
+    Open,
+}
+
+impl Motion {
+    /// What the recording shows.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let closed = self
+            .moves
+            .iter()
+            .filter(|m| m.bounds == Bounds::Closed)
+            .count();
+        if self.rests.is_empty() {
+            Verdict::NoRest
+        } else if self.moves.is_empty() {
+            Verdict::AtRest
+        } else if closed == self.moves.len() {
+            Verdict::Bounded
+        } else if closed > 0 {
+            Verdict::PartlyOpen
+        } else {
+            Verdict::Open
+        }
+    }
+
+    /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
+    /// a matched filter sees it at 10 σ. None without rests.
+    #[must_use]
+    pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
+        let density = self.noise?.force.iter().copied().fold(0.0, f64::max);
+        Some(VISIBLE_SD * density * (duration_s.max(0.0).powi(3) / MINIMUM_JERK_ENERGY).sqrt())
+    }
+
+    /// Position and its standard deviations at `time_s` (cubic between nodes, whose times are those of
+    /// `sample_time_s`), m; none without a path.
+    #[must_use]
+    pub fn position_at(&self, time_s: f64, sample_time_s: &[f64]) -> Option<([f64; 3], [f64; 3])> {
+        let at = |node: &PathNode| sample_time_s.get(node.sample).copied().unwrap_or(f64::NAN);
+        let after = self.path.partition_point(|n| at(n) <= time_s);
+        let (a, b) = match (
+            after.checked_sub(1).and_then(|k| self.path.get(k)),
+            self.path.get(after),
+        ) {
+            (Some(a), Some(b)) => (a, b),
+            (one, other) => {
+                let node = one.or(other)?;
+                return Some((node.position_m, node.position_sd_m));
+            }
+        };
+        let seconds = at(b) - at(a);
+        let u = (time_s - at(a)) / seconds;
+        let position = std::array::from_fn(|c| {
+            let (p, q) = (a.position_m[c], b.position_m[c]);
+            let (v, w) = (a.velocity_mps[c] * seconds, b.velocity_mps[c] * seconds);
+            let bow = (v - (q - p)) * (1.0 - u) - (w - (q - p)) * u;
+            p + (q - p) * u + u * (1.0 - u) * bow
+        });
+        let sd = std::array::from_fn(|c| {
+            a.position_sd_m[c] + (b.position_sd_m[c] - a.position_sd_m[c]) * u
+        });
+        Some((position, sd))
+    }
+}

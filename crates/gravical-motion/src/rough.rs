@@ -1,0 +1,136 @@
+//! Roughness: the noise of a move itself.
+//!
+//! Wheels, hands and steps make a move rougher than the rests around it, and its displacement less
+//! certain. What is faster than a motion of interest counts as white noise.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use gravical_signal::quantile;
+
+use crate::samples::Samples;
+
+/// Windows, s: a swing of a hand and a bump are apart.
+const WINDOW_S: f64 = 0.32;
+/// Rows of a window: a spectrum needs some, and costs by their square.
+const MIN_ROWS: usize = 12;
+const MAX_ROWS: usize = 128;
+/// What is slower is motion: a hand reaches 3 to 4 Hz.
+const MIN_ROUGH_HZ: f64 = 5.0;
+/// Factor by which the density has to exceed that of the rests: a window of 16 frequencies and three
+/// axes exceeds it by chance once in 10⁶.
+const MIN_EXCESS: f64 = 2.0;
+/// The top third of the spectrum times this factor limits the density: what is sampled well has little
+/// there, while white noise and aliased vibration are as strong as below it.
+const MAX_SLOPE: f64 = 3.0;
+/// The density of a move is that of the window at this fraction of them: roughness is often less at the
+/// ends, and a knock is no noise.
+const TYPICAL: f64 = 0.65;
+
+/// Densities of windows, (m/s²)² s and (rad/s)² s, mean of the axes.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Roughness {
+    /// Middle sample of each window with its densities.
+    windows: Vec<(usize, [f64; 2])>,
+}
+
+impl Roughness {
+    /// Windows outside `quiet` spans, in which the noise is that of the rests.
+    pub fn new(samples: &Samples, quiet: &[Range<usize>]) -> Roughness {
+        let rows = samples.count_in(WINDOW_S).clamp(MIN_ROWS, MAX_ROWS) / 4 * 4;
+        let spectrum = Spectrum::new(rows, samples.period_s);
+        let sensors = if samples.has_gyro() { 2 } else { 1 };
+        let mut windows = Vec::new();
+        for piece in &samples.pieces {
+            let mut from = piece.start;
+            while from + rows <= piece.end {
+                let middle = from + rows / 2;
+                let after = quiet.partition_point(|q| q.end <= middle);
+                if !quiet.get(after).is_some_and(|q| q.contains(&middle)) {
+                    let span = from..from + rows;
+                    let mut density = [0.0; 2];
+                    for sensor in 0..sensors {
+                        let column = [&samples.force, &samples.rate][sensor];
+                        density[sensor] = spectrum.density(&column[span.clone()]);
+                    }
+                    windows.push((middle, density));
+                }
+                from += rows / 4;
+            }
+        }
+        Roughness { windows }
+    }
+
+    /// Densities of a span beyond `level`; 0 where it is not rougher.
+    pub fn excess(&self, span: Range<usize>, level: [f64; 2]) -> [f64; 2] {
+        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
+        let windows = &self.windows[at(span.start)..at(span.end)];
+        [0, 1].map(|sensor| {
+            let density = quantile(windows.iter().map(|w| w.1[sensor]).collect(), TYPICAL);
+            if density > MIN_EXCESS * level[sensor] {
+                density - level[sensor]
+            } else {
+                0.0
+            }
+        })
+    }
+}
+
+/// Periodogram of a Hann window by its definition: too short for an FFT to pay.
+struct Spectrum {
+    window: Vec<f64>,
+    /// Sine and cosine of 2πi/n.
+    circle: Vec<(f64, f64)>,
+    /// Lowest frequency that is rough, and that of the top third.
+    first: usize,
+    top: usize,
+    /// From squares to a density.
+    scale: f64,
+}
+
+impl Spectrum {
+    fn new(n: usize, period_s: f64) -> Spectrum {
+        let window: Vec<f64> = (0..n)
+            .map(|i| (PI * (i as f64 + 0.5) / n as f64).sin().powi(2))
+            .collect();
+        let first = ((MIN_ROUGH_HZ * period_s * n as f64).ceil() as usize).clamp(2, n / 4);
+        Spectrum {
+            circle: (0..n)
+                .map(|i| (2.0 * PI * i as f64 / n as f64).sin_cos())
+                .collect(),
+            first,
+            top: first.max(n / 3),
+            scale: period_s / window.iter().map(|w| w * w).sum::<f64>() / 3.0,
+            window,
+        }
+    }
+
+    /// Mean density of three axes above the lowest rough frequency.
+    fn density(&self, rows: &[[f64; 3]]) -> f64 {
+        let n = self.window.len();
+        let mut power = vec![0.0; n / 2];
+        for axis in 0..3 {
+            let mean = rows.iter().map(|x| x[axis]).sum::<f64>() / n as f64;
+            let tapered: Vec<f64> = rows
+                .iter()
+                .zip(&self.window)
+                .map(|(x, w)| (x[axis] - mean) * w)
+                .collect();
+            for (k, power) in power.iter_mut().enumerate().skip(self.first) {
+                let (mut re, mut im, mut place) = (0.0, 0.0, 0);
+                for v in &tapered {
+                    let (sin, cos) = self.circle[place];
+                    re += v * cos;
+                    im += v * sin;
+                    place += k;
+                    if place >= n {
+                        place -= n;
+                    }
+                }
+                *power += (re * re + im * im) * self.scale;
+            }
+        }
+        let mean = |k: usize| power[k..].iter().sum::<f64>() / (n / 2 - k) as f64;
+        mean(self.first).min(MAX_SLOPE * mean(self.top))
+    }
+}

@@ -1,0 +1,181 @@
+//! The smoother, backwards.
+//!
+//! Bryson and Frazier's form (Bierman 1973, doi 10.1016/0005-1098(73)90006-5): the adjoint λ and its
+//! information Λ go back through the records of the filter, and at a node with covariance P the smoothed
+//! error is P λ with covariance P − P Λ P. Unlike the form of Rauch, Tung and Striebel it inverts no P,
+//! and only nodes that are wanted cost more than a product with F.
+
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+use crate::filter::{Node, Record, Update, Whole};
+use crate::result::{Budget, Move, PathNode, array, rows};
+use crate::state::{
+    ATTITUDE, Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, RATE_BIAS, STATES,
+    VELOCITY,
+};
+use crate::transition::Transition;
+
+/// Gravity and the parameters of the calibration.
+const CONSTANTS: usize = STATES - GRAVITY;
+
+type Position = SMatrix<f64, 3, STATES>;
+
+/// A move whose end was passed.
+struct OpenMove {
+    /// Position at the end, and its covariance to the state there.
+    end: (Vector3<f64>, Position),
+    /// How an error of the state here acts on the position at the end.
+    sensitivity: SMatrix<f64, STATES, 3>,
+    /// Variance of it by the noise of the gyroscope.
+    by_rate: Matrix3<f64>,
+}
+
+/// Where the smoother is.
+pub(crate) struct Smoother {
+    adjoint: ErrorState,
+    information: Covariance,
+    open: Option<OpenMove>,
+    /// Standard deviation of gravity before the first rest, m/s².
+    gravity_sd: f64,
+    /// Relative error of the clock.
+    clock_sd: f64,
+}
+
+impl Smoother {
+    /// At the end of the recording, where nothing follows.
+    pub fn new(gravity_sd: f64, clock_sd: f64) -> Smoother {
+        Smoother {
+            adjoint: ErrorState::zeros(),
+            information: Covariance::zeros(),
+            open: None,
+            gravity_sd,
+            clock_sd,
+        }
+    }
+
+    /// Goes back through records; nodes are added to `path`, the last first.
+    pub fn back(&mut self, records: &[Record], path: &mut Vec<PathNode>, moves: &mut [Move]) {
+        for record in records.iter().rev() {
+            match record {
+                Record::Node(node) => path.push(self.smoothed(node)),
+                Record::Propagate(transition) => self.propagate(transition),
+                Record::Halt => {
+                    self.adjoint.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
+                    self.information.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
+                    self.information.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
+                }
+                Record::Update(update) => self.update(update),
+                Record::EndMove(end) => self.end_move(end),
+                Record::StartMove(k, start) => {
+                    if let Some(one) = moves.get_mut(*k) {
+                        self.start_move(start, one);
+                    }
+                }
+            }
+        }
+    }
+
+    fn smoothed(&self, node: &Node) -> PathNode {
+        let error = node.rows * self.adjoint;
+        let covariance = node.rows.fixed_columns::<MOVING>(0)
+            - node.rows * self.information * node.rows.transpose();
+        PathNode::new(node, &error, &covariance)
+    }
+
+    fn propagate(&mut self, transition: &Transition) {
+        let f = &transition.f;
+        if let Some(open) = &mut self.open {
+            let moving = open.sensitivity.fixed_rows::<MOVING>(0).into_owned();
+            open.by_rate += moving.transpose() * transition.q_rate * moving;
+            open.sensitivity = transposed_times(f, &open.sensitivity);
+        }
+        self.adjoint = transposed_times(f, &self.adjoint);
+        let half = transposed_times(f, &self.information);
+        self.information = transposed_times(f, &half.transpose());
+    }
+
+    fn update(&mut self, update: &Update) {
+        let Update {
+            h,
+            innovation,
+            information,
+            gain,
+        } = update;
+        if let Some(open) = &mut self.open {
+            let back = gain.transpose() * open.sensitivity;
+            open.sensitivity -= h.transpose() * back;
+        }
+        let back = information * innovation - gain.transpose() * self.adjoint;
+        self.adjoint += h.transpose() * back;
+        // (I − KH)ᵀ Λ (I − KH) + Hᵀ S⁻¹ H, multiplied out.
+        let gained = gain.transpose() * self.information;
+        let one = h.transpose() * gained;
+        let middle = information + gained * gain;
+        let next = self.information - one - one.transpose() + h.transpose() * middle * h;
+        self.information = (next + next.transpose()) * 0.5;
+    }
+
+    fn end_move(&mut self, end: &Whole) {
+        let p: Position = end.covariance.fixed_rows::<3>(POSITION).into_owned();
+        let mut sensitivity = -(self.information * p.transpose());
+        let mut position = sensitivity.fixed_view_mut::<3, 3>(POSITION, 0);
+        position += Matrix3::identity();
+        self.open = Some(OpenMove {
+            end: self.position(end),
+            sensitivity,
+            by_rate: Matrix3::zeros(),
+        });
+    }
+
+    fn start_move(&mut self, whole: &Whole, one: &mut Move) {
+        let Some(open) = self.open.take() else { return };
+        let ((start, at_start), (end, at_end)) = (self.position(whole), open.end);
+        let p: Position = whole.covariance.fixed_rows::<3>(POSITION).into_owned();
+        let block = |rows: &Position| rows.fixed_columns::<3>(POSITION).into_owned();
+        let cross = p * open.sensitivity;
+        let displacement = end - start;
+        let mut total = block(&at_end) + block(&at_start) - cross - cross.transpose();
+        for c in 0..3 {
+            total[(c, c)] += (2.0 * self.clock_sd * displacement[c]).powi(2);
+        }
+        // An error of a constant, one standard deviation σ before the recording, acts on the estimate by
+        // its covariance after it over σ.
+        let mut constants = (at_end - at_start)
+            .fixed_columns::<CONSTANTS>(GRAVITY)
+            .into_owned();
+        let mut gravity = constants.column_mut(0);
+        gravity /= self.gravity_sd.max(f64::MIN_POSITIVE);
+        // Errors of attitude and rate bias at the start act through the displacement alone.
+        let sensitivity = open.sensitivity + self.information * p.transpose();
+        let mut turned = SMatrix::<f64, STATES, 3>::zeros();
+        for rows in [ATTITUDE, RATE_BIAS] {
+            turned
+                .fixed_rows_mut::<3>(rows)
+                .copy_from(&sensitivity.fixed_rows::<3>(rows));
+        }
+        let by_attitude = open.by_rate + turned.transpose() * whole.covariance * turned;
+        one.displacement_m = array(&displacement);
+        one.covariance_m2 = rows(&total);
+        one.budget = Budget::new(&total, &(constants * constants.transpose()), &by_attitude);
+    }
+
+    /// Smoothed position and its covariance to the whole smoothed state.
+    fn position(&self, whole: &Whole) -> (Vector3<f64>, Position) {
+        let p: Position = whole.covariance.fixed_rows::<3>(POSITION).into_owned();
+        (
+            whole.position + p * self.adjoint,
+            p - p * self.information * whole.covariance,
+        )
+    }
+}
+
+/// Fᵀ x where only the first nine rows of F are not those of the identity.
+fn transposed_times<const C: usize>(
+    f: &NineRows,
+    x: &SMatrix<f64, STATES, C>,
+) -> SMatrix<f64, STATES, C> {
+    let mut out = f.transpose() * x.fixed_rows::<MOVING>(0);
+    let mut constant = out.fixed_rows_mut::<{ STATES - MOVING }>(MOVING);
+    constant += x.fixed_rows::<{ STATES - MOVING }>(MOVING);
+    out
+}

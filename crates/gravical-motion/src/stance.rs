@@ -1,0 +1,59 @@
+//! Stances of a walking foot.
+
+use std::ops::Range;
+
+use crate::samples::Samples;
+
+/// Window of the root mean square of the rate, s: a stance lasts 0.3 s and more.
+const WINDOW_S: f64 = 0.1;
+/// A swing turns faster than this, rad/s: a foot reaches 5 to 10.
+const MIN_SWING_RAD_S: f64 = 2.5;
+/// What the specific force of a stance differs from gravity at most, m/s².
+const MAX_FORCE_MISFIT_MPS2: f64 = 2.0;
+
+/// Samples at which a foot stands: between two swings the one where the angular rate is least (angular
+/// rate energy detector, Skog et al. 2010, doi 10.1109/TBME.2010.2060723), below `max_rate_rad_s`; none
+/// near `rests`, which say the same.
+pub(crate) fn detect_stances(
+    samples: &Samples,
+    rests: &[Range<usize>],
+    max_rate_rad_s: f64,
+) -> Vec<usize> {
+    let size = samples.count_in(WINDOW_S).max(3);
+    let Some(rest) = rests
+        .first()
+        .filter(|_| samples.has_gyro() && max_rate_rad_s > 0.0)
+    else {
+        return Vec::new();
+    };
+    let mean = samples.channels().mean(rest);
+    let gravity = norm(&[mean[0], mean[1], mean[2]]);
+    let square = |i: usize| samples.rate[i].iter().map(|w| w * w).sum::<f64>();
+    let mut stances = Vec::new();
+    let (mut quietest, mut swung) = (None::<(f64, usize)>, false);
+    let mut sum: f64 = (0..size.min(samples.len())).map(square).sum();
+    for i in size..samples.len() {
+        let middle = i - size / 2;
+        let rate = (sum / size as f64).max(0.0).sqrt();
+        if norm(&samples.rate[middle]) > MIN_SWING_RAD_S {
+            stances.extend(quietest.take().map(|q| q.1));
+            swung = true;
+        } else if swung
+            && rate < max_rate_rad_s
+            && (norm(&samples.force[middle]) - gravity).abs() < MAX_FORCE_MISFIT_MPS2
+            && quietest.is_none_or(|q| rate < q.0)
+        {
+            quietest = Some((rate, middle));
+        }
+        sum += square(i) - square(i - size);
+    }
+    stances.retain(|i| {
+        let after = rests.partition_point(|r| r.end + size <= *i);
+        rests.get(after).is_none_or(|r| r.start > i + size)
+    });
+    stances
+}
+
+fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

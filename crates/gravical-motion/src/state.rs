@@ -1,0 +1,144 @@
+//! The state: what the errors of the filter are of.
+//!
+//! Error state x = true − nominal (Solà 2017, arXiv 1711.02508, section 5, with the attitude error in the
+//! world frame): position, velocity, attitude φ (R_true = exp(φ×) R), bias of the accelerometer, bias of
+//! the gyroscope, gravity, and the parameters of the calibration in units of their standard deviations.
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+
+use crate::samples::CalibrationUncertainty;
+
+pub(crate) const STATES: usize = 37;
+pub(crate) const POSITION: usize = 0;
+pub(crate) const VELOCITY: usize = 3;
+pub(crate) const ATTITUDE: usize = 6;
+/// States before it change with the motion, the others only by their random walks.
+pub(crate) const MOVING: usize = 9;
+pub(crate) const FORCE_BIAS: usize = 9;
+pub(crate) const RATE_BIAS: usize = 12;
+pub(crate) const GRAVITY: usize = 15;
+pub(crate) const RATE_PARAMETERS: usize = 16;
+pub(crate) const FORCE_PARAMETERS: usize = 25;
+
+pub(crate) type Covariance = SMatrix<f64, STATES, STATES>;
+pub(crate) type ErrorState = SVector<f64, STATES>;
+/// Nine rows over all states.
+pub(crate) type NineRows = SMatrix<f64, MOVING, STATES>;
+
+/// The calibration's uncertainty, in the types of the filter.
+#[derive(Debug, Clone)]
+pub(crate) struct Directions {
+    /// δf = matrix · f + offset for one standard deviation.
+    pub force: [(Matrix3<f64>, Vector3<f64>); 12],
+    /// δω = matrix · ω.
+    pub rate: [Matrix3<f64>; 9],
+    /// Relative error of a rate, for each axis of the error.
+    pub rate_sd: f64,
+}
+
+fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| rows[i][j])
+}
+
+impl Directions {
+    pub fn new(uncertainty: &CalibrationUncertainty) -> Directions {
+        let force = std::array::from_fn(|k| {
+            let direction = uncertainty.force.get(k);
+            direction.map_or((Matrix3::zeros(), Vector3::zeros()), |d| {
+                (matrix(&d.matrix), Vector3::from(d.offset))
+            })
+        });
+        let rate: [Matrix3<f64>; 9] =
+            std::array::from_fn(|k| uncertainty.rate.get(k).map_or(Matrix3::zeros(), matrix));
+        let squares: f64 = rate.iter().map(Matrix3::norm_squared).sum();
+        Directions {
+            force,
+            rate,
+            // A rate along one axis meets three of nine elements, one for each axis of its error.
+            rate_sd: squares.sqrt() / 3.0,
+        }
+    }
+}
+
+/// The nominal state.
+#[derive(Debug, Clone)]
+pub(crate) struct Nominal {
+    /// Sensor → world, world z up.
+    pub attitude: Matrix3<f64>,
+    pub velocity: Vector3<f64>,
+    pub position: Vector3<f64>,
+    pub force_bias: Vector3<f64>,
+    pub rate_bias: Vector3<f64>,
+    pub gravity: f64,
+    /// Parameters of the calibration in standard deviations.
+    pub rate_parameters: [f64; 9],
+    pub force_parameters: [f64; 12],
+}
+
+impl Nominal {
+    /// Takes the estimated error over.
+    pub fn correct(&mut self, x: &ErrorState) {
+        let part = |i: usize| x.fixed_rows::<3>(i).into_owned();
+        self.position += part(POSITION);
+        self.velocity += part(VELOCITY);
+        self.force_bias += part(FORCE_BIAS);
+        self.rate_bias += part(RATE_BIAS);
+        self.gravity += x[GRAVITY];
+        self.attitude = Rotation3::new(part(ATTITUDE)).into_inner() * self.attitude;
+        for (k, p) in self.rate_parameters.iter_mut().enumerate() {
+            *p += x[RATE_PARAMETERS + k];
+        }
+        for (k, p) in self.force_parameters.iter_mut().enumerate() {
+            *p += x[FORCE_PARAMETERS + k];
+        }
+    }
+
+    /// The correction of the readings that the nominal parameters are.
+    pub fn correction(&self, directions: &Directions) -> Correction {
+        let mut force = (Matrix3::identity(), -self.force_bias);
+        for ((matrix, offset), k) in directions.force.iter().zip(self.force_parameters) {
+            force.0 += matrix * k;
+            force.1 += offset * k;
+        }
+        let mut rate = Matrix3::identity();
+        for (matrix, k) in directions.rate.iter().zip(self.rate_parameters) {
+            rate += matrix * k;
+        }
+        Correction {
+            force,
+            rate: (rate, -(rate * self.rate_bias)),
+        }
+    }
+}
+
+/// Corrected = matrix · reading + offset.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Correction {
+    pub force: (Matrix3<f64>, Vector3<f64>),
+    pub rate: (Matrix3<f64>, Vector3<f64>),
+}
+
+impl Correction {
+    pub fn force(&self, reading: &[f64; 3]) -> Vector3<f64> {
+        self.force.0 * Vector3::from(*reading) + self.force.1
+    }
+
+    pub fn rate(&self, reading: &[f64; 3]) -> Vector3<f64> {
+        self.rate.0 * Vector3::from(*reading) + self.rate.1
+    }
+}
+
+/// Attitude that levels a specific force: its direction is up, the heading that of the sensor's x-axis
+/// (y, where x stands upright).
+pub(crate) fn level(force: &Vector3<f64>) -> Matrix3<f64> {
+    let Some(up) = force.try_normalize(f64::MIN_POSITIVE) else {
+        return Matrix3::identity();
+    };
+    let forward = if up.x.abs() < 0.999 {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    let x = (forward - up * up.dot(&forward)).normalize();
+    Matrix3::from_rows(&[x.transpose(), up.cross(&x).transpose(), up.transpose()])
+}

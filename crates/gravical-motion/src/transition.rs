@@ -1,0 +1,283 @@
+//! From a node to the next: strapdown integration, and what it does to errors.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+
+use crate::noise::Density;
+use crate::odd::Sensor;
+use crate::samples::Samples;
+use crate::state::{
+    ATTITUDE, Correction, Directions, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
+    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, VELOCITY,
+};
+
+/// What of the bend of the force between three samples, (h/12) Δ²f, the error of the trapezoid is: the
+/// rest of it is smooth and cancels from step to step.
+const UNRESOLVED: f64 = 0.7;
+/// For how long the scale of a gyroscope stays the same while it differs from its constant, s: a swing.
+const UNSTEADY_S: f64 = 0.1;
+/// What may happen in a gap, m/s² and rad/s: a hand.
+const GAP_FORCE_MPS2: f64 = 3.0;
+const GAP_RATE_RAD_S: f64 = 1.0;
+/// A rate that noise makes, rad/s: what turns slower does not turn.
+pub(crate) const MIN_TURN_RAD_S: f64 = 0.03;
+
+/// Error propagation over one node: x(end) = F x(start) + w, covariance of w Q.
+#[derive(Debug, Clone)]
+pub(crate) struct Transition {
+    /// The first nine rows of F; the others are those of the identity.
+    pub f: NineRows,
+    /// Covariance of position, velocity and attitude by the noise of both sensors.
+    pub q: SMatrix<f64, MOVING, MOVING>,
+    /// The part of it that comes from the angular rate.
+    pub q_rate: SMatrix<f64, MOVING, MOVING>,
+    /// Time from start to end, s.
+    pub seconds: f64,
+    /// Angle turned beyond noise, rad.
+    pub turned_rad: f64,
+}
+
+/// Sums over the samples of a node.
+struct Sums {
+    /// ∫ [f×] dt, world.
+    force: Matrix3<f64>,
+    /// ∫ R dt.
+    attitude: Matrix3<f64>,
+    /// ∫ R e_j f_l dt and ∫ R e_j ω_l dt of the readings: [`Matrix3`] of column j for each l.
+    force_by_axis: [Matrix3<f64>; 3],
+    rate_by_axis: [Matrix3<f64>; 3],
+    /// Variance of the velocity (sensor axes) by bends, of the attitude by unsteady scales.
+    bend: Vector3<f64>,
+    unsteady: f64,
+}
+
+/// What integration needs besides the state.
+#[derive(Clone, Copy)]
+pub(crate) struct Integrator<'a> {
+    pub samples: &'a Samples,
+    pub directions: &'a Directions,
+    /// Noise of the rests, sensor axes.
+    pub noise: Density,
+    /// Density of the tilt of a move without a gyroscope, rad²/s.
+    pub tilt: Vector3<f64>,
+}
+
+impl Integrator<'_> {
+    /// Integrates samples `span.start` to `span.end`, that one included, into `nominal` (trapezoid; the
+    /// rotation by Savage's two-sample coning term, J. Guid. Control Dyn. 21(1), 1998, eq. 32), and its
+    /// errors to first order. `excess` is noise beyond that of the rests, world axes.
+    pub fn step(
+        &self,
+        nominal: &mut Nominal,
+        correction: &Correction,
+        span: Range<usize>,
+        excess: &Density,
+    ) -> Transition {
+        let samples = self.samples;
+        let start = nominal.attitude;
+        let mut sums = Sums {
+            force: Matrix3::zeros(),
+            attitude: Matrix3::zeros(),
+            force_by_axis: [Matrix3::zeros(); 3],
+            rate_by_axis: [Matrix3::zeros(); 3],
+            bend: Vector3::zeros(),
+            unsteady: 0.0,
+        };
+        let mut turned_rad = 0.0;
+        let has_gyro = samples.has_gyro();
+        let rate_at = |i: usize| {
+            if has_gyro {
+                correction.rate(&samples.rate[i])
+            } else {
+                Vector3::zeros()
+            }
+        };
+        let mut rate = rate_at(span.start);
+        let mut force = nominal.attitude * correction.force(&samples.force[span.start]);
+        for i in span.clone() {
+            let h = samples.time_s[i + 1] - samples.time_s[i];
+            let next_rate = rate_at(i + 1);
+            let angle = (rate + next_rate) * (0.5 * h) + rate.cross(&next_rate) * (h * h / 12.0);
+            let next = if has_gyro {
+                nominal.attitude * Rotation3::new(angle).into_inner()
+            } else {
+                nominal.attitude
+            };
+            let next_force = next * correction.force(&samples.force[i + 1]);
+            let mean_force = (force + next_force) * 0.5;
+            let acceleration = mean_force - Vector3::new(0.0, 0.0, nominal.gravity);
+            nominal.position += nominal.velocity * h + acceleration * (0.5 * h * h);
+            nominal.velocity += acceleration * h;
+
+            let mean_rate = (rate + next_rate) * 0.5;
+            let speed = mean_rate.norm();
+            turned_rad += (speed - MIN_TURN_RAD_S).max(0.0) * h;
+            sums.unsteady += (self.directions.rate_sd * speed).powi(2) * UNSTEADY_S * h;
+            sums.force += mean_force.cross_matrix() * h;
+            sums.attitude += (nominal.attitude + next) * (0.5 * h);
+            let turn = nominal.attitude * h;
+            for l in 0..3 {
+                sums.force_by_axis[l] += turn * samples.force[i][l];
+                if has_gyro {
+                    sums.rate_by_axis[l] += turn * mean_rate[l];
+                }
+            }
+            if i > 0 {
+                sums.bend += self.bend(i, h);
+            }
+            nominal.attitude = next;
+            (rate, force) = (next_rate, next_force);
+        }
+        let seconds = samples.time_s[span.end] - samples.time_s[span.start];
+        let (q, q_rate) = self.noise(&span, &start, &sums, seconds, excess);
+        Transition {
+            f: self.derivatives(&sums, seconds),
+            q,
+            q_rate,
+            seconds,
+            turned_rad,
+        }
+    }
+
+    /// Variance of the velocity by which the trapezoid is off at sample `i`.
+    fn bend(&self, i: usize, h: f64) -> Vector3<f64> {
+        let f = &self.samples.force;
+        let factor = h.min(2.0 * self.samples.period_s) / 12.0 * UNRESOLVED;
+        Vector3::from_fn(|c, _| ((f[i + 1][c] - 2.0 * f[i][c] + f[i - 1][c]) * factor).powi(2))
+    }
+
+    /// The first nine rows of F (Solà, eq. 269 for the world frame, integrated over the node).
+    fn derivatives(&self, sums: &Sums, seconds: f64) -> NineRows {
+        let half = 0.5 * seconds;
+        let mut f = NineRows::zeros();
+        for c in 0..MOVING {
+            f[(c, c)] = 1.0;
+        }
+        let mut set = |i: usize, j: usize, block: &Matrix3<f64>| {
+            f.fixed_view_mut::<3, 3>(i, j).copy_from(block);
+        };
+        set(POSITION, VELOCITY, &(Matrix3::identity() * seconds));
+        set(POSITION, ATTITUDE, &(-sums.force * half));
+        set(VELOCITY, ATTITUDE, &-sums.force);
+        set(POSITION, FORCE_BIAS, &(-sums.attitude * half));
+        set(VELOCITY, FORCE_BIAS, &-sums.attitude);
+        let tilted = sums.force * sums.attitude;
+        set(POSITION, RATE_BIAS, &(tilted * (half / 3.0)));
+        set(VELOCITY, RATE_BIAS, &(tilted * 0.5));
+        set(ATTITUDE, RATE_BIAS, &-sums.attitude);
+        f[(VELOCITY + 2, GRAVITY)] = -seconds;
+        f[(POSITION + 2, GRAVITY)] = -seconds * half;
+        for (k, matrix) in self.directions.rate.iter().enumerate() {
+            let attitude = contract(&sums.rate_by_axis, matrix);
+            let velocity = sums.force * attitude * -0.5;
+            let column = RATE_PARAMETERS + k;
+            f.fixed_view_mut::<3, 1>(POSITION, column)
+                .copy_from(&(velocity * (half * 2.0 / 3.0)));
+            f.fixed_view_mut::<3, 1>(VELOCITY, column)
+                .copy_from(&velocity);
+            f.fixed_view_mut::<3, 1>(ATTITUDE, column)
+                .copy_from(&attitude);
+        }
+        for (k, (matrix, offset)) in self.directions.force.iter().enumerate() {
+            let velocity = contract(&sums.force_by_axis, matrix) + sums.attitude * offset;
+            let column = FORCE_PARAMETERS + k;
+            f.fixed_view_mut::<3, 1>(POSITION, column)
+                .copy_from(&(velocity * half));
+            f.fixed_view_mut::<3, 1>(VELOCITY, column)
+                .copy_from(&velocity);
+        }
+        f
+    }
+
+    /// Process noise: white noise of both sensors, and what was bridged, bent or missing.
+    fn noise(
+        &self,
+        span: &Range<usize>,
+        start: &Matrix3<f64>,
+        sums: &Sums,
+        seconds: f64,
+        excess: &Density,
+    ) -> (SMatrix<f64, 9, 9>, SMatrix<f64, 9, 9>) {
+        let mut unmeasured = Density {
+            force: sums.bend,
+            rate: Vector3::zeros(),
+        };
+        self.add_bridged(span, &mut unmeasured);
+        self.add_gaps(span, &mut unmeasured);
+        let white = |rest: &Vector3<f64>, unmeasured: &Vector3<f64>, excess: &Vector3<f64>| {
+            start * Matrix3::from_diagonal(&(rest * seconds + unmeasured)) * start.transpose()
+                + Matrix3::from_diagonal(&(excess * seconds))
+        };
+        let force = white(&self.noise.force, &unmeasured.force, &excess.force);
+        let rate = white(
+            &self.noise.rate,
+            &unmeasured.rate,
+            &(excess.rate + self.tilt),
+        ) + Matrix3::identity() * sums.unsteady;
+        let mut q = SMatrix::<f64, 9, 9>::zeros();
+        let set = |q: &mut SMatrix<f64, 9, 9>, i: usize, j: usize, block: &Matrix3<f64>| {
+            q.fixed_view_mut::<3, 3>(i, j).copy_from(block);
+        };
+        let cross = -sums.force * rate * 0.5;
+        set(&mut q, ATTITUDE, ATTITUDE, &rate);
+        set(&mut q, VELOCITY, ATTITUDE, &cross);
+        set(&mut q, ATTITUDE, VELOCITY, &cross.transpose());
+        let by_rate = sums.force * rate * sums.force.transpose() / 3.0;
+        set(&mut q, VELOCITY, VELOCITY, &by_rate);
+        let q_rate = q;
+        set(&mut q, VELOCITY, VELOCITY, &(by_rate + force));
+        set(
+            &mut q,
+            POSITION,
+            POSITION,
+            &(force * (seconds * seconds / 3.0)),
+        );
+        set(&mut q, POSITION, VELOCITY, &(force * (seconds / 2.0)));
+        set(&mut q, VELOCITY, POSITION, &(force * (seconds / 2.0)));
+        (q, q_rate)
+    }
+
+    /// What bridges may be off, at the node that holds their end.
+    fn add_bridged(&self, span: &Range<usize>, variance: &mut Density) {
+        let samples = self.samples;
+        let first = samples
+            .bridged
+            .partition_point(|b| b.rows.end <= span.start);
+        for bridged in &samples.bridged[first..] {
+            let end = bridged.rows.end.min(samples.len() - 1);
+            if end > span.end {
+                break;
+            }
+            let before = bridged.rows.start.saturating_sub(1);
+            let seconds = samples.time_s[end] - samples.time_s[before];
+            let axis = bridged.axis.min(2);
+            match bridged.sensor {
+                Sensor::Accelerometer => variance.force[axis] += (bridged.sd * seconds).powi(2),
+                Sensor::Gyroscope => variance.rate[axis] += (bridged.sd * seconds).powi(2),
+            }
+        }
+    }
+
+    /// What may have happened in gaps.
+    fn add_gaps(&self, span: &Range<usize>, variance: &mut Density) {
+        let samples = self.samples;
+        let first = samples.pieces.partition_point(|p| p.end <= span.start);
+        for pair in samples.pieces[first..].windows(2) {
+            let (before, after) = (pair[0].end - 1, pair[1].start);
+            if before >= span.end {
+                break;
+            }
+            let seconds = samples.time_s[after] - samples.time_s[before];
+            variance.force += Vector3::repeat((GAP_FORCE_MPS2 * seconds).powi(2));
+            if samples.has_gyro() {
+                variance.rate += Vector3::repeat((GAP_RATE_RAD_S * seconds).powi(2));
+            }
+        }
+    }
+}
+
+/// Σ_jl R e_j m_jl x_l, of the sums of R e_j x_l.
+fn contract(by_axis: &[Matrix3<f64>; 3], matrix: &Matrix3<f64>) -> Vector3<f64> {
+    by_axis[0] * matrix.column(0) + by_axis[1] * matrix.column(1) + by_axis[2] * matrix.column(2)
+}

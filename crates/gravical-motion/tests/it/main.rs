@@ -1,0 +1,7 @@
+//! The engine against motions whose truth is known, and against what no sensor sends.
+// The exemption of tests in clippy.toml does not reach helpers outside #[test].
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod simulated;
+mod study;
+mod truth;

@@ -1,0 +1,310 @@
+//! Recordings whose truth is known: rests and straight moves, and what makes them hard.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+type V3 = Vector3<f64>;
+
+pub const G: f64 = 9.81;
+
+/// What happens in a move, or after it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Trouble {
+    None,
+    /// A sine of tilt, rad.
+    Wobble(f64),
+    /// 2 % of the rows lost, stamps ± 1 ms.
+    Drops,
+    /// White noise of both sensors while it moves, m/s² and rad/s; with its speed.
+    Cart(f64, f64),
+    VariedCart(f64, f64),
+    /// Knocks of 25 m/s².
+    Knocks,
+    /// Vibration of so many m/s² around the sampling rate.
+    Vibration(f64),
+    /// Constant acceleration, then as much back.
+    Jerk,
+    /// The bias is another one from some time of the move on.
+    BiasStep(f64),
+    /// A hand that trembles for a second after the move.
+    Tremble,
+    /// Tilt that changes in the move to come back, or to stay, rad.
+    Tilt(f64),
+    LastingTilt(f64),
+    /// Rows of +15 m/s² on x.
+    Spikes(usize),
+    /// All channels stand for 1.4 s from the start of the move on.
+    Hang,
+}
+
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub seed: u64,
+    pub trouble: Trouble,
+    /// Distance, along a direction in the plane that is drawn, m, and duration, s.
+    pub distance_m: f64,
+    pub move_s: f64,
+    /// Rests before and after each move.
+    pub rests_s: [f64; 2],
+    pub moves: usize,
+    pub gyro: bool,
+    pub rate_hz: f64,
+    /// Noise of a sample.
+    pub noise: [f64; 2],
+    /// Range of the accelerometer and the gyroscope.
+    pub ranges: [f64; 2],
+    /// Steps that the channels are written in.
+    pub steps: [f64; 2],
+    /// Errors of the calibration in units of what is assumed of it.
+    pub miscalibrated: f64,
+    /// Cut off at the start, s.
+    pub cut_s: f64,
+}
+
+impl Scene {
+    pub fn new(seed: u64, trouble: Trouble) -> Self {
+        Scene {
+            seed,
+            trouble,
+            distance_m: 0.7,
+            move_s: 2.0,
+            rests_s: [5.0, 5.0],
+            moves: 1,
+            gyro: true,
+            rate_hz: 100.0,
+            noise: [0.033, 1e-3],
+            ranges: [1e3, 1e3],
+            steps: [0.0, 0.0],
+            miscalibrated: 1.0,
+            cut_s: 0.0,
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+pub struct Recording {
+    pub time_s: Vec<f64>,
+    pub force: Vec<[f64; 3]>,
+    /// Empty without a gyroscope.
+    pub rate: Vec<[f64; 3]>,
+    /// Displacement of a move.
+    pub displacement: V3,
+    /// Start and end of each, s.
+    pub moves_s: Vec<(f64, f64)>,
+}
+
+/// Standard deviations of the calibration, relative (force, scale and cross-axis of the rate), and of the bias.
+pub const FORCE_SD: f64 = 2e-4;
+pub const RATE_SD: [f64; 2] = [0.03, 0.02];
+pub const BIAS_SD: f64 = 2e-3;
+
+/// Acceleration of a minimum-jerk move of length 1 in time 1.
+fn minimum_jerk(u: f64) -> f64 {
+    60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
+}
+
+/// Attitude whose first axis is forward.
+fn level(up: &V3) -> Matrix3<f64> {
+    let x = (V3::x() - up * up.x).normalize();
+    Matrix3::from_rows(&[x.transpose(), up.cross(&x).transpose(), up.transpose()])
+}
+
+struct Draw(ChaCha8Rng);
+
+impl Draw {
+    fn normal(&mut self) -> f64 {
+        self.0.sample(StandardNormal)
+    }
+    fn vector(&mut self, sd: f64) -> V3 {
+        V3::from_fn(|_, _| self.normal() * sd)
+    }
+    fn uniform(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.0.random::<f64>()
+    }
+}
+
+fn drawn(seed: u64, stream: u64) -> Draw {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(stream);
+    Draw(rng)
+}
+
+/// Time in a move: fraction done, and its number.
+fn phase(t: f64, moves_s: &[(f64, f64)]) -> Option<(f64, usize)> {
+    let k = moves_s.iter().position(|(a, b)| (*a..*b).contains(&t))?;
+    Some(((t - moves_s[k].0) / (moves_s[k].1 - moves_s[k].0), k))
+}
+
+impl Scene {
+    pub fn record(&self) -> Recording {
+        let mut draw = drawn(self.seed, 0);
+        let up = V3::new(0.03 * draw.normal(), 0.03 * draw.normal(), 1.0).normalize();
+        let attitude = level(&up);
+        let heading = draw.uniform(0.0, TAU);
+        let direction = V3::new(heading.cos(), heading.sin(), 0.0);
+        let tilt_axis = draw.vector(1.0).normalize();
+        let period = self.rests_s[0] + self.move_s;
+        let moves_s: Vec<(f64, f64)> = (0..self.moves)
+            .map(|k| self.rests_s[0] + k as f64 * period)
+            .map(|t| (t, t + self.move_s))
+            .collect();
+        let end = moves_s.last().map_or(self.rests_s[0], |m| m.1) + self.rests_s[1];
+        // Errors of the sensor.
+        let force_error = Matrix3::from_fn(|_, _| draw.normal() * FORCE_SD * self.miscalibrated);
+        let bias = draw.vector(BIAS_SD * self.miscalibrated);
+        let rate_error = Matrix3::from_fn(|i, j| {
+            draw.normal() * RATE_SD[usize::from(i != j)] * self.miscalibrated
+        });
+        let rate_bias = draw.vector(0.01);
+        let knocks: Vec<(f64, V3)> = (0..4)
+            .map(|_| {
+                (
+                    draw.uniform(0.1, 0.9),
+                    draw.vector(1.0).normalize() * 25.0 * 1.65,
+                )
+            })
+            .collect();
+        let mut vibration_phase = draw.vector(3.0);
+        let stepped_at = draw.uniform(0.1, 0.9);
+        let step = draw.vector(1.0).normalize();
+        let tremble: [(f64, V3); 2] =
+            std::array::from_fn(|_| (draw.uniform(5.0, 11.0), draw.vector(0.15)));
+        let tilt_speed = 1.0 / self.move_s;
+
+        let mut noise = drawn(self.seed, 1);
+        let mut clock = drawn(self.seed, 2);
+        let mut lost = drawn(self.seed, 3);
+        let drops = self.trouble == Trouble::Drops;
+        let mut out = Recording {
+            time_s: Vec::new(),
+            force: Vec::new(),
+            rate: Vec::new(),
+            displacement: direction * self.distance_m,
+            moves_s: moves_s.clone(),
+        };
+        for i in 0..(end * self.rate_hz) as usize {
+            let jitter = if drops {
+                clock.uniform(-1e-3, 1e-3)
+            } else {
+                0.0
+            };
+            let t = i as f64 / self.rate_hz + jitter;
+            let (mut a, mut turn, mut rate) = (V3::zeros(), V3::zeros(), V3::zeros());
+            let (mut shake, mut spin) = (self.noise[0], self.noise[1]);
+            let mut extra = V3::zeros();
+            if let Some((u, _)) = phase(t, &moves_s) {
+                let jerk = self.trouble == Trouble::Jerk;
+                let shape = if jerk {
+                    4.0 * (0.5 - u).signum()
+                } else {
+                    minimum_jerk(u)
+                };
+                a += direction * (shape * self.distance_m / self.move_s.powi(2));
+                match self.trouble {
+                    Trouble::Wobble(w) => {
+                        turn = tilt_axis * (w * (TAU * u).sin());
+                        rate = tilt_axis * (w * TAU * tilt_speed * (TAU * u).cos());
+                    }
+                    Trouble::Tilt(w) => {
+                        turn = tilt_axis * (w * (PI * u).sin().powi(2));
+                        rate = tilt_axis * (w * PI * tilt_speed * (TAU * u).sin());
+                    }
+                    Trouble::LastingTilt(w) => {
+                        turn = tilt_axis * (w * (PI * u / 2.0).sin().powi(2));
+                        rate = tilt_axis * (w * PI * 0.5 * tilt_speed * (PI * u).sin());
+                    }
+                    Trouble::Cart(f, w) => (shake, spin) = (shake.hypot(f), spin.hypot(w)),
+                    Trouble::VariedCart(f, w) => {
+                        let speed = 16.0 * (u * (1.0 - u)).powi(2);
+                        (shake, spin) = (shake.hypot(f * speed), spin.hypot(w * speed));
+                    }
+                    Trouble::Knocks => {
+                        let s = 0.005;
+                        for (at, height) in &knocks {
+                            let v = (u - at) * self.move_s / s;
+                            a -= height * (v * (-0.5 * v * v).exp());
+                        }
+                    }
+                    Trouble::Vibration(f) => {
+                        // Its frequency wanders around the sampling rate.
+                        vibration_phase += V3::from_fn(|_, _| 0.5 * noise.normal());
+                        extra = vibration_phase.map(|p| f * p.sin());
+                    }
+                    Trouble::BiasStep(b) if u > stepped_at => extra = step * b,
+                    _ => {}
+                }
+            } else if let (Trouble::LastingTilt(w), true) = (self.trouble, t > moves_s[0].0) {
+                turn = tilt_axis * w;
+            }
+            if let (Trouble::Tremble, Some(last)) = (self.trouble, moves_s.last()) {
+                let s = t - last.1;
+                if (0.0..1.0).contains(&s) {
+                    for (hz, size) in &tremble {
+                        a += size * ((TAU * hz * s).sin() * (1.0 - s));
+                    }
+                }
+            }
+            let attitude = attitude * Rotation3::new(turn).into_inner();
+            let force = attitude.transpose() * (a + V3::z() * G) + extra;
+            let reading = force - force_error * force - bias + noise.vector(shake);
+            let turned = rate - rate_error * rate + rate_bias + noise.vector(spin);
+            let lost = drops && lost.uniform(0.0, 1.0) < 0.02;
+            if lost || t < self.cut_s {
+                continue;
+            }
+            out.time_s.push(t);
+            out.force
+                .push(written(&reading, self.steps[0], self.ranges[0]));
+            if self.gyro {
+                out.rate
+                    .push(written(&turned, self.steps[1], self.ranges[1]));
+            }
+        }
+        if self.trouble == Trouble::Knocks {
+            // Their velocity is a Gaussian, in the part of it that a move holds nearly all.
+            out.displacement -= knocks
+                .iter()
+                .map(|k| k.1 * (-0.005_f64.powi(2) * TAU.sqrt()))
+                .sum::<V3>();
+        }
+        self.spoil(&mut out);
+        out
+    }
+
+    fn spoil(&self, out: &mut Recording) {
+        let Some((from, _)) = out.moves_s.first() else {
+            return;
+        };
+        let at = out.time_s.partition_point(|t| *t < from + 0.5);
+        match self.trouble {
+            Trouble::Spikes(rows) => (at..at + rows).for_each(|i| out.force[i][0] += 15.0),
+            Trouble::Hang => {
+                let rows = at..at + (1.4 * self.rate_hz) as usize;
+                out.force.copy_within(at..at + 1, at);
+                let (force, rate) = (out.force[at], out.rate.get(at).copied());
+                for i in rows {
+                    out.force[i] = force;
+                    if let Some(rate) = rate {
+                        out.rate[i] = rate;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn written(v: &V3, step: f64, range: f64) -> [f64; 3] {
+    let round = |x: f64| {
+        if step > 0.0 {
+            (x / step).round() * step
+        } else {
+            x
+        }
+    };
+    [0, 1, 2].map(|c| round(v[c]).clamp(-range, range))
+}

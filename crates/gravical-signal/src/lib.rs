@@ -1,0 +1,18 @@
+//! Arrays in, arrays out: what samples of an IMU say about themselves.
+//!
+//! # Overview
+//!
+//! SI units only: no files, no names of columns, no words.
+//!
+//! 1. [`Channels`]: specific force and angular rate over time, in pieces without a gap.
+//! 2. [`blocks`]: means and variances of short blocks.
+//! 3. [`detect_rests`]: where the sensor lay still.
+#![deny(missing_docs)]
+
+mod channels;
+mod rests;
+
+pub use channels::{
+    Block, Channels, block_len, blocks, pieces, quantile, resolution, sampling_period,
+};
+pub use rests::{RestOptions, detect_rests};

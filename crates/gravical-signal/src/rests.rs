@@ -1,0 +1,348 @@
+//! The rest detector.
+
+use std::ops::Range;
+
+use crate::channels::{Block, Channels, block_len, blocks, quantile};
+
+/// Blocks: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
+const BLOCK_S: f64 = 0.2;
+/// Fewer blocks are no rest: the variance of their means would have two degrees of freedom.
+const MIN_BLOCKS: usize = 4;
+/// Blocks that the causal detector learns the noise from: 3 s.
+const LEARNED_BLOCKS: usize = 15;
+/// Blocks that one segment may have, 60 s: over longer ones the drift of a bias is a step.
+const MAX_BLOCKS: usize = 300;
+/// Variance within a block, three axes, up to which a hand or a foot may be at rest whatever the
+/// sensor's noise: (0.14 m/s²)² and (2 °/s)².
+const TREMOR: [f64; 2] = [0.02, 1.2e-3];
+/// Variance of three axes above which nothing is a rest: 0.3 m/s² and 2 °/s rms of each.
+const CEILING: [f64; 2] = [0.27, 3.7e-3];
+/// Variance of a block over that of the quietest ones: with five samples, χ² exceeds it once in 10⁴.
+const MAX_EXCESS: f64 = 5.0;
+/// Variance of the mean of a block that no data sheet undercuts.
+const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
+/// Cost of one segment more in the sum of χ²: about ln n for each of its means and its place
+/// (Killick et al. 2012, doi 10.1080/01621459.2012.734741), n some 200 blocks.
+const PENALTY: [f64; 2] = [15.0, 32.0];
+/// What a bias drifts within a rest, m/s² and rad/s, in [`DRIFT_S`]: an MPU-6050 that warms up.
+const DRIFT: [f64; 2] = [2e-3, 2e-4];
+const DRIFT_S: f64 = 4.0;
+/// Two segments are one rest if what separates their means is less likely than this fraction of a
+/// penalty: it pays for the means, but not for the place.
+const SAME_REST: f64 = 0.65;
+/// A motion begins more gently than its fitted onset: a rest ends this long before it.
+const MARGIN_S: f64 = 0.03;
+
+/// What the detector may use.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RestOptions {
+    /// Decide from what is past: the noise is that of the first 3 s, and a rest is one after 1 s.
+    pub causal: bool,
+}
+
+/// Spans in which the sensor lay still, or moved at constant velocity without turning: the samples
+/// alone cannot tell these apart.
+///
+/// Means of blocks of 0.2 s are divided into segments of constant mean such that Σχ² and a penalty for
+/// each segment are least (optimal partitioning, Jackson et al. 2005, doi 10.1109/LSP.2001.838216).
+/// Their noise is that of the stretch itself, at least white noise, resolution counted; what exceeds
+/// 0.3 m/s² or 2 °/s rms is no rest. Edges are those of a ramp fitted to what follows (likelihood ratio
+/// over its onset).
+///
+/// It finds rests of 0.8 s and more, in order. Without a gyroscope a slow move may contain one.
+#[must_use]
+pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range<usize>> {
+    let size = block_len(channels.period_s, BLOCK_S);
+    let blocks = blocks(channels, &(0..channels.time_s.len()), size);
+    if blocks.len() <= MIN_BLOCKS {
+        return Vec::new();
+    }
+    let learned = if options.causal {
+        &blocks[..LEARNED_BLOCKS.min(blocks.len())]
+    } else {
+        &blocks[..]
+    };
+    let level = [0, 1].map(|sensor| quiet_level(learned, sensor));
+    let mut rests = Vec::new();
+    for run in quiet_runs(&blocks, level) {
+        let base = if options.causal { learned } else { run };
+        let flips = flips(run, &channels.resolution);
+        let mut variance = variance_of_means(base, level, size);
+        (0..6).for_each(|c| variance[c] += flips[c]);
+        let mut partition = Partition::new(channels.count());
+        for block in run {
+            partition.push(std::array::from_fn(|c| {
+                (block.mean[c] - run[0].mean[c]) / variance[c].sqrt()
+            }));
+        }
+        let segments = if options.causal {
+            partition.segments_as_they_come()
+        } else {
+            let slack =
+                std::array::from_fn(|c| [DRIFT[c / 3].powi(2), flips[c]].map(|v| v / variance[c]));
+            let joined = partition.joined(partition.segments(), &slack);
+            if channels.count() == 3 {
+                longest_of_touching(joined)
+            } else {
+                joined
+            }
+        };
+        let spans = segments
+            .iter()
+            .map(|s| run[s.start].span.start..run[s.end - 1].span.end);
+        rests.extend(spans.map(|span| with_edges(channels, &span, size, &variance)));
+    }
+    rests.retain(|r| r.len() >= (MIN_BLOCKS - 1) * size);
+    for rest in &mut rests {
+        // What is left at the end of a piece is no block.
+        let end = channels.piece(rest.start).end;
+        if end - rest.end < size {
+            rest.end = end;
+        }
+    }
+    rests
+}
+
+/// Variance of three axes in the quietest second or so.
+fn quiet_level(blocks: &[Block], sensor: usize) -> f64 {
+    let medians = blocks
+        .windows(MIN_BLOCKS)
+        .map(|w| quantile(w.iter().map(|b| b.total_variance(sensor)).collect(), 0.5));
+    let (floor, ceiling) = ([1e-5, 1e-7][sensor], CEILING[sensor]);
+    quantile(medians.collect(), 0.05).clamp(floor, ceiling)
+}
+
+/// Runs of adjacent blocks that are quiet enough.
+fn quiet_runs(blocks: &[Block], level: [f64; 2]) -> Vec<&[Block]> {
+    let limit = [0, 1].map(|s| (MAX_EXCESS * level[s]).clamp(TREMOR[s], CEILING[s]));
+    let quiet = |b: &Block| (0..2).all(|s| b.total_variance(s) < limit[s]);
+    blocks
+        .chunk_by(|a, b| a.span.end == b.span.start && quiet(a) == quiet(b))
+        .filter(|run| run.len() >= MIN_BLOCKS && quiet(&run[0]))
+        .collect()
+}
+
+/// Variance of the mean of a block: by successive differences, at least that of white noise.
+fn variance_of_means(run: &[Block], level: [f64; 2], size: usize) -> [f64; 6] {
+    std::array::from_fn(|c| {
+        let median = |values: Vec<f64>| quantile(values, 0.5);
+        let total = median(run.iter().map(|b| b.total_variance(c / 3)).collect());
+        // What trembles, as a hand or a foot, wanders too.
+        let lag = if total > 3.0 * level[c / 3] {
+            MIN_BLOCKS - 1
+        } else {
+            1
+        };
+        let squares = run
+            .windows(lag + 1)
+            .map(|w| (w[lag].mean[c] - w[0].mean[c]).powi(2));
+        // The median of χ² with one degree of freedom is 0.4549.
+        let wander = median(squares.collect()) / (2.0 * 0.4549);
+        let white = median(run.iter().map(|b| b.variance[c]).collect()) / size as f64;
+        wander
+            .min(TREMOR[c / 3] / 3.0)
+            .max(white)
+            .max(MIN_VARIANCE[c / 3])
+    })
+}
+
+/// Variance by which means may flip between two steps of the resolution within a rest: noise that
+/// stays within a step dithers nothing.
+fn flips(run: &[Block], resolution: &[f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|c| {
+        let range = quantile(run.iter().map(|b| b.range[c]).collect(), 0.5);
+        if range < 1.5 * resolution[c] {
+            resolution[c].powi(2)
+        } else {
+            0.0
+        }
+    })
+}
+
+/// Optimal partition of means in units of their standard deviation, one block at a time.
+struct Partition {
+    channels: usize,
+    sum: Vec<[f64; 6]>,
+    squares: Vec<f64>,
+    cost: Vec<f64>,
+    /// Where the last segment of the blocks up to each begins.
+    start: Vec<usize>,
+}
+
+impl Partition {
+    fn new(channels: usize) -> Self {
+        Partition {
+            channels,
+            sum: vec![[0.0; 6]],
+            squares: vec![0.0],
+            cost: vec![0.0],
+            start: vec![0],
+        }
+    }
+
+    fn penalty(&self) -> f64 {
+        PENALTY[usize::from(self.channels > 3)]
+    }
+
+    fn push(&mut self, mean: [f64; 6]) {
+        let k = self.cost.len();
+        let (mut sum, mut squares) = (self.sum[k - 1], self.squares[k - 1]);
+        for c in 0..self.channels {
+            sum[c] += mean[c];
+            squares += mean[c] * mean[c];
+        }
+        let (mut best, mut start) = (f64::INFINITY, k - 1);
+        for j in k.saturating_sub(MAX_BLOCKS)..k {
+            let before = &self.sum[j];
+            let square: f64 = (0..self.channels)
+                .map(|c| (sum[c] - before[c]).powi(2))
+                .sum();
+            let cost = self.cost[j] + squares - self.squares[j] - square / (k - j) as f64;
+            if cost < best {
+                (best, start) = (cost, j);
+            }
+        }
+        self.sum.push(sum);
+        self.squares.push(squares);
+        self.cost.push(best + self.penalty());
+        self.start.push(start);
+    }
+
+    fn mean(&self, segment: &Range<usize>, c: usize) -> f64 {
+        (self.sum[segment.end][c] - self.sum[segment.start][c]) / segment.len() as f64
+    }
+
+    /// The best segments of all blocks, those that are too short left out.
+    fn segments(&self) -> Vec<Range<usize>> {
+        let mut out = Vec::new();
+        let mut end = self.start.len() - 1;
+        while end > 0 {
+            let start = self.start[end];
+            if end - start >= MIN_BLOCKS {
+                out.push(start..end);
+            }
+            end = start;
+        }
+        out.reverse();
+        out
+    }
+
+    /// Segments as each block decides: one opens when it is long enough, and ends where a later one
+    /// begins.
+    fn segments_as_they_come(&self) -> Vec<Range<usize>> {
+        let mut out = Vec::new();
+        let mut open = None;
+        for (k, start) in self.start.iter().enumerate().skip(1) {
+            match open {
+                None if k - start > MIN_BLOCKS => open = Some(*start),
+                Some(from) if *start > from => {
+                    out.push(from..*start);
+                    open = None;
+                }
+                _ => {}
+            }
+        }
+        out.extend(open.map(|from| from..self.start.len() - 1));
+        out
+    }
+
+    /// Segments whose means differ by what a bias drifts (variance in [`DRIFT_S`]) and a value flips are
+    /// one; `slack` holds both in units of the variance of a mean.
+    fn joined(&self, mut segments: Vec<Range<usize>>, slack: &[[f64; 2]; 6]) -> Vec<Range<usize>> {
+        segments.dedup_by(|next, last| {
+            let apart_s = 0.5 * BLOCK_S * (next.end - last.start) as f64;
+            let chance = 1.0 / last.len() as f64 + 1.0 / next.len() as f64;
+            let chi2: f64 = (0..self.channels)
+                .map(|c| {
+                    let drift = slack[c][0] * (apart_s / DRIFT_S).min(1.0);
+                    let variance = chance + drift + slack[c][1];
+                    (self.mean(last, c) - self.mean(next, c)).powi(2) / variance
+                })
+                .sum();
+            let same = next.start - last.end <= 2 && chi2 < SAME_REST * self.penalty();
+            if same {
+                last.end = next.end;
+            }
+            same
+        });
+        segments
+    }
+}
+
+/// Without a gyroscope a step of the mean is a tilt, or a slow move: of two segments that touch the
+/// longer is the rest.
+fn longest_of_touching(mut segments: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut k = 1;
+    while k < segments.len() {
+        let (last, next) = (&segments[k - 1], &segments[k]);
+        if next.start - last.end > MIN_BLOCKS {
+            k += 1;
+        } else {
+            segments.remove(if next.len() < last.len() { k } else { k - 1 });
+            k = k.saturating_sub(1).max(1);
+        }
+    }
+    segments
+}
+
+/// The span with ends to the sample.
+fn with_edges(
+    channels: &Channels<'_>,
+    span: &Range<usize>,
+    size: usize,
+    variance: &[f64; 6],
+) -> Range<usize> {
+    let piece = channels.piece(span.start);
+    let rest = Rest {
+        channels,
+        mean: channels.mean(span),
+        variance,
+    };
+    let margin = (MARGIN_S / BLOCK_S * size as f64).ceil() as usize;
+    // Far enough back into the rest that the ramp finds its foot, a block beyond it.
+    let reach = (15 * size).min(span.len() / 3) + 2 * size;
+    let mut out = span.clone();
+    if span.end + size < piece.end {
+        let last = (span.end + size).min(piece.end - 1);
+        out.end = (last + 1).saturating_sub(rest.onset(reach.min(last), |u| last - u) + margin);
+    }
+    if span.start > piece.start + size {
+        let first = span.start.saturating_sub(size).max(piece.start);
+        let most = channels.time_s.len() - 1 - first;
+        out.start = first + rest.onset(reach.min(most), |u| first + u) + margin;
+    }
+    if out.start < out.end {
+        out
+    } else {
+        span.clone()
+    }
+}
+
+struct Rest<'a> {
+    channels: &'a Channels<'a>,
+    mean: [f64; 6],
+    variance: &'a [f64; 6],
+}
+
+impl Rest<'_> {
+    /// Samples from the first of `at` to the onset of a ramp: the one that explains most of what leaves
+    /// the mean of the rest.
+    fn onset(&self, reach: usize, at: impl Fn(usize) -> usize) -> usize {
+        let (mut total, mut moment, mut squares) = ([0.0; 6], [0.0; 6], 0.0);
+        let (mut best, mut onset) = (f64::MIN, 0);
+        for u in 1..reach {
+            let x = self.channels.sample(at(u - 1));
+            squares += (u * u) as f64;
+            let mut gain = 0.0;
+            for c in 0..6 {
+                total[c] += x[c] - self.mean[c];
+                moment[c] += total[c];
+                gain += moment[c] * moment[c] / self.variance[c];
+            }
+            if gain / squares > best {
+                (best, onset) = (gain / squares, u);
+            }
+        }
+        onset
+    }
+}
