@@ -35,7 +35,7 @@ pub(crate) struct Roughness {
 }
 
 impl Roughness {
-    /// Windows outside `quiet` spans, in which the noise is that of the rests.
+    /// Windows; those in `quiet` spans are no rougher than the rests.
     pub fn new(samples: &Samples, quiet: &[Range<usize>]) -> Roughness {
         let rows = samples.count_in(WINDOW_S).clamp(MIN_ROWS, MAX_ROWS) / 4 * 4;
         let spectrum = Spectrum::new(rows, samples.period_s);
@@ -46,15 +46,14 @@ impl Roughness {
             while from + rows <= piece.end {
                 let middle = from + rows / 2;
                 let after = quiet.partition_point(|q| q.end <= middle);
+                let mut density = [0.0; 2];
                 if !quiet.get(after).is_some_and(|q| q.contains(&middle)) {
-                    let span = from..from + rows;
-                    let mut density = [0.0; 2];
                     for sensor in 0..sensors {
                         let column = [&samples.force, &samples.rate][sensor];
-                        density[sensor] = spectrum.density(&column[span.clone()]);
+                        density[sensor] = spectrum.density(&column[from..from + rows]);
                     }
-                    windows.push((middle, density));
                 }
+                windows.push((middle, density));
                 from += rows / 4;
             }
         }

@@ -10,10 +10,12 @@ const WINDOW_S: f64 = 0.1;
 const MIN_SWING_RAD_S: f64 = 2.5;
 /// What the specific force of a stance differs from gravity at most, m/s².
 const MAX_FORCE_MISFIT_MPS2: f64 = 2.0;
+/// Stances of a walk between two rests: a hand that turns to and fro looks like one.
+const MIN_STANCES: usize = 3;
 
 /// Samples at which a foot stands: between two swings the one where the angular rate is least (angular
 /// rate energy detector, Skog et al. 2010, doi 10.1109/TBME.2010.2060723), below `max_rate_rad_s`; none
-/// near `rests`, which say the same.
+/// near `rests`, which say the same, and none where there are fewer than three between two rests.
 pub(crate) fn detect_stances(
     samples: &Samples,
     rests: &[Range<usize>],
@@ -47,11 +49,14 @@ pub(crate) fn detect_stances(
         }
         sum += square(i) - square(i - size);
     }
-    stances.retain(|i| {
-        let after = rests.partition_point(|r| r.end + size <= *i);
-        rests.get(after).is_none_or(|r| r.start > i + size)
-    });
-    stances
+    let after = |i: usize| rests.partition_point(|r| r.end + size <= i);
+    stances.retain(|i| rests.get(after(*i)).is_none_or(|r| r.start > i + size));
+    let walks = stances.chunk_by(|a, b| after(*a) == after(*b));
+    walks
+        .filter(|w| w.len() >= MIN_STANCES)
+        .flatten()
+        .copied()
+        .collect()
 }
 
 fn norm(v: &[f64; 3]) -> f64 {

@@ -97,9 +97,10 @@ pub struct Recording {
     pub moves_s: Vec<(f64, f64)>,
 }
 
-/// Standard deviations of the calibration, relative (force, scale and cross-axis of the rate), and of the bias.
+/// Standard deviations of the calibration: relative, of force, and scale and cross-axis of a rate that is
+/// known by a data sheet; of the bias, m/s².
 pub const FORCE_SD: f64 = 2e-4;
-pub const RATE_SD: [f64; 2] = [0.03, 0.02];
+pub const RATE_SD: [f64; 2] = [0.02, 0.01];
 pub const BIAS_SD: f64 = 2e-3;
 
 /// Acceleration of a minimum-jerk move of length 1 in time 1.
@@ -157,7 +158,9 @@ impl Scene {
         let force_error = Matrix3::from_fn(|_, _| draw.normal() * FORCE_SD * self.miscalibrated);
         let bias = draw.vector(BIAS_SD * self.miscalibrated);
         let rate_error = Matrix3::from_fn(|i, j| {
-            draw.normal() * RATE_SD[usize::from(i != j)] * self.miscalibrated
+            let scale = draw.uniform(-0.03, 0.03);
+            let cross = draw.normal() * 0.005;
+            self.miscalibrated * if i == j { scale } else { cross }
         });
         let rate_bias = draw.vector(0.01);
         let knocks: Vec<(f64, V3)> = (0..4)

@@ -43,6 +43,11 @@ pub fn kinds() -> Vec<(&'static str, fn(u64) -> Scene)> {
             ranges: [2.0 * 9.80665, 1e3],
             ..Scene::new(s, T::None)
         }),
+        ("wobble 57°", |s| Scene {
+            move_s: 1.0,
+            ..Scene::new(s, T::Wobble(1.0))
+        }),
+        ("wobble 57° 2 s", |s| Scene::new(s, T::Wobble(1.0))),
         ("clipped rate", |s| Scene {
             ranges: [1e3, 250.0_f64.to_radians()],
             move_s: 1.0,
@@ -79,6 +84,41 @@ pub fn kinds() -> Vec<(&'static str, fn(u64) -> Scene)> {
 }
 
 #[test]
+#[ignore = "a table"]
+fn speed() {
+    let seconds = 20_000.0;
+    let scene = Scene {
+        moves: 1000,
+        rests_s: [18.0, 18.0],
+        ..Scene::new(1, Trouble::Wobble(0.05))
+    };
+    let recording = scene.record();
+    println!("{} rows {seconds}", recording.time_s.len());
+    let samples = crate::study::samples(&recording, scene.ranges);
+    drop(recording);
+    let peak = || {
+        std::fs::read_to_string("/proc/self/status")
+            .unwrap()
+            .lines()
+            .filter(|l| l.starts_with("VmHWM") || l.starts_with("VmRSS"))
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    println!("{}", peak());
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+    println!("{}", peak());
+    let start = std::time::Instant::now();
+    let motion = gravical_motion::estimate_motion(&samples, &options());
+    println!(
+        "{:.2} s, {} moves, {} nodes {}",
+        start.elapsed().as_secs_f64(),
+        motion.moves.len(),
+        motion.path.len(),
+        peak()
+    );
+}
+
+#[test]
 #[ignore = "a table to read"]
 fn table_of_kinds() {
     let seeds: u64 = std::env::var("SEEDS")
@@ -94,7 +134,10 @@ fn table_of_kinds() {
             causal,
             ..options()
         };
-        for (name, scene) in kinds() {
+        for (name, scene) in kinds()
+            .into_iter()
+            .filter(|k| std::env::var("KIND").is_ok_and(|w| k.0.contains(&w)))
+        {
             let study = Study::of((1000..1000 + seeds).map(scene), &options);
             println!(
                 "{name:22} {:3}/{:3} {:9.2} {:6.2} {:6.2} {:6.2}",
@@ -105,6 +148,34 @@ fn table_of_kinds() {
                 study.coverage(2.0),
                 study.width()
             );
+        }
+    }
+}
+
+#[test]
+#[ignore = "a table"]
+fn look() {
+    let kind = std::env::var("KIND").unwrap();
+    for (name, scene) in kinds().into_iter().filter(|k| k.0 == kind) {
+        for seed in 1000..1012 {
+            let (recording, motion) = crate::study::estimate(&scene(seed), &options());
+            let rests: Vec<_> = motion.rests.iter().map(|r| (r.start, r.end)).collect();
+            println!(
+                "{name} {seed} {:.3?} rests {rests:?}",
+                recording.displacement.as_slice()
+            );
+            for m in &motion.moves {
+                println!(
+                    "   {:?} {:.3?} ± {:.3?} {:?} excess {:.4?} clipped {} {:.3?} ",
+                    m.samples,
+                    m.displacement_m,
+                    m.sd_m(),
+                    m.closure,
+                    m.excess_noise,
+                    m.clipped,
+                    m.budget
+                );
+            }
         }
     }
 }
