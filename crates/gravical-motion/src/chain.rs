@@ -39,10 +39,10 @@ const MAX_PAUSE_S: f64 = 1.0;
 const SAME_FORCE_MPS2: f64 = 0.02;
 /// … if what is between is no rougher than three standard deviations of the rests.
 const MAX_PAUSE_EXCESS: f64 = 9.0;
-/// A causal run decides a second after a rest began, and believes one of 5 s in any case: what is wrong
+/// A causal run decides a second after a rest began, and believes one of 3 s in any case: what is wrong
 /// then is the velocity.
 const DECIDED_AFTER_S: f64 = 1.0;
-const BELIEVED_S: f64 = 5.0;
+const BELIEVED_S: f64 = 3.0;
 /// Samples between the nodes of an integration whose path nobody sees, s.
 const NODE_S: f64 = 0.1;
 
