@@ -179,7 +179,10 @@ fn bridge_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f6
     let (seconds, end) = (time_s[b] - time_s[a], column[rows.start]);
     // The largest step of the rows on both sides, those to the end of the range included.
     let edges = [column[a - 1], column[a], end, column[b], column[b + 1]];
-    let steps = edges.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+    let steps = edges
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .fold(0.0, f64::max);
     let mut beyond = 0.0;
     let bridge: Vec<f64> = rows
         .clone()

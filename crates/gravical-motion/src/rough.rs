@@ -104,6 +104,10 @@ impl Spectrum {
         }
     }
 
+    fn power(&self) -> f64 {
+        self.window.iter().map(|w| w * w).sum()
+    }
+
     /// Mean density of three axes above the lowest rough frequency.
     fn density(&self, rows: &[[f64; 3]]) -> f64 {
         let n = self.window.len();
@@ -130,6 +134,19 @@ impl Spectrum {
             }
         }
         let mean = |k: usize| power[k..].iter().sum::<f64>() / (n / 2 - k) as f64;
-        mean(self.first).min(MAX_SLOPE * mean(self.top))
+        let limit = mean(self.top).min(typical_density(rows) * 3.0 * self.scale * self.power());
+        mean(self.first).min(MAX_SLOPE * limit)
     }
+}
+
+/// Variance of white noise by the median square of third differences, mean of the axes: a step or a knock
+/// changes few of them.
+fn typical_density(rows: &[[f64; 3]]) -> f64 {
+    let third = |w: &[[f64; 3]], c: usize| w[3][c] - 3.0 * w[2][c] + 3.0 * w[1][c] - w[0][c];
+    let variance = |c: usize| {
+        let squares = rows.windows(4).map(|w| third(w, c).powi(2)).collect();
+        // 1 + 9 + 9 + 1 times the variance; the median of χ² with one degree of freedom is 0.4549.
+        quantile(squares, 0.5) / (20.0 * 0.4549)
+    };
+    (0..3).map(variance).sum::<f64>() / 3.0
 }

@@ -149,8 +149,10 @@ impl Scene {
         let direction = V3::new(heading.cos(), heading.sin(), 0.0);
         let tilt_axis = draw.vector(1.0).normalize();
         let period = self.rests_s[0] + self.move_s;
+        // No move begins at a sample.
+        let offset_s = drawn(self.seed, 4).uniform(0.0, 1.0) / self.rate_hz;
         let moves_s: Vec<(f64, f64)> = (0..self.moves)
-            .map(|k| self.rests_s[0] + k as f64 * period)
+            .map(|k| self.rests_s[0] + k as f64 * period + offset_s)
             .map(|t| (t, t + self.move_s))
             .collect();
         let end = moves_s.last().map_or(self.rests_s[0], |m| m.1) + self.rests_s[1];

@@ -43,8 +43,10 @@ pub fn kinds() -> Vec<(&'static str, fn(u64) -> Scene)> {
             ranges: [2.0 * 9.80665, 1e3],
             ..Scene::new(s, T::None)
         }),
-        ("clipped jump", |s| Scene { move_s: 1.0, ranges: [1e3, 250.0_f64.to_radians()], ..Scene::new(s, T::Wobble(1.0)) }),
-        ("tilt 115°", |s| Scene { move_s: 1.0, ..Scene::new(s, T::Tilt(2.0)) }),
+        ("tilt 115°", |s| Scene {
+            move_s: 1.0,
+            ..Scene::new(s, T::Tilt(2.0))
+        }),
         ("wobble 57°", |s| Scene {
             move_s: 1.0,
             ..Scene::new(s, T::Wobble(1.0))
