@@ -9,7 +9,7 @@ use crate::noise::Density;
 use crate::state::Covariance;
 
 /// A rest has no velocity but this, m/s: a table that gives way.
-pub(crate) const REST_SPEED_MPS: f64 = 0.002;
+pub(crate) const REST_SPEED_MPS: f64 = 0.001;
 /// χ² of velocity (3) and of tilt (2) that chance exceeds once in 100 and, since every move is levelled
 /// with a gyroscope whose scale is assumed, once in 3,000.
 const MAX_VELOCITY_CHI2: f64 = 11.3;

@@ -15,10 +15,6 @@ use crate::smooth::Smoother;
 use crate::stance::detect_stances;
 use crate::state::Directions;
 
-/// A rest of at least [`MIN_GENTLE_S`] is believed from so long after its start until so long before its
-/// end, s: a move begins and dies away more gently than can be seen.
-const GENTLE_S: f64 = 0.1;
-const MIN_GENTLE_S: f64 = 1.0;
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.
 const CLOSING_S: f64 = 1.0;
@@ -165,9 +161,7 @@ impl<'a> Pass<'a> {
     fn forward(&mut self, mut filter: Filter<'a>) -> Filter<'a> {
         let last = self.samples.len() - 1;
         for k in 0..=self.rests.len() {
-            let end = self.rests.get(k).map_or(last, |rest| {
-                rest.start + if k > 0 { self.gentle(rest) } else { 0 }
-            });
+            let end = self.rests.get(k).map_or(last, |rest| rest.start);
             if end > filter.at {
                 filter = self.go(filter, k, end);
             }
@@ -179,15 +173,6 @@ impl<'a> Pass<'a> {
             }
         }
         filter
-    }
-
-    /// Samples at the ends of a rest that are not believed.
-    fn gentle(&self, rest: &Range<usize>) -> usize {
-        if rest.len() as f64 * self.samples.period_s > MIN_GENTLE_S {
-            self.samples.count_in(GENTLE_S)
-        } else {
-            0
-        }
     }
 
     fn run(&mut self, filter: &mut Filter<'a>, action: Action) {
@@ -334,12 +319,7 @@ impl<'a> Pass<'a> {
         if closes && self.options.causal {
             self.take_displacement(filter);
         }
-        let gentle = if rest.end == samples.len() {
-            0
-        } else {
-            self.gentle(rest)
-        };
-        let leave = (rest.end - gentle).max(filter.at + 1);
+        let leave = rest.end.max(filter.at + 1);
         self.run(filter, Action::Halt { to: leave - 1 });
         let since = samples.time_s[leave - 1] - LEADING_S;
         let leading = second.max(samples.time_s.partition_point(|t| *t < since))..leave;
