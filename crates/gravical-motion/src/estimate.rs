@@ -306,8 +306,8 @@ impl<'a> Pass<'a> {
         let samples = self.samples;
         let closing = samples.count_in(CLOSING_S).max(2);
         let second = (rest.start + closing).min(rest.end).max(from + 1);
-        // What shakes more than the other rests may have some speed.
-        let shaken = tremor(samples, rest) / self.noise.rest.force.sum();
+        // What shakes more than the rests do may have some speed.
+        let shaken = tremor(samples, &(from..second)) / self.noise.rest.force.sum();
         let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
         self.run(
             filter,

@@ -2,7 +2,9 @@
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod properties;
 mod real;
 mod simulated;
+mod stories;
 mod study;
 mod truth;

@@ -108,6 +108,17 @@ fn minimum_jerk(u: f64) -> f64 {
     60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
 }
 
+/// Acceleration of the position 16 (s (1 − s))² sin(ωs)/ω², which begins and ends at rest.
+fn tremor(omega: f64, s: f64) -> f64 {
+    let (w, slope, bend) = (
+        16.0 * (s * (1.0 - s)).powi(2),
+        32.0 * s * (1.0 - s) * (1.0 - 2.0 * s),
+        32.0 * (1.0 - 6.0 * s + 6.0 * s * s),
+    );
+    let (sin, cos) = (omega * s).sin_cos();
+    -w * sin + 2.0 * slope * cos / omega + bend * sin / omega.powi(2)
+}
+
 /// Attitude whose first axis is forward.
 fn level(up: &V3) -> Matrix3<f64> {
     let x = (V3::x() - up * up.x).normalize();
@@ -249,7 +260,7 @@ impl Scene {
                 let s = t - last.1;
                 if (0.0..1.0).contains(&s) {
                     for (hz, size) in &tremble {
-                        a += size * ((TAU * hz * s).sin() * (1.0 - s));
+                        a += size * tremor(TAU * hz, s);
                     }
                 }
             }

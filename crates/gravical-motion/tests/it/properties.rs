@@ -1,0 +1,215 @@
+//! What must not matter, what has to agree, and what must not break it.
+
+use gravical_motion::{Motion, MotionOptions, Samples, Sensor, bridge_odd, estimate_motion};
+use proptest::prelude::*;
+
+use crate::simulated::{Recording, Scene, Trouble};
+use crate::study::{estimate, options};
+
+fn motion_of(recording: &Recording) -> Motion {
+    let samples = Samples::new(
+        &recording.time_s,
+        &recording.force,
+        &recording.rate,
+        Vec::new(),
+    );
+    estimate_motion(&samples, &options())
+}
+
+fn assert_near(a: [f64; 3], b: [f64; 3], limit: f64) {
+    assert!((0..3).all(|c| (a[c] - b[c]).abs() < limit), "{a:?} {b:?}");
+}
+
+#[test]
+fn a_sensor_that_is_mounted_turned_moves_the_same() {
+    let recording = Scene::new(8, Trouble::Wobble(0.05)).record();
+    let mut turned = recording.clone();
+    // A quarter turn about z: its x-axis, and with it the heading, is the old y-axis.
+    for v in turned.force.iter_mut().chain(&mut turned.rate) {
+        *v = [v[1], -v[0], v[2]];
+    }
+    let (a, b) = (
+        &motion_of(&recording).moves[0],
+        &motion_of(&turned).moves[0],
+    );
+    let [x, y, z] = a.displacement_m;
+    // y level is not exactly a quarter turn from x level on a tilted table.
+    assert_near([y, -x, z], b.displacement_m, 2e-3);
+    assert!((a.sd_m()[2] / b.sd_m()[2] - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn the_epoch_does_not_matter() {
+    let recording = Scene::new(9, Trouble::None).record();
+    let mut later = recording.clone();
+    later.time_s.iter_mut().for_each(|t| *t += 1.7e9);
+    let (a, b) = (&motion_of(&recording).moves[0], &motion_of(&later).moves[0]);
+    // Stamps of that size resolve 0.2 µs.
+    assert_near(a.displacement_m, b.displacement_m, 1e-4);
+    assert_near(a.sd_m(), b.sd_m(), 1e-4);
+}
+
+#[test]
+fn parts_of_a_recording_agree_with_it() {
+    let scene = Scene {
+        moves: 2,
+        ..Scene::new(10, Trouble::None)
+    };
+    let recording = scene.record();
+    let cut = recording.time_s.partition_point(|t| *t < 9.5);
+    let mut part = recording.clone();
+    part.force.truncate(cut);
+    part.rate.truncate(cut);
+    part.time_s.truncate(cut);
+    let (whole, first) = (motion_of(&recording), motion_of(&part));
+    assert_eq!(whole.moves.len(), 2);
+    assert_near(
+        whole.moves[0].displacement_m,
+        first.moves[0].displacement_m,
+        2e-3,
+    );
+}
+
+#[test]
+fn a_causal_run_does_not_look_ahead() {
+    let causal = MotionOptions {
+        causal: true,
+        ..options()
+    };
+    let recording = Scene {
+        moves: 3,
+        ..Scene::new(11, Trouble::Wobble(0.1))
+    }
+    .record();
+    let run = |until_s: f64| {
+        let n = recording.time_s.partition_point(|t| *t < until_s);
+        let part = Samples::new(
+            &recording.time_s[..n],
+            &recording.force[..n],
+            &recording.rate[..n],
+            Vec::new(),
+        );
+        estimate_motion(&part, &causal)
+    };
+    let (whole, part) = (run(f64::MAX), run(18.0));
+    // Both know the second move; what came after it changes neither that nor the path before.
+    for k in 0..2 {
+        assert_eq!(whole.moves[k].displacement_m, part.moves[k].displacement_m);
+        assert_eq!(whole.moves[k].covariance_m2, part.moves[k].covariance_m2);
+    }
+    let end = part.moves[1].samples.end;
+    let before = |m: &Motion| {
+        m.path
+            .iter()
+            .filter(|n| n.sample < end)
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(before(&whole), before(&part));
+}
+
+#[test]
+fn the_smoother_ends_where_the_filter_does() {
+    // With the same rests and noise the whole run and the causal one know the same at the end.
+    let scene = Scene {
+        moves: 3,
+        rests_s: [3.0, 3.0],
+        ..Scene::new(12, Trouble::None)
+    };
+    let (recording, whole) = estimate(&scene, &options());
+    let (_, causal) = estimate(
+        &scene,
+        &MotionOptions {
+            causal: true,
+            ..options()
+        },
+    );
+    let (a, b) = (whole.path.last().unwrap(), causal.path.last().unwrap());
+    assert_near(a.position_m, b.position_m, a.position_sd_m[0]);
+    let total = recording.displacement * 3.0;
+    assert_near(
+        a.position_m,
+        [total.x, total.y, total.z],
+        4.0 * a.position_sd_m[0],
+    );
+}
+
+#[test]
+fn results_agree_with_each_other() {
+    let scene = Scene {
+        moves: 3,
+        ..Scene::new(13, Trouble::Wobble(0.1))
+    };
+    let (recording, motion) = estimate(&scene, &options());
+    let mut sum = [0.0; 3];
+    for one in &motion.moves {
+        (0..3).for_each(|c| sum[c] += one.displacement_m[c]);
+        let budget = one.budget;
+        for c in 0..3 {
+            let squares = [budget.noise_m, budget.calibration_m, budget.attitude_m]
+                .map(|part| part[c].powi(2));
+            let total = one.covariance_m2[c][c];
+            assert!((squares.iter().sum::<f64>() / total - 1.0).abs() < 1e-9);
+            assert!(budget.noise_m[c] > 0.0 && budget.attitude_m[c] > 0.0);
+        }
+    }
+    // The path rests between moves, whose displacements lead from rest to rest.
+    let last = motion.path.last().unwrap();
+    assert_near(sum, last.position_m, 2e-3);
+    assert!(motion.path.windows(2).all(|w| w[0].sample <= w[1].sample));
+    assert!(
+        motion
+            .path
+            .iter()
+            .all(|n| (n.attitude.iter().map(|q| q * q).sum::<f64>() - 1.0).abs() < 1e-9)
+    );
+    // Half way of a move it is half way.
+    let (from, to) = recording.moves_s[0];
+    let (middle, _) = motion
+        .position_at(0.5 * (from + to), &recording.time_s)
+        .unwrap();
+    let half = recording.displacement * 0.5;
+    assert_near(middle, [half.x, half.y, half.z], 0.02);
+    assert!(motion.position_at(1e9, &recording.time_s).is_some());
+}
+
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        8 => -20.0..20.0_f64,
+        2 => Just(9.81),
+        2 => Just(0.0),
+        1 => Just(f64::NAN),
+        1 => Just(f64::INFINITY),
+        1 => Just(f64::MAX),
+        1 => -1e6..1e6_f64,
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn whatever_is_read_is_answered(
+        numbers in prop::collection::vec(number(), 0..400),
+        still in 0_usize..400,
+        gyro in any::<bool>(),
+        causal in any::<bool>(),
+        given in any::<bool>(),
+        step in prop_oneof![Just(0.01), Just(0.0), Just(-0.01), Just(1e-9), Just(1e9), Just(f64::NAN)],
+    ) {
+        let mut force: Vec<[f64; 3]> = (0..still).map(|i| [0.01 * (i % 3) as f64, 0.0, 9.81]).collect();
+        force.extend(numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]]));
+        force.extend((0..still / 2).map(|i| [0.01 * (i % 2) as f64, 0.0, 9.81]));
+        let odd = numbers.first().copied().unwrap_or(0.0);
+        let time_s: Vec<f64> = (0..force.len())
+            .map(|i| if i % 37 == 36 { odd } else { i as f64 * step })
+            .collect();
+        let rate = if gyro { force.iter().map(|f| [f[1], f[0], f[1] * 0.1]).collect() } else { Vec::new() };
+        let bridged = bridge_odd(&time_s, &mut force, Sensor::Accelerometer, &[19.6, 0.0], 5.0);
+        let samples = Samples::new(&time_s, &force, &rate, bridged);
+        let rests_s = given.then(|| vec![(0.0, 1.0), (f64::NAN, 3.0), (2.0, 1e300)]);
+        let motion = estimate_motion(&samples, &MotionOptions { causal, rests_s, ..options() });
+        prop_assert!(motion.rests.iter().all(|r| r.start < r.end && r.end <= samples.len()));
+        let _ = (motion.verdict(), motion.hidden_displacement_m(1.0), motion.position_at(odd, samples.time_s()));
+    }
+}

@@ -1,0 +1,216 @@
+//! What goes wrong in real recordings, each with the right answer.
+
+use gravical_motion::{
+    Bounds, BridgeKind, Motion, MotionOptions, Samples, Verdict, estimate_motion,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use crate::simulated::{Recording, Scene, Trouble};
+use crate::study::{estimate, options, samples};
+
+fn holds(motion: &Motion, recording: &Recording) -> bool {
+    let one = &motion.moves[0];
+    (0..3).all(|c| (one.displacement_m[c] - recording.displacement[c]).abs() < 3.0 * one.sd_m()[c])
+}
+
+/// Accelerations along z over noise, at 100 Hz, without turning.
+fn vertical(seed: u64, seconds: f64, acceleration: impl Fn(f64) -> f64) -> Samples {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = |sd: f64| -> f64 { sd * rng.sample::<f64, _>(StandardNormal) };
+    let time_s: Vec<f64> = (0..(seconds * 100.0) as usize)
+        .map(|i| i as f64 * 0.01)
+        .collect();
+    let force: Vec<[f64; 3]> = time_s
+        .iter()
+        .map(|t| {
+            [
+                normal(0.03),
+                normal(0.03),
+                9.81 + acceleration(*t) + normal(0.03),
+            ]
+        })
+        .collect();
+    let rate: Vec<[f64; 3]> = time_s
+        .iter()
+        .map(|_| [0; 3].map(|_| normal(1e-3)))
+        .collect();
+    Samples::new(&time_s, &force, &rate, Vec::new())
+}
+
+#[test]
+fn sixty_seconds_of_rest_are_a_rest() {
+    for seed in 0..10 {
+        for trouble in [Trouble::Cart(1.4, 0.2), Trouble::Spikes(3)] {
+            let scene = Scene {
+                rests_s: [5.0, 60.0],
+                ..Scene::new(seed, trouble)
+            };
+            let (recording, motion) = estimate(&scene, &options());
+            assert_eq!(motion.verdict(), Verdict::Bounded, "{trouble:?} {seed}");
+            assert!(
+                motion.rests.len() == 2 && holds(&motion, &recording),
+                "{trouble:?} {seed}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_longer_rest_makes_nothing_worse() {
+    for rest_s in [1.5, 3.0, 9.0, 20.0] {
+        let scene = Scene {
+            rests_s: [5.0, rest_s],
+            ..Scene::new(4, Trouble::Cart(0.7, 0.1))
+        };
+        let (recording, motion) = estimate(&scene, &options());
+        assert!(
+            motion.moves.len() == 1 && holds(&motion, &recording),
+            "{rest_s}"
+        );
+    }
+}
+
+#[test]
+fn the_cruise_of_a_lift_is_no_rest() {
+    let acceleration = |t: f64| match t {
+        5.0..9.0 => 1.0,
+        19.0..23.0 => -1.0,
+        _ => 0.0,
+    };
+    let motion = estimate_motion(&vertical(1, 30.0, acceleration), &options());
+    assert_eq!(motion.rests.len(), 2, "{:?}", motion.rests);
+    let (z, sd) = (motion.moves[0].displacement_m[2], motion.moves[0].sd_m()[2]);
+    assert!((z - 56.0).abs() < 3.0 * sd && sd < 0.5, "{z} ± {sd}");
+}
+
+#[test]
+fn a_failed_closure_widens_all_axes_alike() {
+    let scene = Scene::new(7, Trouble::BiasStep(0.3));
+    let (recording, motion) = estimate(&scene, &options());
+    let (one, sd) = (&motion.moves[0], motion.moves[0].sd_m());
+    assert!(one.closure.unwrap().enlarged && !one.is_undisturbed());
+    let (least, most) = sd
+        .iter()
+        .fold((f64::MAX, 0.0_f64), |(a, b), s| (a.min(*s), b.max(*s)));
+    assert!(most < 1.2 * least && holds(&motion, &recording), "{sd:?}");
+}
+
+#[test]
+fn clipped_samples_are_one_sided_unknowns() {
+    let scene = Scene {
+        move_s: 0.4,
+        ranges: [2.0 * 9.80665, 1e3],
+        ..Scene::new(2, Trouble::None)
+    };
+    let (recording, motion) = estimate(&scene, &options());
+    assert!(
+        motion.moves[0].clipped > 0 && holds(&motion, &recording),
+        "{:?}",
+        motion.moves[0]
+    );
+    assert!(!motion.moves[0].is_undisturbed());
+}
+
+#[test]
+fn one_spiked_row_is_a_spike() {
+    let scene = Scene::new(3, Trouble::Spikes(1));
+    let recording = scene.record();
+    let samples = samples(&recording, scene.ranges);
+    let motion = estimate_motion(&samples, &options());
+    assert_eq!((motion.moves[0].spiked, motion.moves[0].clipped), (1, 0));
+    assert!(holds(&motion, &recording));
+    let mut force = recording.force.clone();
+    let sensor = gravical_motion::Sensor::Accelerometer;
+    let bridged = gravical_motion::bridge_odd(&recording.time_s, &mut force, sensor, &[], 5.0);
+    assert!(
+        bridged.len() == 1 && bridged[0].rows.len() == 1 && bridged[0].kind == BridgeKind::Spiked
+    );
+}
+
+#[test]
+fn a_sensor_that_hangs_leaves_a_gap() {
+    for gyro in [true, false] {
+        let scene = Scene {
+            gyro,
+            ..Scene::new(4, Trouble::Hang)
+        };
+        let recording = scene.record();
+        let samples = samples(&recording, scene.ranges);
+        assert_eq!(samples.frozen_rows().len(), 1);
+        assert!(
+            (138..=141).contains(&samples.frozen_rows()[0].len()),
+            "{:?}",
+            samples.frozen_rows()
+        );
+        let motion = estimate_motion(&samples, &options());
+        assert_eq!(motion.rests.len(), 2);
+        assert!(motion.moves[0].gap && !motion.moves[0].is_undisturbed());
+        assert!(motion.moves[0].sd_m()[0] > 0.3 && holds(&motion, &recording));
+    }
+}
+
+#[test]
+fn a_recording_may_begin_in_motion() {
+    let scene = Scene {
+        moves: 2,
+        cut_s: 6.2,
+        ..Scene::new(5, Trouble::Wobble(0.1))
+    };
+    let (recording, motion) = estimate(&scene, &options());
+    let bounds: Vec<Bounds> = motion.moves.iter().map(|m| m.bounds).collect();
+    assert_eq!(bounds, [Bounds::OpenStart, Bounds::Closed]);
+    assert_eq!(motion.verdict(), Verdict::PartlyOpen);
+    // Heading is that of the first sample, which a rest after it knows by the gyroscope.
+    let norm = |d: [f64; 3]| d.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let (found, truth) = (
+        norm(motion.moves[1].displacement_m),
+        recording.displacement.norm(),
+    );
+    assert!((found - truth).abs() < 0.02, "{found} {truth}");
+}
+
+#[test]
+fn a_recording_may_end_in_motion() {
+    let scene = Scene {
+        rests_s: [5.0, -0.5],
+        ..Scene::new(5, Trouble::None)
+    };
+    let (_, motion) = estimate(&scene, &options());
+    assert_eq!(motion.moves.last().unwrap().bounds, Bounds::OpenEnd);
+    assert_eq!(motion.verdict(), Verdict::Open);
+}
+
+#[test]
+fn a_walk_with_a_phone_is_no_rest() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut normal = |sd: f64| -> f64 { sd * rng.sample::<f64, _>(StandardNormal) };
+    let time_s: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.05).collect();
+    let force: Vec<[f64; 3]> = (0..600)
+        .map(|_| [normal(0.8), normal(0.8), 9.8 + normal(0.8)])
+        .collect();
+    let motion = estimate_motion(&Samples::new(&time_s, &force, &[], Vec::new()), &options());
+    assert_eq!(motion.verdict(), Verdict::NoRest);
+}
+
+#[test]
+fn what_rests_is_at_rest_and_says_what_could_hide() {
+    let motion = estimate_motion(&vertical(3, 20.0, |_| 0.0), &options());
+    assert_eq!(motion.verdict(), Verdict::AtRest);
+    let hidden_m = motion.hidden_displacement_m(2.0).unwrap();
+    assert!((0.015..0.03).contains(&hidden_m), "{hidden_m}");
+    assert_eq!(motion.rests, [0..2000]);
+}
+
+#[test]
+fn rests_that_are_given_are_taken() {
+    let scene = Scene::new(6, Trouble::None);
+    let given = MotionOptions {
+        rests_s: Some(vec![(0.0, 4.9), (7.2, 12.0), (1.0, 0.0)]),
+        ..options()
+    };
+    let (recording, motion) = estimate(&scene, &given);
+    assert_eq!(motion.rests, [0..491, 720..1200]);
+    assert!(holds(&motion, &recording));
+}
