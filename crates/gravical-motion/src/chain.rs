@@ -37,8 +37,8 @@ const TIE: f64 = 1e-3;
 /// Rests of one pose, closer than this, s, whose means differ by less, m/s², are one.
 const MAX_PAUSE_S: f64 = 1.0;
 const SAME_FORCE_MPS2: f64 = 0.02;
-/// … if what is between is no rougher than three standard deviations of the rests.
-const MAX_PAUSE_EXCESS: f64 = 9.0;
+/// … if what is between has no more power than noise: five standard deviations of it.
+const MAX_PAUSE_SD: f64 = 5.0;
 /// A causal run decides a second after a rest began, and believes one of 3 s in any case: what is wrong
 /// then is the velocity.
 const DECIDED_AFTER_S: f64 = 1.0;
@@ -177,7 +177,9 @@ impl<'a> Gate<'a> {
                 .map(|i| distance2(&channels.sample(i), &a))
                 .sum::<f64>()
                 / between.len().max(1) as f64;
-            let calm = variance * samples.period_s < MAX_PAUSE_EXCESS * self.noise.rest.force.sum();
+            let noise = self.noise.rest.force.sum();
+            let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
+            let calm = variance * samples.period_s < noise * (1.0 + chance);
             let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
             let same = pause_s < MAX_PAUSE_S && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2) && calm;
             if same {

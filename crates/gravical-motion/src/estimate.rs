@@ -60,15 +60,13 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(first) = found.first() else {
         return Motion::default();
     };
+    let learned = first.start..first.end.min(samples.after_s(first.start, LEARNED_S));
     let learned = if options.causal {
-        let until = samples
-            .time_s
-            .partition_point(|t| *t < samples.time_s[first.start] + LEARNED_S);
-        vec![first.start..first.end.min(until)]
+        std::slice::from_ref(&learned)
     } else {
-        found.clone()
+        &found[..]
     };
-    let noise = Noise::new(samples, &learned, Roughness::new(samples, &found));
+    let noise = Noise::new(samples, learned, Roughness::new(samples, &found));
     let directions = Directions::new(&options.calibration);
     let gate = Gate {
         samples,
@@ -162,13 +160,14 @@ impl<'a> Pass<'a> {
         let last = self.samples.len() - 1;
         for k in 0..=self.rests.len() {
             let end = self.rests.get(k).map_or(last, |rest| rest.start);
-            if end > filter.at {
+            let moves = end > filter.at;
+            if moves {
                 filter = self.go(filter, k, end);
             }
             if let Some(rest) = self.rests.get(k) {
                 let from = end.max(filter.at);
                 self.rest(&mut filter, rest, from, k > 0);
-            } else if self.options.causal {
+            } else if self.options.causal && moves {
                 self.take_displacement(&mut filter);
             }
         }

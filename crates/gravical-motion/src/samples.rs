@@ -160,6 +160,12 @@ impl Samples {
         (seconds / self.period_s.max(f64::MIN_POSITIVE)) as usize
     }
 
+    /// The first sample that is `seconds` or more after sample `from`.
+    pub(crate) fn after_s(&self, from: usize, seconds: f64) -> usize {
+        let until_s = self.time_s[from] + seconds;
+        self.time_s.partition_point(|t| *t < until_s)
+    }
+
     /// Seconds from the first to the last sample of a span.
     pub(crate) fn duration_s(&self, span: &Range<usize>) -> f64 {
         if span.is_empty() {

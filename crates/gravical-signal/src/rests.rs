@@ -30,6 +30,8 @@ const DRIFT_S: f64 = 4.0;
 /// Two segments are one rest if what separates their means is less likely than this fraction of a
 /// penalty: it pays for the means, but not for the place.
 const SAME_REST: f64 = 0.65;
+/// Blocks next to an edge that say what the rest is: 3 s, as much as a causal run learns from.
+const NEAR_BLOCKS: usize = 15;
 /// A motion begins more gently than its fitted onset: a rest ends this long before it.
 const MARGIN_S: f64 = 0.03;
 
@@ -64,7 +66,7 @@ pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range
     };
     let level = [0, 1].map(|sensor| quiet_level(learned, sensor));
     let mut rests = Vec::new();
-    for run in quiet_runs(&blocks, level) {
+    for run in quiet_runs(channels, &blocks, level) {
         let base = if options.causal { learned } else { run };
         let flips = flips(run, &channels.resolution);
         let mut variance = variance_of_means(base, level, size);
@@ -112,12 +114,19 @@ fn quiet_level(blocks: &[Block], sensor: usize) -> f64 {
     quantile(medians.collect(), 0.05).clamp(floor, ceiling)
 }
 
-/// Runs of adjacent blocks that are quiet enough.
-fn quiet_runs(blocks: &[Block], level: [f64; 2]) -> Vec<&[Block]> {
+/// Runs of adjacent blocks of a piece that are quiet enough.
+fn quiet_runs<'b>(
+    channels: &Channels<'_>,
+    blocks: &'b [Block],
+    level: [f64; 2],
+) -> Vec<&'b [Block]> {
     let limit = [0, 1].map(|s| (MAX_EXCESS * level[s]).clamp(TREMOR[s], CEILING[s]));
     let quiet = |b: &Block| (0..2).all(|s| b.total_variance(s) < limit[s]);
+    let adjacent = |a: &Block, b: &Block| {
+        a.span.end == b.span.start && channels.piece(a.span.start).contains(&b.span.start)
+    };
     blocks
-        .chunk_by(|a, b| a.span.end == b.span.start && quiet(a) == quiet(b))
+        .chunk_by(|a, b| adjacent(a, b) && quiet(a) == quiet(b))
         .filter(|run| run.len() >= MIN_BLOCKS && quiet(&run[0]))
         .collect()
 }
@@ -259,7 +268,7 @@ impl Partition {
                     (self.mean(last, c) - self.mean(next, c)).powi(2) / variance
                 })
                 .sum();
-            let same = next.start - last.end <= 2 && chi2 < SAME_REST * self.penalty();
+            let same = next.start == last.end && chi2 < SAME_REST * self.penalty();
             if same {
                 last.end = next.end;
             }
@@ -285,7 +294,7 @@ fn longest_of_touching(mut segments: Vec<Range<usize>>) -> Vec<Range<usize>> {
     segments
 }
 
-/// The span with ends to the sample.
+/// The span with ends to the sample, by the seconds of rest next to each.
 fn with_edges(
     channels: &Channels<'_>,
     span: &Range<usize>,
@@ -293,23 +302,26 @@ fn with_edges(
     variance: &[f64; 6],
 ) -> Range<usize> {
     let piece = channels.piece(span.start);
-    let rest = Rest {
+    let near = span.len().min(NEAR_BLOCKS * size);
+    let rest = |span: Range<usize>| Rest {
         channels,
-        mean: channels.mean(span),
+        mean: channels.mean(&span),
         variance,
     };
     let margin = (MARGIN_S / BLOCK_S * size as f64).ceil() as usize;
-    // Far enough back into the rest that the ramp finds its foot, a block beyond it.
-    let reach = (15 * size).min(span.len() / 3) + 2 * size;
+    // Far enough into the rest that the ramp finds its foot, from a block beyond it.
+    let reach = near / 3 + 2 * size;
     let mut out = span.clone();
     if span.end + size < piece.end {
         let last = (span.end + size).min(piece.end - 1);
-        out.end = (last + 1).saturating_sub(rest.onset(reach.min(last), |u| last - u) + margin);
+        let onset = rest(span.end - near..span.end).onset(reach.min(last), |u| last - u);
+        out.end = (last + 1).saturating_sub(onset + margin);
     }
     if span.start > piece.start + size {
         let first = span.start.saturating_sub(size).max(piece.start);
         let most = channels.time_s.len() - 1 - first;
-        out.start = first + rest.onset(reach.min(most), |u| first + u) + margin;
+        let onset = rest(span.start..span.start + near).onset(reach.min(most), |u| first + u);
+        out.start = first + onset + margin;
     }
     if out.start < out.end {
         out

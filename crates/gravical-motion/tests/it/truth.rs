@@ -5,8 +5,11 @@ use gravical_motion::{MotionOptions, estimate_motion};
 use crate::simulated::{Scene, Trouble};
 use crate::study::{Study, estimate, options, samples};
 
-/// Every kind that is studied: its name and a recording of a seed.
-pub fn kinds() -> Vec<(&'static str, fn(u64) -> Scene)> {
+/// A name, and a recording of a seed.
+type Kind = (&'static str, fn(u64) -> Scene);
+
+/// Every kind that is studied.
+fn kinds() -> Vec<Kind> {
     use Trouble as T;
     vec![
         ("plain", |s| Scene::new(s, T::None)),
@@ -105,10 +108,10 @@ fn plain_moves_are_as_accurate_as_noise_allows() {
         ("noise × 3", 11.0),
         ("wobble ±3°", 5.2),
     ] {
-        let study = study(name, 60, &options());
-        assert_eq!(study.found, 60, "{name}");
+        let study = study(name, 40, &options());
+        assert_eq!(study.found, 40, "{name}");
         assert!(study.rms_mm() < rms_mm, "{name}: {} mm", study.rms_mm());
-        // 180 values, not all independent.
+        // 120 values, not all independent.
         let coverage = [study.coverage(1.0), study.coverage(2.0)];
         assert!(
             (0.60..0.83).contains(&coverage[0]) && coverage[1] > 0.91,
@@ -131,8 +134,8 @@ fn bands_hold_where_the_model_is_wrong() {
         "clipped force",
         "clipped rate",
     ] {
-        let study = study(name, 30, &options());
-        assert_eq!(study.found, 30, "{name}");
+        let study = study(name, 20, &options());
+        assert_eq!(study.found, 20, "{name}");
         assert!(
             study.coverage(2.0) > 0.89,
             "{name}: {}",
@@ -145,8 +148,8 @@ fn bands_hold_where_the_model_is_wrong() {
 #[test]
 fn a_second_rest_is_never_lost() {
     for name in ["cart 60 s", "three spiked, 60 s"] {
-        let study = study(name, 15, &options());
-        assert_eq!(study.found, 15, "{name}");
+        let study = study(name, 6, &options());
+        assert_eq!(study.found, 6, "{name}");
         assert!(
             study.coverage(2.0) > 0.89,
             "{name}: {}",
@@ -183,8 +186,8 @@ fn causal_bands_hold() {
         ("wobble ±3°", 5.5),
         ("cart", 100.0),
     ] {
-        let study = study(name, 40, &causal);
-        assert!(study.found >= 38, "{name}: {}", study.found);
+        let study = study(name, 20, &causal);
+        assert!(study.found >= 19, "{name}: {}", study.found);
         assert!(study.rms_mm() < rms_mm, "{name}: {} mm", study.rms_mm());
         assert!(study.coverage(2.0) > 0.9, "{name}: {}", study.coverage(2.0));
     }
@@ -192,24 +195,11 @@ fn causal_bands_hold() {
 
 #[test]
 fn turns_calibrate_the_gyroscope_on_the_way() {
-    // Ten moves that come back level tell its scale; the first alone does not.
-    let scene = |moves| {
-        move |s| Scene {
-            moves,
-            ..Scene::new(s, Trouble::Wobble(0.2))
-        }
-    };
-    let (one, ten) = (
-        Study::of((0..20).map(scene(1)), &options()),
-        Study::of((0..20).map(scene(10)), &options()),
-    );
-    assert!(
-        ten.rms_mm() < 0.75 * one.rms_mm(),
-        "{} {}",
-        ten.rms_mm(),
-        one.rms_mm()
-    );
-    assert!(ten.coverage(2.0) > 0.91, "{}", ten.coverage(2.0));
+    // A scale that is off by 2 % makes 0.1 m/s² of a tilt by 0.5 rad, 60 mm; the closure knows it.
+    let scene = |s| Scene::new(s, Trouble::Tilt(0.5));
+    let study = Study::of((0..15).map(scene), &options());
+    assert!(study.rms_mm() < 6.0, "{} mm", study.rms_mm());
+    assert!(study.coverage(2.0) > 0.9, "{}", study.coverage(2.0));
 }
 
 #[test]
@@ -291,9 +281,9 @@ fn a_long_recording() {
 #[ignore = "an hour without a rest"]
 fn a_long_leg() {
     let scene = Scene {
-        distance_m: 1e4,
+        distance_m: 1e3,
         move_s: 3600.0,
-        ..Scene::new(1, Trouble::Wobble(0.05))
+        ..Scene::new(1, Trouble::Cart(0.5, 0.05))
     };
     let (recording, motion) = estimate(&scene, &options());
     println!(

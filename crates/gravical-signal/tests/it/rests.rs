@@ -1,0 +1,229 @@
+//! Rests: found, to the sample, and nothing else.
+
+use std::ops::Range;
+
+use gravical_signal::{
+    Channels, RestOptions, blocks, detect_rests, pieces, quantile, resolution, sampling_period,
+};
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+/// Six channels at 100 Hz.
+struct Recording {
+    time_s: Vec<f64>,
+    force: Vec<[f64; 3]>,
+    rate: Vec<[f64; 3]>,
+    step: f64,
+}
+
+impl Recording {
+    /// Noise of `sd` (m/s²; a thirtieth of it in rad/s) around `force` and `rate` of a time.
+    fn new(
+        seed: u64,
+        seconds: f64,
+        sd: f64,
+        force: impl Fn(f64) -> [f64; 3],
+        rate: impl Fn(f64) -> [f64; 3],
+    ) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut noise = |sd: f64| -> f64 { sd * rng.sample::<f64, _>(StandardNormal) };
+        let time_s: Vec<f64> = (0..(seconds * 100.0) as usize)
+            .map(|i| i as f64 * 0.01)
+            .collect();
+        Recording {
+            force: time_s
+                .iter()
+                .map(|t| force(*t).map(|v| v + noise(sd)))
+                .collect(),
+            rate: time_s
+                .iter()
+                .map(|t| rate(*t).map(|v| v + noise(sd / 30.0)))
+                .collect(),
+            time_s,
+            step: 0.0,
+        }
+    }
+
+    /// Written in steps.
+    fn rounded(mut self, step: f64) -> Self {
+        for v in self.force.iter_mut().flatten() {
+            *v = (*v / step).round() * step;
+        }
+        self.step = step;
+        self
+    }
+
+    fn rests(&self, causal: bool) -> Vec<Range<usize>> {
+        let period_s = sampling_period(&self.time_s);
+        let channels = Channels {
+            time_s: &self.time_s,
+            force_mps2: &self.force,
+            rate_rad_s: &self.rate,
+            period_s,
+            pieces: &pieces(&self.time_s, period_s),
+            resolution: [self.step, self.step, self.step, 0.0, 0.0, 0.0],
+        };
+        detect_rests(&channels, &RestOptions { causal })
+    }
+}
+
+/// Poses of 3 s with turns of 1 s between.
+fn poses(seed: u64, sd: f64) -> Recording {
+    let angle = |t: f64| (t / 4.0).floor() + (t % 4.0 - 3.0).max(0.0);
+    let force = move |t: f64| [0.0, 9.81 * angle(t).sin(), 9.81 * angle(t).cos()];
+    Recording::new(seed, 39.0, sd, force, move |t| {
+        [if t % 4.0 > 3.0 { 1.0 } else { 0.0 }, 0.0, 0.0]
+    })
+}
+
+#[test]
+fn poses_are_found_to_the_sample() {
+    for seed in 0..20 {
+        for causal in [false, true] {
+            let rests = poses(seed, 0.03).rests(causal);
+            assert_eq!(rests.len(), 10, "{seed} {causal} {rests:?}");
+            for (k, rest) in rests.iter().enumerate() {
+                let (start, end) = (400 * k, 400 * k + 300);
+                // Inside the rest: a ramp fitted to a jump of the rate begins before it.
+                assert!(
+                    (start..start + 15).contains(&rest.start),
+                    "{seed} {causal} {rest:?}"
+                );
+                assert!(
+                    (end - 15..=end + 1).contains(&rest.end),
+                    "{seed} {causal} {rest:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn noise_is_that_of_the_recording() {
+    for sd in [0.001, 0.01, 0.1, 0.2] {
+        assert_eq!(poses(1, sd).rests(false).len(), 10, "{sd}");
+    }
+}
+
+#[test]
+fn resolution_above_noise_is_no_motion() {
+    for step in [0.04, 0.15] {
+        let rests = poses(2, 0.01).rounded(step).rests(false);
+        assert_eq!(rests.len(), 10, "{step} {rests:?}");
+    }
+}
+
+#[test]
+fn a_constant_recording_rests() {
+    let rests = Recording::new(1, 20.0, 0.03, |_| [0.1, 0.2, 9.8], |_| [0.01; 3]).rests(false);
+    assert_eq!(
+        rests,
+        vec![Range {
+            start: 0,
+            end: 2000
+        }]
+    );
+}
+
+#[test]
+fn false_rests_and_splits_are_rare() {
+    let split = (0..40).filter(|seed| {
+        Recording::new(*seed, 60.0, 0.03, |_| [0.0, 0.0, 9.8], |_| [0.0; 3])
+            .rests(false)
+            .len()
+            != 1
+    });
+    assert!(split.count() <= 1);
+}
+
+#[test]
+fn above_the_ceiling_nothing_rests() {
+    // 0.07 g rms of a walk with a phone; 5 °/s of a hand.
+    assert!(
+        Recording::new(1, 20.0, 0.7, |_| [0.0, 0.0, 9.8], |_| [0.0; 3])
+            .rests(false)
+            .is_empty()
+    );
+    let hand = |t: f64| [0.12 * (9.0 * t).sin(), 0.0, 0.0];
+    assert!(
+        Recording::new(1, 20.0, 0.01, |_| [0.0, 0.0, 9.8], hand)
+            .rests(false)
+            .is_empty()
+    );
+}
+
+#[test]
+fn a_slow_turn_is_no_rest() {
+    let turn = |t: f64| [0.0, 9.8 * (0.05 * t).sin(), 9.8 * (0.05 * t).cos()];
+    let rests = Recording::new(1, 20.0, 0.03, turn, |_| [0.05, 0.0, 0.0]).rests(false);
+    let longest = rests.iter().map(|r| r.len()).max().unwrap_or(0);
+    assert!(longest < 150, "{rests:?}");
+}
+
+#[test]
+fn a_warming_sensor_rests() {
+    let rests = Recording::new(1, 30.0, 0.03, |t| [0.0, 3e-4 * t, 9.8], |_| [0.0; 3]).rests(false);
+    assert_eq!(rests.len(), 1, "{rests:?}");
+}
+
+#[test]
+fn no_rest_reaches_across_a_gap() {
+    let mut recording = Recording::new(1, 20.0, 0.03, |_| [0.0, 0.0, 9.8], |_| [0.0; 3]);
+    recording.time_s[1000..].iter_mut().for_each(|t| *t += 1.0);
+    assert_eq!(recording.rests(false), [0..1000, 1000..2000]);
+}
+
+#[test]
+fn three_channels_suffice() {
+    let mut recording = poses(3, 0.03);
+    recording.rate.clear();
+    assert_eq!(recording.rests(false).len(), 10);
+}
+
+#[test]
+fn statistics_are_what_they_say() {
+    assert_eq!(quantile(vec![3.0, 1.0, 2.0], 0.5), 2.0);
+    assert_eq!(quantile(Vec::new(), 0.5), 0.0);
+    let step = resolution((0..1000).map(|i| 0.05 * f64::from((i * 7919) % 23)));
+    assert!((step - 0.05).abs() < 1e-12);
+    let recording = poses(1, 0.03);
+    let channels = Channels {
+        time_s: &recording.time_s,
+        force_mps2: &recording.force,
+        rate_rad_s: &[],
+        period_s: 0.01,
+        pieces: &[0..100, 100..250],
+        resolution: [0.0; 6],
+    };
+    let found = blocks(&channels, &(10..250), 40);
+    let starts: Vec<usize> = found.iter().map(|b| b.span.start).collect();
+    assert_eq!(starts, [10, 50, 100, 140, 180]);
+    assert!((found[0].total_variance(0) / (3.0 * 0.03 * 0.03) - 1.0).abs() < 0.4);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn whatever_comes_is_answered_in_order(
+        numbers in prop::collection::vec(prop_oneof![-20.0..20.0_f64, Just(0.0), Just(f64::NAN), Just(f64::MAX)], 0..300),
+        still in 0_usize..300,
+        gyro in any::<bool>(),
+        causal in any::<bool>(),
+        step in prop_oneof![Just(0.01), Just(0.0), Just(-1.0), Just(0.3), Just(f64::NAN)],
+    ) {
+        let mut force: Vec<[f64; 3]> = numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        force.extend((0..still).map(|_| [0.0, 0.0, 9.8]));
+        let recording = Recording {
+            time_s: (0..force.len()).map(|i| i as f64 * step).collect(),
+            rate: if gyro { force.clone() } else { Vec::new() },
+            force,
+            step: 0.0,
+        };
+        let rests = recording.rests(causal);
+        prop_assert!(rests.iter().all(|r| r.start < r.end && r.end <= recording.force.len()));
+        prop_assert!(rests.windows(2).all(|w| w[0].end <= w[1].start));
+    }
+}
