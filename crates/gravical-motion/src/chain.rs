@@ -16,6 +16,9 @@ use crate::state::Directions;
 const MAX_MOVE_S: f64 = 120.0;
 /// Spans after the first that agrees which are still tried: of two false ones the second may be true.
 const MAX_AGREED: usize = 3;
+/// … and none where the first that agrees has a velocity that is known better than this, m/s: a cruise is
+/// faster.
+const MAX_SURE_MPS: f64 = 0.03;
 /// Times after the start of a span at which its velocity has to be zero, s.
 const TRIED_S: [f64; 6] = [0.0, 0.5, 1.0, 2.0, 5.0, 10.0];
 /// χ² that a rest may have: of the velocity (3), and with the tilt (5). Chance exceeds either once in
@@ -78,32 +81,33 @@ impl<'a> Gate<'a> {
         }
     }
 
-    /// Excess of the χ² of a rest over what chance allows; negative if it agrees. With `tilt` the force
-    /// counts too.
-    fn excess_chi2(&self, filter: &Filter<'_>, rest: &Range<usize>, tilt: bool) -> f64 {
+    /// What a rest says to the filter.
+    fn innovation(&self, filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
         let covariance = filter.covariance_here();
         let m = filter.rest_measurement(&covariance, rest, REST_SPEED_MPS);
-        let slack = (TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad).powi(2);
-        let innovation = Innovation::new(&covariance, &m).with_slack(slack);
-        if tilt {
-            innovation.chi2::<5>(0, 0.0) - MAX_CHI2
-        } else {
-            innovation.chi2::<3>(0, 0.0) - MAX_VELOCITY_CHI2
-        }
+        let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
+        Innovation::new(&covariance, &m).with_slack(slack.powi(2))
     }
 
-    /// What it costs to take `next` for the rest after that which the filter left.
-    fn cost(&self, filter: &mut Filter<'_>, next: &Range<usize>) -> f64 {
-        let time_s = &self.samples.time_s;
-        let mut worst = f64::NEG_INFINITY;
+    /// What it costs to take `next` for the rest after that which the filter left, and the standard
+    /// deviation of the velocity where it begins, m/s.
+    fn cost(&self, filter: &mut Filter<'_>, next: &Range<usize>) -> (f64, f64) {
+        let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
         for into_s in TRIED_S {
-            let to = time_s.partition_point(|t| *t < time_s[next.start] + into_s);
+            let to = self.samples.after_s(next.start, into_s);
             self.fly(filter, to.min(next.end - 1));
-            let tilt = into_s == 0.0 && self.samples.has_gyro();
-            let factor = if tilt { COST_OF_BOTH } else { COST_OF_VELOCITY };
-            worst = worst.max(factor * self.excess_chi2(filter, next, tilt));
+            let innovation = self.innovation(filter, next);
+            if into_s == 0.0 {
+                speed_sd_mps = innovation.velocity_sd_mps();
+            }
+            let cost = if into_s == 0.0 && self.samples.has_gyro() {
+                COST_OF_BOTH * excess_chi2(&innovation, true)
+            } else {
+                COST_OF_VELOCITY * excess_chi2(&innovation, false)
+            };
+            worst = f64::max(worst, cost);
         }
-        worst.max(0.0)
+        (worst, speed_sd_mps)
     }
 
     /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
@@ -157,9 +161,12 @@ impl<'a> Gate<'a> {
             if move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
                 break;
             }
-            let cost = self.cost(&mut filter, &spans[next]);
+            let (cost, speed_sd_mps) = self.cost(&mut filter, &spans[next]);
             costs.push((next, cost));
             agreed += usize::from(cost <= 0.0 || agreed > 0);
+            if cost <= 0.0 && speed_sd_mps < MAX_SURE_MPS {
+                break;
+            }
         }
         costs
     }
@@ -204,7 +211,8 @@ impl<'a> Gate<'a> {
                     .end
                     .min(span.start + self.samples.count_in(DECIDED_AFTER_S).max(1));
             let long = self.samples.duration_s(span) > BELIEVED_S;
-            if self.excess_chi2(&filter, &decided, self.samples.has_gyro()) > 0.0 && !long {
+            let innovation = self.innovation(&filter, &decided);
+            if excess_chi2(&innovation, self.samples.has_gyro()) > 0.0 && !long {
                 continue;
             }
             filter.run(&rest_action(&decided), None);
@@ -213,6 +221,16 @@ impl<'a> Gate<'a> {
             rests.push(span.clone());
         }
         rests
+    }
+}
+
+/// Excess of the χ² of a rest over what chance allows; negative if it agrees. With `tilt` the force counts
+/// too.
+fn excess_chi2(innovation: &Innovation, tilt: bool) -> f64 {
+    if tilt {
+        innovation.chi2::<5>(0, 0.0) - MAX_CHI2
+    } else {
+        innovation.chi2::<3>(0, 0.0) - MAX_VELOCITY_CHI2
     }
 }
 

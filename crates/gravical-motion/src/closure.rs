@@ -63,6 +63,11 @@ impl Innovation {
         self
     }
 
+    /// Standard deviation of the velocity, the largest of the axes, m/s.
+    pub fn velocity_sd_mps(&self) -> f64 {
+        (0..3).map(|c| self.s[(c, c)]).fold(0.0, f64::max).sqrt()
+    }
+
     fn closure(&self) -> Closure {
         Closure {
             velocity_chi2: self.chi2::<3>(0, 0.0),

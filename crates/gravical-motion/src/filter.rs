@@ -263,12 +263,7 @@ impl<'a> Filter<'a> {
         self.turned_rad += step.turned_rad;
         self.at = to;
 
-        let moving = step.f.fixed_columns::<MOVING>(0);
-        let mut phi = moving * self.phi;
-        let mut constant = phi.fixed_columns_mut::<{ STATES - MOVING }>(MOVING);
-        constant += step.f.fixed_columns::<{ STATES - MOVING }>(MOVING);
-        self.phi = phi;
-
+        self.gather(&step);
         let rows = step.f.fixed_columns::<15>(0) * self.q;
         let columns = rows * step.f.fixed_columns::<15>(0).transpose();
         self.q.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
@@ -284,6 +279,20 @@ impl<'a> Filter<'a> {
             records.push(Record::Node(node));
             records.push(Record::Propagate(Box::new(step)));
         }
+    }
+
+    /// Φ ← F Φ, block by block: F is the identity but for velocity and attitude in the rows before them,
+    /// and for the columns of constants.
+    fn gather(&mut self, step: &Transition) {
+        let block = |i: usize, j: usize| step.f.fixed_view::<3, 3>(i, j).into_owned();
+        let attitude = self.phi.fixed_rows::<3>(ATTITUDE).into_owned();
+        let velocity = self.phi.fixed_rows::<3>(VELOCITY).into_owned();
+        let mut rows = self.phi.fixed_rows_mut::<3>(POSITION);
+        rows += velocity * step.seconds + block(POSITION, ATTITUDE) * attitude;
+        let mut rows = self.phi.fixed_rows_mut::<3>(VELOCITY);
+        rows += block(VELOCITY, ATTITUDE) * attitude;
+        let mut constants = self.phi.fixed_columns_mut::<{ STATES - MOVING }>(MOVING);
+        constants += step.f.fixed_columns::<{ STATES - MOVING }>(MOVING);
     }
 
     /// Random walks of the biases.
