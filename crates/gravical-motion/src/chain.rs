@@ -40,8 +40,8 @@ const TIE: f64 = 1e-3;
 /// Rests of one pose, closer than this, s, whose means differ by less, m/s², are one.
 const MAX_PAUSE_S: f64 = 1.0;
 const SAME_FORCE_MPS2: f64 = 0.02;
-/// … if what is between has no more power than noise: five standard deviations of it.
-const MAX_PAUSE_SD: f64 = 5.0;
+/// … if what is between has no more power than noise: two standard deviations of it.
+const MAX_PAUSE_SD: f64 = 2.0;
 /// A causal run decides a second after a rest began, and believes one of 3 s in any case: what is wrong
 /// then is the velocity.
 const DECIDED_AFTER_S: f64 = 1.0;

@@ -10,6 +10,7 @@
 #![deny(missing_docs)]
 
 mod channels;
+mod faint;
 mod rests;
 
 pub use channels::{

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::channels::{Block, Channels, block_len, blocks, quantile};
+use crate::faint::without_faint_moves;
 
 /// Blocks: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
 const BLOCK_S: f64 = 0.2;
@@ -49,7 +50,8 @@ pub struct RestOptions {
 /// each segment are least (optimal partitioning, Jackson et al. 2005, doi 10.1109/LSP.2001.838216).
 /// Their noise is that of the stretch itself, at least white noise, resolution counted; what exceeds
 /// 0.3 m/s² or 2 °/s rms is no rest. Edges are those of a ramp fitted to what follows (likelihood ratio
-/// over its onset).
+/// over its onset). A whole recording is also searched for moves that no single block shows, by matched
+/// filters of 0.35 to 8 s: they part a rest.
 ///
 /// It finds rests of 0.8 s and more, in order. Without a gyroscope a slow move may contain one.
 #[must_use]
@@ -91,8 +93,15 @@ pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range
         };
         let spans = segments
             .iter()
-            .map(|s| run[s.start].span.start..run[s.end - 1].span.end);
-        rests.extend(spans.map(|span| with_edges(channels, &span, size, &variance)));
+            .map(|s| run[s.start].span.start..run[s.end - 1].span.end)
+            .map(|span| with_edges(channels, &span, size, &variance));
+        let density = std::array::from_fn(|c| variance[c] * size as f64 * channels.period_s);
+        let min_len = (MIN_BLOCKS - 1) * size;
+        if options.causal {
+            rests.extend(spans);
+        } else {
+            rests.extend(spans.flat_map(|s| without_faint_moves(channels, s, &density, min_len)));
+        }
     }
     rests.retain(|r| r.len() >= (MIN_BLOCKS - 1) * size);
     for rest in &mut rests {

@@ -194,6 +194,21 @@ fn causal_bands_hold() {
 }
 
 #[test]
+fn what_a_matched_filter_sees_is_found() {
+    // 35, 13 and 16 σ.
+    for (distance_m, move_s) in [(0.01, 0.5), (0.03, 2.0), (0.1, 4.0)] {
+        let scene = |seed| Scene {
+            distance_m,
+            move_s,
+            rests_s: [3.0, 3.0],
+            ..Scene::new(seed, Trouble::None)
+        };
+        let study = Study::of((0..12).map(scene), &options());
+        assert!(study.found >= 11, "{distance_m} m: {}", study.found);
+    }
+}
+
+#[test]
 fn turns_calibrate_the_gyroscope_on_the_way() {
     // A scale that is off by 2 % makes 0.1 m/s² of a tilt by 0.5 rad, 60 mm; the closure knows it.
     let scene = |s| Scene::new(s, Trouble::Tilt(0.5));

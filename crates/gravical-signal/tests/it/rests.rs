@@ -139,6 +139,30 @@ fn false_rests_and_splits_are_rare() {
 }
 
 #[test]
+fn a_faint_move_parts_a_rest() {
+    // 1 cm in 1 s: 13 σ of a matched filter, a third of the noise of a sample.
+    let minimum_jerk = |u: f64| 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u);
+    let force = |t: f64| {
+        [
+            if (10.0..11.0).contains(&t) {
+                0.01 * minimum_jerk(t - 10.0)
+            } else {
+                0.0
+            },
+            0.0,
+            9.8,
+        ]
+    };
+    let found = (0..20).filter(|seed| {
+        Recording::new(*seed, 20.0, 0.033, force, |_| [0.0; 3])
+            .rests(false)
+            .len()
+            == 2
+    });
+    assert!(found.count() >= 19);
+}
+
+#[test]
 fn above_the_ceiling_nothing_rests() {
     // 0.07 g rms of a walk with a phone; 5 °/s of a hand.
     assert!(
