@@ -214,3 +214,15 @@ fn rests_that_are_given_are_taken() {
     assert_eq!(motion.rests, [0..491, 720..1200]);
     assert!(holds(&motion, &recording));
 }
+
+#[test]
+fn a_hand_that_turns_while_it_moves_does_not_stand() {
+    // Its rate passes 2.5 rad/s twice and is nothing between, at full speed.
+    let scene = Scene::new(7, Trouble::Wobble(1.0));
+    let (recording, motion) = estimate(&scene, &options());
+    assert!(
+        motion.stances.is_empty() && holds(&motion, &recording),
+        "{:?}",
+        motion.moves
+    );
+}
