@@ -50,16 +50,16 @@ const BELIEVED_S: f64 = 3.0;
 const NODE_S: f64 = 0.1;
 
 /// What the tests of rests need.
-pub(crate) struct Gate<'a> {
+pub(crate) struct RestSelector<'a> {
     pub samples: &'a Samples,
     pub options: &'a MotionOptions,
     pub directions: &'a Directions,
     pub noise: &'a Noise,
 }
 
-impl<'a> Gate<'a> {
+impl<'a> RestSelector<'a> {
     /// A filter at the end of a rest.
-    fn leave(&self, rest: &Range<usize>) -> Filter<'a> {
+    fn filter_after(&self, rest: &Range<usize>) -> Filter<'a> {
         let mut filter = Filter::new(
             self.samples,
             self.options,
@@ -73,7 +73,7 @@ impl<'a> Gate<'a> {
         filter
     }
 
-    fn fly(&self, filter: &mut Filter<'_>, to: usize) {
+    fn propagate(&self, filter: &mut Filter<'_>, to: usize) {
         if to > filter.at {
             let excess = self.noise.excess(filter.at, to);
             let node = self.samples.count_in(NODE_S).max(1);
@@ -95,7 +95,7 @@ impl<'a> Gate<'a> {
         let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
         for into_s in TRIED_S {
             let to = self.samples.after_s(next.start, into_s);
-            self.fly(filter, to.min(next.end - 1));
+            self.propagate(filter, to.min(next.end - 1));
             let innovation = self.innovation(filter, next);
             if into_s == 0.0 {
                 speed_sd_mps = innovation.velocity_sd_mps();
@@ -154,7 +154,7 @@ impl<'a> Gate<'a> {
     /// Costs of the spans after `k` as its next rest.
     fn costs(&self, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
         let time_s = &self.samples.time_s;
-        let mut filter = self.leave(&spans[k]);
+        let mut filter = self.filter_after(&spans[k]);
         let (mut agreed, mut costs) = (0, Vec::new());
         for next in k + 1..spans.len() {
             let move_s = time_s[spans[next].start] - time_s[spans[k].end - 1];
@@ -203,9 +203,9 @@ impl<'a> Gate<'a> {
             return Vec::new();
         };
         let mut rests = vec![first.clone()];
-        let mut filter = self.leave(first);
+        let mut filter = self.filter_after(first);
         for span in &spans[1..] {
-            self.fly(&mut filter, span.start);
+            self.propagate(&mut filter, span.start);
             let decided = span.start
                 ..span
                     .end

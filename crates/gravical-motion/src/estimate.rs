@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_signal::{RestOptions, detect_rests};
 
-use crate::chain::Gate;
+use crate::chain::RestSelector;
 use crate::closure::{Closure, REST_SPEED_MPS, closure, enlargement};
 use crate::filter::{Action, Filter, Record};
 use crate::noise::{Density, Noise, tremor};
@@ -68,7 +68,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     };
     let noise = Noise::new(samples, learned, Roughness::new(samples, &found));
     let directions = Directions::new(&options.calibration);
-    let gate = Gate {
+    let selector = RestSelector {
         samples,
         options,
         directions: &directions,
@@ -77,9 +77,9 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let rests = if options.rests_s.is_some() {
         found
     } else if options.causal {
-        gate.as_they_come(&found)
+        selector.as_they_come(&found)
     } else {
-        gate.chain(&found)
+        selector.chain(&found)
     };
     let Some(first) = rests.first() else {
         return Motion::default();
@@ -162,7 +162,7 @@ impl<'a> Pass<'a> {
             let end = self.rests.get(k).map_or(last, |rest| rest.start);
             let moves = end > filter.at;
             if moves {
-                filter = self.go(filter, k, end);
+                filter = self.estimate_move(filter, k, end);
             }
             if let Some(rest) = self.rests.get(k) {
                 let from = end.max(filter.at);
@@ -204,21 +204,22 @@ impl<'a> Pass<'a> {
         self.plan.push(action);
     }
 
-    /// The move to sample `end`, where rest `k` begins, if there is one.
-    fn go(&mut self, filter: Filter<'a>, k: usize, end: usize) -> Filter<'a> {
+    /// The move to sample `end`, where rest `k` begins if there is one: with more noise where it does not
+    /// close.
+    fn estimate_move(&mut self, filter: Filter<'a>, k: usize, end: usize) -> Filter<'a> {
         let from = filter.at;
         let seconds = self.samples.time_s[end] - self.samples.time_s[from];
         let rest = self.rests.get(k).filter(|_| k > 0).map(|r| end..r.end);
         let mut excess = self.noise.excess(from, end);
         let mut closed: Option<Closure> = None;
-        let (planned, nodes, drawn) = (self.plan.len(), self.nodes, self.path.len());
+        let (actions, nodes, path) = (self.plan.len(), self.nodes, self.path.len());
         for enlarged in 0..=MAX_ENLARGED {
             let mut trial = filter.clone();
-            self.plan.truncate(planned);
-            self.checkpoints.retain(|c| c.action < planned);
+            self.plan.truncate(actions);
+            self.checkpoints.retain(|c| c.action < actions);
             self.nodes = nodes;
-            self.path.truncate(drawn);
-            self.move_to(&mut trial, end, &excess);
+            self.path.truncate(path);
+            self.propagate_move(&mut trial, end, &excess);
             if let Some(rest) = &rest {
                 let (found, innovation) = closure(&trial, rest);
                 let closed = closed.get_or_insert(found);
@@ -236,7 +237,7 @@ impl<'a> Pass<'a> {
         filter
     }
 
-    fn move_to(&mut self, filter: &mut Filter<'a>, end: usize, excess: &Density) {
+    fn propagate_move(&mut self, filter: &mut Filter<'a>, end: usize, excess: &Density) {
         let samples = self.samples;
         let from = filter.at;
         let seconds = samples.time_s[end] - samples.time_s[from];
@@ -283,7 +284,8 @@ impl<'a> Pass<'a> {
             (true, false) => Bounds::OpenEnd,
             (false, false) => Bounds::Open,
         };
-        let stances = self.stances.iter().filter(|i| span.contains(i)).count();
+        let until = |i: usize| self.stances.partition_point(|s| *s < i);
+        let stances = until(span.end) - until(span.start);
         self.moves.push(Move {
             duration_s: samples.time_s[span.end] - samples.time_s[span.start],
             displacement_m: [0.0; 3],

@@ -54,7 +54,7 @@ pub(crate) struct Node {
 }
 
 /// Position at a sample with the covariance of the whole state.
-pub(crate) struct Whole {
+pub(crate) struct FullNode {
     pub position: Vector3<f64>,
     pub covariance: Covariance,
 }
@@ -64,8 +64,8 @@ pub(crate) enum Record {
     /// A node whose smoothed state is wanted.
     Node(Box<Node>),
     /// A move starts (its number) or ends here.
-    StartMove(usize, Box<Whole>),
-    EndMove(Box<Whole>),
+    StartMove(usize, Box<FullNode>),
+    EndMove(Box<FullNode>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
     Halt,
@@ -213,12 +213,12 @@ impl<'a> Filter<'a> {
                     cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
                 });
                 if let Some(records) = records {
-                    records.push(Record::StartMove(*k, Box::new(self.whole())));
+                    records.push(Record::StartMove(*k, Box::new(self.full_node())));
                 }
             }
             Action::EndMove => {
                 if let Some(records) = records {
-                    records.push(Record::EndMove(Box::new(self.whole())));
+                    records.push(Record::EndMove(Box::new(self.full_node())));
                 }
             }
             Action::Propagate { to, node, excess } => {
@@ -348,8 +348,8 @@ impl<'a> Filter<'a> {
         }
     }
 
-    fn whole(&self) -> Whole {
-        Whole {
+    fn full_node(&self) -> FullNode {
+        FullNode {
             position: self.nominal.position,
             covariance: self.covariance_here(),
         }

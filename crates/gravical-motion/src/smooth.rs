@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use crate::filter::{Node, Record, Update, Whole};
+use crate::filter::{FullNode, Node, Record, Update};
 use crate::result::{Budget, Move, PathNode, array, rows};
 use crate::state::{
     ATTITUDE, Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, RATE_BIAS, STATES,
@@ -115,7 +115,7 @@ impl Smoother {
         self.information = (next + next.transpose()) * 0.5;
     }
 
-    fn end_move(&mut self, end: &Whole) {
+    fn end_move(&mut self, end: &FullNode) {
         let p: Position = end.covariance.fixed_rows::<3>(POSITION).into_owned();
         let mut sensitivity = -(self.information * p.transpose());
         let mut position = sensitivity.fixed_view_mut::<3, 3>(POSITION, 0);
@@ -127,10 +127,10 @@ impl Smoother {
         });
     }
 
-    fn start_move(&mut self, whole: &Whole, one: &mut Move) {
+    fn start_move(&mut self, node: &FullNode, one: &mut Move) {
         let Some(open) = self.open.take() else { return };
-        let ((start, at_start), (end, at_end)) = (self.position(whole), open.end);
-        let p: Position = whole.covariance.fixed_rows::<3>(POSITION).into_owned();
+        let ((start, at_start), (end, at_end)) = (self.position(node), open.end);
+        let p: Position = node.covariance.fixed_rows::<3>(POSITION).into_owned();
         let block = |rows: &Position| rows.fixed_columns::<3>(POSITION).into_owned();
         let cross = p * open.sensitivity;
         let displacement = end - start;
@@ -153,18 +153,18 @@ impl Smoother {
                 .fixed_rows_mut::<3>(rows)
                 .copy_from(&sensitivity.fixed_rows::<3>(rows));
         }
-        let by_attitude = open.by_rate + turned.transpose() * whole.covariance * turned;
+        let by_attitude = open.by_rate + turned.transpose() * node.covariance * turned;
         one.displacement_m = array(&displacement);
         one.covariance_m2 = rows(&total);
         one.budget = Budget::new(&total, &(constants * constants.transpose()), &by_attitude);
     }
 
     /// Smoothed position and its covariance to the whole smoothed state.
-    fn position(&self, whole: &Whole) -> (Vector3<f64>, Position) {
-        let p: Position = whole.covariance.fixed_rows::<3>(POSITION).into_owned();
+    fn position(&self, node: &FullNode) -> (Vector3<f64>, Position) {
+        let p: Position = node.covariance.fixed_rows::<3>(POSITION).into_owned();
         (
-            whole.position + p * self.adjoint,
-            p - p * self.information * whole.covariance,
+            node.position + p * self.adjoint,
+            p - p * self.information * node.covariance,
         )
     }
 }

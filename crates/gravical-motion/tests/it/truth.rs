@@ -85,6 +85,41 @@ fn kinds() -> Vec<Kind> {
             rests_s: [5.0, 60.0],
             ..Scene::new(s, T::Spikes(3))
         }),
+        ("50 Hz", |s| Scene {
+            rate_hz: 50.0,
+            noise: [0.023, 7e-4],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("400 Hz", |s| Scene {
+            rate_hz: 400.0,
+            noise: [0.066, 2e-3],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("coarse steps", |s| Scene {
+            steps: [0.15, 0.02],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("quiet sensor", |s| Scene {
+            noise: [0.005, 2e-4],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("cart, rests of 1 s", |s| Scene {
+            rests_s: [1.0, 1.2],
+            ..Scene::new(s, T::Cart(0.7, 0.1))
+        }),
+        ("plain, rests of 1 s", |s| Scene {
+            rests_s: [1.0, 1.2],
+            moves: 3,
+            ..Scene::new(s, T::None)
+        }),
+        ("calibrated", |s| Scene {
+            miscalibrated: 0.2,
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("16 s", |s| Scene {
+            move_s: 16.0,
+            ..Scene::new(s, T::None)
+        }),
         ("ten moves", |s| Scene {
             moves: 10,
             ..Scene::new(s, T::Wobble(0.1))
