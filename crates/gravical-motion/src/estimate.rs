@@ -30,8 +30,9 @@ const NODE_S: f64 = 0.1;
 const MIN_NODES: usize = 50;
 /// Times that a move whose closure fails is enlarged: by the tilt and by the velocity.
 const MAX_ENLARGED: usize = 2;
-/// What of the rate of a wobble a gyroscope whose scale is off keeps as a constant: axes that are not
-/// square turn a circle into a drift.
+/// What of the rate of turns to and fro, times the error of the scale, stays as a constant rate. Simulated
+/// moves do not need it; without it a real walk closes to 1.8 m in place of 0.3 m, and a bout of 30 s of a
+/// hand to 3.6 m in place of 1.1 m.
 const RECTIFIED: f64 = 0.2;
 /// Nodes from one checkpoint to the next: what the smoother holds at once, 6 kB each.
 const CHECKPOINT_NODES: usize = 1_000;

@@ -19,10 +19,10 @@ const SPIKE_OVER_SCATTER: f64 = 12.0;
 const SCATTER_ROWS: usize = 25;
 /// The largest value is a range that was reached if it is one to this fraction.
 const RANGE_TOLERANCE: f64 = 1e-3;
-/// What a bridge over clipped samples may be off, as a fraction of what it adds: between a triangle
-/// (twice the area of a parabola's cap over 1.5) and a flat top lies ± 0.25 of it.
+/// What a bridge over clipped samples may be off, as a fraction of what it adds: it meets a parabola's cap,
+/// falls short of a cosine's by a twentieth and of a sharp top's by half.
 const BRIDGE_SD: f64 = 0.25;
-/// … and of the step that leads into it: the onset is known to a tenth of a row.
+/// … and of the largest step at its ends: when it left the range is known to a tenth of a row.
 const ONSET_SD: f64 = 0.1;
 
 /// What replaced values are.

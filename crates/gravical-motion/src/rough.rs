@@ -20,13 +20,10 @@ const MIN_ROUGH_HZ: f64 = 5.0;
 /// Factor by which the density has to exceed that of the rests: a window of 16 frequencies and three
 /// axes exceeds it by chance once in 10⁶.
 const MIN_EXCESS: f64 = 2.0;
-/// The top third of the spectrum times this factor limits the density: what is sampled well has little
-/// there, while white noise and aliased vibration are as strong as below it.
+/// The top third of the spectrum times this factor limits the density, and so does the typical sample:
+/// what is sampled well has little of both, while white noise and aliased vibration have as much of them
+/// as of all.
 const MAX_SLOPE: f64 = 3.0;
-/// The density of a move is that of the window at this fraction of them: roughness is often less at the
-/// ends, and a knock is no noise.
-const TYPICAL: f64 = 0.65;
-
 /// Densities of windows, (m/s²)² s and (rad/s)² s, mean of the axes.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Roughness {
@@ -60,12 +57,13 @@ impl Roughness {
         Roughness { windows }
     }
 
-    /// Densities of a span beyond `level`; 0 where it is not rougher.
+    /// Densities of a span beyond `level`, those of its median window, since a knock is no noise; 0 where it
+    /// is not rougher.
     pub fn excess(&self, span: Range<usize>, level: [f64; 2]) -> [f64; 2] {
         let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
         let windows = &self.windows[at(span.start)..at(span.end)];
         [0, 1].map(|sensor| {
-            let density = quantile(windows.iter().map(|w| w.1[sensor]).collect(), TYPICAL);
+            let density = quantile(windows.iter().map(|w| w.1[sensor]).collect(), 0.5);
             if density > MIN_EXCESS * level[sensor] {
                 density - level[sensor]
             } else {
@@ -85,6 +83,7 @@ struct Spectrum {
     top: usize,
     /// From squares to a density.
     scale: f64,
+    period_s: f64,
 }
 
 impl Spectrum {
@@ -100,12 +99,9 @@ impl Spectrum {
             first,
             top: first.max(n / 3),
             scale: period_s / window.iter().map(|w| w * w).sum::<f64>() / 3.0,
+            period_s,
             window,
         }
-    }
-
-    fn power(&self) -> f64 {
-        self.window.iter().map(|w| w * w).sum()
     }
 
     /// Mean density of three axes above the lowest rough frequency.
@@ -134,14 +130,14 @@ impl Spectrum {
             }
         }
         let mean = |k: usize| power[k..].iter().sum::<f64>() / (n / 2 - k) as f64;
-        let limit = mean(self.top).min(typical_density(rows) * 3.0 * self.scale * self.power());
+        let limit = mean(self.top).min(typical_variance(rows) * self.period_s);
         mean(self.first).min(MAX_SLOPE * limit)
     }
 }
 
 /// Variance of white noise by the median square of third differences, mean of the axes: a step or a knock
 /// changes few of them.
-fn typical_density(rows: &[[f64; 3]]) -> f64 {
+fn typical_variance(rows: &[[f64; 3]]) -> f64 {
     let third = |w: &[[f64; 3]], c: usize| w[3][c] - 3.0 * w[2][c] + 3.0 * w[1][c] - w[0][c];
     let variance = |c: usize| {
         let squares = rows.windows(4).map(|w| third(w, c).powi(2)).collect();
