@@ -29,9 +29,8 @@ const YAW_OVER_TILT: f64 = 20.0;
 const STANCE_SPEED_MPS: f64 = 0.02;
 /// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
 const MIN_RATE_VARIANCE: f64 = 1e-12;
-/// Fraction of the second order of tilt and force that counts at a rest: without any, closures after
-/// large turns calibrate too boldly; all of it made bands after turns by 57° a quarter wider than with
-/// none, and a real bout close to 1.2 m in place of 1.1 m.
+/// Fraction of the second order of tilt and force that counts at a rest: all of it makes bands
+/// after turns by 57° a quarter wider than none, and a real bout close to 1.2 m in place of 1.1 m.
 const SECOND_ORDER: f64 = 0.2;
 /// A tilt that is off acts on the velocity until the next levelling, at most so long, s.
 const MAX_TILTED_S: f64 = 3.0;
@@ -117,7 +116,7 @@ struct MoveStart {
     cross: SMatrix<f64, STATES, 3>,
 }
 
-/// The filter. Propagation is deferred: over a leg it gathers x = Φ x₀ + w, which costs a tenth of
+/// The filter. Propagation is deferred: over a leg it gathers x = Φ x₀ + w, which costs less than
 /// propagating P from node to node, and P follows from it where it is asked for.
 #[derive(Clone)]
 pub(crate) struct Filter<'a> {

@@ -18,7 +18,8 @@ const MAX_BLOCKS: usize = 300;
 const TREMOR: [f64; 2] = [0.02, 1.2e-3];
 /// Variance of three axes above which nothing is a rest: 0.3 m/s² and 2 °/s rms of each.
 const CEILING: [f64; 2] = [0.27, 3.7e-3];
-/// Variance of a block over that of the quietest ones: with five samples, χ² exceeds it once in 10⁴.
+/// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
+/// reaches it, other noise of a sensor rarely.
 const MAX_EXCESS: f64 = 5.0;
 /// Variance of the mean of a block that no data sheet undercuts.
 const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
