@@ -5,7 +5,7 @@ use gravical_motion::{
     estimate_motion,
 };
 
-use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene};
+use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
 
 pub fn options() -> MotionOptions {
     let mut calibration = CalibrationUncertainty::independent(FORCE_SD, RATE_SD[1], BIAS_SD);
@@ -109,4 +109,126 @@ impl Study {
         let error = quantile(self.errors.iter().map(|e| e.0.abs()).collect(), 0.95);
         2.0 * quantile(self.errors.iter().map(|e| e.1).collect(), 0.5) / error
     }
+}
+
+/// A name, and a recording of a seed.
+pub type Kind = (&'static str, fn(u64) -> Scene);
+
+/// Every kind that is studied.
+pub fn kinds() -> Vec<Kind> {
+    use Trouble as T;
+    vec![
+        ("plain", |s| Scene::new(s, T::None)),
+        ("slow 4 s", |s| Scene {
+            move_s: 4.0,
+            ..Scene::new(s, T::None)
+        }),
+        ("slow 8 s", |s| Scene {
+            move_s: 8.0,
+            ..Scene::new(s, T::None)
+        }),
+        ("drops", |s| Scene::new(s, T::Drops)),
+        ("noise × 3", |s| Scene {
+            noise: [0.1, 3e-3],
+            ..Scene::new(s, T::None)
+        }),
+        ("wobble ±3°", |s| {
+            Scene::new(s, T::Wobble(3.0_f64.to_radians()))
+        }),
+        ("cart", |s| Scene::new(s, T::Cart(0.7, 0.1))),
+        ("cart 60 s", |s| Scene {
+            rests_s: [5.0, 60.0],
+            ..Scene::new(s, T::Cart(1.4, 0.2))
+        }),
+        ("varied cart", |s| Scene::new(s, T::VariedCart(1.0, 0.15))),
+        ("knocks", |s| Scene::new(s, T::Knocks)),
+        ("vibration", |s| Scene::new(s, T::Vibration(3.0))),
+        ("jerk", |s| Scene {
+            move_s: 1.0,
+            ..Scene::new(s, T::Jerk)
+        }),
+        ("bias step", |s| Scene::new(s, T::BiasStep(0.05))),
+        ("tremble", |s| Scene::new(s, T::Tremble)),
+        ("clipped force", |s| Scene {
+            move_s: 0.4,
+            ranges: [2.0 * 9.80665, 1e3],
+            ..Scene::new(s, T::None)
+        }),
+        ("tilt 115°", |s| Scene {
+            move_s: 1.0,
+            ..Scene::new(s, T::Tilt(2.0))
+        }),
+        ("wobble 57°", |s| Scene {
+            move_s: 1.0,
+            ..Scene::new(s, T::Wobble(1.0))
+        }),
+        ("wobble 57° 2 s", |s| Scene::new(s, T::Wobble(1.0))),
+        ("clipped rate", |s| Scene {
+            ranges: [1e3, 250.0_f64.to_radians()],
+            move_s: 1.0,
+            ..Scene::new(s, T::Tilt(2.0))
+        }),
+        ("no gyro", |s| Scene {
+            gyro: false,
+            ..Scene::new(s, T::None)
+        }),
+        ("no gyro, tilt 0.5°", |s| Scene {
+            gyro: false,
+            ..Scene::new(s, T::Tilt(0.5_f64.to_radians()))
+        }),
+        ("no gyro, stays 0.5°", |s| Scene {
+            gyro: false,
+            ..Scene::new(s, T::LastingTilt(0.5_f64.to_radians()))
+        }),
+        ("no gyro, 0.1 m 5 s", |s| Scene {
+            gyro: false,
+            move_s: 5.0,
+            distance_m: 0.1,
+            ..Scene::new(s, T::None)
+        }),
+        ("spike", |s| Scene::new(s, T::Spikes(1))),
+        ("three spiked, 60 s", |s| Scene {
+            rests_s: [5.0, 60.0],
+            ..Scene::new(s, T::Spikes(3))
+        }),
+        ("50 Hz", |s| Scene {
+            rate_hz: 50.0,
+            noise: [0.023, 7e-4],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("400 Hz", |s| Scene {
+            rate_hz: 400.0,
+            noise: [0.066, 2e-3],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("coarse steps", |s| Scene {
+            steps: [0.15, 0.02],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("quiet sensor", |s| Scene {
+            noise: [0.005, 2e-4],
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("cart, rests of 1 s", |s| Scene {
+            rests_s: [1.0, 1.2],
+            ..Scene::new(s, T::Cart(0.7, 0.1))
+        }),
+        ("plain, rests of 1 s", |s| Scene {
+            rests_s: [1.0, 1.2],
+            moves: 3,
+            ..Scene::new(s, T::None)
+        }),
+        ("calibrated", |s| Scene {
+            miscalibrated: 0.2,
+            ..Scene::new(s, T::Wobble(0.05))
+        }),
+        ("16 s", |s| Scene {
+            move_s: 16.0,
+            ..Scene::new(s, T::None)
+        }),
+        ("ten moves", |s| Scene {
+            moves: 10,
+            ..Scene::new(s, T::Wobble(0.1))
+        }),
+    ]
 }

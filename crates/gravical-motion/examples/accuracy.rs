@@ -1,0 +1,77 @@
+//! What a motion and its bands are worth: simulated moves whose truth is known.
+//!
+//! ```console
+//! $ cargo run --release -p gravical-motion --example accuracy -- 150
+//! $ cargo run --release -p gravical-motion --example accuracy -- 150 cart
+//! $ cargo run --release -p gravical-motion --example accuracy -- detection
+//! ```
+//!
+//! Of each kind of recording: errors along the track, how often the bands hold the truth, and how wide they
+//! are beside the errors. The number is that of recordings, a word selects kinds. `detection`: which moves are
+//! found, by distance and duration.
+// The exemption of tests in clippy.toml does not reach what this shares with them.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "../tests/it/simulated.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
+mod simulated;
+#[path = "../tests/it/study.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
+mod study;
+
+use gravical_motion::MotionOptions;
+
+use simulated::{Scene, Trouble};
+use study::{Study, kinds, options};
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let first = arguments.next().unwrap_or_else(|| "60".to_owned());
+    match first.parse() {
+        Ok(seeds) => table_of_kinds(seeds, &arguments.next().unwrap_or_default()),
+        Err(_) => map_of_detection(),
+    }
+}
+
+fn table_of_kinds(seeds: u64, wanted: &str) {
+    for causal in [false, true] {
+        println!("| kind, causal {causal} | found | rms, mm | 1σ | 2σ | width |");
+        println!("|---|---|---|---|---|---|");
+        let options = MotionOptions {
+            causal,
+            ..options()
+        };
+        for (name, scene) in kinds().into_iter().filter(|k| k.0.contains(wanted)) {
+            let study = Study::of((1000..1000 + seeds).map(scene), &options);
+            println!(
+                "| {name} | {} of {} | {:.2} | {:.2} | {:.2} | {:.2} |",
+                study.found,
+                study.count,
+                study.rms_mm(),
+                study.coverage(1.0),
+                study.coverage(2.0),
+                study.width()
+            );
+        }
+    }
+}
+
+fn map_of_detection() {
+    const SECONDS: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+    println!("| found of 20 (σ of a matched filter) | 0.5 s | 1 s | 2 s | 4 s | 8 s |");
+    println!("|---|---|---|---|---|---|");
+    for distance_m in [0.01, 0.03, 0.1, 0.3, 0.7, 2.0] {
+        let cells = SECONDS.map(|move_s| {
+            let scene = |seed| Scene {
+                distance_m,
+                move_s,
+                rests_s: [3.0, 3.0],
+                ..Scene::new(seed, Trouble::None)
+            };
+            let study = Study::of((0..20).map(scene), &options());
+            let sigmas = distance_m / (0.0033 * f64::powf(move_s, 1.5) / 4.14);
+            format!("{} ({sigmas:.0}σ)", study.found)
+        });
+        println!("| {distance_m} m | {} |", cells.join(" | "));
+    }
+}
