@@ -46,9 +46,12 @@ const CHECKPOINT_NODES: usize = 1_000;
 ///    axes.
 /// 4. Backwards: the smoother, from checkpoint to checkpoint. Not in a causal run.
 ///
-/// Without a rest there is a [`Motion`] without moves.
+/// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number.
 #[must_use]
 pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
+    if !options.are_possible() {
+        return Motion::default();
+    }
     let found = match &options.rests_s {
         Some(spans) => given_rests(samples, spans),
         None => detect_rests(
@@ -121,14 +124,22 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     }
 }
 
-/// Spans of samples of times, in order; what is empty or overlaps the one before is left out.
+/// Spans of samples of times, in order, joined where they touch; what holds fewer than two samples is left
+/// out.
 fn given_rests(samples: &Samples, spans_s: &[(f64, f64)]) -> Vec<Range<usize>> {
+    let index = |t_s: f64| samples.time_s.partition_point(|t| *t < t_s);
+    let mut spans: Vec<Range<usize>> = spans_s
+        .iter()
+        .filter(|(from_s, to_s)| from_s.is_finite() && to_s.is_finite())
+        .map(|(from_s, to_s)| index(*from_s)..samples.time_s.partition_point(|t| t <= to_s))
+        .filter(|span| span.start + 1 < span.end)
+        .collect();
+    spans.sort_by_key(|span| span.start);
     let mut rests: Vec<Range<usize>> = Vec::new();
-    for (from_s, to_s) in spans_s {
-        let start = samples.time_s.partition_point(|t| t < from_s);
-        let end = samples.time_s.partition_point(|t| t <= to_s);
-        if start + 1 < end && rests.last().is_none_or(|r| r.end < start) {
-            rests.push(start..end);
+    for span in spans {
+        match rests.last_mut().filter(|last| last.end >= span.start) {
+            Some(last) => last.end = last.end.max(span.end),
+            None => rests.push(span),
         }
     }
     rests
@@ -210,7 +221,13 @@ impl<'a> Pass<'a> {
     fn estimate_move(&mut self, filter: Filter<'a>, k: usize, end: usize) -> Filter<'a> {
         let from = filter.at;
         let seconds = self.samples.time_s[end] - self.samples.time_s[from];
-        let rest = self.rests.get(k).filter(|_| k > 0).map(|r| end..r.end);
+        let closing = if self.options.causal {
+            end + self.samples.count_in(CLOSING_S).max(2)
+        } else {
+            usize::MAX
+        };
+        let rest = self.rests.get(k).filter(|_| k > 0);
+        let rest = rest.map(|r| end..r.end.min(closing));
         let mut excess = self.noise.excess(from, end);
         let mut closed: Option<Closure> = None;
         let (actions, nodes, path) = (self.plan.len(), self.nodes, self.path.len());

@@ -13,6 +13,8 @@ use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
 const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 /// What is found: a matched filter sees it at so many standard deviations.
 const VISIBLE_SD: f64 = 10.0;
+/// Durations of the matched filters of [`gravical_signal::detect_rests`], s.
+const SEARCHED_S: std::ops::RangeInclusive<f64> = 0.35..=8.0;
 
 pub(crate) fn array(v: &Vector3<f64>) -> [f64; 3] {
     [v.x, v.y, v.z]
@@ -22,9 +24,14 @@ pub(crate) fn rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
 }
 
+/// Root of a variance that rounding may have left below zero; what is no number stays none.
+fn deviation(variance: f64) -> f64 {
+    if variance < 0.0 { 0.0 } else { variance.sqrt() }
+}
+
 /// Standard deviations of the elements, by a covariance.
 fn deviations(covariance: &[[f64; 3]; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| covariance[c][c].max(0.0).sqrt())
+    std::array::from_fn(|c| deviation(covariance[c][c]))
 }
 
 /// How a move is bounded.
@@ -59,7 +66,7 @@ impl Budget {
         attitude: &Matrix3<f64>,
     ) -> Budget {
         let part =
-            |variance: &dyn Fn(usize) -> f64| std::array::from_fn(|c| variance(c).max(0.0).sqrt());
+            |variance: &dyn Fn(usize) -> f64| std::array::from_fn(|c| deviation(variance(c)));
         let by_calibration = |c: usize| calibration[(c, c)].min(total[(c, c)]);
         // The attitude at the start is known by the calibrated force: what they share is calibration.
         let by_attitude = |c: usize| attitude[(c, c)].min(total[(c, c)] - by_calibration(c));
@@ -148,7 +155,7 @@ impl PathNode {
         covariance: &SMatrix<f64, MOVING, MOVING>,
     ) -> Self {
         let part = |at: usize| error.fixed_rows::<3>(at).into_owned();
-        let sd = |at: usize| std::array::from_fn(|c| covariance[(at + c, at + c)].max(0.0).sqrt());
+        let sd = |at: usize| std::array::from_fn(|c| deviation(covariance[(at + c, at + c)]));
         let attitude =
             Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(node.attitude);
         let attitude = UnitQuaternion::from_rotation_matrix(&attitude);
@@ -231,11 +238,13 @@ impl Motion {
     }
 
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
-    /// a matched filter sees it at 10 σ. None without rests.
+    /// a matched filter sees it at 10 σ. None without rests, and for durations that no filter looks for. It
+    /// does not hold where the rests were given, nor in a causal run.
     #[must_use]
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
         let density = self.noise?.force.iter().copied().fold(0.0, f64::max);
-        Some(VISIBLE_SD * density * (duration_s.max(0.0).powi(3) / MINIMUM_JERK_ENERGY).sqrt())
+        let displacement = VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt();
+        SEARCHED_S.contains(&duration_s).then_some(displacement)
     }
 
     /// Position and its standard deviations at `time_s` (cubic between nodes, whose times are those of

@@ -194,7 +194,8 @@ pub struct CalibrationUncertainty {
     pub rate: Vec<[[f64; 3]; 3]>,
     /// Standard deviation of a bias of the accelerometer beyond `force`, m/s².
     pub force_bias_sd_mps2: f64,
-    /// Standard deviation of gravity, m/s².
+    /// Standard deviation of the magnitude at the first rest against gravity, m/s²: that of gravity, and what
+    /// the calibration leaves of the magnitude.
     pub gravity_sd_mps2: f64,
 }
 
@@ -244,8 +245,27 @@ pub struct MotionOptions {
     pub max_stance_rate_rad_s: f64,
     /// Rests that are known, s; none: they are looked for.
     pub rests_s: Option<Vec<(f64, f64)>>,
-    /// Use the past only.
+    /// Use the past only. The bands inside a move are those after its end: a second into the rest that closes
+    /// it, the noise of the whole move is known.
     pub causal: bool,
+}
+
+impl MotionOptions {
+    /// Nothing is negative or no number.
+    pub(crate) fn are_possible(&self) -> bool {
+        let known = &self.calibration;
+        let sizes = [
+            self.tilt_sd_rad,
+            self.clock_sd,
+            self.max_stance_rate_rad_s,
+            known.force_bias_sd_mps2,
+            known.gravity_sd_mps2,
+        ];
+        let force = known.force.iter();
+        let force = force.flat_map(|d| d.matrix.as_flattened().iter().chain(&d.offset));
+        let rate = known.rate.iter().flat_map(|m| m.as_flattened());
+        sizes.iter().all(|v| v.is_finite() && *v >= 0.0) && force.chain(rate).all(|v| v.is_finite())
+    }
 }
 
 impl Default for MotionOptions {

@@ -50,6 +50,8 @@ fn split(white: &[[f64; 3]], span: Range<usize>, block_s: f64, parts: &mut Vec<R
     let found = DURATIONS_S
         .iter()
         .map(|seconds| (seconds / block_s).round() as usize)
+        // Fewer blocks have no curve.
+        .filter(|len| *len > 2)
         .filter_map(|len| strongest(&white[span.clone()], len))
         .max_by(|a, b| a.0.total_cmp(&b.0));
     match found {

@@ -23,7 +23,7 @@ const CEILING: [f64; 2] = [0.27, 3.7e-3];
 const MAX_EXCESS: f64 = 5.0;
 /// Variance of the mean of a block that no data sheet undercuts.
 const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
-/// Cost of one segment more in the sum of χ²: about ln n for each of its means and its place
+/// Cost of one segment more in the sum of χ²: about ln n for each of its means
 /// (Killick et al. 2012, doi 10.1080/01621459.2012.734741), n some 200 blocks.
 const PENALTY: [f64; 2] = [15.0, 32.0];
 /// What a bias drifts within a rest, m/s² and rad/s, in [`DRIFT_S`]: an MPU-6050 that warms up.

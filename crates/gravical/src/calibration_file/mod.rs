@@ -179,7 +179,7 @@ fn syntax(error: &serde_json::Error) -> Error {
     let message = match error.classify() {
         Category::Eof if line <= 1 && column == 0 => "the file is empty".to_owned(),
         Category::Data => format!("this is not a valid calibration: {detail}"),
-        _ => format!("this is not a calibration file, and no JSON: {detail}"),
+        _ => format!("this is not a calibration file: not valid JSON ({detail})"),
     };
     let mut out = Error::input("calibration-syntax", message);
     if line > 0 {

@@ -40,15 +40,18 @@ impl Fields {
         let time_unit = time
             .and_then(|field| understand(&names[field]))
             .and_then(|name| TimeUnit::parse(name.unit.as_deref()?));
-        let unit = words(&names[position[0]])
-            .iter()
-            .rev()
-            .find_map(|w| metres(w));
+        let unit = |field: usize| words(&names[field]).iter().rev().find_map(|w| metres(w));
+        let units = position.map(unit);
+        if units[1] != units[0] || units[2] != units[0] {
+            let what = "the positions of the reference are in different units";
+            return Err(Error::usage("truth-columns-missing", what)
+                .with_hint("name them alike: t_s,px_m,py_m,pz_m"));
+        }
         Ok(Fields {
             time,
             time_unit,
             position,
-            metres: unit.unwrap_or(1.0),
+            metres: units[0].unwrap_or(1.0),
         })
     }
 }

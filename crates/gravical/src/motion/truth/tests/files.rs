@@ -76,6 +76,10 @@ fn what_is_no_reference_is_refused() {
         ("", "no-rows"),
         ("a,b\nx,y\n", "no-rows"),
         ("t_s,a,b,c\n0,1,2,3\n1,1,2,3\n", "truth-columns-missing"),
+        (
+            "t_s,px_mm,py_m,pz_m\n0,1,2,3\n1,1,2,3\n",
+            "truth-columns-missing",
+        ),
         ("t_s,px_m,py_m,pz_m\n0,1,2,3\n", "truth-time"),
         ("t_s,px_m,py_m,pz_m\n0,1,2,3\n0,1,2,3\n", "truth-time"),
         ("t_s,px_m,py_m,pz_m\n0,1,2,3\n1,1,2,\n2,,,\n", "truth-empty"),
