@@ -104,7 +104,7 @@ class Check:
         loud = self.browser.complaints()
         assert not loud, (name, loud)
         for url in self.browser.requests():
-            assert url.startswith((self.host, "data:", "chrome:")), (name, url)
+            assert url.startswith((self.host, "data:", "chrome:", "chrome-untrusted:")), (name, url)
 
     def scene(self, name, events):
         for width, height in SIZES:
