@@ -158,7 +158,7 @@ impl Browser {
             let url = event["params"]["request"]["url"].as_str().unwrap();
             // The browser's own start page may still be loading; a page in a file cannot
             // ask for its parts.
-            if url.starts_with("data:") || url.starts_with("chrome:") {
+            if url.starts_with("data:") || url.starts_with("chrome") {
                 continue;
             }
             assert!(url.starts_with("file://"), "{}: {url}", page.name);
