@@ -262,9 +262,9 @@ impl<'a> Pass<'a> {
         let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
         let node = ((end - from) / MIN_NODES).clamp(1, most);
         let number = self.moves.len();
-        let loosened = filter.wobble_variance(from..end) * RECTIFIED.powi(2);
+        let inflation = filter.wobble_variance(from..end) * RECTIFIED.powi(2);
         self.run(filter, Action::StartMove(number));
-        self.run(filter, Action::LoosenRateBias(loosened));
+        self.run(filter, Action::InflateRateBias(inflation));
         let first = self.stances.partition_point(|i| *i <= from);
         let stances = self.stances[first..].iter().take_while(|i| **i < end);
         for stance in stances.copied().chain([end]).collect::<Vec<_>>() {
@@ -284,7 +284,7 @@ impl<'a> Pass<'a> {
                 self.run(filter, Action::Stance);
             }
         }
-        self.run(filter, Action::LoosenRateBias(loosened));
+        self.run(filter, Action::InflateRateBias(inflation));
         self.run(filter, Action::EndMove);
     }
 

@@ -93,7 +93,7 @@ pub(crate) enum Action {
         excess: Density,
     },
     /// From here on the bias of the gyroscope may be another one by this variance.
-    LoosenRateBias(f64),
+    InflateRateBias(f64),
     /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
     /// deviation, m/s.
     Rest {
@@ -227,7 +227,7 @@ impl<'a> Filter<'a> {
                     self.propagate(end, excess, records.as_deref_mut());
                 }
             }
-            Action::LoosenRateBias(variance) => {
+            Action::InflateRateBias(variance) => {
                 for c in RATE_BIAS..RATE_BIAS + 3 {
                     self.q[(c, c)] += variance;
                 }

@@ -126,12 +126,6 @@ impl Samples {
         &self.time_s
     }
 
-    /// The row that each sample was given in.
-    #[must_use]
-    pub fn rows(&self) -> &[usize] {
-        &self.rows
-    }
-
     /// Rows in which all channels repeated: a sensor, or its bus, that hung.
     #[must_use]
     pub fn frozen_rows(&self) -> &[Range<usize>] {

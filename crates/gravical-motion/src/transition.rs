@@ -47,8 +47,8 @@ struct Sums {
     /// ∫ R e_j f_l dt and ∫ R e_j ω_l dt of the readings: [`Matrix3`] of column j for each l.
     force_by_axis: [Matrix3<f64>; 3],
     rate_by_axis: [Matrix3<f64>; 3],
-    /// Variance of the velocity (sensor axes) by bends, of the attitude by unsteady scales.
-    bend: Vector3<f64>,
+    /// Variance of the velocity (sensor axes) by the error of the trapezoid, of the attitude by unsteady scales.
+    trapezoid_error: Vector3<f64>,
     unsteady: f64,
 }
 
@@ -81,7 +81,7 @@ impl Integrator<'_> {
             attitude: Matrix3::zeros(),
             force_by_axis: [Matrix3::zeros(); 3],
             rate_by_axis: [Matrix3::zeros(); 3],
-            bend: Vector3::zeros(),
+            trapezoid_error: Vector3::zeros(),
             unsteady: 0.0,
         };
         let mut turned_rad = 0.0;
@@ -124,7 +124,7 @@ impl Integrator<'_> {
                 }
             }
             if i > 0 {
-                sums.bend += self.bend(i, h);
+                sums.trapezoid_error += self.trapezoid_error(i, h);
             }
             nominal.attitude = next;
             (rate, force) = (next_rate, next_force);
@@ -141,7 +141,7 @@ impl Integrator<'_> {
     }
 
     /// Variance of the velocity by which the trapezoid is off at sample `i`.
-    fn bend(&self, i: usize, h: f64) -> Vector3<f64> {
+    fn trapezoid_error(&self, i: usize, h: f64) -> Vector3<f64> {
         let f = &self.samples.force;
         let factor = h.min(2.0 * self.samples.period_s) / 12.0 * UNRESOLVED;
         Vector3::from_fn(|c, _| ((f[i + 1][c] - 2.0 * f[i][c] + f[i - 1][c]) * factor).powi(2))
@@ -200,7 +200,7 @@ impl Integrator<'_> {
         excess: &Density,
     ) -> (SMatrix<f64, 9, 9>, SMatrix<f64, 9, 9>) {
         let mut unmeasured = Density {
-            force: sums.bend,
+            force: sums.trapezoid_error,
             rate: Vector3::zeros(),
         };
         self.add_bridged(span, &mut unmeasured);

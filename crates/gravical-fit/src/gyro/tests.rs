@@ -191,7 +191,7 @@ fn intervals_of_95_percent_hold_the_truth() {
 
 /// The coverage in docs/accuracy-gyro.md.
 #[test]
-#[ignore = "6000 sessions"]
+#[ignore = "slow: 6000 sessions"]
 fn study() {
     let slow = [0.05 * DEG, 20.0];
     let quick = [0.05 * DEG, 5.0];

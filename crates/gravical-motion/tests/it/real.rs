@@ -85,7 +85,7 @@ fn a_short_walk_closes() {
     // Published: 0.08 m with a calibrated gyroscope and settings for this recording.
     assert!(motion.stances.len() >= 16, "{:?}", motion.stances);
     assert!(
-        closing_error_m(&motion) < 0.4,
+        closing_error_m(&motion) < 0.35,
         "{}",
         closing_error_m(&motion)
     );
@@ -115,7 +115,7 @@ fn bouts_of_a_hand_end_where_they_began() {
     let motion = estimate_motion(&samples, &MotionOptions::default());
     let bouts = closed(&motion);
     assert_eq!(bouts.len(), 4);
-    for (bout, limit_m) in bouts.iter().zip([1.2, 0.7, 0.4, 0.75]) {
+    for (bout, limit_m) in bouts.iter().zip([1.2, 0.7, 0.4, 0.7]) {
         assert!(norm(bout.displacement_m) < limit_m, "{bout:?}");
     }
 }

@@ -131,7 +131,7 @@ fn turns_calibrate_the_gyroscope_on_the_way() {
 }
 
 #[test]
-#[ignore = "2·10⁶ rows, 1,000 moves: seconds and memory beyond the columns"]
+#[ignore = "slow: 2·10⁶ rows with 1,000 moves"]
 fn a_long_recording() {
     let scene = Scene {
         moves: 1000,
@@ -153,7 +153,7 @@ fn a_long_recording() {
 }
 
 #[test]
-#[ignore = "an hour without a rest"]
+#[ignore = "slow: an hour without a rest"]
 fn a_long_leg() {
     let scene = Scene {
         distance_m: 1e3,
