@@ -92,10 +92,14 @@ class Check:
 
     def until(self, script, seconds=15.0):
         end = time.monotonic() + seconds
-        while not (value := self.browser.run(script)):
+        while not (value := self.tried(script)):
             assert time.monotonic() < end, f"it never came: {script}\n{self.browser.run('return document.body.innerText')}"
             time.sleep(0.05)
         return value
+
+    def tried(self, script):
+        """What the script answers; nothing while a new tab still shows the browser's own page."""
+        return self.browser.run(f"if (typeof state === 'undefined') return null; {script}")
 
     def shown(self, selector):
         return self.browser.run(f"const e = document.querySelector({selector!r}); return Boolean(e && e.checkVisibility())")
