@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use gravical::Result;
 use gravical::escape::path_text;
 use gravical::numfmt::count;
-use gravical::{Error, Result};
 use gravical_report::figure::{Figure, check_figures, write_figures};
 
 use crate::text;
@@ -51,13 +51,5 @@ impl FigureArgs {
             ));
         }
         Ok(())
-    }
-
-    /// The error of `--figures` together with `--causal`.
-    pub fn refused(&self) -> Option<Error> {
-        self.figures.as_ref().map(|_| {
-            Error::usage("not-causal", "--causal: --figures needs the whole track")
-                .with_hint("remove --causal: then the whole recording is read")
-        })
     }
 }

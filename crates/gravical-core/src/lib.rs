@@ -6,9 +6,7 @@
 //!
 //! - [`calibration`]: what a calibration is; apply, compose, invert.
 //! - [`six_position`]: estimate one from six placements and three turns.
-//! - [`strapdown`], [`integrate`]: attitude, velocity and position, sample by sample.
-//! - [`still`]: whether the sensor rests, sample by sample.
-//! - [`motion`]: all of it in order, from readings to velocity and position.
+//! - [`strapdown`]: attitude from angular rate, and from gravity at rest.
 //! - [`filter`]: Butterworth and Savitzky–Golay, sample by sample.
 //! - [`mod@unit`]: units, the MPU6050's nominal sensitivities, local gravity.
 //! - [`matrix3`]: the 3 × 3 operations behind them.
@@ -43,13 +41,10 @@ extern crate std;
 
 pub mod calibration;
 pub mod filter;
-pub mod integrate;
 pub mod matrix3;
-pub mod motion;
 mod real;
 pub mod rounding;
 pub mod six_position;
-pub mod still;
 pub mod strapdown;
 pub mod unit;
 

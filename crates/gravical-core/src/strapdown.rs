@@ -104,13 +104,6 @@ pub fn rotate<T: Real>(q: &[T; 4], v: &[T; 3]) -> [T; 3] {
     matrix3::mul_vec(&matrix(q), v)
 }
 
-/// The rotation back.
-#[inline]
-#[must_use]
-pub fn conjugate<T: Real>(q: &[T; 4]) -> [T; 4] {
-    [q[0], -q[1], -q[2], -q[3]]
-}
-
 /// A quaternion of length one again: rounding leaves a product of many off.
 #[inline]
 #[must_use]
@@ -183,86 +176,9 @@ pub fn from_matrix<T: Real>(m: &[[T; 3]; 3]) -> [T; 4] {
     if q[0] < T::zero() { q.map(|v| -v) } else { q }
 }
 
-/// The rotation vector, in the frame of reference, that brings `force` (seen by
-/// a sensor of attitude `q`, any unit) upright: what is missing of the tilt at a
-/// rest. It is horizontal; its length is the angle, 0 to π.
-#[must_use]
-pub fn levelling_error<T: Real>(q: &[T; 4], force: &[T; 3]) -> [T; 3] {
-    let seen = rotate(q, force);
-    // seen × ẑ
-    let (x, y) = (seen[1], -seen[0]);
-    let sine = (x * x + y * y).sqrt();
-    if sine.is_nan() || sine <= T::zero() {
-        return [T::zero(); 3];
-    }
-    let angle = sine.atan2(seen[2]);
-    [x / sine * angle, y / sine * angle, T::zero()]
-}
-
-/// Attitude, sample by sample.
-///
-/// Between two samples the rate is taken as a straight line.
-///
-/// ```
-/// use gravical_core::strapdown::Strapdown;
-///
-/// let mut attitude = Strapdown::<f32>::new([1.0, 0.0, 0.0, 0.0]);
-/// for i in 0..=100 {
-///     attitude.update([0.0, 0.0, 0.5], if i == 0 { 0.0 } else { 0.01 });
-/// }
-/// let half_angle = 0.25_f32;
-/// assert!((attitude.attitude()[3] - half_angle.sin()).abs() < 1e-5);
-/// ```
-#[derive(Debug, Clone, Copy)]
-pub struct Strapdown<T> {
-    q: [T; 4],
-    rate: [T; 3],
-    started: bool,
-}
-
-impl<T: Real> Strapdown<T> {
-    /// Starts from an attitude at the first sample to come.
-    #[must_use]
-    pub fn new(attitude: [T; 4]) -> Self {
-        Strapdown {
-            q: attitude,
-            rate: [T::zero(); 3],
-            started: false,
-        }
-    }
-
-    /// Takes the rate, rad/s, `h_s` seconds after the sample before (of the first
-    /// one it counts nothing), and gives the attitude at it.
-    #[inline]
-    pub fn update(&mut self, rate_rad_s: [T; 3], h_s: T) -> [T; 4] {
-        if self.started {
-            let q = quat_mul(&self.q, &step(&self.rate, &rate_rad_s, h_s));
-            // One step of Newton's method keeps the length at one.
-            let squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-            let factor = T::from_f64(1.5) - T::from_f64(0.5) * squared;
-            self.q = q.map(|v| v * factor);
-        }
-        self.started = true;
-        self.rate = rate_rad_s;
-        self.q
-    }
-
-    /// The attitude at the last sample.
-    #[must_use]
-    pub fn attitude(&self) -> [T; 4] {
-        self.q
-    }
-
-    /// Starts anew.
-    pub fn reset(&mut self, attitude: [T; 4]) {
-        *self = Self::new(attitude);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::vec::Vec;
 
     fn close(a: &[f64], b: &[f64], by: f64) {
         assert!(
@@ -299,20 +215,6 @@ mod tests {
     }
 
     #[test]
-    fn the_levelling_error_levels() {
-        let q = level([0.3, -0.2, 9.0], 0.4);
-        let force = [1.5_f64, 2.0, 7.0];
-        let delta = levelling_error(&q, &force);
-        let q = quat_mul(&from_rotation_vector(&delta), &q);
-        let seen = rotate(&q, &force);
-        assert!(seen[0].abs() < 1e-12 && seen[1].abs() < 1e-12 && seen[2] > 0.0);
-        assert_eq!(
-            levelling_error(&level([0.0, 0.0, 1.0], 0.0), &[0.0, 0.0, 1.0]),
-            [0.0; 3]
-        );
-    }
-
-    #[test]
     fn matrices_there_and_back() {
         for vector in [
             [0.1, 0.2, -0.3],
@@ -337,27 +239,5 @@ mod tests {
             let (sine, cosine) = (0.5 * size).sin_cos();
             close(&q, &[cosine, 0.6 * sine, 0.0, 0.8 * sine], 1e-11);
         }
-    }
-
-    #[test]
-    fn sample_by_sample_is_the_product_of_the_steps() {
-        let rates: Vec<[f64; 3]> = (0..500)
-            .map(|i| {
-                let t = 0.01 * f64::from(i);
-                [
-                    1.5 * (1.1 * t).sin(),
-                    0.8 * (0.7 * t).cos(),
-                    1.2 * (1.7 * t).sin(),
-                ]
-            })
-            .collect();
-        let mut stream = Strapdown::new([1.0, 0.0, 0.0, 0.0]);
-        let mut q = [1.0, 0.0, 0.0, 0.0];
-        stream.update(rates[0], 0.0);
-        for pair in rates.windows(2) {
-            stream.update(pair[1], 0.01);
-            q = quat_mul(&q, &step(&pair[0], &pair[1], 0.01));
-        }
-        close(&stream.attitude(), &normalize(&q), 1e-12);
     }
 }

@@ -91,8 +91,8 @@ pub mod utc;
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
 
 pub use error::{Category, Error, Location, Result};
-/// The part that runs on a microcontroller, too: calibrations and filters of one sample, rests and
-/// motion without look-ahead, closed-form estimation.
+/// The part that runs on a microcontroller, too: calibrations and filters of one sample, attitude,
+/// closed-form estimation.
 pub use gravical_core as core;
 /// The estimation: numbers only; what it says of a calibration stands in its file, too.
 pub use gravical_fit as fit;

@@ -8,11 +8,9 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::filter::biquad::Cascade;
 use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass};
 use gravical_core::filter::savgol::SavitzkyGolay;
-use gravical_core::motion::Motion;
 use gravical_core::six_position::{
     SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_gyroscope,
 };
-use gravical_core::still::{Detector, Event, Learner, Plan};
 use gravical_core::unit::local_gravity_mps2;
 
 #[panic_handler]
@@ -145,56 +143,4 @@ pub extern "C" fn probe_filter(filters: &mut Filters, sample: f32, out: &mut [f3
         filters.band.update(sample),
         filters.smooth.update(sample),
     ];
-}
-
-/// Rest and motion at 100 Hz.
-pub type Rest = Detector<f32, 128>;
-
-/// Learns the noise from 3 s at rest and starts the detector; 0 when it worked.
-#[unsafe(no_mangle)]
-pub extern "C" fn probe_rest_learn(samples: &[[[f32; 3]; 2]; 300], out: &mut Option<Rest>) -> i32 {
-    let plan = Plan::new(100.0_f32);
-    let mut learner = Learner::new(plan, true);
-    for [force, rate] in samples {
-        learner.update(*force, Some(*rate));
-    }
-    *out = learner
-        .noise()
-        .and_then(|noise| Rest::new(plan, noise).ok());
-    i32::from(out.is_none())
-}
-
-/// One sample of both sensors: 1 when a rest began, 2 when it ended, with the
-/// sample at which it did.
-#[unsafe(no_mangle)]
-pub extern "C" fn probe_rest(
-    detector: &mut Rest,
-    force: &[f32; 3],
-    rate: &[f32; 3],
-    at: &mut usize,
-) -> i32 {
-    match detector.update(*force, Some(*rate)) {
-        Some(Event::Began { since }) => {
-            *at = since;
-            1
-        }
-        Some(Event::Ended { onset }) => {
-            *at = onset;
-            2
-        }
-        None => 0,
-    }
-}
-
-/// One sample of both sensors through the whole pipeline; gives the position.
-#[unsafe(no_mangle)]
-pub extern "C" fn probe_motion(
-    motion: &mut Motion<f32, 128>,
-    accel: &[f32; 3],
-    gyro: &[f32; 3],
-    step_s: f32,
-    position_m: &mut [f32; 3],
-) {
-    motion.update(*accel, *gyro, step_s);
-    *position_m = motion.position_m();
 }

@@ -250,11 +250,7 @@ fn moved(
     files: &Files,
     force: bool,
 ) -> Result<Motion> {
-    let options = MotionOptions {
-        keep_uncalibrated: true,
-        ..MotionOptions::default()
-    };
-    let moved = motion(line, Some(calibration), &options)?;
+    let moved = motion(line, Some(calibration), &MotionOptions::default())?;
     super::motion::save(&files.track, force, &moved)?;
     let figures = figure::motion::figures(&moved);
     let mut inputs = InputFile::of(std::slice::from_ref(line));

@@ -1,20 +1,14 @@
 //! `gravical motion`: velocity and position with error bands.
 
 mod args;
-mod causal;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Context;
-
 use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{
-    Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, Table, motion, motion_into,
-    write_table,
-};
+use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionResult, motion, write_table};
 use gravical::noise::read_noise;
 use gravical::output::write_atomic;
 use gravical::recording::{Recording, join_gyroscope, read};
@@ -36,11 +30,6 @@ pub use args::Args;
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let target = Target::of(args.output.as_deref());
-    if args.causal
-        && let Some(error) = args.figures.refused()
-    {
-        return Err(error.into());
-    }
     let files = args.files();
     check_outputs(
         target.file(),
@@ -66,10 +55,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         name: &found.input.path,
     });
 
-    if args.causal {
-        return causal::run(args, target, calibrated, &options);
-    }
-    let mut recording = match &args.gyro {
+    let recording = match &args.gyro {
         Some(path) => {
             let mut recording = read(&args.input, &read_options.beside_gyroscope_file())?;
             join_gyroscope(&mut recording, path, &read_options)?;
@@ -77,11 +63,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         None => read(&args.input, &read_options)?,
     };
-    let whole = truth.is_some() || args.report.is_wanted() || args.figures.figures.is_some();
-    if !whole {
-        let result = samples_away(args, target, &mut recording, calibrated, &options)?;
-        return tell(args, &result, &recording);
-    }
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration.iter().map(|found| found.input.clone()));
@@ -94,7 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     match target {
         Target::File(path) => save(path, args.force, &motion)?,
-        Target::Stdout if !args.json => write_table(&motion.track, &mut text::table_out())?,
+        Target::Stdout if !args.json => write_table(&motion, &mut text::table_out())?,
         Target::Stdout | Target::Nowhere => {}
     }
     let drawn = args.report.is_wanted() || args.figures.figures.is_some();
@@ -111,41 +92,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     tell(args, &motion.result, &recording)
 }
 
-/// The result, its table written sample by sample without keeping the track.
-fn samples_away(
-    args: &Args,
-    target: Target<'_>,
-    recording: &mut Recording,
-    calibrated: Option<Calibrated<'_>>,
-    options: &MotionOptions,
-) -> anyhow::Result<MotionResult> {
-    let path = match target {
-        Target::File(path) => path,
-        Target::Stdout if !args.json => {
-            let mut out = text::table_out();
-            let mut table = Table::new(&mut out);
-            let result = motion_into(recording, calibrated, options, Some(&mut table))?;
-            table.finish()?;
-            return Ok(result);
-        }
-        Target::Stdout | Target::Nowhere => {
-            return Ok(motion_into(recording, calibrated, options, None)?);
-        }
-    };
-    let mut result = None;
-    write_atomic(path, args.force, |out| {
-        let mut table = Table::new(out);
-        result = Some(motion_into(
-            recording,
-            calibrated,
-            options,
-            Some(&mut table),
-        )?);
-        table.finish().map_err(|e| Error::io(path, e))
-    })?;
-    result.context("a table without a result")
-}
-
 /// Writes the table of a motion to a file.
 ///
 /// # Errors
@@ -153,7 +99,7 @@ fn samples_away(
 /// Those of [`write_atomic`].
 pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
     write_atomic(path, force, |out| {
-        write_table(&motion.track, out).map_err(|e| Error::io(path, e))
+        write_table(motion, out).map_err(|e| Error::io(path, e))
     })
 }
 

@@ -11,7 +11,7 @@ use gravical::motion::{MotionJudgement, MotionResult, Span};
 use gravical::numfmt::{decimals_by, digits, fixed};
 use gravical::recording::{Origin, Recording};
 
-use super::moves::{budget, end, largest, moves, static_drift};
+use super::moves::{budget, end, largest, moves};
 use super::truth::truth;
 use super::{named, short_name};
 
@@ -27,49 +27,49 @@ pub fn motion<'a>(
         verdict: Some(verdict(result)),
         ..Document::new(format!("Motion of {}", short_name(&result.input)))
     }
-    .with(timing(result, recording))
-    .with(rests(result))
-    .with(figure(
-        "acceleration",
-        "Acceleration",
-        &["acceleration", "motion-acceleration"],
-    ))
-    .with(figure("velocity", "Velocity", &["velocity"]))
+    .with(figure("position", "Position", &["position"]))
     .with(figure(
         "trajectory",
         "Trajectory",
         &["trajectory", "position-3d"],
     ))
-    .with(figure("position", "Position", &["position"]));
+    .with(figure("velocity", "Velocity", &["velocity"]))
+    .with(figure(
+        "acceleration",
+        "Acceleration",
+        &["acceleration", "motion-acceleration"],
+    ));
     // For a recording at rest the verdict says everything.
     if !result.moves.is_empty() {
         document = document
             .with(moves(result).figures(named(figures, &["moves"])))
             .with(end(result));
-        if let Some(b) = &result.budget_m {
-            document = document.with(budget(b).figures(named(figures, &["budget"])));
+        if let Some((number, b)) = result.largest_budget() {
+            let only = result.moves.len() == 1;
+            let section = budget(number, only, &b);
+            document = document.with(section.figures(named(figures, &["budget"])));
         }
-    }
-    if let Some(drift) = &result.static_drift {
-        document = document.with(static_drift(drift).figures(named(figures, &["static-drift"])));
     }
     if let Some(comparison) = &result.truth {
         document = document.with(truth(comparison));
     }
-    document.with_findings(&result.findings, false)
+    document
+        .with(timing(result, recording))
+        .with(rests(result))
+        .with_findings(&result.findings, false)
 }
 
 /// What can be determined from the recording.
 fn verdict(result: &MotionResult) -> Verdict {
     let all = result.moves.len();
-    let usable = result.moves.iter().filter(|m| m.usable).count();
+    let usable = result.moves.iter().filter(|m| m.unusable.is_none()).count();
+    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
     let grade = match result.verdict.judgement {
-        MotionJudgement::Bounded => Grade::Good,
+        MotionJudgement::Bounded if misfit.is_none() => Grade::Good,
         MotionJudgement::NotUsable => Grade::Poor,
         MotionJudgement::AtRest => Grade::Unknown,
         _ => Grade::Fair,
     };
-    let misfit = result.gravity_misfit.filter(|m| m.contradicts);
     let duration = || KeyFigure {
         value: fixed(result.duration_s, 2),
         unit: "s",
@@ -166,14 +166,14 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     fact("time", time(result));
     fact("rests", rest_list(&result.rests));
     if let Some(noise) = &result.noise {
-        let three = |v: [f64; 3]| v.map(|s| digits(1e3 * s, 2)).join(" ");
-        let gyro = noise.gyro_sigma_rad_s.map_or(String::new(), |s| {
-            format!("; gyroscope {} mrad/s", three(s))
+        let three = |v: [f64; 3]| v.map(|n| digits(1e3 * n, 2)).join(" ");
+        let gyro = noise.gyro_n.map_or(String::new(), |n| {
+            format!("; gyroscope {} mrad/s/√Hz", three(n))
         });
-        let accel = three(noise.accel_sigma_mps2);
+        let accel = three(noise.accel_n);
         fact(
             "noise",
-            format!("accelerometer {accel} mm/s²{gyro} (1σ at rest)"),
+            format!("accelerometer {accel} mm/s²/√Hz{gyro} (N at rest)"),
         );
     }
     let value = |name: &str, value: Option<f64>, n: usize| {
@@ -253,24 +253,19 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
         true => section.full(Block::paragraph("No rest was found.")),
         false => section.full(table.rows(spans)),
     };
-    let Some(n) = result.noise else {
+    let visible = result.visible_moves.iter().map(|v| {
+        Row::from([
+            Cell::number(digits(v.seconds, 2)),
+            Cell::number(digits(v.distance_m, 2)),
+        ])
+    });
+    if visible.len() == 0 {
         return section;
-    };
-    let row = |name: &str, sigma: [f64; 3], vif: f64| {
-        let mut row = Row::axes(name, Some(sigma), |_, v| digits(1e3 * v, 2));
-        row.cells.push(Cell::number(digits(vif, 2)));
-        row
-    };
-    let gyro = n.gyro_sigma_rad_s.zip(n.gyro_vif);
-    let table = Table::new("Noise of one sample at rest, 1σ")
-        .columns([Column::left("")])
-        .columns(Column::axes(""))
-        .columns([Column::number("variance inflation")])
-        .row(row("accelerometer, mm/s²", n.accel_sigma_mps2, n.accel_vif))
-        .rows(gyro.map(|(s, vif)| row("gyroscope, mrad/s", s, vif)));
-    section.full(table).full(Block::note(
-        "variance inflation: variance of a mean relative to that of independent samples.",
-    ))
+    }
+    let table = Table::new("A shorter move may hide in a rest")
+        .columns(["duration, s", "displacement, m"].map(Column::number))
+        .rows(visible);
+    section.full(table)
 }
 
 #[cfg(test)]

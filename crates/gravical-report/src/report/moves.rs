@@ -1,11 +1,9 @@
-//! Report of the moves of a motion, its end point, error budget and drift at rest.
+//! Report of the moves of a motion, its end point and error budget.
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
-use gravical::motion::{Ends, MotionResult, Move, PositionBudget, StaticDrift};
+use gravical::core::matrix3::norm;
+use gravical::motion::{Budget, Ends, MotionResult, Move};
 use gravical::numfmt::{decimals_for, decimals_of, fixed};
-
-/// Drift over its predicted uncertainty above which the band does not explain it.
-const FAR: f64 = 3.0;
 
 /// Values beyond this are drift; they are shown with two digits and a power of ten.
 const ROUND: f64 = 1e6;
@@ -104,11 +102,21 @@ fn one_move(i: usize, m: &Move, plain: bool) -> Row {
         Cell::text(ends),
     ]);
     let row = Row::from(cells);
-    match (&m.reason, m.usable) {
-        (Some(reason), true) => row.noted(reason),
-        (Some(reason), false) => row.noted(format!("not usable: {reason}")),
-        (None, true) => row,
-        (None, false) => row.noted("not usable"),
+    let mut notes = Vec::new();
+    notes.extend(m.unusable.as_ref().map(|why| format!("not usable: {why}")));
+    if m.closure.is_some_and(|c| c.widened) {
+        notes.push("the rest after it contradicts it: band widened".to_owned());
+    }
+    if m.replaced > 0 {
+        notes
+            .push("values at the end of the range or far from all around them replaced".to_owned());
+    }
+    if m.stances > 0 {
+        notes.push(gravical::numfmt::count(m.stances, "stance"));
+    }
+    match notes.is_empty() {
+        true => row,
+        false => row.noted(notes.join("; ")),
     }
 }
 
@@ -157,14 +165,18 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
     section.with(table)
 }
 
-pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
+pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     let section = Section::new("budget", "Error budget");
     let parts = [
-        (b.noise, "noise of the accelerometer"),
-        (b.bias, "bias of the accelerometer and correlated terms"),
-        (b.scale, "scale and cross-axis terms of the accelerometer"),
-        (b.clock, "clock of the recorder"),
-        (b.tilt, "attitude: gyroscope, levelling, yaw"),
+        (
+            norm(&b.noise),
+            "noise of the accelerometer, roughness of the move, clock",
+        ),
+        (norm(&b.calibration), "calibration of both sensors, gravity"),
+        (
+            norm(&b.attitude),
+            "attitude: noise and bias of the gyroscope, levelling",
+        ),
     ];
     let total = parts.iter().map(|(v, _)| v * v).sum::<f64>().sqrt();
     if total == 0.0 || !total.is_finite() {
@@ -183,7 +195,11 @@ pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
         let mm = factor * 1e3 * total;
         Row::from([Cell::text(name), Cell::number(far(mm, n)), share]).sum()
     };
-    let table = Table::new("Uncertainty of the end position, all axes together, 1σ")
+    let of = match only {
+        true => "the displacement".to_owned(),
+        false => format!("move {number}, the least certain one"),
+    };
+    let table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ"))
         .columns([Column::left("source")])
         .columns(["mm", "% of the variance"].map(Column::number))
         .rows(parts)
@@ -194,45 +210,6 @@ pub(super) fn budget<'a>(b: &PositionBudget) -> Section<'a> {
         ))
         .row(sum("expanded, k = 2", 2.0, Cell::text("")));
     section.with(table)
-}
-
-pub(super) fn static_drift<'a>(d: &StaticDrift) -> Section<'a> {
-    let n = decimals(Some(d.predicted_sigma_m), d.position_m);
-    let over: [f64; 3] = std::array::from_fn(|k| d.position_m[k].abs() / d.predicted_sigma_m[k]);
-    let farthest = over.into_iter().fold(0.0, f64::max);
-    let row = |name: &str, v: [f64; 3], factor: f64, n: [usize; 3]| {
-        Row::axes(name, Some(v), |k, v| far(factor * v, n[k]))
-    };
-    let table = Table::new("Drift at rest")
-        .columns([Column::left("")])
-        .columns(Column::axes(""))
-        .row(row("position, m", d.position_m, 1.0, n))
-        .row(row("predicted, 1σ, m", d.predicted_sigma_m, 1.0, n))
-        .row(row("velocity, mm/s", d.velocity_mps, 1e3, [1; 3]))
-        .row(row("equivalent bias, mm/s²", d.bias_mps2, 1e3, [1; 3]))
-        .row(row("its rate of change, mm/s³", d.slope_mps3, 1e3, [2; 3]))
-        .row(row("not explained by these, m", d.unexplained_m, 1.0, n));
-    let judged = if !farthest.is_finite() {
-        "No band was predicted.".to_owned()
-    } else if farthest <= FAR {
-        let farthest = fixed(farthest, 1);
-        format!("The drift is within the predicted band (at most {farthest}σ).")
-    } else {
-        let farthest = fixed(farthest, 1);
-        format!(
-            "The drift is {farthest}σ, more than the band explains: the bias drifts, or the sensor was not at rest."
-        )
-    };
-    Section::new("drift", "Drift at rest")
-        .with(Block::paragraph(format!(
-            "Over {} s without correction, after levelling over the {} s before.",
-            fixed(d.duration_s, 1),
-            fixed(d.levelled_over_s, 1)
-        )))
-        .with(table)
-        .with(Block::Paragraph(format!(
-            "{judged} With zero-velocity updates it would be zero by construction."
-        )))
 }
 
 #[cfg(test)]

@@ -125,11 +125,6 @@ impl TemperatureModel {
         raw - self.drift_at(CHANNELS[channel], t_c)
     }
 
-    /// The inverse of [`at_reference`](Self::at_reference).
-    pub(crate) fn at_temperature(&self, channel: usize, t_c: f64, value: f64) -> f64 {
-        value + self.drift_at(CHANNELS[channel], t_c)
-    }
-
     /// Why it cannot be applied; `None` if it can.
     pub(super) fn fault(&self) -> Option<String> {
         let [low, high] = self.range_c;

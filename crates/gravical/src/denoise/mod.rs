@@ -54,7 +54,6 @@ mod summary;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use butterworth::Butterworth;
 pub use file::{DenoisedFile, denoise_file};
 pub use filter::Filter;
 pub use response::Response;

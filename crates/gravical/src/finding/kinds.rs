@@ -575,7 +575,7 @@ kinds! {
     "Motion" {
         NoGyro "no-gyro" Warning
             "no gyroscope: the tilt between rests is not measured"
-            "it is interpolated between the rests; the band includes `--tilt-change`"
+            "it is that of the rests; the band allows for half a degree in between"
             "record a gyroscope, or keep the sensor level";
         GyroNotUsed "gyro-not-used" Warning
             "the unit of the gyroscope is unknown"
@@ -593,34 +593,26 @@ kinds! {
             "at rest the magnitude differs from gravity"
             "with a calibration the bands are widened; without, the message gives the effect of a scale error"
             "calibrate, or test the calibration with `gravical check`";
-        ConstantSpeed "constant-speed" Note
-            "a quiet interval in which the velocity is far from zero"
-            "not used as a rest"
-            "nothing; `--rests` overrides it";
-        RestAtSpeed "rest-at-speed" Warning
-            "a quiet interval looks like constant velocity, but no later interval is a better rest"
-            "used as a rest"
-            "give the rests with `--rests`";
+        SensorHung "sensor-hung" Warning
+            "all channels repeat to the last digit for longer than noise allows"
+            "those rows are left out: they are a gap"
+            "check wiring and power of the sensor";
+        ValuesReplaced "values-replaced" Warning
+            "values in a move stand at the end of the range, or far from all around them"
+            "they follow what is on both sides; the band holds what they may have been"
+            "record at a wider range; check the wiring";
+        AveragedRowsMove "averaged-rows-move" Warning
+            "the sensor moves within the rows that `--procedure report` averages"
+            "their mean is subtracted all the same"
+            "hold the sensor still for longer at the start";
         ClosureContradicts "closure-contradicts" Warning
             "at the end of a move the closure of velocity or tilt exceeds its uncertainty"
             "the band of that move is widened accordingly"
             "rest for 2 s before and after a move; calibrate; stay within the ranges of the sensors";
-        RestTakenBack "rest-taken-back" Note
-            "with `--causal`: the velocity from a short rest is not zero at the next rest"
-            "the short rest is withdrawn: the moves before and after it become one"
-            "nothing";
-        SlowMoveDoubted "slow-move-doubted" Warning
-            "within a rest the specific force changes as in a slow move, but not significantly"
-            "used as a rest"
-            "give the rests with `--rests`, or move faster";
         SlowMovesHidden "slow-moves-hidden" Note
             "a rest of 14 s or more, or no move at all: a slow or small move would not be visible"
-            "the message gives its largest displacement; without any move the position band includes it"
+            "the message gives its largest displacement"
             "move faster";
-        RestUnconfirmed "rest-unconfirmed" Warning
-            "the rests are too short to be distinguished from a part of the move or from constant velocity"
-            "no move is usable, and there are no bands"
-            "rest for 2 s at both ends, or give the rests with `--rests`";
         StartsMoving "starts-moving" Warning
             "the recording starts in motion"
             "computed backwards from the first rest"
@@ -630,23 +622,15 @@ kinds! {
             "computed forwards from the last rest without drift correction"
             "rest after the last move";
         RowsLeftOut "rows-left-out" Note
-            "incomplete rows, or rows whose time stamp is before that of the row before"
+            "incomplete rows, or rows whose time stamp is not after that of the row before"
             "skipped; the time step spans them"
             "nothing";
         V0NotUsed "v0-not-used" Warning
             "`--v0` is given together with zero-velocity updates at rests"
             "not used"
             "remove it, or give `--zero-velocity off`";
-        StartLost "start-lost" Note
-            "the motion before the first rest is unknown: rows are missing, or the gyroscope reached the end of its range"
-            "position is relative to that rest"
-            "nothing";
-        GapAtRest "gap-at-rest" Note
-            "rows are missing while the sensor is at rest, before and after in the same pose"
-            "assumed not to have moved"
-            "nothing";
         MoveUnusable "move-unusable" Warning
-            "rows are missing while the sensor moves, or the gyroscope is at the end of its range and misses more than 2° in a move"
+            "rows are missing while the sensor moves"
             "that displacement and all later positions are unknown"
             "record again; exit code 4 if no move is usable";
         TruthGaps "truth-gaps" Note

@@ -3,14 +3,12 @@
 //! parameters are off by more than the covariance says, in directions that rests in one attitude
 //! do not show: the bands then allow for an error of that size in each of them.
 
-use std::ops::Range;
-
-use gravical_core::matrix3::{dot, norm};
+use gravical_core::matrix3::norm;
+use gravical_motion::ForceDirection;
 use serde::Serialize;
 
-use super::anchors::{Anchors, RandomWalk, Side};
-use super::parameters::{self, Assumed, Direction};
-use super::samples::View;
+use super::estimate::Estimate;
+use super::uncertainty::{Assumed, variance_of_magnitude};
 
 /// Standard deviations beyond which one rest contradicts the calibration: one in 16,000.
 const CONTRADICTS: f64 = 4.0;
@@ -39,31 +37,36 @@ pub struct GravityMisfit {
 }
 
 impl GravityMisfit {
-    /// Of `rests`, the one at which gravity is off most; none without a rest.
+    /// Of the rests of `estimate`, the one at which gravity is off most, as `estimate` was calibrated or,
+    /// with other `samples` of the same rows, in those; none without a rest.
     pub(super) fn worst(
-        view: View<'_>,
-        rests: &[Range<usize>],
-        walk: RandomWalk,
-        directions: &[Direction],
+        estimate: &Estimate,
+        samples: &gravical_motion::Samples,
+        directions: &[ForceDirection],
         gravity_mps2: f64,
     ) -> Option<Self> {
-        let anchors = Anchors::new(view, walk);
+        let rests = &estimate.motion.rests;
+        let noise = estimate.motion.noise?;
+        let noise = noise
+            .force_mps2_sqrt_s
+            .iter()
+            .fold(0.0, |most: f64, n| most.max(*n));
+        let t = samples.time_s();
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
-        (0..rests.len())
-            .map(|k| {
-                let rest = anchors.at(rests, k, Side::Last);
-                let measured_mps2 = norm(&rest.force);
-                let up = rest.force.map(|f| f / measured_mps2);
+        let channels = samples.channels();
+        rests
+            .iter()
+            .map(|rest| {
+                let [x, y, z, ..] = channels.mean(rest);
+                let measured_mps2 = norm(&[x, y, z]);
+                let seconds = (t[rest.end - 1] - t[rest.start]).max(f64::MIN_POSITIVE);
                 let unstable = UNSTABLE * gravity_mps2;
-                let variance: f64 = directions
-                    .iter()
-                    .map(|d| dot(&d.force(&rest.force), &up).powi(2))
-                    .sum::<f64>()
+                let variance = variance_of_magnitude(directions, &[x, y, z])
                     .max(unstable * unstable)
-                    + walk.accel_mean() / rest.seconds;
+                    + noise * noise / seconds;
                 let mut one = GravityMisfit {
-                    rest_s: view.t_s()[rests[k].start],
+                    rest_s: t[rest.start],
                     measured_mps2,
                     gravity_mps2,
                     sigma_mps2: variance.sqrt(),
@@ -82,13 +85,14 @@ impl GravityMisfit {
     }
 
     /// Errors of every parameter that are as likely as what the rest shows.
-    pub(super) fn directions(&self) -> Vec<Direction> {
+    pub(super) fn directions(&self) -> Vec<ForceDirection> {
         let off = UNSEEN * (self.measured_mps2 - self.gravity_mps2).abs();
         let relative = off / self.gravity_mps2;
-        parameters::by_class(&Assumed {
+        Assumed {
             scale: relative,
             cross: relative,
             bias_mps2: off,
-        })
+        }
+        .directions()
     }
 }

@@ -2,14 +2,13 @@
 //!
 //! # Overview
 //!
-//! 1. `prepare`: units, drift with temperature, calibration, time → [`samples`].
-//! 2. [`still`]: where the sensor rested, from the recording's own noise; `gate`:
-//!    at constant speed it only seems so.
-//! 3. `plan`: the legs between the rests, and what a gap has lost.
-//! 4. `leg`: attitude from both ends, gravity off, trapezoid, velocity zero at
-//!    rests. `path`: leg after leg.
-//! 5. `bands`, `parameters`: what noise and the calibration's uncertainty make of
-//!    it.
+//! 1. `scales`, `prepare`: units, drift with temperature, what is no measurement, calibration, time →
+//!    [`gravical_motion::Samples`].
+//! 2. `uncertainty`: how far the calibration may be off. `misfit`: whether gravity at the rests
+//!    contradicts it.
+//! 3. `estimate`: the filter of [`gravical_motion`], or the procedure of the student report.
+//! 4. `result`, `track`, `table`: what is said, and the samples behind it. [`truth`]: beside a
+//!    reference.
 //!
 //! # Example
 //!
@@ -29,75 +28,79 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod anchors;
-mod assumed;
-mod bands;
-mod closure;
-mod course;
-mod drift;
-mod gate;
-mod hidden;
-mod leg;
+mod estimate;
+mod intervals;
 mod misfit;
-mod nominal;
-mod opening;
 mod options;
-mod parameters;
-mod path;
-mod plan;
 mod prepare;
+mod report_procedure;
 mod result;
-#[doc(hidden)]
-pub mod samples;
 mod scales;
-mod setup;
-mod smoother;
-#[doc(hidden)]
-pub mod stance;
-#[doc(hidden)]
-pub mod still;
-mod stream;
 mod table;
+mod track;
 pub mod truth;
-mod unfollowed;
+mod uncertainty;
 mod verdict;
-mod walk;
 mod words;
 
 use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
+use gravical_motion::{Bounds, CalibrationUncertainty, ForceDirection, RestNoise, Samples};
 
 use crate::calibration_file::CalibrationFile;
 use crate::denoise::smooth;
-use crate::recording::{Finding, Recording};
+use crate::gravity::Gravity;
+use crate::recording::{Finding, Meter, Recording};
+use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
-use anchors::RandomWalk;
-use assumed::{Applied, force_at_rest, initial_mean, local_gravity};
-use hidden::Hidden;
-use path::Known;
-use prepare::{Prepared, prepare, with_scales};
-use samples::View;
-use setup::Setup;
-use still::{Noise, check_inside};
+use estimate::Estimate;
+use intervals::check_inside;
+use prepare::Readings;
+use scales::{Scales, scales};
+use uncertainty::{
+    Assumed, DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
+    variance_of_magnitude,
+};
 
-pub use hidden::VisibleMove;
+pub use intervals::Intervals;
 pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
-pub use still::Intervals;
-pub use stream::{MotionStepper, Readings, Streamed, motion_stream};
-pub use table::{Table, write_table};
+pub use table::write_table;
+pub use track::{MotionSample, ReferenceTrack, Track, UncalibratedTrack};
 
-/// Motion of a recording: the result, and the table behind it.
+/// Durations that visible moves are reported of, s.
+const REPORTED_S: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
+const BIAS_DRIFT_MPS2: f64 = 1e-3;
+
+/// Motion of a recording: the result, and the samples behind it.
 #[derive(Debug, Clone)]
 pub struct Motion {
     /// What is said.
     pub result: MotionResult,
-    /// Sample by sample.
-    pub track: Track,
+    /// The reference that it was compared with; none without one.
+    pub reference: Option<ReferenceTrack>,
+    own: Estimate,
+    /// By the nominal scales alone; none without a calibration.
+    uncalibrated: Option<Estimate>,
+    bands: bool,
+}
+
+impl Motion {
+    /// The samples, in order: computed as they are asked for.
+    pub fn samples(&self) -> impl Iterator<Item = MotionSample> {
+        track::samples(self)
+    }
+
+    /// The samples as columns.
+    #[must_use]
+    pub fn track(&self) -> Track {
+        Track::new(self)
+    }
 }
 
 /// A calibration and the name it was given by.
@@ -109,286 +112,94 @@ pub struct Calibrated<'a> {
     pub name: &'a str,
 }
 
-/// Velocity and position of `recording`, with all its samples in memory: for figures,
-/// and for a comparison with a reference. [`motion_into`] keeps none.
+/// Velocity and position of `recording`.
 ///
 /// # Errors
 ///
-/// Those of [`motion_into`].
+/// Input errors: `unit-mismatch` (a calibration for another unit, range or sensor), `unit-unknown`,
+/// `rate-unknown`, `no-samples`. Usage: `option-range`, `rests-outside`. What only costs accuracy is a
+/// finding: no gyroscope, a gap in a move. Without a rest there is a verdict, and no motion.
 pub fn motion(
     recording: &Recording,
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> Result<Motion> {
-    let mut track = Track::default();
-    let mut recording = recording.clone();
-    let (result, more) = compute(&mut recording, calibration, options, Some(&mut track))?;
-    (track.uncalibrated, track.static_drift) = more;
-    Ok(Motion { result, track })
-}
-
-/// Velocity and position of `recording`; its samples go to `sink`, where there is one, and
-/// are not kept. The columns of the recording are taken, so that they are not held twice;
-/// what was said of them stays.
-///
-/// # Errors
-///
-/// Input errors: `unit-mismatch` (a calibration for another unit, range or
-/// sensor), `unit-unknown`, `rate-unknown`, `no-samples`. Usage: `option-range`.
-/// What only costs accuracy is a finding: no gyroscope, no rest, a gap in a move.
-pub fn motion_into(
-    recording: &mut Recording,
-    calibration: Option<Calibrated<'_>>,
-    options: &MotionOptions,
-    sink: Option<&mut dyn MotionSink>,
-) -> Result<MotionResult> {
-    Ok(compute(recording, calibration, options, sink)?.0)
-}
-
-/// What a figure shows beside the samples.
-type ForFigures = (Option<UncalibratedTrack>, Option<DriftTrack>);
-
-fn compute(
-    recording: &mut Recording,
-    calibration: Option<Calibrated<'_>>,
-    options: &MotionOptions,
-    sink: Option<&mut dyn MotionSink>,
-) -> Result<(MotionResult, ForFigures)> {
     options.validate()?;
-    let rows = recording.rows();
-    // Filters see all rows, also those that hold no sample.
-    let unfiltered = (!options.smooth.is_empty()).then(|| recording.clone());
-    let Prepared {
-        mut samples,
-        mut nominal,
-        findings,
-        scales,
-        left_out,
-    } = prepare(recording, calibration, options)?;
-    let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
-    findings.extend(words::rows_left_out(&left_out));
-
-    // Where does it rest, and which of the quiet stretches is a rest?
-    check_inside(&samples, options.rests_s.as_deref().unwrap_or_default())?;
-    let by_mean = options.gravity_removal == GravityRemoval::InitialMean;
-    let found = opening::rests(&samples, options);
     let file = calibration.map(|c| c.file);
-    if let Some(recording) = unfiltered {
-        let clipped = std::mem::take(&mut samples.clipped);
-        drop(samples);
-        let (mut smooth, smoothing) = smooth(recording, &options.smooth)?;
-        findings.extend(smoothing);
-        let ignored = (&mut Default::default(), &mut Vec::new());
-        (samples, nominal) = with_scales(&mut smooth, file, options, &scales, ignored)?;
-        samples.clipped = clipped;
-    }
-    let view = View::calibrated(&samples);
-    let walk = RandomWalk::new(found.accel.as_ref(), found.gyro.as_ref(), &samples);
-    let (walk, noise_used) = walk.with_noise(options);
-    findings.extend(noise_used.map(|finding| finding.in_file(&recording.name)));
-    let mut rests = found.spans.clone();
-    let applied = Applied {
+    let mut findings = recording.findings.clone();
+    let scales = scales(recording, file, options, &mut findings)?;
+    let read = |recording, findings: &mut Vec<Finding>| {
+        Readings::new(recording, file, options, &scales, findings)
+    };
+    let mut readings = read(recording, &mut findings)?;
+    let samples = readings.calibrated()?;
+    findings.extend(words::rows_left_out(recording, &samples));
+    let rests_s = options.rests_s.as_deref().unwrap_or_default();
+    check_inside(samples.time_s(), rests_s)?;
+
+    let work = Work {
+        recording,
         file,
+        options,
         scales: &scales,
-        samples: &samples,
-        nominal: nominal.as_ref(),
-        walk,
     };
-    let directions = assumed::directions(&applied, &rests, options);
-    let setup = Setup {
-        view,
-        stances: &[],
-        walk,
-        rides: &[],
-        directions: &directions,
-        removal: options.gravity_removal,
-        mean: by_mean.then(|| initial_mean(view, options.initial_rows, walk)),
-        wobble: options.tilt_change_deg.to_radians(),
-        clock_error: options.clock_error,
-        v0: options.v0_mps.unwrap_or_default(),
-        p0: options.p0_m,
-        hidden: Hidden::new(&walk, &samples, &rests),
-        // Without a rest nothing tells the noise, nor how far the tilt is off.
-        bands: options.bands && (by_mean || !rests.is_empty()),
-        meter: options.meter.as_ref(),
-    };
-    let go_on = || match setup.is_stopped() {
-        true => Err(Error::io(
-            Path::new(&recording.name),
-            std::io::Error::other("its motion was stopped"),
-        )),
-        false => Ok(()),
-    };
-    go_on()?;
-    let mut rides = Vec::new();
-    if options.zero_velocity && options.rests_s.is_none() {
-        (rests, rides) = gated(&setup, &rests, found.accel.as_ref(), &mut findings);
-        go_on()?;
+    // Rests are found without the filters.
+    let filtered;
+    let mut smoothed = None;
+    if !options.smooth.is_empty() {
+        let (recording, smoothing) = smooth(recording.clone(), &options.smooth)?;
+        findings.extend(smoothing);
+        filtered = recording;
+        readings = read(&filtered, &mut Vec::new())?;
+        smoothed = Some(readings.calibrated()?);
     }
-    // The first that was quiet may be no rest: then gravity is another one's.
-    let mut directions = if rests.first() == found.spans.first() {
-        directions.clone()
+    let plain = file.map(|_| readings.by_scale()).transpose()?;
+    drop(readings);
+    let by_report = options.gravity_removal == GravityRemoval::InitialMean;
+    let (own, misfit) = if by_report {
+        let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
+        findings.extend(own.report.as_ref().and_then(words::averaged_rows_move));
+        (own, None)
     } else {
-        assumed::directions(&applied, &rests, options)
+        work.estimate(samples, smoothed, plain.as_ref(), &mut findings)?
     };
-    let doubts = assumed::doubts(&applied, &rests, &directions, recording, options);
-    directions.extend(doubts.directions);
-    findings.extend(doubts.findings);
-    let mut setup = Setup {
-        directions: &directions,
-        rides: &rides,
-        ..setup
-    };
-    findings.extend(words::slow(&found, options));
+    let uncalibrated = plain
+        .map(|samples| work.uncalibrated(samples, &own))
+        .transpose()?;
+
+    let moves = moves(&own, uncalibrated.as_ref(), options);
+    let end = end(&own, &moves, options);
+    let rests = &own.motion.rests;
+    let no_rest = rests.is_empty() && !by_report;
+    let t = own.samples.time_s();
+    let visible_moves = visible_moves(&own, options);
+    let longest_s = rests
+        .iter()
+        .map(|r| t[r.end - 1] - t[r.start])
+        .fold(0.0, f64::max);
+    findings.extend(words::hidden(&visible_moves, longest_s, &moves));
+    let has_gyro = !own.samples.rate_rad_s().is_empty();
+    match no_rest {
+        true => findings.push(words::no_rest()),
+        false => findings.extend(words::circumstances(has_gyro, &moves, options)),
+    }
     findings.extend(words::start_velocity(options, !rests.is_empty()));
-    if options.zero_velocity && !rests.is_empty() {
-        // After a rest the velocity is zero, whatever it was at the start.
-        setup.v0 = [0.0; 3];
-    }
-
-    let stances = if options.zero_velocity {
-        walk::stances(&setup, &mut rests, options)
-    } else {
-        Vec::new()
-    };
-    setup.stances = &stances;
-    let unfounded = words::unfounded(&samples, &rests, options);
-    setup.bands &= unfounded.is_none();
-    setup.hidden = Hidden::new(&walk, &samples, &rests);
-
-    // Leg after leg.
-    let mut legs_from = rests.clone();
-    let mut plan = if by_mean && !options.zero_velocity {
-        let rows = options.initial_rows.min(samples.len());
-        legs_from = std::iter::once(0..rows).collect();
-        plan::whole(&samples)
-    } else if !options.zero_velocity
-        && options.v0_mps.is_some()
-        && options.rests_s.is_none()
-        && !rests.is_empty()
-    {
-        // What moves from the start is no rest; it levels all the same.
-        plan::whole(&samples)
-    } else {
-        plan::plan(&samples, &rests, options.zero_velocity)
-    };
-    if setup.removal().follows() {
-        unfollowed::without_unfollowed(&samples, &mut plan);
-    }
-    let mut path = match sink {
-        Some(sink) => {
-            let raw = nominal
-                .as_ref()
-                .map_or(view, |nominal| View::nominal(&samples, nominal));
-            let mut still = Inside::new(rests.iter().chain(&stances));
-            sink.begin(&samples.t_s, &samples.breaks, setup.bands);
-            let mut give = |i: usize, known: &Known| {
-                sink.sample(&MotionSample {
-                    t_s: samples.t_s[i],
-                    raw_mps2: raw.force_at(i),
-                    force_mps2: samples.force_at(i),
-                    still: still.contains(i),
-                    attitude: known.attitude,
-                    acceleration_mps2: known.acceleration,
-                    velocity_mps: known.velocity,
-                    position_m: known.position,
-                    sigma_velocity_mps: known.sigma_velocity,
-                    sigma_position_m: known.sigma_position,
-                });
-            };
-            setup.follow(&plan, &legs_from, Some(&mut give))
-        }
-        None => setup.follow(&plan, &legs_from, None),
-    };
-    go_on()?;
-    if let Some(reason) = &unfounded {
-        for one in path.moves.iter_mut().filter(|m| m.usable) {
-            (one.usable, one.reason) = (false, Some(reason.clone()));
-        }
-    }
-    let visible_moves = match rests.is_empty() {
-        true => Vec::new(),
-        false => setup.hidden.table(),
-    };
-    let no_move = path.moves.is_empty();
-    findings.extend(words::hidden(
-        &setup.hidden,
-        &visible_moves,
-        no_move,
-        options,
-    ));
-    let at_rest_only =
-        path.moves.is_empty() || (rests.len() == 1 && rests[0].len() == samples.len());
-    // Where the start alone can be a rest, the end itself is the drift.
-    let at_rest_only = at_rest_only && !rests.is_empty() && !options.rests_at_start();
-    let drift = at_rest_only.then(|| drift::static_drift(&setup)).flatten();
-    let (static_drift, mut drift_track) = drift.unzip();
-    let mut plain_track = None;
-    let uncalibrated = nominal.as_ref().map(|nominal| {
-        let view = View::nominal(&samples, nominal);
-        let plain = Setup {
-            view,
-            directions: &[],
-            bands: false,
-            mean: setup
-                .mean
-                .map(|_| initial_mean(view, options.initial_rows, walk)),
-            ..setup
-        };
-        if let Some(track) = &mut drift_track {
-            let plain = drift::static_drift(&plain);
-            track.uncalibrated_m = plain.map_or_else(Vec::new, |(_, p)| p.position_m);
-        }
-        // One plan, hence the same moves.
-        let other = if options.keep_uncalibrated {
-            let mut track = UncalibratedTrack {
-                velocity_mps: Vec::with_capacity(samples.len()),
-                position_m: Vec::with_capacity(samples.len()),
-            };
-            let mut keep = |_: usize, known: &Known| {
-                track.velocity_mps.push(known.velocity);
-                track.position_m.push(known.position);
-            };
-            let other = plain.follow(&plan, &legs_from, Some(&mut keep));
-            plain_track = Some(track);
-            other
-        } else {
-            plain.follow(&plan, &legs_from, None)
-        };
-        for (own, other) in path.moves.iter_mut().zip(&other.moves) {
-            own.uncalibrated_m = other.displacement_m;
-        }
-        Uncalibrated {
-            position_m: other.end.position_m,
-            velocity_mps: other.end.velocity_mps,
-        }
-    });
-    go_on()?;
-
-    findings.extend(words::circumstances(
-        &setup,
-        &rests,
-        &plan,
-        &path.moves,
-        options,
-    ));
     if file.is_none()
-        && let Some(force) = force_at_rest(&samples, &rests, walk)
+        && let Some(rest) = rests.first()
     {
-        let gravity = local_gravity(file, options);
-        findings.extend(words::size(force, &gravity, &path.moves));
+        let [x, y, z, ..] = own.samples.channels().mean(rest);
+        findings.extend(words::size([x, y, z], &work.gravity(), &moves));
     }
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| recording.name.clone());
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
 
-    let t = &samples.t_s;
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
-        verdict: MotionVerdict::of(&path.moves, &path.end, doubts.misfit),
-        procedure: words::procedure(options, samples.rate_rad_s.is_some()),
+        verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
+        procedure: words::procedure(options, has_gyro),
         rate_hz: Rates {
             nominal: recording.timing.nominal_rate_hz,
             r#true: recording
@@ -397,68 +208,306 @@ fn compute(
                 .or(recording.timing.median_rate_hz),
         },
         duration_s: t[t.len() - 1] - t[0],
-        rows: rows as u64,
-        rows_left_out: (rows - samples.len()) as u64,
-        frame: words::frame(options, rests.is_empty()),
-        rests: Span::of(t, &rests),
-        noise: NoiseAtRest::of(&found),
+        rows: recording.rows() as u64,
+        rows_left_out: (recording.rows() - own.samples.len()) as u64,
+        frame: words::frame(options),
+        rests: Span::of(t, rests),
+        noise: own.motion.noise.map(|noise| NoiseAtRest {
+            accel_n: noise.force_mps2_sqrt_s,
+            gyro_n: has_gyro.then_some(noise.rate_rad_sqrt_s),
+        }),
         visible_moves,
-        gravity_misfit: doubts.misfit,
-        moves: path.moves,
-        r#final: path.end,
-        uncalibrated,
-        static_drift,
-        budget_m: path.budget,
+        gravity_misfit: misfit,
+        r#final: end,
+        uncalibrated: uncalibrated.as_ref().map(|plain| {
+            let end = self::end(plain, &moves, options);
+            Uncalibrated {
+                position_m: end.position_m,
+                velocity_mps: end.velocity_mps,
+            }
+        }),
+        moves,
         truth: None,
         findings,
     };
-    let drift_track = drift_track.filter(|_| options.keep_uncalibrated);
-    Ok((result, (plain_track, drift_track)))
+    Ok(Motion {
+        result,
+        reference: None,
+        bands: options.bands && !by_report,
+        own,
+        uncalibrated,
+    })
 }
 
-/// Which samples, asked for in order, lie in one of some spans.
-struct Inside {
-    spans: std::iter::Peekable<std::vec::IntoIter<Range<usize>>>,
+/// What a computation is of.
+struct Work<'a> {
+    recording: &'a Recording,
+    file: Option<&'a CalibrationFile>,
+    options: &'a MotionOptions,
+    scales: &'a Scales,
 }
 
-impl Inside {
-    fn new<'a>(spans: impl Iterator<Item = &'a Range<usize>>) -> Self {
-        let mut spans: Vec<Range<usize>> = spans.cloned().collect();
-        spans.sort_by_key(|s| s.start);
-        Inside {
-            spans: spans.into_iter().peekable(),
+impl Work<'_> {
+    /// The estimate by the filter, and how far gravity at its rests is off the calibration.
+    fn estimate(
+        &self,
+        samples: Samples,
+        smoothed: Option<Samples>,
+        plain: Option<&Samples>,
+        findings: &mut Vec<Finding>,
+    ) -> Result<(Estimate, Option<GravityMisfit>)> {
+        let directions = self.directions(&samples);
+        let own = self.run(samples, directions.clone(), None, None)?;
+        let misfit = self.misfit(&own, &own.samples, &directions);
+        let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
+        let doubts = self.doubts(misfit, raw_misfit, findings);
+        let noise = own
+            .motion
+            .noise
+            .and_then(|rests| self.noise(rests, findings));
+        if doubts.is_empty() && noise.is_none() && smoothed.is_none() {
+            return Ok((own, misfit));
+        }
+        let samples = smoothed.unwrap_or(own.samples);
+        let directions = in_twelve(directions.into_iter().chain(doubts).collect());
+        let own = self.run(samples, directions, noise, Some(&own.motion.rests))?;
+        Ok((own, misfit))
+    }
+
+    /// The estimate by the nominal scales alone, with the rests of the calibrated one.
+    fn uncalibrated(&self, samples: Samples, own: &Estimate) -> Result<Estimate> {
+        if own.report.is_some() {
+            return Ok(Estimate::by_report(samples, self.options));
+        }
+        let directions = DATA_SHEET.directions();
+        self.run(samples, directions, None, Some(&own.motion.rests))
+    }
+
+    fn run(
+        &self,
+        samples: Samples,
+        directions: Vec<ForceDirection>,
+        noise: Option<RestNoise>,
+        known: Option<&[Range<usize>]>,
+    ) -> Result<Estimate> {
+        let first = samples.force_mps2()[0];
+        let gravity_sd = self.gravity().uncertainty_mps2();
+        let by_calibration = variance_of_magnitude(&directions, &first);
+        let own = self.file.filter(|_| self.scales.gyro_calibrated);
+        let calibration = CalibrationUncertainty {
+            force: directions,
+            rate: of_gyroscope(own, &self.options.axes),
+            force_bias_sd_mps2: BIAS_DRIFT_MPS2,
+            gravity_sd_mps2: (by_calibration + gravity_sd * gravity_sd).sqrt(),
+        };
+        let estimate = Estimate::new(samples, self.options, calibration, noise, known);
+        match self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
+            true => Err(Error::io(
+                Path::new(&self.recording.name),
+                std::io::Error::other("its motion was stopped"),
+            )),
+            false => Ok(estimate),
         }
     }
 
-    fn contains(&mut self, i: usize) -> bool {
-        while self.spans.next_if(|s| s.end <= i).is_some() {}
-        self.spans.peek().is_some_and(|s| s.contains(&i))
+    /// Which parameters may be off, and by how much, before the rests are asked.
+    fn directions(&self, samples: &Samples) -> Vec<ForceDirection> {
+        let Some(file) = self.file else {
+            // Gravity itself may show more than a data sheet allows.
+            let off = norm(&samples.force_mps2()[0]) / self.gravity().value_mps2 - 1.0;
+            return Assumed {
+                scale: DATA_SHEET.scale.max(off.abs()),
+                ..DATA_SHEET
+            }
+            .directions();
+        };
+        let section = &file.accelerometer;
+        match section.covariance_of_parameters() {
+            Some(covariance) => by_covariance(section, &covariance, &self.options.axes),
+            None => UNSTATED.directions(),
+        }
+    }
+
+    fn misfit(
+        &self,
+        estimate: &Estimate,
+        samples: &Samples,
+        directions: &[ForceDirection],
+    ) -> Option<GravityMisfit> {
+        let file = self.file?;
+        // Where gravity is that of the calibration, its error is the same in both.
+        let known = file.sensor().filter(|_| self.options.gravity.is_none());
+        let own =
+            known.map(|s| by_covariance(&file.accelerometer, &s.covariance, &self.options.axes));
+        let directions = own.as_deref().unwrap_or(directions);
+        GravityMisfit::worst(estimate, samples, directions, self.gravity().value_mps2)
+    }
+
+    /// What may be off besides: what gravity at the rests, and the recording itself, say against the
+    /// calibration.
+    fn doubts(
+        &self,
+        misfit: Option<GravityMisfit>,
+        raw_misfit: Option<GravityMisfit>,
+        findings: &mut Vec<Finding>,
+    ) -> Vec<ForceDirection> {
+        let Some(file) = self.file else {
+            return Vec::new();
+        };
+        let section = &file.accelerometer;
+        if section.covariance_of_parameters().is_none() {
+            findings.push(words::no_covariance());
+        }
+        let mut doubts = Vec::new();
+        if let Some(misfit) = misfit.filter(|m| m.contradicts) {
+            doubts.extend(misfit.directions());
+            findings.push(words::misfit(&misfit));
+        }
+        // Raw columns of the same name show other gravity than calibrated ones.
+        let by_board = self.recording.is_calibrated_by_board;
+        let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
+        if by_board || named {
+            let nominal = 1.0 / self.scales.by_scale.matrix[0][0];
+            doubts.push(applied_twice(section, nominal, &self.options.axes));
+            findings.push(words::already_calibrated(by_board));
+        }
+        doubts
+    }
+
+    /// N of the noise file where it knows it, else that of the rests; none without a file.
+    fn noise(&self, rests: RestNoise, findings: &mut Vec<Finding>) -> Option<RestNoise> {
+        let noise = self.options.noise.as_ref()?;
+        let (accel, gyro) = (noise.densities('a'), noise.densities('g'));
+        findings.push(words::noise_used(accel.is_some(), gyro.is_some()));
+        let axes = self.options.axes;
+        let in_case = |n: [f64; 3], axes: AxisMap| axes.to_case(n).map(f64::abs);
+        Some(RestNoise {
+            force_mps2_sqrt_s: accel.map_or(rests.force_mps2_sqrt_s, |n| in_case(n, axes)),
+            rate_rad_sqrt_s: gyro.map_or(rests.rate_rad_sqrt_s, |n| in_case(n, axes.of_rates())),
+        })
+    }
+
+    /// Local gravity.
+    fn gravity(&self) -> Gravity {
+        self.options.gravity.unwrap_or_else(|| match self.file {
+            Some(file) => Gravity {
+                value_mps2: file.gravity_mps2,
+                source: file.gravity_source,
+            },
+            None => Gravity::default(),
+        })
     }
 }
 
-/// Rows that are quiet while the sensor moves, and how fast, m/s.
-type Ride = (Range<usize>, f64);
+/// The moves of an estimate.
+fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOptions) -> Vec<Move> {
+    let t = own.samples.time_s();
+    if own.report.is_some() {
+        let last = t.len() - 1;
+        let mut moves = vec![Move::new(t[0]..t[last], Ends::Free)];
+        measure_paths(own, &mut moves);
+        let moved = |estimate: &Estimate| estimate.states().last().map(|end| end.position_m);
+        moves[0].displacement_m = moved(own);
+        moves[0].uncalibrated_m = uncalibrated.and_then(moved);
+        return moves;
+    }
+    let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
+    let mut moves = Vec::with_capacity(own.motion.moves.len());
+    for (k, m) in own.motion.moves.iter().enumerate() {
+        let ends = match m.bounds {
+            Bounds::Closed => Ends::RestToRest,
+            Bounds::OpenEnd => Ends::FromRest,
+            Bounds::OpenStart => Ends::ToRest,
+            Bounds::Open => Ends::Free,
+        };
+        let mut one = Move::new(t[m.samples.start]..t[m.samples.end], ends);
+        one.stances = m.stances;
+        one.replaced = m.clipped + m.spiked;
+        one.closure = m.closure.map(|c| Closure {
+            velocity_chi2: c.velocity_chi2,
+            tilt_chi2: c.tilt_chi2,
+            widened: c.enlarged,
+        });
+        one.unusable = m.unusable().map(words::unusable);
+        if one.unusable.is_none() {
+            let other = others.get(k).filter(|o| o.samples == m.samples);
+            let v0 = own.v0_mps();
+            one.displacement_m = Some(std::array::from_fn(|c| {
+                m.displacement_m[c] + v0[c] * m.duration_s
+            }));
+            one.uncalibrated_m = other.map(|o| o.displacement_m);
+            one.sigma_m = options.bands.then(|| m.sd_m());
+            one.budget_m = (options.bands && !options.causal).then_some(Budget {
+                noise: m.budget.noise_m,
+                calibration: m.budget.calibration_m,
+                attitude: m.budget.attitude_m,
+            });
+        }
+        moves.push(one);
+    }
+    measure_paths(own, &mut moves);
+    moves
+}
 
-/// The candidates that are rests, piece by piece, and those that are quiet at a speed.
-fn gated(
-    setup: &Setup<'_>,
-    candidates: &[Range<usize>],
-    noise: Option<&Noise>,
-    findings: &mut Vec<Finding>,
-) -> (Vec<Range<usize>>, Vec<Ride>) {
-    let (mut rests, mut rides) = (Vec::new(), Vec::new());
-    let mut from = 0;
-    for piece in setup.view.samples.pieces() {
-        let own = candidates[from..].partition_point(|c| c.start < piece.end);
-        let judged = gate::judge(setup, &candidates[from..from + own], noise);
-        from += own;
-        findings.extend(words::gate(setup.view.samples, &judged));
-        for one in judged {
-            match one.rest {
-                true => rests.push(one.span),
-                false => rides.push((one.span, norm(&one.velocity))),
+/// Peak speed and length of the path of each move.
+fn measure_paths(own: &Estimate, moves: &mut [Move]) {
+    let t = own.samples.time_s();
+    let mut next = 0;
+    let mut last: Option<(f64, f64)> = None;
+    for (state, &t_s) in own.states().zip(t) {
+        let speed = norm(&state.velocity_mps);
+        while moves.get(next).is_some_and(|m| m.end_s < t_s) {
+            next += 1;
+        }
+        if let Some(one) = moves
+            .get_mut(next)
+            .filter(|m| m.start_s <= t_s && m.unusable.is_none())
+        {
+            let peak = one.peak_speed_mps.get_or_insert(0.0);
+            *peak = peak.max(speed);
+            let path = one.path_m.get_or_insert(0.0);
+            if let Some((before_s, before)) = last.filter(|(before_s, _)| *before_s >= one.start_s)
+            {
+                *path += 0.5 * (before + speed) * (t_s - before_s);
             }
         }
+        last = Some((t_s, speed));
     }
-    (rests, rides)
+}
+
+/// The end of the recording.
+fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
+    let is_known = moves.iter().all(|m| m.unusable.is_none());
+    let last = own.states().last();
+    let last = last.filter(|s| s.position_m.iter().all(|v| v.is_finite()));
+    FinalState {
+        position_m: last.filter(|_| is_known).map(|s| s.position_m),
+        sigma_m: last
+            .filter(|s| {
+                let bands = options.bands && s.position_sd_m.iter().all(|v| v.is_finite());
+                // At rest it is what may hide in the rest, not the noise.
+                is_known && bands && !moves.is_empty()
+            })
+            .map(|s| s.position_sd_m),
+        velocity_mps: last.map(|s| s.velocity_mps),
+    }
+}
+
+/// How far a move has to go to be seen, for durations that fit into the longest rest.
+fn visible_moves(own: &Estimate, options: &MotionOptions) -> Vec<VisibleMove> {
+    if options.rests_s.is_some() || options.causal {
+        return Vec::new();
+    }
+    let t = own.samples.time_s();
+    let rests = own.motion.rests.iter();
+    let longest_s = rests.map(|r| t[r.end - 1] - t[r.start]).fold(0.0, f64::max);
+    let fits = REPORTED_S.into_iter().filter(|s| *s <= longest_s);
+    fits.filter_map(|seconds| {
+        let distance_m = own.motion.hidden_displacement_m(seconds)?;
+        Some(VisibleMove {
+            seconds,
+            distance_m,
+        })
+    })
+    .collect()
 }

@@ -1,103 +1,190 @@
-//! From a recording to samples: units, drift with temperature, calibration, time.
+//! From a recording to samples: units, drift with temperature, values that are no measurement,
+//! calibration, time.
 
 use std::path::Path;
 
-use gravical_core::matrix3;
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
 
-use super::Calibrated;
-use super::nominal::{Drift, Nominal};
 use super::options::MotionOptions;
-use super::samples::Samples;
-use super::scales::{Scales, scales};
-use crate::calibration_file::CalibrationFile;
-use crate::recording::range_end::range_end;
-use crate::recording::{Finding, FindingKind, LineSpans, Recording};
+use super::scales::Scales;
+use crate::calibration_file::{CalibrationFile, TemperatureModel};
+use crate::recording::full_scale::FULL_SCALES_DEG_S;
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
-/// A step that is longer than so many usual ones, and than [`GAP_S`], is a gap:
-/// what happened in it is not known.
-const GAP_STEPS: f64 = 5.0;
+/// Full scales of accelerometers, g.
+const FULL_SCALES_G: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
+/// Ends of the range of 16-bit counts.
+const COUNTS: f64 = 32767.0;
+/// Lower spikes may be motion: five times the noise of a hand at rest, m/s² and rad/s.
+const MIN_SPIKE: [f64; 2] = [5.0, 5.0];
 
-/// The shortest gap, s.
-const GAP_S: f64 = 0.1;
-
-/// Samples, and what they were made with.
-pub(super) struct Prepared {
-    /// As calibrated.
-    pub samples: Samples,
-    /// How they read by nominal scales alone; none where that is the same.
-    pub nominal: Option<Nominal>,
-    /// What is odd.
-    pub findings: Vec<Finding>,
-    /// From the file's numbers to SI.
-    pub scales: Scales,
-    /// Lines of rows that hold no sample.
-    pub left_out: LineSpans,
+/// Channels of the file in the axes of the board, what is no measurement bridged, and what makes SI of
+/// them.
+pub(super) struct Readings<'a> {
+    t_s: Vec<f64>,
+    force: Vec<[f64; 3]>,
+    rate: Vec<[f64; 3]>,
+    bridged: Vec<Bridged>,
+    recording: &'a Recording,
+    drift: Option<Drift<'a>>,
+    scales: &'a Scales,
+    axes: AxisMap,
 }
 
-/// Makes the columns of `recording` samples: they are taken, and what was said of them
-/// stays.
-pub(super) fn prepare(
-    recording: &mut Recording,
-    calibration: Option<Calibrated<'_>>,
-    options: &MotionOptions,
-) -> Result<Prepared> {
-    let mut findings = Vec::new();
-    let file = calibration.map(|c| c.file);
-    let scales = scales(recording, file, options, &mut findings)?;
-    let mut left_out = LineSpans::default();
-    let reports = (&mut left_out, &mut findings);
-    let (samples, nominal) = with_scales(recording, file, options, &scales, reports)?;
-    Ok(Prepared {
-        samples,
-        nominal,
-        findings,
-        scales,
-        left_out,
-    })
+/// Drift with temperature, as far as the calibration has a model of it.
+struct Drift<'a> {
+    model: &'a TemperatureModel,
+    /// Temperature of each row, °C: the last one holds until the next comes.
+    held_c: Vec<f64>,
 }
 
-/// The same for a recording whose scales are known; what is left out, and odd, is added.
-pub(super) fn with_scales(
-    recording: &mut Recording,
-    file: Option<&CalibrationFile>,
-    options: &MotionOptions,
-    scales: &Scales,
-    (left_out, findings): (&mut LineSpans, &mut Vec<Finding>),
-) -> Result<(Samples, Option<Nominal>)> {
-    let rows = recording.rows();
-    let t_s = times(recording)?;
-    recording.time_s = None;
-    let drift = file.and_then(|f| Drift::new(recording, f, findings));
-    let mut nominal = Nominal {
-        accel: scales.accel.invert(),
-        by_scale: scales.by_scale,
-        gyro: scales.gyro,
-        gyro_back: scales.gyro.and_then(|g| matrix3::inverse(&g.matrix)),
-        by_gyro_scale: scales.by_gyro_scale,
-        axes: options.axes,
-        drift,
-    };
-    let samples = samples(recording, t_s, scales, &mut nominal, left_out);
-    if samples.len() < 2 {
-        return Err(Error::input(
-            "no-samples",
-            format!(
-                "{} of {rows} rows hold a complete sample; two at least are needed",
-                samples.len(),
-            ),
-        )
-        .at(Path::new(&recording.name), None)
-        .with_hint("`gravical inspect` shows what is in it"));
+impl<'a> Readings<'a> {
+    /// The readings of `recording`; what is odd is added to `findings`.
+    ///
+    /// # Errors
+    ///
+    /// `rate-unknown` without time stamps and rate.
+    pub fn new(
+        recording: &'a Recording,
+        file: Option<&'a CalibrationFile>,
+        options: &MotionOptions,
+        scales: &'a Scales,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self> {
+        let t_s = times(recording)?;
+        let rows = |channels: &[Vec<f64>; 3]| -> Vec<[f64; 3]> {
+            (0..t_s.len())
+                .map(|i| channels.each_ref().map(|c| c[i]))
+                .collect()
+        };
+        let mut force = rows(&recording.accel);
+        let gyro = recording.gyro.as_ref().filter(|_| scales.gyro.is_some());
+        let mut rate = gyro.map(rows).unwrap_or_default();
+        let mut bridged = Vec::new();
+        let per_unit = [scales.by_scale.matrix[0][0], scales.rate_per_unit()];
+        let full_scales: [Vec<f64>; 2] = [
+            FULL_SCALES_G.iter().map(|g| g * 9.80665).collect(),
+            FULL_SCALES_DEG_S.iter().map(|r| r.to_radians()).collect(),
+        ];
+        let sensors = [
+            (Sensor::Accelerometer, &mut force),
+            (Sensor::Gyroscope, &mut rate),
+        ];
+        for (k, (sensor, values)) in sensors.into_iter().enumerate() {
+            let ranges = full_scales[k].iter().map(|end| end / per_unit[k]);
+            let ranges: Vec<f64> = ranges.chain([COUNTS]).collect();
+            let found = bridge_odd(&t_s, values, sensor, &ranges, MIN_SPIKE[k] / per_unit[k]);
+            bridged.extend(found.into_iter().map(|b| Bridged {
+                axis: options.axes.case_axis(b.axis),
+                sd: b.sd * per_unit[k],
+                ..b
+            }));
+        }
+        // Calibrations take the numbers of the file.
+        let offset = recording.zero_offset;
+        force.iter_mut().flatten().for_each(|v| *v += offset);
+        Ok(Readings {
+            drift: Drift::new(recording, file, findings),
+            t_s,
+            force,
+            rate,
+            bridged,
+            recording,
+            scales,
+            axes: options.axes,
+        })
     }
-    Ok((samples, file.map(|_| nominal)))
+
+    /// Samples by the calibration.
+    ///
+    /// # Errors
+    ///
+    /// `no-samples` with fewer than two.
+    pub fn calibrated(&self) -> Result<Samples> {
+        self.samples(
+            &self.scales.accel,
+            self.scales.gyro.as_ref(),
+            self.drift.as_ref(),
+        )
+    }
+
+    /// Samples by the nominal scales alone.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`calibrated`](Self::calibrated).
+    pub fn by_scale(&self) -> Result<Samples> {
+        self.samples(
+            &self.scales.by_scale,
+            self.scales.by_gyro_scale.as_ref(),
+            None,
+        )
+    }
+
+    fn samples(
+        &self,
+        accel: &Calibration<f64>,
+        gyro: Option<&GyroscopeCalibration<f64>>,
+        drift: Option<&Drift<'_>>,
+    ) -> Result<Samples> {
+        let at_reference = |row: usize, first: usize, raw: [f64; 3]| match drift {
+            Some(d) => {
+                std::array::from_fn(|c| d.model.at_reference(first + c, d.held_c[row], raw[c]))
+            }
+            None => raw,
+        };
+        let mut force: Vec<[f64; 3]> = (self.force.iter().enumerate())
+            .map(|(row, raw)| accel.apply(at_reference(row, 0, *raw)))
+            .collect();
+        let rate_axes = self.axes.of_rates();
+        let rate: Vec<[f64; 3]> = match gyro {
+            Some(gyro) => (self.rate.iter().enumerate())
+                .map(|(row, raw)| gyro.apply(at_reference(row, 3, *raw), force[row]))
+                .map(|rate| rate_axes.to_case(rate))
+                .collect(),
+            None => Vec::new(),
+        };
+        force.iter_mut().for_each(|f| *f = self.axes.to_case(*f));
+        let samples = Samples::new(&self.t_s, &force, &rate, self.bridged.clone(), self.steps())
+            .with_breaks(&self.recording.breaks);
+        if samples.len() < 2 {
+            return Err(Error::input(
+                "no-samples",
+                format!(
+                    "{} of {} rows hold a complete sample; two at least are needed",
+                    samples.len(),
+                    self.t_s.len(),
+                ),
+            )
+            .at(Path::new(&self.recording.name), None)
+            .with_hint("`gravical inspect` shows what is in it"));
+        }
+        Ok(samples)
+    }
+
+    /// Steps that the values come in, m/s² and rad/s, in the axes of the case.
+    fn steps(&self) -> [f64; 6] {
+        let mut steps = [0.0; 6];
+        let rate = self.recording.gyro_resolution();
+        for axis in 0..3 {
+            let case = self.axes.case_axis(axis);
+            steps[case] =
+                self.recording.accel_resolution()[axis] * self.scales.by_scale.matrix[0][0];
+            if !self.rate.is_empty() {
+                steps[3 + case] = rate[axis] * self.scales.rate_per_unit();
+            }
+        }
+        steps
+    }
 }
 
-/// Seconds of each row: the stamps, which are taken, else rows over the rate.
-pub(super) fn times(recording: &mut Recording) -> Result<Vec<f64>> {
-    if let Some(t) = recording.time_s.take() {
-        return Ok(t);
+/// Seconds of each row: the stamps, else rows over the rate.
+fn times(recording: &Recording) -> Result<Vec<f64>> {
+    if let Some(t) = &recording.time_s {
+        return Ok(t.clone());
     }
     let Some(rate) = recording.timing.rate_hz() else {
         return Err(Error::input(
@@ -112,16 +199,15 @@ pub(super) fn times(recording: &mut Recording) -> Result<Vec<f64>> {
     Ok((0..recording.rows()).map(|i| i as f64 / rate).collect())
 }
 
-impl Drift {
-    /// Takes the temperatures; none where the calibration has no model, or the recording
-    /// no temperature.
+impl<'a> Drift<'a> {
+    /// None where the calibration has no model, or the recording no temperature.
     fn new(
-        recording: &mut Recording,
-        file: &CalibrationFile,
+        recording: &Recording,
+        file: Option<&'a CalibrationFile>,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
-        let model = file.drift_model()?;
-        let mut held_c = recording.temperature_c.take().unwrap_or_default();
+        let model = file?.drift_model()?;
+        let mut held_c = recording.temperature_c.clone().unwrap_or_default();
         let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
             let what = if held_c.is_empty() {
                 "recording has no temperatures"
@@ -143,121 +229,6 @@ impl Drift {
             }
             *t = now;
         }
-        Some(Drift {
-            model: model.clone(),
-            held_c,
-        })
+        Some(Drift { model, held_c })
     }
-}
-
-/// Samples in SI, in the place of the columns of `recording`. Rows that are incomplete, or
-/// whose stamp falls behind, are noted in `left_out`.
-fn samples(
-    recording: &mut Recording,
-    mut t_s: Vec<f64>,
-    scales: &Scales,
-    nominal: &mut Nominal,
-    left_out: &mut LineSpans,
-) -> Samples {
-    let resolution = resolution(recording, scales, &nominal.axes);
-    let ends = recording.gyro.as_ref().map_or([None; 3], |gyro| {
-        gyro.each_ref()
-            .map(|channel| range_end(channel, recording.gyro_scale))
-    });
-    let mut clipped = Vec::new();
-    let mut force = std::mem::take(&mut recording.accel);
-    let rate = recording.gyro.as_mut().map(std::mem::take);
-    let mut gyro = scales.gyro.zip(rate);
-    let gap = gap_s(&t_s);
-    let (axes, rate_axes) = (nominal.axes, nominal.axes.of_rates());
-    let mut breaks_before = recording.breaks.iter().copied().peekable();
-    let mut breaks = Vec::new();
-    let mut pending = false;
-    let mut last = f64::NEG_INFINITY;
-    let mut count = 0;
-    for row in 0..t_s.len() {
-        while breaks_before.next_if(|b| *b <= row).is_some() {
-            pending = true;
-        }
-        let drift = &nominal.drift;
-        let at_reference = |channel: usize, raw: f64| match drift {
-            Some(d) => d.model.at_reference(channel, d.held_c[row], raw),
-            None => raw,
-        };
-        let raw = std::array::from_fn(|c| at_reference(c, force[c][row] + recording.zero_offset));
-        let f = scales.accel.apply(raw);
-        let at_end = gyro.as_ref().is_some_and(|(_, rate)| {
-            (0..3).any(|c| {
-                ends[c].is_some_and(|[low, high]| !(low < rate[c][row] && rate[c][row] < high))
-            })
-        });
-        let w = gyro.as_ref().map(|(g, rate)| {
-            let raw = std::array::from_fn(|c| at_reference(3 + c, rate[c][row]));
-            g.apply(raw, f)
-        });
-        let t = t_s[row];
-        let complete =
-            f.iter().chain(w.iter().flatten()).all(|v| v.is_finite()) && t.is_finite() && t >= last;
-        if !complete {
-            left_out.push(recording.line(row));
-            continue;
-        }
-        if (pending || t - last > gap) && count > 0 {
-            breaks.push(count);
-        }
-        (pending, last) = (false, t);
-        if at_end {
-            clipped.push(count);
-        }
-        t_s[count] = t;
-        if let Some(drift) = &mut nominal.drift {
-            drift.held_c[count] = drift.held_c[row];
-        }
-        let f = axes.to_case(f);
-        (0..3).for_each(|c| force[c][count] = f[c]);
-        if let (Some((_, rate)), Some(w)) = (&mut gyro, w) {
-            let w = rate_axes.to_case(w);
-            (0..3).for_each(|c| rate[c][count] = w[c]);
-        }
-        count += 1;
-    }
-    t_s.truncate(count);
-    force.iter_mut().for_each(|c| c.truncate(count));
-    let mut rate = gyro.map(|(_, rate)| rate);
-    rate.iter_mut().flatten().for_each(|c| c.truncate(count));
-    Samples {
-        t_s,
-        force_mps2: force,
-        rate_rad_s: rate,
-        breaks,
-        resolution,
-        clipped,
-    }
-}
-
-/// Steps of the calibrated values: an axis that is mixed of three has the root of
-/// the sum of their squares, which keeps the variance of rounding.
-fn resolution(recording: &Recording, scales: &Scales, axes: &AxisMap) -> [f64; 6] {
-    let mixed = |matrix: [[f64; 3]; 3], step: [f64; 3]| {
-        let board = matrix.map(|row| {
-            let squares = row.iter().zip(step).map(|(m, q)| (m * q).powi(2));
-            squares.sum::<f64>().sqrt()
-        });
-        axes.to_case(board).map(f64::abs)
-    };
-    let [a, b, c] = mixed(scales.accel.matrix, recording.accel_resolution());
-    let gyro = scales.gyro.filter(|_| recording.gyro.is_some());
-    let [d, e, f] = gyro.map_or([0.0; 3], |g| mixed(g.matrix, recording.gyro_resolution()));
-    [a, b, c, d, e, f]
-}
-
-/// The shortest gap between stamps, s.
-pub(super) fn gap_s(times: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = times
-        .windows(2)
-        .map(|w| w[1] - w[0])
-        .filter(|step| *step > 0.0)
-        .collect();
-    let median = crate::stats::median(&mut steps).unwrap_or(f64::INFINITY);
-    (GAP_STEPS * median).max(GAP_S)
 }

@@ -5,9 +5,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::hidden::VisibleMove;
 use super::misfit::GravityMisfit;
-use super::still::Rests;
 use crate::recording::Finding;
 
 /// Motion of one recording.
@@ -36,7 +34,7 @@ pub struct MotionResult {
     /// Noise at rest; null without a rest.
     pub noise: Option<NoiseAtRest>,
     /// How far a move has to go, by its duration, to be distinguished from rest; empty without a
-    /// rest.
+    /// rest, and where the rests were given.
     pub visible_moves: Vec<VisibleMove>,
     /// Gravity at the rest at which it is off most, by the calibration; null without a
     /// calibration or a rest.
@@ -47,15 +45,22 @@ pub struct MotionResult {
     pub r#final: FinalState,
     /// The same computed without the calibration; null without one.
     pub uncalibrated: Option<Uncalibrated>,
-    /// Open-loop drift; null where the sensor moved.
-    pub static_drift: Option<StaticDrift>,
-    /// What the standard uncertainty of the final position consists of (root of
-    /// the sum of squares over the axes), m; null without bands.
-    pub budget_m: Option<PositionBudget>,
     /// Comparison with a reference; null without one.
     pub truth: Option<Comparison>,
     /// What is odd.
     pub findings: Vec<Finding>,
+}
+
+impl MotionResult {
+    /// The uncertainty of the move that is least certain, and the number of that move, from 1.
+    #[must_use]
+    pub fn largest_budget(&self) -> Option<(usize, Budget)> {
+        let total = |m: &Move| m.sigma_m.map_or(0.0, |s| s.iter().map(|v| v * v).sum());
+        let known = self.moves.iter().enumerate();
+        let known = known.filter_map(|(k, m)| Some((k + 1, m.budget_m?, total(m))));
+        let largest = known.max_by(|a, b| f64::total_cmp(&a.2, &b.2))?;
+        Some((largest.0, largest.1))
+    }
 }
 
 /// The verdict on a motion, with its reasons.
@@ -74,16 +79,14 @@ pub struct MotionVerdict {
 pub enum MotionJudgement {
     /// Every move is between two rests, which limits the drift.
     Bounded,
-    /// At least one move has a rest at one end only.
+    /// Some moves have a rest at one end only.
     PartlyOpen,
-    /// Some moves cannot be used.
-    PartlyUsable,
-    /// Gravity at rest contradicts the calibration; bands are widened by it.
-    CalibrationInDoubt,
-    /// No move can be used.
-    NotUsable,
+    /// No move is between two rests.
+    Open,
     /// No move was found.
     AtRest,
+    /// No displacement is known.
+    NotUsable,
 }
 
 impl MotionJudgement {
@@ -93,10 +96,9 @@ impl MotionJudgement {
         match self {
             MotionJudgement::Bounded => "bounded",
             MotionJudgement::PartlyOpen => "partly open",
-            MotionJudgement::PartlyUsable => "partly usable",
-            MotionJudgement::CalibrationInDoubt => "calibration in doubt",
-            MotionJudgement::NotUsable => "not usable",
+            MotionJudgement::Open => "open",
             MotionJudgement::AtRest => "at rest",
+            MotionJudgement::NotUsable => "not usable",
         }
     }
 }
@@ -120,6 +122,7 @@ pub struct Span {
 }
 
 impl Span {
+    /// Of spans of samples.
     pub(super) fn of(t_s: &[f64], rests: &[Range<usize>]) -> Vec<Self> {
         let span = |r: &Range<usize>| Span {
             start_s: t_s[r.start],
@@ -129,29 +132,22 @@ impl Span {
     }
 }
 
-/// Noise of the samples at rest: σ of one sample, and how much wider a mean
-/// scatters since neighbours are alike (variance inflation factor).
+/// White noise at rest: N of the Allan deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NoiseAtRest {
-    /// Accelerometer, each axis, m/s².
-    pub accel_sigma_mps2: [f64; 3],
-    /// Its variance inflation factor.
-    pub accel_vif: f64,
-    /// Gyroscope, each axis, rad/s.
-    pub gyro_sigma_rad_s: Option<[f64; 3]>,
-    /// Its variance inflation factor.
-    pub gyro_vif: Option<f64>,
+    /// Accelerometer, each axis, m/s²/√Hz.
+    pub accel_n: [f64; 3],
+    /// Gyroscope, each axis, rad/s/√Hz; null without one.
+    pub gyro_n: Option<[f64; 3]>,
 }
 
-impl NoiseAtRest {
-    pub(super) fn of(rests: &Rests) -> Option<Self> {
-        rests.accel.map(|a| NoiseAtRest {
-            accel_sigma_mps2: a.sigma,
-            accel_vif: a.vif,
-            gyro_sigma_rad_s: rests.gyro.map(|g| g.sigma),
-            gyro_vif: rests.gyro.map(|g| g.vif),
-        })
-    }
+/// How far a move has to go to be distinguished from rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct VisibleMove {
+    /// Its duration, s.
+    pub seconds: f64,
+    /// A shorter way of it may be taken for rest, m.
+    pub distance_m: f64,
 }
 
 /// How velocity is tied down at the ends of a move.
@@ -177,77 +173,71 @@ pub struct Move {
     pub end_s: f64,
     /// What lies at its ends.
     pub ends: Ends,
-    /// From its own start to its own end, m; null where something is missing in it, or its
-    /// attitude is not known. Without a rest to believe it is given, though it is not usable.
+    /// From its own start to its own end, m; null where it cannot be known.
     pub displacement_m: Option<[f64; 3]>,
     /// Standard uncertainty of it, m; null without bands.
     pub sigma_m: Option<[f64; 3]>,
+    /// What the standard uncertainty consists of; null without bands and in a causal run.
+    pub budget_m: Option<Budget>,
     /// The displacement computed without the calibration, m; null without one.
     pub uncalibrated_m: Option<[f64; 3]>,
-    /// Highest speed, m/s; null where something is missing in it, or its attitude is not known.
+    /// Highest speed, m/s; null where the displacement is.
     pub peak_speed_mps: Option<f64>,
-    /// Length of the path: the integral of the speed, m; null where the peak is.
+    /// Length of the path: the integral of the speed, m; null where the displacement is.
     pub path_m: Option<f64>,
-    /// Velocity that the zero-velocity correction took off at its end, m/s; null
-    /// where nothing was taken off.
-    pub velocity_error_mps: Option<[f64; 3]>,
-    /// Tilt that was missing at the rest after it, degrees; null where there is
-    /// none.
-    pub levelling_error_deg: Option<f64>,
-    /// What was left at its end, velocity or tilt, over its standard uncertainty, of the
-    /// axis where that is most: far above 3 something is wrong that the uncertainty does not
-    /// know of, and the bands are widened by it. Null without bands, and where there is no
-    /// rest at both ends.
-    pub closure_sigmas: Option<f64>,
-    /// False when its displacement cannot be known: rows are missing in it, or there is no
-    /// rest to believe; of the latter what is given is without a band.
-    pub usable: bool,
-    /// Why it cannot be known, or what it costs that there is no rest at one end.
-    pub reason: Option<String>,
+    /// What the rest that ends it says of it; null without a rest at both ends.
+    pub closure: Option<Closure>,
+    /// Stances of a walking foot in it.
+    pub stances: usize,
+    /// Values in it that stood at the end of the range, or out of all others, in runs: they were
+    /// replaced.
+    pub replaced: usize,
+    /// Why its displacement cannot be known; null where it is.
+    pub unusable: Option<String>,
 }
 
 impl Move {
-    /// One of which `gap_s` seconds are missing, or in which the recording is interrupted.
-    pub(super) fn lost(start_s: f64, end_s: f64, why: Loss) -> Self {
+    /// A move of which nothing is known but its times, s.
+    pub(super) fn new(time_s: Range<f64>, ends: Ends) -> Self {
         Move {
-            start_s,
-            end_s,
-            ends: Ends::Free,
+            start_s: time_s.start,
+            end_s: time_s.end,
+            ends,
             displacement_m: None,
             sigma_m: None,
+            budget_m: None,
             uncalibrated_m: None,
             peak_speed_mps: None,
             path_m: None,
-            velocity_error_mps: None,
-            levelling_error_deg: None,
-            closure_sigmas: None,
-            usable: false,
-            reason: Some(match why {
-                Loss::Gap { seconds } if seconds > 0.0 => {
-                    format!("{seconds:.2} s are missing in it: how far it went then is not known")
-                }
-                Loss::Gap { .. } => {
-                    "the recording is interrupted in it: how far it went then is not known".to_owned()
-                }
-                Loss::Turn { radians } if radians.is_finite() => format!(
-                    "it turns faster than the range of the gyroscope, which misses up to {:.0}° of it: the attitude is not known; record at a wider range",
-                    radians.to_degrees()
-                ),
-                Loss::Turn { .. } => {
-                    "it turns faster than the range of the gyroscope: the attitude is not known; record at a wider range".to_owned()
-                }
-            }),
+            closure: None,
+            stances: 0,
+            replaced: 0,
+            unusable: None,
         }
     }
 }
 
-/// What is missing in a move.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Loss {
-    /// Samples: the longest gap, s; zero where nothing tells how long it is.
-    Gap { seconds: f64 },
-    /// A turn faster than the range of the gyroscope: so much of it, rad.
-    Turn { radians: f64 },
+/// How well a move closes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Closure {
+    /// χ² of the velocity at the rest that ends it, 3 degrees of freedom.
+    pub velocity_chi2: f64,
+    /// χ² of the tilt there, 2 degrees of freedom.
+    pub tilt_chi2: f64,
+    /// They contradicted the noise, so the band of the move was widened until they do not, along all
+    /// axes alike.
+    pub widened: bool,
+}
+
+/// What a standard uncertainty consists of, m each axis; squares add up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Budget {
+    /// Noise of the accelerometer, what the move was rougher than the rests, and the clock.
+    pub noise: [f64; 3],
+    /// Calibration and gravity.
+    pub calibration: [f64; 3],
+    /// Attitude: noise and bias of the gyroscope, levelling.
+    pub attitude: [f64; 3],
 }
 
 /// State at the end.
@@ -268,44 +258,6 @@ pub struct Uncalibrated {
     pub position_m: Option<[f64; 3]>,
     /// Velocity, m/s.
     pub velocity_mps: Option<[f64; 3]>,
-}
-
-/// Drift of a recording in which nothing moves, integrated without zero-velocity
-/// correction: with it the drift would be zero by construction.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct StaticDrift {
-    /// Rest that gravity was taken from, s from its start; the drift counts from
-    /// there.
-    pub levelled_over_s: f64,
-    /// How long it drifted, s.
-    pub duration_s: f64,
-    /// Velocity at the end, m/s.
-    pub velocity_mps: [f64; 3],
-    /// Position at the end, m.
-    pub position_m: [f64; 3],
-    /// Standard uncertainty of the position that was predicted, m.
-    pub predicted_sigma_m: [f64; 3],
-    /// Constant acceleration that explains the drift best, m/s².
-    pub bias_mps2: [f64; 3],
-    /// Its slope, m/s³.
-    pub slope_mps3: [f64; 3],
-    /// Position at the end that both together do not explain, m.
-    pub unexplained_m: [f64; 3],
-}
-
-/// What a standard uncertainty consists of, m.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct PositionBudget {
-    /// Noise of the accelerometer.
-    pub noise: f64,
-    /// Bias of the accelerometer, and what goes along with it in the covariance.
-    pub bias: f64,
-    /// Scale and cross-axis terms of the accelerometer.
-    pub scale: f64,
-    /// Clock of the recorder.
-    pub clock: f64,
-    /// Attitude: noise, bias and scale of the gyroscope, levelling, yaw.
-    pub tilt: f64,
 }
 
 /// Comparison with a reference.
@@ -349,173 +301,4 @@ pub struct MoveComparison {
     pub sigma_m: Option<[f64; 3]>,
     /// Root mean square distance within it, both starting at 0, m.
     pub rmse_m: f64,
-}
-
-/// One sample of a motion. What is not known is NaN.
-#[derive(Debug, Clone, Copy)]
-pub struct MotionSample {
-    /// Time, s.
-    pub t_s: f64,
-    /// Specific force by the nominal scale alone, m/s².
-    pub raw_mps2: [f64; 3],
-    /// Specific force, calibrated (and smoothed, where asked for), m/s².
-    pub force_mps2: [f64; 3],
-    /// At rest.
-    pub still: bool,
-    /// Attitude w, x, y, z, sensor → frame (Hamilton).
-    pub attitude: [f64; 4],
-    /// Acceleration in the frame, gravity taken off, m/s².
-    pub acceleration_mps2: [f64; 3],
-    /// Velocity, m/s.
-    pub velocity_mps: [f64; 3],
-    /// Position, m.
-    pub position_m: [f64; 3],
-    /// Standard uncertainty of the velocity, m/s.
-    pub sigma_velocity_mps: [f64; 3],
-    /// Standard uncertainty of the position, m.
-    pub sigma_position_m: [f64; 3],
-}
-
-/// Where the samples of a motion go, one by one and in order.
-pub trait MotionSink {
-    /// Before the first of them: the times of all, s, the samples before which others
-    /// are missing, and whether there are bands.
-    fn begin(&mut self, t_s: &[f64], breaks: &[usize], bands: bool);
-
-    /// The next sample.
-    fn sample(&mut self, sample: &MotionSample);
-}
-
-/// What the table holds, sample by sample; all columns are equally long. Where a
-/// value is not known it is NaN.
-#[derive(Debug, Clone, Default)]
-pub struct Track {
-    /// Time, s.
-    pub t_s: Vec<f64>,
-    /// Samples before which others are missing, or the recording is parted.
-    pub breaks: Vec<usize>,
-    /// Specific force by the nominal scale alone, m/s².
-    pub raw_mps2: [Vec<f64>; 3],
-    /// Specific force, calibrated (and smoothed, where asked for), m/s².
-    pub force_mps2: [Vec<f64>; 3],
-    /// There are bands.
-    pub bands: bool,
-    /// At rest.
-    pub still: Vec<bool>,
-    /// Attitude w, x, y, z, sensor → frame (Hamilton).
-    pub attitude: Vec<[f64; 4]>,
-    /// Acceleration in the frame, gravity taken off, m/s².
-    pub acceleration_mps2: Vec<[f64; 3]>,
-    /// Velocity, m/s.
-    pub velocity_mps: Vec<[f64; 3]>,
-    /// Position, m.
-    pub position_m: Vec<[f64; 3]>,
-    /// Standard uncertainty of the velocity, m/s; empty without bands.
-    pub sigma_velocity_mps: Vec<[f64; 3]>,
-    /// Standard uncertainty of the position, m; empty without bands.
-    pub sigma_position_m: Vec<[f64; 3]>,
-    /// The same without the calibration; none without one, or where
-    /// [`keep_uncalibrated`](super::MotionOptions::keep_uncalibrated) is off.
-    pub uncalibrated: Option<UncalibratedTrack>,
-    /// The reference that it was compared with; none without one.
-    pub reference: Option<ReferenceTrack>,
-    /// Open-loop drift of a recording in which nothing moved; none where it moved,
-    /// or where [`keep_uncalibrated`](super::MotionOptions::keep_uncalibrated) is
-    /// off.
-    pub static_drift: Option<DriftTrack>,
-}
-
-impl Track {
-    /// The sample at place `i`.
-    pub(super) fn at(&self, i: usize) -> MotionSample {
-        let unknown = [f64::NAN; 3];
-        MotionSample {
-            t_s: self.t_s[i],
-            raw_mps2: self.raw_mps2.each_ref().map(|c| c[i]),
-            force_mps2: self.force_mps2.each_ref().map(|c| c[i]),
-            still: self.still[i],
-            attitude: self.attitude[i],
-            acceleration_mps2: self.acceleration_mps2[i],
-            velocity_mps: self.velocity_mps[i],
-            position_m: self.position_m[i],
-            sigma_velocity_mps: self.sigma_velocity_mps.get(i).copied().unwrap_or(unknown),
-            sigma_position_m: self.sigma_position_m.get(i).copied().unwrap_or(unknown),
-        }
-    }
-}
-
-impl MotionSink for Track {
-    fn begin(&mut self, t_s: &[f64], breaks: &[usize], bands: bool) {
-        self.breaks = breaks.to_vec();
-        self.bands = bands;
-        // No more than that: of a long recording they are most of the memory.
-        let rows = t_s.len();
-        self.still.reserve_exact(rows);
-        self.attitude.reserve_exact(rows);
-        let three = self.raw_mps2.iter_mut().chain(&mut self.force_mps2);
-        three
-            .chain([&mut self.t_s])
-            .for_each(|column| column.reserve_exact(rows));
-        let vectors = [
-            &mut self.acceleration_mps2,
-            &mut self.velocity_mps,
-            &mut self.position_m,
-        ];
-        let sigmas = [&mut self.sigma_velocity_mps, &mut self.sigma_position_m];
-        let sigmas = sigmas.into_iter().filter(|_| bands);
-        vectors
-            .into_iter()
-            .chain(sigmas)
-            .for_each(|column| column.reserve_exact(rows));
-    }
-
-    fn sample(&mut self, sample: &MotionSample) {
-        self.t_s.push(sample.t_s);
-        for i in 0..3 {
-            self.raw_mps2[i].push(sample.raw_mps2[i]);
-            self.force_mps2[i].push(sample.force_mps2[i]);
-        }
-        self.still.push(sample.still);
-        self.attitude.push(sample.attitude);
-        self.acceleration_mps2.push(sample.acceleration_mps2);
-        self.velocity_mps.push(sample.velocity_mps);
-        self.position_m.push(sample.position_m);
-        if self.bands {
-            self.sigma_velocity_mps.push(sample.sigma_velocity_mps);
-            self.sigma_position_m.push(sample.sigma_position_m);
-        }
-    }
-}
-
-/// A reference on the clock and in the frame of the result, where both are known.
-#[derive(Debug, Clone, Default)]
-pub struct ReferenceTrack {
-    /// Time, s.
-    pub t_s: Vec<f64>,
-    /// Position, m; it starts where the result is at that time.
-    pub position_m: Vec<[f64; 3]>,
-}
-
-/// Drift from a rest on without zero-velocity correction, point by point: thousands
-/// of them at the most, evenly taken.
-#[derive(Debug, Clone, Default)]
-pub struct DriftTrack {
-    /// Time since the rest, s.
-    pub t_s: Vec<f64>,
-    /// Position, m.
-    pub position_m: Vec<[f64; 3]>,
-    /// Standard uncertainty of it that was predicted, m.
-    pub sigma_m: Vec<[f64; 3]>,
-    /// Position without the calibration, m; empty without one.
-    pub uncalibrated_m: Vec<[f64; 3]>,
-}
-
-/// Velocity and position without the calibration, sample by sample; as long as the
-/// columns of [`Track`].
-#[derive(Debug, Clone, Default)]
-pub struct UncalibratedTrack {
-    /// Velocity, m/s.
-    pub velocity_mps: Vec<[f64; 3]>,
-    /// Position, m.
-    pub position_m: Vec<[f64; 3]>,
 }

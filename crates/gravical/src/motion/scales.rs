@@ -29,6 +29,13 @@ pub(super) struct Scales {
     pub by_gyro_scale: Option<GyroscopeCalibration<f64>>,
 }
 
+impl Scales {
+    /// rad/s of one unit of the file; 0 without a gyroscope.
+    pub fn rate_per_unit(&self) -> f64 {
+        self.by_gyro_scale.map_or(0.0, |g| g.matrix[0][0])
+    }
+}
+
 /// Units and calibrations, judged by the samples.
 pub(super) fn scales(
     recording: &Recording,
@@ -36,11 +43,7 @@ pub(super) fn scales(
     options: &MotionOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Scales> {
-    let coarse = if options.rests_at_start() {
-        std::iter::once(0..options.initial_rows.min(recording.rows())).collect()
-    } else {
-        find_stills(recording, &StillOptions::short_rests()).spans
-    };
+    let coarse = find_stills(recording, &StillOptions::short_rests()).spans;
 
     // The accelerometer by its nominal scale.
     let nominal = recording.accel_scale.nominal();
@@ -68,10 +71,8 @@ pub(super) fn scales(
 
     // The gyroscope.
     let scale = match &recording.gyro {
-        // Nothing is turned, and no rest ends a move: it has no part in the result.
-        _ if options.gravity_removal == GravityRemoval::InitialMean && !options.zero_velocity => {
-            None
-        }
+        // Nothing is turned: it has no part in the result.
+        _ if options.gravity_removal != GravityRemoval::Strapdown => None,
         None => None,
         Some(gyro) if is_dead(gyro) => {
             findings.push(Finding::new(

@@ -3,66 +3,71 @@
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::misfit::GravityMisfit;
-use super::result::{Ends, FinalState, MotionJudgement, MotionVerdict, Move};
-use crate::numfmt::decimals_for;
+use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
+use super::words::rounded;
 
 impl MotionVerdict {
-    pub(super) fn of(moves: &[Move], end: &FinalState, misfit: Option<GravityMisfit>) -> Self {
-        use MotionJudgement::{
-            AtRest, Bounded, CalibrationInDoubt, NotUsable, PartlyOpen, PartlyUsable,
-        };
+    pub(super) fn of(
+        moves: &[Move],
+        visible: &[VisibleMove],
+        no_rest: bool,
+        misfit: Option<GravityMisfit>,
+    ) -> Self {
+        use MotionJudgement::{AtRest, Bounded, NotUsable, Open, PartlyOpen};
         let all = moves.len();
-        let usable = moves.iter().filter(|m| m.usable).count();
-        let between_rests = |m: &&Move| m.ends == Ends::RestToRest && m.usable;
-        let closed = moves.iter().filter(between_rests).count();
-        let (mut judgement, reason) = if all == 0 {
-            (AtRest, at_rest(end))
-        } else if usable == 0 {
+        let lost = moves.iter().filter(|m| m.unusable.is_some()).count();
+        let closed = moves.iter().filter(|m| m.ends == Ends::RestToRest).count();
+        let (judgement, mut reason) = if no_rest {
             (
                 NotUsable,
-                "No displacement can be determined from this recording; the table of moves gives the reasons."
-                    .to_owned(),
+                "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.".to_owned(),
+            )
+        } else if all == 0 {
+            (AtRest, at_rest(visible))
+        } else if lost == all {
+            (
+                NotUsable,
+                "No displacement can be determined from this recording; the table of moves gives the reasons.".to_owned(),
             )
         } else if closed == all {
             (
                 Bounded,
-                "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift."
-                    .to_owned(),
+                "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.".to_owned(),
             )
-        } else if usable == all {
+        } else if closed > 0 {
             (
                 PartlyOpen,
                 format!(
-                    "{closed} of {all} moves are between two rests. With one end open, the error grows with the square of time."
+                    "{closed} of {all} moves are between two rests; with one end open the error grows with the square of time."
                 ),
             )
         } else {
             (
-                PartlyUsable,
-                format!(
-                    "{usable} of {all} moves are usable; the table of moves gives the reasons for the others."
-                ),
+                Open,
+                "No move is between two rests: with one end open the error grows with the square of time.".to_owned(),
             )
         };
-        let mut reasons = vec![reason];
-        if let Some(misfit) = misfit.filter(|m| m.contradicts) {
-            reasons.insert(0, contradiction(&misfit));
-            if !matches!(judgement, AtRest | NotUsable) {
-                judgement = CalibrationInDoubt;
-            }
+        if (1..all).contains(&lost) {
+            reason += &format!(
+                " {lost} of {all} moves cannot be used; the table of moves gives the reasons."
+            );
         }
+        let contradicts = misfit.filter(|m| m.contradicts);
+        let reasons = contradicts
+            .iter()
+            .map(contradiction)
+            .chain([reason])
+            .collect();
         MotionVerdict { judgement, reasons }
     }
 }
 
 /// The reason for a recording without a visible move.
-fn at_rest(end: &FinalState) -> String {
-    let hidden = end.sigma_m.map_or(String::new(), |sigma| {
-        let most = sigma.into_iter().fold(0.0, f64::max);
-        format!(
-            " The position is 0 ± {most:.*} m (1σ): a smaller move is hidden by the noise.",
-            decimals_for(most)
-        )
+fn at_rest(visible: &[VisibleMove]) -> String {
+    let hidden = visible.iter().find(|v| v.seconds >= 2.0).or(visible.last());
+    let hidden = hidden.map_or(String::new(), |v| {
+        let (distance, seconds) = (rounded(v.distance_m), v.seconds);
+        format!(" A displacement of up to {distance} m in {seconds} s could hide in it.")
     });
     format!("No move is visible in the recording.{hidden}")
 }

@@ -1,91 +1,53 @@
 //! What was done, what the axes are, and what is odd, in words.
 
-use std::ops::Range;
-
 use gravical_core::matrix3::norm;
+use gravical_motion::{Samples, Unusable};
 
-use super::gate::Judged;
-use super::hidden::{Hidden, VisibleMove};
 use super::misfit::GravityMisfit;
 use super::options::{GravityRemoval, MotionOptions};
-use super::plan::Stretch;
-use super::result::{Ends, Move};
-use super::samples::Samples;
-use super::setup::Setup;
-use super::still::Rests;
+use super::report_procedure::ReportProcedure;
+use super::result::{Ends, Move, VisibleMove};
 use crate::gravity::Gravity;
 use crate::recording::board::why_calibrated;
-use crate::recording::{Finding, FindingKind, LineSpans};
+use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 
-/// Gravity at rest that is off by less than this is not reported where nothing is
-/// calibrated, relative.
+/// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
+/// A rest that is shorter, s, hides nothing that is slower than what is found.
+const LONG_REST_S: f64 = 14.0;
 
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
     let gravity = match options.gravity_removal {
-        GravityRemoval::Strapdown if gyro => {
-            "attitude by strapdown, corrected from both ends of each move".to_owned()
-        }
-        GravityRemoval::Strapdown => {
-            "tilt from rest to rest, without a gyroscope in between".to_owned()
-        }
-        GravityRemoval::ConstantTilt => "tilt as at the rest before".to_owned(),
-        GravityRemoval::InitialMean => {
-            format!("mean of the first {} rows subtracted", options.initial_rows)
+        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the rests",
+        GravityRemoval::Strapdown => "tilt by the rests, without a gyroscope in between",
+        GravityRemoval::ConstantTilt => "tilt by the rests, the gyroscope not used",
+        GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
+    };
+    let ends = match options.zero_velocity {
+        true => "velocity zero at rests",
+        false => "no zero-velocity update",
+    };
+    let how = match (options.gravity_removal, options.causal) {
+        (GravityRemoval::InitialMean, _) => "",
+        (_, true) => "; error-state filter, forwards",
+        (_, false) => "; error-state filter and smoother",
+    };
+    let smoothing = match options.smooth.is_empty() {
+        true => String::new(),
+        false => {
+            let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
+            format!("smoothed by {}; ", names.join(", "))
         }
     };
-    let ends = if options.zero_velocity {
-        "velocity zero at rests"
-    } else {
-        "no zero-velocity correction"
-    };
-    let smoothing = smoothing(options, "smoothed");
-    format!("{smoothing}{gravity}; trapezoid with the recorded stamps; {ends}")
-}
-
-fn smoothing(options: &MotionOptions, how: &str) -> String {
-    if options.smooth.is_empty() {
-        return String::new();
-    }
-    let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
-    format!("{how} by {}; ", names.join(", "))
-}
-
-/// How it is computed sample by sample.
-pub(super) fn causal_procedure(options: &MotionOptions, gyro: bool) -> String {
-    let gravity = match options.gravity_removal {
-        GravityRemoval::Strapdown if gyro => {
-            "attitude by strapdown from the rest before".to_owned()
-        }
-        GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => {
-            "tilt as at the rest before".to_owned()
-        }
-        GravityRemoval::InitialMean => {
-            format!("mean of the first {} rows subtracted", options.initial_rows)
-        }
-    };
-    let ends = if options.zero_velocity {
-        "velocity zero at rests, the position corrected there"
-    } else {
-        "no zero-velocity correction"
-    };
-    format!(
-        "without look-ahead: {}{gravity}; trapezoid with the recorded stamps; {ends}",
-        smoothing(options, "causally smoothed")
-    )
+    format!("{smoothing}{gravity}; trapezoid with the recorded stamps; {ends}{how}")
 }
 
 /// What the axes of velocity and position are.
-pub(super) fn frame(options: &MotionOptions, no_rest: bool) -> String {
-    let at = if no_rest {
-        "over the whole recording"
-    } else {
-        "at the first rest"
-    };
+pub(super) fn frame(options: &MotionOptions) -> String {
     match options.gravity_removal {
         GravityRemoval::InitialMean => "the sensor's own axes".to_owned(),
-        _ => format!("z up along gravity, x along the sensor's x {at}, made horizontal"),
+        _ => "z up along gravity, x along the sensor's x at the start, made horizontal".to_owned(),
     }
 }
 
@@ -97,116 +59,41 @@ pub(super) fn no_covariance() -> Finding {
     )
 }
 
-/// Rows that are no samples.
-pub(super) fn rows_left_out(lines: &LineSpans) -> Option<Finding> {
-    (!lines.is_empty()).then(|| {
+/// Rows that are no samples: incomplete, or behind in time; and those of a sensor that hung.
+pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Vec<Finding> {
+    let frozen = samples.frozen_rows();
+    let (mut incomplete, mut hung) = (LineSpans::default(), LineSpans::default());
+    let (mut kept, mut hangs) = (samples.rows().iter().peekable(), frozen.iter().peekable());
+    for row in 0..recording.rows() {
+        if kept.next_if(|k| **k == row).is_some() {
+            continue;
+        }
+        while hangs.next_if(|span| span.end <= row).is_some() {}
+        match hangs.peek().is_some_and(|span| span.contains(&row)) {
+            true => hung.push(recording.line(row)),
+            false => incomplete.push(recording.line(row)),
+        }
+    }
+    let incomplete = (!incomplete.is_empty()).then(|| {
         Finding::new(
             FindingKind::RowsLeftOut,
-            "rows without a complete sample, or whose time stamp is before that of the row before; the steps go over them",
+            "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them",
         )
-        .at_lines(lines)
-    })
-}
-
-/// Quiet stretches that are no rest, and rests against the odds.
-pub(super) fn gate(samples: &Samples, judged: &[Judged]) -> Vec<Finding> {
-    judged
-        .iter()
-        .filter_map(|j| {
-            let (from, to) = (samples.t_s[j.span.start], samples.t_s[j.span.end - 1]);
-            let speed = norm(&j.velocity);
-            let sigma = norm(&j.sigma);
-            if j.overruled {
-                return Some(Finding::new(
-                    FindingKind::RestAtSpeed,
-                    format!(
-                        "quiet from {from:.2} to {to:.2} s, where the integrated velocity is {speed:.2} m/s (1σ {sigma:.2}); taken for a rest since nothing after it comes nearer to one: the acceleration drifted by {:.3} m/s², or the sensor went on at constant speed (--rests sets the rests by hand)",
-                        speed / j.seconds.max(1e-3)
-                    ),
-                ));
-            }
-            (!j.rest).then(|| {
-                Finding::new(
-                    FindingKind::ConstantSpeed,
-                    format!(
-                        "quiet from {from:.2} to {to:.2} s, but at {speed:.2} m/s (1σ {sigma:.2}): constant speed, no rest"
-                    ),
-                )
-            })
-        })
-        .collect()
-}
-
-/// What a stream learnt of its rests too late, or decided against the velocity; those
-/// are given by when they were taken for rests, s.
-pub(super) fn causal_rests(taken_back: u32, at_speed: &[f64]) -> Vec<Finding> {
-    let mut out = Vec::new();
-    if taken_back > 0 {
-        let text = match taken_back {
-            1 => "1 short rest was withdrawn: as the velocity at the next rest shows, it was none; the moves on either side of it are one".to_owned(),
-            _ => format!(
-                "{taken_back} short rests were withdrawn: as the velocity at the next rest shows, they were none; the moves on either side of each are one"
-            ),
-        };
-        out.push(Finding::new(FindingKind::RestTakenBack, text).counting(u64::from(taken_back)));
-    }
-    if let Some(first) = at_speed.first() {
-        let (when, what, moves) = match at_speed.len() {
-            1 => (
-                format!("static once, until {first:.2} s, at a velocity that is not zero"),
-                "a rest",
-                "move before it",
-            ),
-            n => (
-                format!(
-                    "static {n} times, first until {first:.2} s, at velocities that are not zero"
-                ),
-                "rests",
-                "moves before them",
-            ),
-        };
-        let text = format!(
-            "{when}; taken for {what} since it stays static: the acceleration drifted, or the sensor went on at constant speed; how far the {moves} went may be far off"
-        );
-        out.push(Finding::new(FindingKind::RestAtSpeed, text).counting(at_speed.len() as u64));
-    }
-    out
-}
-
-/// A velocity at the end of a move beyond so many σ is no chance: one in 16,000.
-const CONTRADICTED: f64 = 4.0;
-
-/// A rest that is shorter, s, hides nothing that is slower than what is found.
-const LONG_REST_S: f64 = 14.0;
-
-/// Moves that are too slow to be distinguished from rest, and those that may hide in one.
-pub(super) fn slow(found: &Rests, options: &MotionOptions) -> Vec<Finding> {
-    if !options.zero_velocity || options.rests_s.is_some() {
-        return Vec::new();
-    }
-    found
-        .doubts
-        .iter()
-        .map(|d| {
-            Finding::new(
-                FindingKind::SlowMoveDoubted,
-                format!(
-                    "from {:.1} to {:.1} s the force changes as in a move by {:.1} m, by more than chance and by too little to be certain (χ² {:.0}); taken for rest, so the position may be off by that much (--rests sets the rests by hand)",
-                    d.start_s, d.end_s, d.distance_m, d.chi2
-                ),
-            )
-        })
-        .collect()
+        .at_lines(&incomplete)
+    });
+    let hung = (!hung.is_empty()).then(|| {
+        Finding::new(
+            FindingKind::SensorHung,
+            "all channels stand still to the last digit for longer than noise allows: the sensor, or its bus, hung; what happened then is not known",
+        )
+        .at_lines(&hung)
+    });
+    incomplete.into_iter().chain(hung).collect()
 }
 
 /// What may hide in a long rest, or in a recording in which no move is seen.
-pub(super) fn hidden(
-    hidden: &Hidden,
-    visible: &[VisibleMove],
-    no_move: bool,
-    options: &MotionOptions,
-) -> Option<Finding> {
-    if !options.zero_velocity || visible.is_empty() || !no_move && hidden.rest_s() < LONG_REST_S {
+pub(super) fn hidden(visible: &[VisibleMove], rest_s: f64, moves: &[Move]) -> Option<Finding> {
+    if visible.is_empty() || !moves.is_empty() && rest_s < LONG_REST_S {
         return None;
     }
     let ways: Vec<String> = visible
@@ -214,203 +101,146 @@ pub(super) fn hidden(
         .filter(|v| v.seconds >= 2.0 || visible.len() < 3)
         .map(|v| format!("{} m in {} s", rounded(v.distance_m), v.seconds))
         .collect();
-    let cost = match no_move {
-        true => format!(
-            ": the position is 0 ± {} m for that (1σ)",
-            rounded(hidden.sigma_m(hidden.rest_s()))
-        ),
-        false => String::new(),
-    };
     Some(Finding::new(
         FindingKind::SlowMovesHidden,
         format!(
-            "a move of less than {} cannot be distinguished from rest here{cost}",
+            "a move of less than {} cannot be distinguished from rest here",
             ways.join(", or "),
         ),
     ))
 }
 
 /// A length to two digits, m.
-fn rounded(metres: f64) -> String {
+pub(super) fn rounded(metres: f64) -> String {
     let decimals = (1.0 - metres.log10().floor()).clamp(0.0, 6.0);
     format!("{metres:.*}", decimals as usize)
 }
 
-/// A rest that is shorter, s, is not distinguished from constant velocity where it is the only one, …
-const ALONE_S: f64 = 2.0;
-/// … with motion on both sides of it, …
-const BETWEEN_S: f64 = 5.0;
-/// … and where there are others: the five blocks that agree, less what their edges take.
-const AMONG_OTHERS_S: f64 = 0.8;
-
-/// Why nothing can be said of how far the sensor went; none where its rests can be
-/// believed.
-pub(super) fn unfounded(
-    samples: &Samples,
-    rests: &[Range<usize>],
-    options: &MotionOptions,
-) -> Option<String> {
-    let throughout = matches!(rests, [one] if one.len() == samples.len());
-    if !options.zero_velocity || options.rests_s.is_some() || throughout {
-        return None;
-    }
-    let length = |r: &Range<usize>| samples.t_s[r.end - 1] - samples.t_s[r.start];
-    let longest = rests.iter().map(length).fold(0.0, f64::max);
-    match rests {
-        [] if options.v0_mps.is_none() => Some(
-            "it rests nowhere: tilt, velocity and noise are not known; what is given is as if it had started at rest"
-                .to_owned(),
-        ),
-        [] => None,
-        [one]
-            if longest + 0.02
-                < match one.start > 0 && one.end < samples.len() {
-                    true => BETWEEN_S,
-                    false => ALONE_S,
-                } =>
-        {
-            Some(format!(
-                "it rests once, for {longest:.1} s: too short to be distinguished from constant velocity; hold it still for 2 s at both ends"
-            ))
-        }
-        _ if longest + 0.02 < AMONG_OTHERS_S => Some(format!(
-            "its longest rest lasts {longest:.1} s: too short to be distinguished from a part of the move; hold it still for 2 s at both ends"
-        )),
-        _ => None,
-    }
-}
-
 /// What the recording lacks, and what that costs.
-pub(super) fn circumstances(
-    setup: &Setup<'_>,
-    rests: &[Range<usize>],
-    plan: &[Stretch],
-    moves: &[Move],
-    options: &MotionOptions,
-) -> Vec<Finding> {
+pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions) -> Vec<Finding> {
     let mut out = Vec::new();
-    let samples = setup.view.samples;
-    if rests.is_empty() {
-        out.push(Finding::new(
-            FindingKind::NoStaticInterval,
-            "the sensor never rests: tilt and gravity are the mean over the recording, the velocity at the start is taken as given or zero, and nothing corrects the drift, whose size nothing tells: there are no bands; hold it still for 2 s at both ends",
-        ));
-    }
     let strapdown = options.gravity_removal == GravityRemoval::Strapdown;
-    if strapdown && samples.rate_rad_s.is_none() && !moves.is_empty() {
-        let longest = moves
-            .iter()
-            .map(|m| m.end_s - m.start_s)
-            .fold(0.0, f64::max);
+    if strapdown && !gyro && !moves.is_empty() {
+        let lasts = moves.iter().map(|m| m.end_s - m.start_s);
+        let longest = lasts.fold(0.0, f64::max);
         let cost = 9.8 * 1.0_f64.to_radians() * longest * longest / std::f64::consts::TAU;
         out.push(Finding::new(
             FindingKind::NoGyro,
             format!(
-                "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; {}° are allowed for in the band (--tilt-change)",
-                options.tilt_change_deg
+                "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; the band allows for tilts of half a degree",
             ),
         ));
     }
-    if let Some(first) = plan.first()
-        && let Stretch::Lost { to, .. } = first
-    {
-        out.push(Finding::new(
-            FindingKind::StartLost,
-            format!(
-                "what came before the first rest is not known: position counts from there, {:.2} s",
-                samples.t_s[*to]
-            ),
-        ));
-    }
-    for stretch in plan {
-        if let Stretch::QuietGap { gap_s } = stretch {
-            out.push(Finding::new(
-                FindingKind::GapAtRest,
-                format!(
-                    "{} while the sensor rests in one pose: taken as not moved",
-                    match *gap_s > 0.0 {
-                        true => format!("{gap_s:.2} s are missing"),
-                        false => "the recording is interrupted".to_owned(),
-                    }
-                ),
-            ));
-        }
-    }
-    let closures = || moves.iter().filter_map(|m| m.closure_sigmas);
-    let contradicted = closures().filter(|s| *s > CONTRADICTED).count();
-    if contradicted > 0 {
-        let worst = closures().fold(0.0, f64::max);
+    let widened = moves
+        .iter()
+        .filter(|m| m.closure.is_some_and(|c| c.widened))
+        .count();
+    if widened > 0 {
         out.push(
             Finding::new(
                 FindingKind::ClosureContradicts,
                 format!(
-                    "at the end of {contradicted} of {} moves the velocity, or the tilt, is up to {worst:.0} times its uncertainty off: a bias that drifts, a hand that did not stop, a reading out of range or a rest that is none; the bands of these moves are widened by it",
+                    "at the end of {widened} of {} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes",
                     moves.len()
                 ),
             )
-            .counting(contradicted as u64),
+            .counting(widened as u64),
         );
     }
-    let lost = moves.iter().filter(|m| m.displacement_m.is_none()).count();
+    let replaced = moves.iter().map(|m| m.replaced).sum::<usize>();
+    if replaced > 0 {
+        out.push(
+            Finding::new(
+                FindingKind::ValuesReplaced,
+                format!(
+                    "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been",
+                ),
+            )
+            .counting(replaced as u64),
+        );
+    }
+    let lost = moves.iter().filter(|m| m.unusable.is_some()).count();
     if lost > 0 {
         out.push(
             Finding::new(
                 FindingKind::MoveUnusable,
                 format!(
-                    "{lost} of {} moves have a gap in them, or turn faster than the gyroscope can tell: how far they went is not known, nor any position after; the other moves are computed each from its own start",
+                    "{lost} of {} moves: how far they went is not known, nor any position after; the other moves are computed each from its own start",
                     moves.len()
                 ),
             )
             .counting(lost as u64),
         );
     }
-    if !rests.is_empty()
-        && let Some(reason) = unfounded(samples, rests, options)
-    {
-        out.push(Finding::new(FindingKind::RestUnconfirmed, reason));
-    }
-    if options.zero_velocity && !rests.is_empty() {
-        let open: Vec<&Move> = moves
-            .iter()
-            .filter(|m| m.displacement_m.is_some() && m.ends != Ends::RestToRest)
-            .collect();
-        for one in open {
-            let what = if one.ends == Ends::ToRest {
-                "starts in motion: computed backwards from the first rest"
-            } else {
-                "ends in motion: after the last rest nothing corrects the drift"
-            };
-            out.push(Finding::new(
-                if one.ends == Ends::ToRest {
-                    FindingKind::StartsMoving
-                } else {
-                    FindingKind::EndsMoving
-                },
-                format!(
-                    "the recording {what} ({:.2} to {:.2} s)",
-                    one.start_s, one.end_s
+    if options.zero_velocity {
+        for one in moves.iter().filter(|m| m.unusable.is_none()) {
+            let (kind, what) = match one.ends {
+                Ends::ToRest => (
+                    FindingKind::StartsMoving,
+                    "starts in motion: computed backwards from the first rest",
                 ),
-            ));
+                Ends::FromRest => (
+                    FindingKind::EndsMoving,
+                    "ends in motion: after the last rest nothing corrects the drift",
+                ),
+                Ends::RestToRest | Ends::Free => continue,
+            };
+            let (from, to) = (one.start_s, one.end_s);
+            let text = format!("the recording {what} ({from:.2} to {to:.2} s)");
+            out.push(Finding::new(kind, text));
         }
     }
     out
 }
 
-/// Gravity at a rest that the calibration does not allow.
-pub(super) fn misfit(misfit: &GravityMisfit) -> Option<Finding> {
-    misfit.contradicts.then(|| {
-        Finding::warning(
-            FindingKind::GravityOff,
+/// Why the displacement of a move cannot be known.
+pub(super) fn unusable(why: Unusable) -> String {
+    match why {
+        Unusable::Gap { missing_s } => {
+            format!("{missing_s:.2} s are missing in it: how far it went then is not known")
+        }
+        Unusable::Interrupted => {
+            "the recording is interrupted in it: how far it went then is not known".to_owned()
+        }
+        Unusable::Turn => {
+            "it turns faster than the range of the gyroscope: the attitude is not known; record at a wider range".to_owned()
+        }
+    }
+}
+
+/// No rest.
+pub(super) fn no_rest() -> Finding {
+    Finding::new(
+        FindingKind::NoStaticInterval,
+        "the sensor never rests, so tilt, velocity and noise are not known, and no motion is computed; hold it still for 2 s before and after each move",
+    )
+}
+
+/// Rows of the mean in which the sensor moves.
+pub(super) fn averaged_rows_move(report: &ReportProcedure) -> Option<Finding> {
+    report.moves_at_s.map(|t| {
+        Finding::new(
+            FindingKind::AveragedRowsMove,
             format!(
-                "at the rest from {:.2} s on the calibrated magnitude is {:.3} m/s², gravity is {:.3}: off by {:.1} times what the calibration allows (1σ {:.3}); the calibration does not fit this recording, and the bands are widened for an error of that size: test it with `gravical check`",
-                misfit.rest_s,
-                misfit.measured_mps2,
-                misfit.gravity_mps2,
-                misfit.sigmas(),
-                misfit.sigma_mps2
+                "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or remove --procedure report"
             ),
         )
     })
+}
+
+/// Gravity at a rest that the calibration does not allow.
+pub(super) fn misfit(misfit: &GravityMisfit) -> Finding {
+    Finding::warning(
+        FindingKind::GravityOff,
+        format!(
+            "at the rest from {:.2} s on the calibrated magnitude is {:.3} m/s², gravity is {:.3}: off by {:.1} times what the calibration allows (1σ {:.3}); the calibration does not fit this recording, and the bands are widened for an error of that size: test it with `gravical check`",
+            misfit.rest_s,
+            misfit.measured_mps2,
+            misfit.gravity_mps2,
+            misfit.sigmas(),
+            misfit.sigma_mps2
+        ),
+    )
 }
 
 /// Columns that may have been calibrated before.
@@ -470,31 +300,18 @@ pub(super) fn start_velocity(options: &MotionOptions, rests: bool) -> Option<Fin
     })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_rest_is_told_in_the_singular() {
-        let texts = |taken_back: u32, at_speed: &[f64]| -> Vec<String> {
-            let found = causal_rests(taken_back, at_speed);
-            found.into_iter().map(|f| f.message).collect()
-        };
-        let one = texts(1, &[12.3]);
-        assert!(one[0].starts_with("1 short rest was withdrawn:"), "{one:?}");
-        assert!(
-            one[1].starts_with("static once, until 12.30 s, at a velocity that is not zero;"),
-            "{one:?}"
-        );
-        let two = texts(2, &[12.3, 20.0]);
-        assert!(
-            two[0].starts_with("2 short rests were withdrawn:"),
-            "{two:?}"
-        );
-        assert!(
-            two[1].starts_with("static 2 times, first until 12.30 s,"),
-            "{two:?}"
-        );
-        assert!(texts(0, &[]).is_empty());
-    }
+/// N of the noise file, as far as it is known of all axes of a sensor.
+pub(super) fn noise_used(accel: bool, gyro: bool) -> Finding {
+    let of = |known: bool, sensor: &str| match known {
+        true => format!("N of the noise file for the {sensor}"),
+        false => format!("for the {sensor} N of the rests, because the file lacks N of an axis"),
+    };
+    Finding::new(
+        FindingKind::NoiseUsed,
+        format!(
+            "the bands use {}; {}",
+            of(accel, "accelerometer"),
+            of(gyro, "gyroscope")
+        ),
+    )
 }

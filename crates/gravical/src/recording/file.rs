@@ -38,8 +38,6 @@ pub(crate) struct OpenFile {
     head: Head,
     /// The first lines are the whole file.
     pub whole: bool,
-    /// The first bytes; of a text without NUL bytes.
-    head_bytes: Vec<u8>,
     input: Input,
 }
 
@@ -77,7 +75,7 @@ pub(crate) fn open_rows(
         layout: format.layout.clone(),
         options: options.clone(),
     };
-    let (format, head_bytes, whole, head, rows) = match wearable::is_one(&magic) {
+    let (format, length, whole, head, rows) = match wearable::is_one(&magic) {
         true => {
             let (bytes, reader) = peek(reader, input.head_bytes).map_err(io)?;
             let whole = bytes.len() < input.head_bytes;
@@ -97,7 +95,13 @@ pub(crate) fn open_rows(
             let first = opened.rows(&bytes[..], name, !whole).map_err(io)?;
             let head = Head::read(first, &claims(&format));
             let all = opened.rows(reader, name, false).map_err(io)?;
-            (format, bytes, whole, head, FileRows::Device(Box::new(all)))
+            (
+                format,
+                bytes.len(),
+                whole,
+                head,
+                FileRows::Device(Box::new(all)),
+            )
         }
         false => {
             let mut lines = Lines::new(reader);
@@ -110,18 +114,23 @@ pub(crate) fn open_rows(
             let head = Head::read(first, &claims(&format));
             let lines = lines.with_terminator(terminator(&clean));
             let all = TextRows::new(lines, name, &format, false);
-            (format, clean, whole, head, FileRows::Text(Box::new(all)))
+            (
+                format,
+                clean.len(),
+                whole,
+                head,
+                FileRows::Text(Box::new(all)),
+            )
         }
     };
     let facts = facts.unwrap_or_else(|| head.facts());
-    let expected = head.expected(head_bytes.len(), input.size);
+    let expected = head.expected(length, input.size);
     Ok(OpenFile {
         rows: Rows::new(rows, name, claims(&format), facts).expecting(expected),
         format,
         findings,
         head,
         whole,
-        head_bytes,
         input,
     })
 }
@@ -139,14 +148,6 @@ impl OpenFile {
     /// Channels of the first rows.
     pub fn head(&self) -> HeadChannels {
         self.head.channels(self.rows.facts())
-    }
-
-    /// The complete rows of the first bytes.
-    pub fn head_bytes(&self) -> &[u8] {
-        match self.whole {
-            true => &self.head_bytes,
-            false => &self.head_bytes[..complete_rows(&self.head_bytes)],
-        }
     }
 
     /// Provides the text of every row, with the byte ranges of all fields.

@@ -10,7 +10,7 @@ const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
 /// Full scales of gyroscopes on the market, °/s; those of the sensitivities in [`LSB_PER_DEG_S`]
 /// are added.
-pub(super) const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
+pub(crate) const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
 /// Smallest count at the end of a 16-bit converter: some end a few counts early.
 const LARGEST_COUNT: f64 = 32764.0;

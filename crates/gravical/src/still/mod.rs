@@ -17,8 +17,7 @@
 //! two decimals may be constant at rest.
 //!
 //! The ends of these intervals are accurate to a block. The beginning and end of a rest in a
-//! motion, to the sample, are determined by [`gravical_core::still`] and
-//! [`crate::motion::still`].
+//! motion, to the sample, are determined by [`gravical_signal::detect_rests`].
 //!
 //! The method fails if a recording has no static interval: its quietest motion is then assumed to
 //! be noise. In most cases the drift of the block means reveals that; otherwise a few short

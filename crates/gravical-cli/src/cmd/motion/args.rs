@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(short, long, value_name = "CAL")]
     pub calibration: Option<PathBuf>,
     /// Noise of the sensor by `gravical noise`, for the bands [default: that of the rests]
-    #[arg(long, value_name = "FILE", conflicts_with = "causal")]
+    #[arg(long, value_name = "FILE")]
     pub noise: Option<PathBuf>,
     /// Gyroscope of the recording in a second file, joined by time
     #[arg(long, value_name = "FILE")]
@@ -53,7 +53,7 @@ pub struct Args {
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub report: ReportArgs,
-    /// Causal: sample by sample without look-ahead or error bands, recordings of any size
+    /// Causal: use the past only, as if the samples came one by one
     #[arg(long)]
     pub causal: bool,
     /// Overwrite existing files
@@ -88,9 +88,6 @@ struct MethodArgs {
     /// How gravity is subtracted [default: strapdown]
     #[arg(long, hide_short_help = true, value_enum, value_name = "HOW")]
     gravity_removal: Option<Removal>,
-    /// Number of initial rows that initial-mean averages [default: 500]
-    #[arg(long, hide_short_help = true, value_name = "N")]
-    initial_rows: Option<usize>,
     /// Filter of the accelerometer, e.g. savgol:5,2 or butter:4,5Hz; repeatable [default: none]
     #[arg(long, hide_short_help = true, value_name = "FILTER|none")]
     smooth: Vec<Smooth>,
@@ -103,22 +100,16 @@ struct MethodArgs {
     /// Zero-velocity update at stances of a walking foot [default: on]
     #[arg(long, hide_short_help = true, value_enum, value_name = "ON|OFF")]
     stances: Option<Switch>,
-    /// Highest angular rate of a foot in stance, rad/s [default: 0.6]
+    /// Highest angular rate of a foot in stance, rad/s [default: 1]
     #[arg(long, hide_short_help = true, value_name = "RAD_S")]
     stance_rate: Option<f64>,
-    /// Initial velocity in m/s, for a recording that starts in motion
+    /// Velocity at the start in m/s, of a sensor that moves evenly there; with --zero-velocity off
     #[arg(long, hide_short_help = true, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     v0: Option<Vector>,
     /// Initial position in m [default: 0,0,0]
     #[arg(long, hide_short_help = true, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     p0: Option<Vector>,
-    /// Relative standard uncertainty of the recorder's clock [default: 0.001]
-    #[arg(long, hide_short_help = true, value_name = "FRACTION")]
-    clock_error: Option<f64>,
-    /// Without a gyroscope: tilt during a move, degrees (1σ) [default: 0.5]
-    #[arg(long, hide_short_help = true, value_name = "DEG")]
-    tilt_change: Option<f64>,
-    /// Compute no error bands: faster, and a smaller table
+    /// Write no error bands: a smaller table
     #[arg(long, hide_short_help = true)]
     no_bands: bool,
 }
@@ -135,8 +126,7 @@ struct TruthArgs {
 enum Procedure {
     /// strapdown with zero-velocity updates
     Default,
-    /// as in the student report: --gravity-removal initial-mean --initial-rows 500
-    /// --smooth savgol:5,2 --zero-velocity off
+    /// as in the student report: --gravity-removal initial-mean --smooth savgol:5,2
     Report,
 }
 
@@ -144,9 +134,9 @@ enum Procedure {
 enum Removal {
     /// using the attitude from the gyroscope
     Strapdown,
-    /// using the tilt at the rest before
+    /// using the tilt at the rests, without the gyroscope
     ConstantTilt,
-    /// the mean of the first rows, in sensor axes
+    /// the mean of the first 500 rows, in sensor axes, without zero-velocity updates
     InitialMean,
 }
 
@@ -207,15 +197,15 @@ impl Args {
             Procedure::Default => MotionOptions::default(),
             Procedure::Report => MotionOptions::report(),
         };
+        let preset = match m.gravity_removal {
+            Some(Removal::Strapdown) => preset.with_removal(GravityRemoval::Strapdown),
+            Some(Removal::ConstantTilt) => preset.with_removal(GravityRemoval::ConstantTilt),
+            Some(Removal::InitialMean) => preset.with_removal(GravityRemoval::InitialMean),
+            None => preset,
+        };
         Ok(MotionOptions {
-            gravity_removal: m
-                .gravity_removal
-                .map_or(preset.gravity_removal, |r| match r {
-                    Removal::Strapdown => GravityRemoval::Strapdown,
-                    Removal::ConstantTilt => GravityRemoval::ConstantTilt,
-                    Removal::InitialMean => GravityRemoval::InitialMean,
-                }),
-            initial_rows: m.initial_rows.unwrap_or(preset.initial_rows),
+            gravity_removal: preset.gravity_removal,
+            causal: self.causal,
             smooth: match &m.smooth[..] {
                 [] => preset.smooth,
                 given => given.iter().filter_map(|s| s.0).collect(),
@@ -233,10 +223,7 @@ impl Args {
             p0_m: m.p0.map_or(preset.p0_m, |p| p.0),
             noise,
             gravity: self.gravity.given()?,
-            clock_error: m.clock_error.unwrap_or(preset.clock_error),
-            tilt_change_deg: m.tilt_change.unwrap_or(preset.tilt_change_deg),
             bands: !m.no_bands,
-            keep_uncalibrated: self.figures.figures.is_some() || self.report.is_wanted(),
             axes: self.recording.axes.0,
         })
     }

@@ -1,15 +1,17 @@
 //! The moves one by one, and what the uncertainty of the end consists of.
 
-use crate::figure::{Axis, Figure, Panel, Role, Series};
-use gravical::motion::{Motion, Move};
+use gravical::core::matrix3::norm;
 
-use super::{AXES, result_name};
+use crate::figure::{Axis, Figure, Panel, Role, Series};
+use gravical::motion::Move;
+
+use super::{AXES, Motion, result_name};
 
 /// Moves that are shown at the most.
 const SHOWN: usize = 400;
 
 /// Displacement of each move; none for a single one.
-pub(super) fn moves(motion: &Motion) -> Option<Figure> {
+pub(super) fn moves(motion: &Motion<'_>) -> Option<Figure> {
     let all = &motion.result.moves;
     let usable: Vec<(usize, &Move)> = all
         .iter()
@@ -39,7 +41,7 @@ pub(super) fn moves(motion: &Motion) -> Option<Figure> {
         let known = |v: &[f64]| v.iter().any(|v| v.is_finite());
         let own = of(&|m| m.displacement_m.map(|d| d[axis]));
         let sigma = of(&|m| m.sigma_m.map(|s| s[axis]));
-        let plain = of(&|m| Some(uncalibrated(motion, m)?[axis]));
+        let plain = of(&|m| Some(m.uncalibrated_m?[axis]));
         let reference = of(&|m| Some(reference(motion, m)?[axis]));
         let mut panel = Panel::new(
             Axis::names("move", names.clone()),
@@ -64,30 +66,20 @@ pub(super) fn moves(motion: &Motion) -> Option<Figure> {
     Some(figure)
 }
 
-fn uncalibrated(motion: &Motion, m: &Move) -> Option<[f64; 3]> {
-    let track = &motion.track;
-    let plain = track.uncalibrated.as_ref()?;
-    let at = |t: f64| plain.position_m.get(track.t_s.partition_point(|s| *s < t));
-    let (from, to) = (at(m.start_s)?, at(m.end_s)?);
-    Some(std::array::from_fn(|i| to[i] - from[i]))
-}
-
-fn reference(motion: &Motion, m: &Move) -> Option<[f64; 3]> {
+fn reference(motion: &Motion<'_>, m: &Move) -> Option<[f64; 3]> {
     let truth = motion.result.truth.as_ref()?;
     let own = truth.moves.iter().find(|o| o.start_s == m.start_s)?;
     let moved = m.displacement_m?;
     Some(std::array::from_fn(|i| moved[i] - own.end_error_m[i]))
 }
 
-/// Parts of the uncertainty of the end.
-pub(super) fn budget(motion: &Motion) -> Option<Figure> {
-    let budget = motion.result.budget_m?;
+/// Parts of the uncertainty of the move that is least certain.
+pub(super) fn budget(motion: &Motion<'_>) -> Option<Figure> {
+    let (number, budget) = motion.result.largest_budget()?;
     let parts = [
-        ("noise", budget.noise),
-        ("bias", budget.bias),
-        ("scale", budget.scale),
-        ("clock", budget.clock),
-        ("tilt", budget.tilt),
+        ("noise", norm(&budget.noise)),
+        ("calibration", norm(&budget.calibration)),
+        ("attitude", norm(&budget.attitude)),
     ];
     let combined = parts.iter().map(|(_, v)| v * v).sum::<f64>().sqrt();
     if !(combined > 0.0 && combined.is_finite()) {
@@ -107,10 +99,16 @@ pub(super) fn budget(motion: &Motion) -> Option<Figure> {
     )
     .with(Series::columns("part", Role::Calibrated, x, values))
     .with(Series::rule("combined", Role::Reference, factor * combined));
+    let of = match motion.result.moves.len() {
+        1 => "the displacement".to_owned(),
+        _ => format!("the displacement of move {number}, the least certain one"),
+    };
     let figure = Figure::new(
         "budget",
-        "Uncertainty of the end position",
-        "Contributions to the standard uncertainty of the end position, all three axes; combined: root sum of squares.",
+        "Uncertainty of the displacement",
+        format!(
+            "Contributions to the standard uncertainty of {of}, all three axes; combined: root sum of squares."
+        ),
     );
     Some(figure.with(panel))
 }

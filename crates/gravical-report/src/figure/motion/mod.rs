@@ -1,6 +1,5 @@
 //! Figures of a motion.
 
-mod drift;
 mod end;
 mod plane;
 mod space;
@@ -8,34 +7,42 @@ mod space;
 mod tests;
 mod time;
 
-use gravical::motion::{Motion, Track};
+use gravical::motion::{MotionResult, ReferenceTrack, Track};
 
 use super::thin::Times;
 use super::{Figure, Mark, Role};
 
 /// Names of all figures that a motion can have, in the order of a report.
 #[doc(hidden)]
-pub const NAMES: [&str; 9] = [
+pub const NAMES: [&str; 8] = [
     "acceleration",
     "motion-acceleration",
     "velocity",
     "trajectory",
     "position-3d",
     "position",
-    "static-drift",
     "moves",
     "budget",
 ];
 
+/// What is drawn.
+struct Motion<'a> {
+    result: &'a MotionResult,
+    track: Track,
+    reference: Option<&'a ReferenceTrack>,
+}
+
 /// All figures that a result allows, in the order of [`NAMES`]. Where nothing moved
-/// there is the acceleration and the drift; what is not known is left out.
-///
-/// The run without calibration and the drift are there where the motion kept them
-/// ([`keep_uncalibrated`](gravical::motion::MotionOptions::keep_uncalibrated)).
+/// there is the acceleration; what is not known is left out.
 #[must_use]
-pub fn figures(motion: &Motion) -> Vec<Figure> {
+pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
+    let motion = &Motion {
+        result: &motion.result,
+        track: motion.track(),
+        reference: motion.reference.as_ref(),
+    };
     let moved = !motion.result.moves.is_empty();
-    let of_motion = |make: fn(&Motion) -> Option<Figure>| moved.then(|| make(motion)).flatten();
+    let of_motion = |make: fn(&Motion<'_>) -> Option<Figure>| moved.then(|| make(motion)).flatten();
     let all = [
         time::acceleration(motion),
         of_motion(time::motion_acceleration),
@@ -43,7 +50,6 @@ pub fn figures(motion: &Motion) -> Vec<Figure> {
         of_motion(plane::trajectory),
         of_motion(space::position_3d),
         of_motion(time::position),
-        drift::static_drift(motion),
         of_motion(end::moves),
         of_motion(end::budget),
     ];
@@ -61,7 +67,7 @@ fn shows_something(figure: &Figure) -> bool {
 }
 
 /// What the result is called beside the uncalibrated one.
-fn result_name(motion: &Motion) -> &'static str {
+fn result_name(motion: &Motion<'_>) -> &'static str {
     match motion.result.calibration {
         Some(_) => "calibrated",
         None => "without a calibration",

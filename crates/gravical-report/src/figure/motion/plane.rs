@@ -4,10 +4,9 @@ use std::f64::consts::PI;
 
 use crate::figure::thin::{self, Times};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
-use gravical::motion::Motion;
 use gravical::numfmt::decimals_for;
 
-use super::{AXES, Extent, FAR, ends, result_name, times};
+use super::{AXES, Extent, FAR, Motion, ends, result_name, times};
 
 /// How much larger than the way a drawn uncertainty may be.
 const WIDEST: f64 = 1.0;
@@ -16,7 +15,7 @@ const WIDEST: f64 = 1.0;
 const FINE: usize = 72;
 
 /// Seen from above; where it goes up more than along, from the side.
-pub(super) fn trajectory(motion: &Motion) -> Option<Figure> {
+pub(super) fn trajectory(motion: &Motion<'_>) -> Option<Figure> {
     let track = &motion.track;
     let extent = Extent::of(&track.position_m)?;
     let plane = plane_of(&extent);
@@ -66,13 +65,13 @@ pub(super) fn trajectory(motion: &Motion) -> Option<Figure> {
 
 /// Standard uncertainty of the end, where it does not dwarf the way: an ellipse
 /// much larger than that would be all that is seen.
-fn sigma_to_draw(motion: &Motion, extent: &Extent, plane: [usize; 2]) -> Option<[f64; 3]> {
+fn sigma_to_draw(motion: &Motion<'_>, extent: &Extent, plane: [usize; 2]) -> Option<[f64; 3]> {
     let (_, sigma) = ends(&motion.track.sigma_position_m)?;
     let most = WIDEST * extent.largest();
     plane.iter().all(|&i| sigma[i] <= most).then_some(sigma)
 }
 
-fn sigma_told(motion: &Motion, extent: &Extent, plane: [usize; 2]) -> String {
+fn sigma_told(motion: &Motion<'_>, extent: &Extent, plane: [usize; 2]) -> String {
     let Some((_, sigma)) = ends(&motion.track.sigma_position_m) else {
         return String::new();
     };
@@ -146,7 +145,7 @@ fn mark(name: &str, role: Role, p: [f64; 3], [a, b]: [usize; 2]) -> Series {
     Series::points(name, role, vec![p[a]], vec![p[b]])
 }
 
-fn with_plain(panel: Panel, motion: &Motion, plain: &[[f64; 3]], plane: [usize; 2]) -> Panel {
+fn with_plain(panel: Panel, motion: &Motion<'_>, plain: &[[f64; 3]], plane: [usize; 2]) -> Panel {
     let times = times(&motion.track);
     let panel = panel.with(way("uncalibrated", Role::Raw, times, plain, plane));
     match ends(plain) {
@@ -158,9 +157,9 @@ fn with_plain(panel: Panel, motion: &Motion, plain: &[[f64; 3]], plane: [usize; 
     }
 }
 
-fn with_result(mut panel: Panel, motion: &Motion, plane: [usize; 2]) -> Panel {
+fn with_result(mut panel: Panel, motion: &Motion<'_>, plane: [usize; 2]) -> Panel {
     let track = &motion.track;
-    if let Some(reference) = &track.reference {
+    if let Some(reference) = motion.reference {
         let (t, p) = (&reference.t_s, &reference.position_m);
         panel = panel.with(way("reference", Role::Reference, Times::from(t), p, plane));
     }

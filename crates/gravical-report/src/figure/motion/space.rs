@@ -3,9 +3,8 @@
 use crate::figure::svg::ticks::{label, ticks};
 use crate::figure::thin::{self, Times};
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
-use gravical::motion::Motion;
 
-use super::{AXES, Extent, ends, result_name, seconds, times};
+use super::{AXES, Extent, Motion, ends, result_name, seconds, times};
 
 /// Directions of x, y and z in the picture (a dimetric view).
 const VIEW: [[f64; 2]; 3] = [[0.87, 0.38], [-0.87, 0.38], [0.0, 0.92]];
@@ -25,7 +24,7 @@ fn project(p: &[f64; 3]) -> (f64, f64) {
 }
 
 /// Position in space with time marked along the way.
-pub(super) fn position_3d(motion: &Motion) -> Option<Figure> {
+pub(super) fn position_3d(motion: &Motion<'_>) -> Option<Figure> {
     let track = &motion.track;
     let own = Extent::of(&track.position_m)?;
     let plain = track.uncalibrated.as_ref().map(|u| &u.position_m[..]);
@@ -33,7 +32,7 @@ pub(super) fn position_3d(motion: &Motion) -> Option<Figure> {
         let size = Extent::of(*p).map_or(f64::INFINITY, |e| e.largest());
         size <= WITHIN * own.largest()
     });
-    let reference = track.reference.as_ref();
+    let reference = motion.reference;
     let others = [
         plain.and_then(Extent::of),
         reference.and_then(|r| Extent::of(&r.position_m)),
@@ -89,7 +88,7 @@ fn way(name: &str, role: Role, t: Times<'_>, at: impl Fn(usize) -> Option<[f64; 
 }
 
 /// Dots at every tenth of the duration, where it has moved since the last one.
-fn marks(motion: &Motion, frame: &Frame) -> Series {
+fn marks(motion: &Motion<'_>, frame: &Frame) -> Series {
     let track = &motion.track;
     let (mut x, mut y, mut labels) = (Vec::new(), Vec::new(), Vec::new());
     let span = track.t_s.first().zip(track.t_s.last());

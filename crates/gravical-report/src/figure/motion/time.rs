@@ -2,15 +2,14 @@
 
 use crate::figure::thin::{self, Times};
 use crate::figure::{Axis, Figure, Panel, Role, Series};
-use gravical::motion::Motion;
 
-use super::{AXES, Extent, result_name, times};
+use super::{AXES, Extent, Motion, result_name, times};
 
 /// Rests that are shaded at the most; a walk has thousands.
 const SHADED: usize = 2000;
 
 /// A panel of one axis with the rests shaded.
-fn panel(motion: &Motion, title: &str, unit: &str) -> Panel {
+fn panel(motion: &Motion<'_>, title: &str, unit: &str) -> Panel {
     let mut panel = Panel::new(Axis::new("time", "s"), Axis::new("", unit)).titled(title);
     for span in motion.result.rests.iter().take(SHADED) {
         panel = panel.shaded("at rest", span.start_s, span.end_s);
@@ -35,7 +34,7 @@ fn component(values: &[[f64; 3]], i: usize, axis: usize) -> f64 {
 }
 
 /// Specific force raw and calibrated, along the axes of the sensor.
-pub(super) fn acceleration(motion: &Motion) -> Option<Figure> {
+pub(super) fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
     let track = &motion.track;
     let times = times(track);
     let t = times.t_s;
@@ -68,7 +67,7 @@ pub(super) fn acceleration(motion: &Motion) -> Option<Figure> {
 }
 
 /// Acceleration without gravity in the frame of the result.
-pub(super) fn motion_acceleration(motion: &Motion) -> Option<Figure> {
+pub(super) fn motion_acceleration(motion: &Motion<'_>) -> Option<Figure> {
     let track = &motion.track;
     let mut figure = Figure::new(
         "motion-acceleration",
@@ -99,7 +98,7 @@ struct Column<'a> {
     unit: &'a str,
 }
 
-fn banded(motion: &Motion, mut figure: Figure, column: &Column<'_>) -> Figure {
+fn banded(motion: &Motion<'_>, mut figure: Figure, column: &Column<'_>) -> Figure {
     let times = times(&motion.track);
     for (axis, name) in AXES.into_iter().enumerate() {
         let mut panel = panel(motion, name, column.unit);
@@ -136,8 +135,8 @@ const CUT: &str = " Where they are much wider than the motion they are cut off."
 
 /// What the lines reach, and one and a half times as much on either side: bands
 /// that dwarf them would leave nothing else to see.
-fn limits(motion: &Motion, column: &Column<'_>, axis: usize) -> Option<[f64; 2]> {
-    let reference = motion.track.reference.as_ref();
+fn limits(motion: &Motion<'_>, column: &Column<'_>, axis: usize) -> Option<[f64; 2]> {
+    let reference = motion.reference;
     let reference = reference.filter(|_| column.unit == "m");
     let own = Extent::of(column.values)?;
     let others = [
@@ -152,7 +151,7 @@ fn limits(motion: &Motion, column: &Column<'_>, axis: usize) -> Option<[f64; 2]>
 }
 
 /// Velocity along each axis.
-pub(super) fn velocity(motion: &Motion) -> Option<Figure> {
+pub(super) fn velocity(motion: &Motion<'_>) -> Option<Figure> {
     let track = &motion.track;
     let figure = Figure::new(
         "velocity",
@@ -172,7 +171,7 @@ pub(super) fn velocity(motion: &Motion) -> Option<Figure> {
 }
 
 /// Position along each axis, with the reference where there is one.
-pub(super) fn position(motion: &Motion) -> Option<Figure> {
+pub(super) fn position(motion: &Motion<'_>) -> Option<Figure> {
     let track = &motion.track;
     let figure = Figure::new(
         "position",
@@ -189,7 +188,7 @@ pub(super) fn position(motion: &Motion) -> Option<Figure> {
         unit: "m",
     };
     let mut figure = banded(motion, figure, &column);
-    if let Some(reference) = &track.reference {
+    if let Some(reference) = motion.reference {
         let t = &reference.t_s;
         for (axis, panel) in figure.panels.iter_mut().enumerate() {
             let own = line(

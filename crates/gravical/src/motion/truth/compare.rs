@@ -3,8 +3,7 @@
 use super::line::Line;
 use super::offset;
 use super::read::Reference;
-use crate::motion::result::{Comparison, MoveComparison, ReferenceTrack};
-use crate::motion::{Motion, Track};
+use crate::motion::{Comparison, MotionResult, MoveComparison, ReferenceTrack, Track};
 use crate::recording::{Finding, FindingKind};
 use crate::{Error, Result};
 
@@ -32,11 +31,11 @@ struct Points {
 }
 
 pub(super) fn compare(
-    motion: &Motion,
+    result: &MotionResult,
+    track: &Track,
     reference: &Reference,
     findings: &mut Vec<Finding>,
 ) -> Result<(Comparison, ReferenceTrack)> {
-    let track = &motion.track;
     let offset_s = offset_of(track, reference, findings);
     let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
     let mut points =
@@ -55,11 +54,11 @@ pub(super) fn compare(
         .sum();
     let end = points.result.last().zip(points.reference.last());
     let end_error_m = end.map_or(f64::NAN, |(a, b)| squared(a, b).sqrt());
-    let (moves, left_out) = by_move(motion, &points);
+    let (moves, left_out) = by_move(result, &points);
     if left_out > 0 {
         findings.push(Finding::new(
             FindingKind::TruthMoves,
-            format!("{left_out} of {} moves are not compared: they are not usable, or the reference does not see their start and end", motion.result.moves.len()),
+            format!("{left_out} of {} moves are not compared: they are not usable, or the reference does not see their start and end", result.moves.len()),
         ));
     }
     let comparison = Comparison {
@@ -233,11 +232,11 @@ fn path(points: &Points) -> f64 {
 }
 
 /// Every usable move whose ends the reference sees, and how many are left out.
-fn by_move(motion: &Motion, points: &Points) -> (Vec<MoveComparison>, usize) {
+fn by_move(motion: &MotionResult, points: &Points) -> (Vec<MoveComparison>, usize) {
     // The moves come in order.
     let mut reference = Line::new(&points.t_s, &points.reference).walk(0.0);
     let mut result = Line::new(&points.t_s, &points.result).walk(0.0);
-    let all = &motion.result.moves;
+    let all = &motion.moves;
     let compared: Vec<MoveComparison> = all
         .iter()
         .filter_map(|m| {

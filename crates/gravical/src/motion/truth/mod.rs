@@ -29,12 +29,13 @@ pub use read::{Reference, read_reference};
 /// `truth-overlap` (input) when the two have no time in common.
 pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> {
     let mut findings = reference.findings.clone();
-    let (comparison, track) = compare::compare(motion, reference, &mut findings)?;
+    let (comparison, track) =
+        compare::compare(&motion.result, &motion.track(), reference, &mut findings)?;
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| reference.source.clone());
     }
     motion.result.findings.extend(findings);
     motion.result.truth = Some(comparison);
-    motion.track.reference = Some(track);
+    motion.reference = Some(track);
     Ok(())
 }

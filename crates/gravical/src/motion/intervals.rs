@@ -1,9 +1,7 @@
 //! Rests that the user names.
 
-use std::ops::Range;
 use std::str::FromStr;
 
-use crate::motion::samples::Samples;
 use crate::{Error, Result};
 
 /// A list of intervals in seconds: `0-5,7.2-`. Without an end an interval goes to
@@ -62,7 +60,7 @@ fn interval(text: &str) -> Result<(f64, f64)> {
 /// # Errors
 ///
 /// `rests-syntax` (usage) for one that is no number or ends before it starts.
-pub(in crate::motion) fn check_intervals(intervals: &[(f64, f64)]) -> Result<()> {
+pub(super) fn check_intervals(intervals: &[(f64, f64)]) -> Result<()> {
     for &(start, end) in intervals {
         if start.is_nan() || end.is_nan() || end <= start {
             return Err(Error::usage(
@@ -78,17 +76,17 @@ pub(in crate::motion) fn check_intervals(intervals: &[(f64, f64)]) -> Result<()>
     Ok(())
 }
 
-/// Refuses intervals in which the recording has no sample.
+/// Refuses intervals in which a recording with these times has no sample.
 ///
 /// # Errors
 ///
 /// `rests-outside` (usage).
-pub(in crate::motion) fn check_inside(samples: &Samples, intervals: &[(f64, f64)]) -> Result<()> {
-    let (Some(first), Some(last)) = (samples.t_s.first(), samples.t_s.last()) else {
+pub(super) fn check_inside(time_s: &[f64], intervals: &[(f64, f64)]) -> Result<()> {
+    let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
         return Ok(());
     };
     for &(start, end) in intervals {
-        if range(samples, start, end).is_empty() {
+        if time_s.partition_point(|t| *t <= end) <= time_s.partition_point(|t| *t < start) {
             let text = format!(
                 "there is no sample in the rest from {start} s to {}: \
                  the recording goes from {first:.3} s to {last:.3} s",
@@ -106,38 +104,4 @@ fn until(end_s: f64) -> String {
         true => format!("{end_s} s"),
         false => "the end".to_owned(),
     }
-}
-
-/// Samples of an interval, both ends included.
-fn range(samples: &Samples, start: f64, end: f64) -> Range<usize> {
-    let t = &samples.t_s;
-    t.partition_point(|v| *v < start)..t.partition_point(|v| *v <= end)
-}
-
-/// The samples in `intervals`: clipped to the recording, sorted, merged where they
-/// touch or overlap, cut at the breaks. An interval without any sample is left
-/// out.
-pub(super) fn spans(samples: &Samples, intervals: &[(f64, f64)]) -> Vec<Range<usize>> {
-    let mut found: Vec<Range<usize>> = intervals
-        .iter()
-        .map(|&(start, end)| range(samples, start, end))
-        .filter(|r| r.start < r.end)
-        .collect();
-    found.sort_by_key(|r| (r.start, r.end));
-    let mut merged: Vec<Range<usize>> = Vec::new();
-    for range in found {
-        match merged.last_mut() {
-            Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
-            _ => merged.push(range),
-        }
-    }
-    merged
-        .iter()
-        .flat_map(|range| {
-            samples.pieces().into_iter().filter_map(move |piece| {
-                let cut = range.start.max(piece.start)..range.end.min(piece.end);
-                (cut.start < cut.end).then_some(cut)
-            })
-        })
-        .collect()
 }

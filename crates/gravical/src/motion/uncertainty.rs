@@ -1,0 +1,202 @@
+//! How far the parameters of a calibration may be off, as directions: each is a change of all
+//! parameters together by one standard deviation, independent of the others.
+//!
+//! With u = M a + b and A = M⁻¹ the specific force f = A (u − b) changes by δf = −A (δM f + δb), the
+//! angular rate alike.
+
+use gravical_core::matrix3::{mul, mul_vec, norm, transpose};
+use gravical_fit::model::Covariance;
+use gravical_motion::ForceDirection;
+use nalgebra::{DMatrix, DVector};
+
+use crate::calibration_file::{AccelerometerSection, CalibrationFile, GyroMethod};
+use crate::segment::face::AxisMap;
+
+/// Parameters of an accelerometer: nine of M, three of b.
+const PARAMETERS: usize = 12;
+
+/// Standard deviations where nothing was measured.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Assumed {
+    /// Relative scale.
+    pub scale: f64,
+    /// Off-diagonal elements of M.
+    pub cross: f64,
+    /// Bias, m/s².
+    pub bias_mps2: f64,
+}
+
+/// Data sheet of the MPU6050, which is that of most cheap parts.
+pub(super) const DATA_SHEET: Assumed = Assumed {
+    scale: 0.03,
+    cross: 0.02,
+    bias_mps2: 0.6,
+};
+
+/// A calibration that says nothing of its uncertainty: what six careful placements reach.
+pub(super) const UNSTATED: Assumed = Assumed {
+    scale: 0.005,
+    cross: 0.01,
+    bias_mps2: 0.02,
+};
+
+/// A gyroscope whose turns were fitted, without a covariance.
+const TURNED: Assumed = Assumed {
+    scale: 0.005,
+    cross: 0.01,
+    bias_mps2: 0.0,
+};
+
+impl Assumed {
+    /// Twelve directions, an element of M or b each.
+    pub fn directions(&self) -> Vec<ForceDirection> {
+        let elements = self.elements().map(|matrix| ForceDirection {
+            matrix,
+            offset: [0.0; 3],
+        });
+        let biases = (0..3).map(|axis| {
+            let mut offset = [0.0; 3];
+            offset[axis] = self.bias_mps2;
+            ForceDirection {
+                matrix: [[0.0; 3]; 3],
+                offset,
+            }
+        });
+        elements.chain(biases).collect()
+    }
+
+    /// One matrix per element of M.
+    fn elements(self) -> impl Iterator<Item = [[f64; 3]; 3]> {
+        (0..9).map(move |k| {
+            let mut m = [[0.0; 3]; 3];
+            m[k / 3][k % 3] = if k / 3 == k % 3 {
+                self.scale
+            } else {
+                self.cross
+            };
+            m
+        })
+    }
+}
+
+/// Directions of an accelerometer by a covariance of its parameters.
+pub(super) fn by_covariance(
+    section: &AccelerometerSection,
+    covariance: &Covariance,
+    axes: &AxisMap,
+) -> Vec<ForceDirection> {
+    let a = &section.matrix;
+    factor(&DMatrix::from_fn(PARAMETERS, PARAMETERS, |i, j| {
+        covariance[(i, j)]
+    }))
+    .iter()
+    .map(|step| ForceDirection {
+        matrix: in_case(axes, &negated(&mul(a, &square(step)))),
+        offset: axes.to_case(mul_vec(a, &[step[9], step[10], step[11]]).map(|v| -v)),
+    })
+    .collect()
+}
+
+/// Directions of the gyroscope that was calibrated by `file`: by its covariance where it has one of M,
+/// else by how it was calibrated.
+pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Vec<[[f64; 3]; 3]> {
+    let Some(section) = file.and_then(|f| f.gyroscope.as_ref()) else {
+        return DATA_SHEET.elements().collect();
+    };
+    let covariance = section.covariance.as_ref().filter(|c| {
+        let is_known = |row: &Vec<f64>| row.len() >= 9 && row.iter().all(|v| v.is_finite());
+        c.values.len() >= 9 && c.values.iter().all(is_known)
+    });
+    match covariance {
+        Some(c) => factor(&DMatrix::from_fn(9, 9, |i, j| c.values[i][j]))
+            .iter()
+            .map(|step| {
+                let change = negated(&mul(&section.matrix, &square(step)));
+                in_case(&axes.of_rates(), &change)
+            })
+            .collect(),
+        None if section.method == GyroMethod::Bias => DATA_SHEET.elements().collect(),
+        None => TURNED.elements().collect(),
+    }
+}
+
+/// What the calibration changes in samples of `nominal` counts per m/s²: by so much samples are off
+/// that were calibrated already when they came.
+pub(super) fn applied_twice(
+    section: &AccelerometerSection,
+    nominal: f64,
+    axes: &AxisMap,
+) -> ForceDirection {
+    let mut change = section.matrix.map(|row| row.map(|v| v * nominal));
+    for (i, row) in change.iter_mut().enumerate() {
+        row[i] -= 1.0;
+    }
+    ForceDirection {
+        matrix: in_case(axes, &change),
+        offset: axes.to_case(mul_vec(&section.matrix, &section.bias).map(|v| -v)),
+    }
+}
+
+/// Variance of the magnitude of a specific force by these directions, (m/s²)².
+pub(super) fn variance_of_magnitude(directions: &[ForceDirection], force: &[f64; 3]) -> f64 {
+    let up = force.map(|f| f / norm(force));
+    let along = |d: &ForceDirection| -> f64 {
+        let turned = mul_vec(&d.matrix, force);
+        (0..3).map(|c| (turned[c] + d.offset[c]) * up[c]).sum()
+    };
+    directions.iter().map(|d| along(d).powi(2)).sum()
+}
+
+/// The same uncertainty in twelve directions.
+pub(super) fn in_twelve(directions: Vec<ForceDirection>) -> Vec<ForceDirection> {
+    if directions.len() <= PARAMETERS {
+        return directions;
+    }
+    let columns: Vec<DVector<f64>> = directions
+        .iter()
+        .map(|d| {
+            let all = d.matrix.as_flattened().iter().chain(&d.offset);
+            DVector::from_iterator(PARAMETERS, all.copied())
+        })
+        .collect();
+    let all = DMatrix::from_columns(&columns);
+    factor(&(&all * all.transpose()))
+        .iter()
+        .map(|step| ForceDirection {
+            matrix: square(step),
+            offset: [step[9], step[10], step[11]],
+        })
+        .collect()
+}
+
+/// Columns of L with C = L Lᵀ, by the eigenvectors of the correlations: a covariance may be singular.
+fn factor(c: &DMatrix<f64>) -> Vec<DVector<f64>> {
+    let sd = c.diagonal().map(|v| v.max(0.0).sqrt());
+    let unit = sd.map(|s| if s > 0.0 { s } else { 1.0 });
+    let correlation = DMatrix::from_fn(c.nrows(), c.nrows(), |i, j| {
+        0.5 * (c[(i, j)] + c[(j, i)]) / unit[i] / unit[j]
+    });
+    let eigen = correlation.symmetric_eigen();
+    (0..c.nrows())
+        .map(|k| {
+            let column = eigen.eigenvectors.column(k).component_mul(&sd);
+            column * eigen.eigenvalues[k].max(0.0).sqrt()
+        })
+        .collect()
+}
+
+/// The first nine, row by row.
+fn square(step: &DVector<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| step[3 * i + j]))
+}
+
+fn negated(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    m.map(|row| row.map(|v| -v))
+}
+
+/// A matrix of the board in the axes of the case.
+fn in_case(axes: &AxisMap, m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        .map(|e| axes.to_case(mul_vec(m, &axes.to_board(e))));
+    transpose(&columns)
+}
