@@ -149,7 +149,7 @@ pub fn intervals(data: &[u8]) {
         last_s = span.end_s;
     }
     assert!(last_s <= result.duration_s, "{intervals:?}");
-    for p in motion.track.position_m.iter().flatten() {
+    for p in motion.track().position_m.iter().flatten() {
         assert!(!p.is_infinite(), "{intervals:?}");
     }
 }

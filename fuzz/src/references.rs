@@ -71,7 +71,7 @@ fn compared(mut motion: Motion, reference: &Reference) {
     }
     assert!(c.yaw_deg.is_finite(), "{c:?}");
     assert!(c.from_s <= c.to_s && c.points > 0, "{c:?}");
-    let Some(track) = &motion.track.reference else {
+    let Some(track) = &motion.reference else {
         unreachable!("compared, and no track");
     };
     assert_eq!(track.t_s.len(), track.position_m.len());

@@ -66,7 +66,7 @@ pub const COLUMNS: &[Column] = &[
     Column("motion", "rate_hz", "/rate_hz/true", Share(1e-3)),
     Column("motion", "rests_from_s", "/rests/*/start_s", Seconds(0.05)),
     Column("motion", "rests_to_s", "/rests/*/end_s", Seconds(0.05)),
-    Column("motion", "usable", "/moves/*/usable", Equal),
+    Column("motion", "ends", "/moves/*/ends", Equal),
     Column("motion", "displacement_m", "/moves/*/displacement_m", Sigma("sigma_m")),
     Column("motion", "sigma_m", "/moves/*/sigma_m", Share(0.05)),
     Column("motion", "truth_rms_m", "/truth/rms_m", Share(0.05)),

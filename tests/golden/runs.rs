@@ -106,6 +106,11 @@ pub const CASES: &[&str] = &[
     "calibrate {cases}/cubic-sensor --gravity 9.81 --json",
     "motion {cases}/clipped-accelerometer/line.csv --json",
     "motion {cases}/slow-move-without-gyroscope/line.csv --json",
+    "motion {cases}/hung-sensor/move_0m7.csv --json",
+    "motion {cases}/long-rest-dropped/short_walk_from_20s.csv.gz --json",
+    "motion {cases}/rough-move/rough2.csv --json",
+    "motion {cases}/spiked-rows/line.csv.gz --json",
+    "motion {cases}/walk-called-rest/phone_walk.csv --json",
     "inspect {cases}/mg-called-counts/sensortile.csv --json",
     "inspect {cases}/walk-called-rest/phone_walk.csv --json",
 ];

@@ -8,8 +8,10 @@ use gravical_signal::quantile;
 /// never that many.
 const MIN_FROZEN_ROWS: usize = 10;
 const MIN_FROZEN_S: f64 = 0.25;
-/// Rows outside the hang that may repeat, one in so many: where more do, the sensor is slower than its rows.
+/// Rows outside hangs that may repeat, one in so many: where more do, the sensor is slower than its rows.
 const MIN_ROWS_PER_REPEAT: usize = 20;
+/// Rows outside all hangs, one in so many at least: of a sensor that hardly ever changes, that is its noise.
+const MIN_SHARE_CHANGING: usize = 4;
 /// Longest spike, rows: a longer pulse may be a knock.
 const MAX_SPIKE_ROWS: usize = 4;
 /// A spike stands out of its neighbours by this factor, and out of the scatter near it by the other.
@@ -63,8 +65,8 @@ pub struct Bridged {
 pub(crate) fn frozen(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Vec<Range<usize>> {
     let repeats =
         |i: &usize| force[*i] == force[i - 1] && (rate.is_empty() || rate[*i] == rate[i - 1]);
-    let count = (1..time_s.len()).filter(repeats).count();
-    let mut out = Vec::new();
+    let mut hangs = Vec::new();
+    let (mut hung, mut repeated) = (0, 0);
     let mut i = 1;
     while i < time_s.len() {
         let from = i;
@@ -72,13 +74,19 @@ pub(crate) fn frozen(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> V
             i += 1;
         }
         let run = i - from;
-        let rare = (count - run) * MIN_ROWS_PER_REPEAT < time_s.len();
-        if run >= MIN_FROZEN_ROWS && time_s[i - 1] - time_s[from - 1] >= MIN_FROZEN_S && rare {
-            out.push(from..i);
+        if run >= MIN_FROZEN_ROWS && time_s[i - 1] - time_s[from - 1] >= MIN_FROZEN_S {
+            hung += run;
+            hangs.push(from..i);
+        } else {
+            repeated += run;
         }
         i += 1;
     }
-    out
+    let changing = time_s.len() - hung;
+    let changes_elsewhere =
+        repeated * MIN_ROWS_PER_REPEAT < changing && changing * MIN_SHARE_CHANGING >= time_s.len();
+    hangs.retain(|_| changes_elsewhere);
+    hangs
 }
 
 /// Replaces values that are no measurement, in the sensor's own axes before a calibration, and says

@@ -50,11 +50,13 @@ pub enum Bounds {
 /// Standard deviations that parts of the uncertainty contribute to a displacement, m; squares add up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {
-    /// Noise, biases and roughness of the accelerometer; the clock.
+    /// Noise of the accelerometer, in the move and at the rests that level it; what the move was rougher;
+    /// the clock.
     pub noise_m: [f64; 3],
     /// Calibration and gravity.
     pub calibration_m: [f64; 3],
-    /// Noise of the gyroscope, and attitude and rate bias at the start.
+    /// Attitude in the move: noise and unsteady scale of the gyroscope, or the tilts that a move without one
+    /// may have.
     pub attitude_m: [f64; 3],
 }
 
@@ -68,7 +70,6 @@ impl Budget {
         let part =
             |variance: &dyn Fn(usize) -> f64| std::array::from_fn(|c| deviation(variance(c)));
         let by_calibration = |c: usize| calibration[(c, c)].min(total[(c, c)]);
-        // The attitude at the start is known by the calibrated force: what they share is calibration.
         let by_attitude = |c: usize| attitude[(c, c)].min(total[(c, c)] - by_calibration(c));
         Budget {
             noise_m: part(&|c| total[(c, c)] - by_calibration(c) - by_attitude(c)),

@@ -9,10 +9,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::filter::{FullNode, Node, Record, Update};
 use crate::result::{Budget, Move, PathNode, array, rows};
-use crate::state::{
-    ATTITUDE, Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, RATE_BIAS, STATES,
-    VELOCITY,
-};
+use crate::state::{Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY};
 use crate::transition::Transition;
 
 /// Gravity and the parameters of the calibration.
@@ -145,18 +142,9 @@ impl Smoother {
             .into_owned();
         let mut gravity = constants.column_mut(0);
         gravity /= self.gravity_sd.max(f64::MIN_POSITIVE);
-        // Errors of attitude and rate bias at the start act through the displacement alone.
-        let sensitivity = open.sensitivity + self.information * p.transpose();
-        let mut turned = SMatrix::<f64, STATES, 3>::zeros();
-        for rows in [ATTITUDE, RATE_BIAS] {
-            turned
-                .fixed_rows_mut::<3>(rows)
-                .copy_from(&sensitivity.fixed_rows::<3>(rows));
-        }
-        let by_attitude = open.by_rate + turned.transpose() * node.covariance * turned;
         one.displacement_m = array(&displacement);
         one.covariance_m2 = rows(&total);
-        one.budget = Budget::new(&total, &(constants * constants.transpose()), &by_attitude);
+        one.budget = Budget::new(&total, &(constants * constants.transpose()), &open.by_rate);
     }
 
     /// Smoothed position and its covariance to the whole smoothed state.

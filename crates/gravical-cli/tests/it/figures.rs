@@ -151,15 +151,6 @@ fn a_motion_is_drawn_with_the_uncalibrated_one_beside_it() {
         "velocity",
     ];
     assert_eq!(names, wanted, "by their file names");
-    let causal = run_in(
-        path,
-        words("motion line/line.csv --causal --figures more --json"),
-    );
-    assert_eq!(
-        (causal.code, causal.error_code().as_str()),
-        (2, "not-causal")
-    );
-    assert!(!path.join("more").exists());
 }
 
 #[test]

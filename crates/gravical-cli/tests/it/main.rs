@@ -30,7 +30,6 @@ mod live;
 #[cfg(all(unix, feature = "live"))]
 mod live_page;
 mod motion;
-mod motion_causal;
 mod motion_faults;
 mod motion_real;
 mod noise;

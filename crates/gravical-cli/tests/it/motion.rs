@@ -65,7 +65,7 @@ fn the_table_goes_out_and_the_summary_aside() {
         "line/line.csv: 1200 rows → stdout",
         "displacement ± 1σ, m",
         "uncalibrated",
-        "Uncertainty of the end position",
+        "Uncertainty of the displacement",
     ] {
         assert!(run.err.contains(part), "{part} in\n{}", run.err);
     }
@@ -113,11 +113,13 @@ fn json_stands_alone_and_beside_a_file() {
         assert!(sigma[k] < 0.02, "{sigma:?}");
     }
     assert_eq!(moved["ends"], "rest-to-rest");
-    for key in ["noise", "bias", "scale", "clock", "tilt"] {
-        assert!(result["budget_m"][key].is_f64(), "{key}");
+    let parts = ["noise", "calibration", "attitude"].map(|k| numbers(&moved["budget_m"][k]));
+    for k in 0..3 {
+        let sum = parts.iter().map(|p| p[k] * p[k]).sum::<f64>().sqrt();
+        assert!((sum / sigma[k] - 1.0).abs() < 0.01, "{parts:?} {sigma:?}");
     }
     assert!(result["uncalibrated"]["position_m"].is_array());
-    assert!(result["truth"].is_null() && result["static_drift"].is_null());
+    assert!(result["truth"].is_null() && moved["unusable"].is_null());
     let both = run_in(
         path,
         words("motion line/line.csv -c cal.json --json -o m.csv"),
@@ -133,8 +135,7 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
     let path = folder.path();
     line(path);
     let preset = motion(path, "line/line.csv -c cal.json --procedure report", 0);
-    let flags =
-        "--gravity-removal initial-mean --initial-rows 500 --smooth savgol:5,2 --zero-velocity off";
+    let flags = "--gravity-removal initial-mean --smooth savgol:5,2";
     assert!(
         preset["procedure"]
             .as_str()
@@ -146,18 +147,21 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
         motion(path, &format!("line/line.csv -c cal.json {flags}"), 0)
     );
     assert_eq!(preset["frame"], "the sensor's own axes");
-    let other = motion(
+    for more in [
+        "--zero-velocity on",
+        "--rests 0-4",
+        "--causal",
+        "--v0 1,0,0",
+    ] {
+        let call = format!("motion line/line.csv --procedure report {more}");
+        refused(path, &call, 2, "option-range", &["mean of the first rows"]);
+    }
+    let followed = motion(
         path,
-        "line/line.csv -c cal.json --procedure report --initial-rows 300",
+        "line/line.csv -c cal.json --procedure report --gravity-removal constant-tilt --smooth none",
         0,
     );
-    assert_ne!(preset["final"], other["final"]);
-    let corrected = motion(
-        path,
-        "line/line.csv -c cal.json --procedure report --zero-velocity on",
-        0,
-    );
-    assert_eq!(numbers(&corrected["final"]["velocity_mps"]), [0.0; 3]);
+    assert_eq!(numbers(&followed["final"]["velocity_mps"]), [0.0; 3]);
 
     // Smoothing changes the noise, not the end.
     let rough = motion(
@@ -181,14 +185,14 @@ fn the_preset_is_its_flags_and_flags_beat_it() {
     let end = numbers(&given["final"]["position_m"]);
     close(end[0], 1.02, 0.1);
     close(end[1], -1.3, 0.1);
-    let thrown = motion(path, "line/line.csv --procedure report --v0 -1,0,0.5", 0);
+    let thrown = motion(path, "line/line.csv --zero-velocity off --v0 -1,0,0.5", 0);
     let velocity = numbers(&thrown["final"]["velocity_mps"]);
     close(velocity[0], -1.0, 0.1);
     close(velocity[2], 0.5, 0.1);
 }
 
 #[test]
-fn at_rest_the_drift_is_held_against_its_band() {
+fn at_rest_it_says_what_could_hide() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let make = "simulate static -o static --seed 4 --quiet";
@@ -197,15 +201,31 @@ fn at_rest_the_drift_is_held_against_its_band() {
     assert_eq!(run.code, 0, "{}", run.err);
     narrow(&run.err);
     assert!(run.err.contains("Verdict: at rest"), "{}", run.err);
-    assert!(run.err.contains("zero by construction"), "{}", run.err);
-    let drift = &motion(path, "static/static.csv", 0)["static_drift"];
-    let (at, sigma) = (
-        numbers(&drift["position_m"]),
-        numbers(&drift["predicted_sigma_m"]),
+    assert!(run.err.contains("could hide in it"), "{}", run.err);
+    let visible = &motion(path, "static/static.csv", 0)["visible_moves"];
+    assert!(visible[0]["distance_m"].as_f64().unwrap() > 1e-4);
+}
+
+/// The past only: bands, a table with the same columns, and what needs the future is refused.
+#[test]
+fn a_causal_run_has_all_that_the_whole_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let call = "motion line/line.csv -c cal.json --causal";
+    let run = run_in(path, words(call));
+    assert_eq!(run.code, 0, "{}", run.err);
+    let (p, sigma) = (column(&run.out, "py_m"), column(&run.out, "sigma_py_m"));
+    assert_eq!(p.len(), 1200);
+    let (p, sigma) = (p.last().unwrap(), sigma.last().unwrap());
+    assert!(
+        (p - 0.7).abs() < 3.0 * sigma && *sigma < 0.03,
+        "{p} ± {sigma}"
     );
-    for k in 0..3 {
-        assert!(at[k] != 0.0 && at[k].abs() < 4.0 * sigma[k], "{drift}");
-    }
+    let report = run_in(path, words(&format!("{call} -o m.csv --report m.html")));
+    assert_eq!(report.code, 0, "{}", report.err);
+    let smoothed = format!("{call} --smooth butter:4,5Hz");
+    refused(path, &smoothed, 2, "option-range", &["--causal"]);
 }
 
 #[test]

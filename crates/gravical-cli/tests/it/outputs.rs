@@ -237,11 +237,6 @@ fn what_cannot_be_written_is_said_before_the_work() {
     fs::create_dir(at.join("figs")).unwrap();
     fs::write(at.join("figs/position.svg"), "mine").unwrap();
     refused(at, "motion line.csv -o t.csv --figures figs", "exists");
-    refused(
-        at,
-        "motion line.csv -o t.csv --figures figs --causal",
-        "not-causal",
-    );
 }
 
 #[test]

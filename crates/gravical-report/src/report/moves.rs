@@ -170,12 +170,12 @@ pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     let parts = [
         (
             norm(&b.noise),
-            "noise of the accelerometer, roughness of the move, clock",
+            "noise of the accelerometer and of the levelling, clock",
         ),
         (norm(&b.calibration), "calibration of both sensors, gravity"),
         (
             norm(&b.attitude),
-            "attitude: noise and bias of the gyroscope, levelling",
+            "attitude in the move: gyroscope, or tilts without one",
         ),
     ];
     let total = parts.iter().map(|(v, _)| v * v).sum::<f64>().sqrt();

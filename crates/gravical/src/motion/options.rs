@@ -124,8 +124,9 @@ impl MotionOptions {
                 ("noise", self.noise.is_some()),
             ] {
                 if given {
-                    let what = "the mean of the first rows is subtracted, and nothing else corrects the drift; remove it, or take gravity off by strapdown";
-                    return wrong(option, what.to_owned());
+                    let what = "the mean of the first rows is subtracted, and nothing else corrects the drift";
+                    return Err(Error::range(option, what.to_owned())
+                        .with_hint("remove it, or subtract gravity by strapdown"));
                 }
             }
         }
@@ -139,10 +140,9 @@ impl MotionOptions {
             }
         }
         if self.causal && !self.smooth.is_empty() {
-            return wrong(
-                "smooth",
-                "filters use what comes later; remove them, or --causal".to_owned(),
-            );
+            let what = "filters use what comes later";
+            return Err(Error::range("smooth", what.to_owned())
+                .with_hint("remove the filters, or --causal"));
         }
         check_intervals(self.rests_s.as_deref().unwrap_or_default())?;
         if let Some(rate) = self.stance_rate_rad_s

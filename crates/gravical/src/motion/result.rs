@@ -232,11 +232,12 @@ pub struct Closure {
 /// What a standard uncertainty consists of, m each axis; squares add up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Budget {
-    /// Noise of the accelerometer, what the move was rougher than the rests, and the clock.
+    /// Noise of the accelerometer, in the move and at the rests that level it; what the move was
+    /// rougher; the clock.
     pub noise: [f64; 3],
     /// Calibration and gravity.
     pub calibration: [f64; 3],
-    /// Attitude: noise and bias of the gyroscope, levelling.
+    /// Attitude in the move: noise of the gyroscope, or the tilts that a move without one may have.
     pub attitude: [f64; 3],
 }
 

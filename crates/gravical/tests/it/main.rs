@@ -20,7 +20,6 @@ mod live;
 #[path = "../../../../tests/support/means.rs"]
 #[allow(dead_code, reason = "the examples use more of it")]
 mod means;
-mod motion;
 mod motion_misfit;
 mod motion_stories;
 mod noise;

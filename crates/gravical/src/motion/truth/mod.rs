@@ -16,26 +16,34 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use super::Motion;
+use super::{Motion, MotionResult, ReferenceTrack, Track};
 use crate::Result;
 
 pub use read::{Reference, read_reference};
 
 /// Compares `motion` with `reference`: its result gets the comparison and what
-/// is odd about it, its track the reference.
+/// is odd about it, and it the reference.
 ///
 /// # Errors
 ///
 /// `truth-overlap` (input) when the two have no time in common.
 pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> {
+    let track = motion.track();
+    motion.reference = Some(add_to(&mut motion.result, &track, reference)?);
+    Ok(())
+}
+
+fn add_to(
+    result: &mut MotionResult,
+    track: &Track,
+    reference: &Reference,
+) -> Result<ReferenceTrack> {
     let mut findings = reference.findings.clone();
-    let (comparison, track) =
-        compare::compare(&motion.result, &motion.track(), reference, &mut findings)?;
+    let (comparison, turned) = compare::compare(result, track, reference, &mut findings)?;
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| reference.source.clone());
     }
-    motion.result.findings.extend(findings);
-    motion.result.truth = Some(comparison);
-    motion.reference = Some(track);
-    Ok(())
+    result.findings.extend(findings);
+    result.truth = Some(comparison);
+    Ok(turned)
 }

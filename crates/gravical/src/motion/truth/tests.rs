@@ -3,7 +3,7 @@
 mod files;
 
 use super::*;
-use crate::motion::{Comparison, Ends, FinalState, Motion, MotionResult, Move, Rates, Track};
+use crate::motion::{Comparison, Ends, FinalState, MotionResult, Move, Rates, Track};
 use crate::motion::{MotionJudgement, MotionVerdict};
 use crate::recording::{ReadOptions, Recording, read};
 use std::path::Path;
@@ -29,28 +29,23 @@ fn place(t: f64) -> [f64; 3] {
 
 fn a_move(start_s: f64, end_s: f64) -> Move {
     let (a, b) = (place(start_s), place(end_s));
-    Move {
-        start_s,
-        end_s,
-        ends: Ends::RestToRest,
-        displacement_m: Some(std::array::from_fn(|k| b[k] - a[k])),
-        sigma_m: Some([0.003; 3]),
-        uncalibrated_m: None,
-        peak_speed_mps: None,
-        path_m: None,
-        velocity_error_mps: None,
-        levelling_error_deg: None,
-        closure_sigmas: None,
-        usable: true,
-        reason: None,
-    }
+    let mut one = Move::new(start_s..end_s, Ends::RestToRest);
+    one.displacement_m = Some(std::array::from_fn(|k| b[k] - a[k]));
+    one.sigma_m = Some([0.003; 3]);
+    one
+}
+
+/// A result and its track.
+struct Known {
+    result: MotionResult,
+    track: Track,
 }
 
 /// The track at `rate_hz`, without error.
-fn motion(rate_hz: f64) -> Motion {
+fn motion(rate_hz: f64) -> Known {
     let n = (14.0 * rate_hz) as usize;
     let t_s: Vec<f64> = (0..n).map(|i| i as f64 / rate_hz).collect();
-    Motion {
+    Known {
         result: MotionResult {
             input: "a.csv".to_owned(),
             calibration: None,
@@ -78,8 +73,6 @@ fn motion(rate_hz: f64) -> Motion {
                 velocity_mps: None,
             },
             uncalibrated: None,
-            static_drift: None,
-            budget_m: None,
             truth: None,
             findings: Vec::new(),
         },
@@ -116,12 +109,12 @@ fn seen(rate_hz: f64, ahead_s: f64, yaw_rad: f64) -> Reference {
     }
 }
 
-fn compared(motion: &mut Motion, reference: &Reference) -> Comparison {
-    add_comparison(motion, reference).unwrap();
+fn compared(motion: &mut Known, reference: &Reference) -> Comparison {
+    add_to(&mut motion.result, &motion.track, reference).unwrap();
     motion.result.truth.clone().unwrap()
 }
 
-fn kinds(motion: &Motion) -> Vec<&str> {
+fn kinds(motion: &Known) -> Vec<&str> {
     motion
         .result
         .findings
@@ -205,7 +198,7 @@ fn gaps_of_the_reference_are_not_compared() {
 fn no_time_in_common_is_refused() {
     let mut motion = motion(100.0);
     motion.track.position_m.fill([f64::NAN; 3]);
-    let error = add_comparison(&mut motion, &seen(50.0, 0.0, 0.0)).unwrap_err();
+    let error = add_to(&mut motion.result, &motion.track, &seen(50.0, 0.0, 0.0)).unwrap_err();
     assert_eq!(error.code(), "truth-overlap");
 }
 

@@ -473,7 +473,9 @@ fn motions(writing: &Writing, p: &Motion, o: &Motion) -> Vec<String> {
             p.moves.len()
         )];
     }
-    let sigma_mps2 = p.noise.map_or(0.0, |n| n.accel_sigma_mps2[0]);
+    let sigma_mps2 = p
+        .noise
+        .map_or(0.0, |n| n.accel_n[0] * writing.rate.hz().sqrt());
     let fine = steps(writing)[0] / 12.0_f64.sqrt() < 0.2 * sigma_mps2;
     for (p, o) in p.moves.iter().zip(&o.moves) {
         let (Some(was), Some(is), Some(s)) = (p.displacement_m, o.displacement_m, o.sigma_m) else {
