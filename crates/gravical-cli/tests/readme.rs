@@ -10,12 +10,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const DOCUMENTS: [&str; 12] = [
+const DOCUMENTS: [&str; 13] = [
     "README.md",
     "docs/tutorial.md",
     "docs/reading-results.md",
     "docs/recording.md",
     "docs/method.md",
+    "docs/motion.md",
     "docs/denoise.md",
     "docs/many.md",
     "docs/noise.md",

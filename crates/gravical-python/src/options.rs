@@ -327,11 +327,14 @@ impl<'py> Options<'py> {
             ("initial-mean", GravityRemoval::InitialMean),
         ];
         let switch = |name: &str| self.get::<bool>(name, "True or False");
-        let removal = self.word("gravity_removal", &removals)?;
+        let preset = match self.word("gravity_removal", &removals)? {
+            Some(removal) => preset.with_removal(removal),
+            None => preset,
+        };
         let rests: Option<Intervals> = self.parsed("rests")?;
         let options = MotionOptions {
-            gravity_removal: removal.unwrap_or(preset.gravity_removal),
-            initial_rows: self.count("initial_rows")?.unwrap_or(preset.initial_rows),
+            gravity_removal: preset.gravity_removal,
+            causal: self.switch("causal")?,
             smooth: self.filters("smooth")?.unwrap_or(preset.smooth),
             zero_velocity: switch("zero_velocity")?.unwrap_or(preset.zero_velocity),
             rests_s: rests.map(|i| i.0),
@@ -343,12 +346,7 @@ impl<'py> Options<'py> {
             p0_m: self.vector("p0")?.unwrap_or(preset.p0_m),
             noise: None,
             gravity: self.gravity()?,
-            clock_error: self.number("clock_error")?.unwrap_or(preset.clock_error),
-            tilt_change_deg: self
-                .number("tilt_change")?
-                .unwrap_or(preset.tilt_change_deg),
             bands: !self.switch("no_bands")?,
-            keep_uncalibrated: true,
             axes: self.axes()?,
             meter: None,
         };

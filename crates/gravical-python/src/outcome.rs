@@ -1,7 +1,7 @@
 //! Results that are presented: as JSON, as a report, as figures.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use gravical::Error;
 use gravical::TOOL;
@@ -52,12 +52,30 @@ pub struct Outcome {
     /// What was found.
     pub kind: Kind,
     inputs: Vec<InputFile>,
+    /// Columns of a motion, once they are asked for.
+    track: OnceLock<Track>,
 }
 
 impl Outcome {
     /// A result of these files.
     pub fn new(kind: Kind, inputs: Vec<InputFile>) -> Self {
-        Outcome { kind, inputs }
+        Outcome {
+            kind,
+            inputs,
+            track: OnceLock::new(),
+        }
+    }
+
+    fn motion(&self) -> PyResult<&Motion> {
+        match &self.kind {
+            Kind::Motion(motion, _) => Ok(motion),
+            _ => Err(PyValueError::new_err("this is not a result of motion")),
+        }
+    }
+
+    fn columns(&self, py: Python<'_>) -> PyResult<&Track> {
+        let motion = self.motion()?;
+        Ok(py.detach(|| self.track.get_or_init(|| motion.track())))
     }
 
     fn drawn(&self) -> Vec<Figure> {
@@ -132,13 +150,11 @@ impl Outcome {
 
     /// Writes the table of a motion.
     fn table(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
-        let Kind::Motion(motion, _) = &self.kind else {
-            return Err(PyValueError::new_err("this is not a result of motion"));
-        };
+        let motion = self.motion()?;
         let write = || {
             check_output(&path, &self.inputs, force)?;
             write_atomic(&path, force, |out| {
-                write_table(&motion.track, out).map_err(|e| Error::io(&path, e))
+                write_table(motion, out).map_err(|e| Error::io(&path, e))
             })
         };
         py.detach(write).or_raise(py)
@@ -155,32 +171,26 @@ impl Outcome {
 
     /// A column of a motion's track, flat.
     fn track<'py>(this: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let Kind::Motion(motion, _) = &this.get().kind else {
-            return Err(PyValueError::new_err("this is not a result of motion"));
-        };
-        let values = column(&motion.track, name);
+        let values = column(this.get().columns(this.py())?, name);
         let values = values.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
         Ok(view(values, this.clone().into_any()))
     }
 
     /// True at rest.
     fn still<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let Kind::Motion(motion, _) = &self.kind else {
-            return Err(PyValueError::new_err("this is not a result of motion"));
-        };
-        let still = PyArray1::from_slice(py, &motion.track.still);
+        let still = PyArray1::from_slice(py, &self.columns(py)?.still);
         still.readwrite().make_nonwriteable();
         Ok(still)
     }
 }
 
-/// Columns of the table, by name; their memory is that of the motion.
 /// Checks that a result replaces none of the files that it was computed from.
 pub fn check_output(path: &Path, inputs: &[InputFile], force: bool) -> gravical::Result<()> {
     let inputs: Vec<PathBuf> = inputs.iter().map(|i| PathBuf::from(&i.path)).collect();
     check_targets(&[path.to_owned()], &inputs, force)
 }
 
+/// A column of the table, by name; its memory is that of the track.
 fn column<'a>(track: &'a Track, name: &str) -> Option<&'a [f64]> {
     let of = |columns: &'a Vec<[f64; 3]>| columns.as_flattened();
     Some(match name {

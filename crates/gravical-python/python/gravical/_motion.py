@@ -26,13 +26,12 @@ class MotionOptions(TypedDict, total=False):
 
     ``gravity``, ``latitude``, ``altitude``: local gravity, by default that of the calibration.
     ``procedure``: ``"default"``, or ``"report"`` for that of the student report.
-    ``gravity_removal``: ``"strapdown"``, ``"constant-tilt"`` or ``"initial-mean"``;
-    ``initial_rows``: rows that the latter averages. ``smooth``: filters of the accelerometer;
-    ``zero_velocity``: updates at rests. ``rests``: pairs of
-    seconds, by default found. ``stances``, ``stance_rate``: updates at stances of a walking foot,
-    and their highest angular rate, rad/s. ``v0``, ``p0``: velocity (m/s) and position (m) at the
-    start. ``clock_error``: relative standard uncertainty of the recorder's clock.
-    ``tilt_change``: tilt during a move without a gyroscope, degrees. ``no_bands``: no error bands.
+    ``gravity_removal``: ``"strapdown"``, ``"constant-tilt"`` or ``"initial-mean"``, the mean of the
+    first 500 rows. ``causal``: use the past only. ``smooth``: filters of the accelerometer;
+    ``zero_velocity``: updates at rests. ``rests``: pairs of seconds, by default found.
+    ``stances``, ``stance_rate``: updates at stances of a walking foot, and their highest angular
+    rate, rad/s. ``v0``: velocity of the first rest without zero-velocity updates, m/s.
+    ``p0``: position at the start, m. ``no_bands``: no error bands.
     ``axes``: sensor axes that point along x, y and z of the case.
     """
 
@@ -41,7 +40,7 @@ class MotionOptions(TypedDict, total=False):
     altitude: float | None
     procedure: Literal["default", "report"] | None
     gravity_removal: Literal["strapdown", "constant-tilt", "initial-mean"] | None
-    initial_rows: int | None
+    causal: bool | None
     smooth: str | Sequence[str] | None
     zero_velocity: bool | None
     rests: str | Sequence[tuple[float, float | None]] | None
@@ -49,8 +48,6 @@ class MotionOptions(TypedDict, total=False):
     stance_rate: float | None
     v0: Sequence[float] | None
     p0: Sequence[float] | None
-    clock_error: float | None
-    tilt_change: float | None
     no_bands: bool | None
     axes: str | Sequence[str] | None
 
@@ -73,8 +70,7 @@ class MotionResult(Judged, _tables.Columns):
     """Velocity and position: :func:`gravical.motion`.
 
     The arrays are read-only views, one row for each sample that was used. What is not known is NaN.
-    The verdict is ``"bounded"``, ``"partly-open"``, ``"partly-usable"``,
-    ``"calibration-in-doubt"``, ``"not-usable"`` or ``"at-rest"``.
+    The verdict is ``"bounded"``, ``"partly-open"``, ``"open"``, ``"at-rest"`` or ``"not-usable"``.
     """
 
     def __init__(self, native: _gravical.Outcome) -> None:
