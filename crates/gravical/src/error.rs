@@ -126,7 +126,7 @@ impl Error {
     pub(crate) fn no_memory(rows: u64) -> Self {
         let what = format!("there is no memory for more than {rows} rows");
         Self::new(Category::System, "no-memory", what).with_hint(
-            "close other programs, or split the recording; `apply` and `motion --causal` do not load it into memory",
+            "close other programs, or split the recording; `apply` does not load it into memory",
         )
     }
 

@@ -93,7 +93,7 @@ fn verdict(result: &MotionResult) -> Verdict {
     figures.extend(sigma);
     // One number for one move, the end for several.
     let conclusion = match single(result) {
-        Some(f) if usable > 0 => Some(format!("displacement {} m (± 1σ)", f.value)),
+        Some(f) if usable > 0 => Some(format!("displacement {} m{}", f.value, one_sigma(f.value.contains('±')))),
         _ if usable > 0 => result.r#final.sigma_m.map(|sigma| {
             let sigma = digits(largest(sigma), 2);
             format!("{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)")
@@ -136,8 +136,13 @@ fn single(result: &MotionResult) -> Option<KeyFigure> {
     Some(KeyFigure {
         value: text,
         unit: "m",
-        what: format!("displacement (± 1σ){plain}"),
+        what: format!("displacement{}{plain}", one_sigma(sd.is_some())),
     })
+}
+
+/// What an uncertainty behind a value is.
+fn one_sigma(is_there: bool) -> &'static str {
+    if is_there { " (± 1σ)" } else { "" }
 }
 
 /// How the recording was read and processed.

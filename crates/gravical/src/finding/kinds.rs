@@ -95,7 +95,7 @@ kinds! {
             "check the wiring";
         ZeroTail "zero-tail" Warning
             "rows of zeros up to the end of the file"
-            "skipped: preallocated space; `apply` and `motion --causal` treat more than 65,536 of them as empty rows"
+            "skipped: preallocated space; `apply` treats more than 65,536 of them as empty rows"
             "nothing";
         NulBytes "nul-bytes" Warning
             "NUL bytes in lines"
@@ -132,7 +132,7 @@ kinds! {
     }
     "Columns and files" {
         FirstRowsDiffer "first-rows-differ" Warning
-            "clock, cells or units of the whole recording differ from those of the first 256 KiB, which `apply` and `motion --causal` use"
+            "clock, cells or units of the whole recording differ from those of the first 256 KiB, which `apply` uses"
             "read according to the first rows"
             "give `--accel-unit`, `--time-unit` or `--rate`, or remove the rows that differ";
         ColumnsGuessed "columns-guessed" Warning
@@ -249,7 +249,7 @@ kinds! {
             "correct the header";
         UnitChanged "unit-changed" Gate
             "at rest the magnitude changes from one unit or range to another without a header"
-            "used anyway; `apply` and `motion --causal` stop unless `--accel-unit` is given"
+            "used anyway; `apply` stops unless `--accel-unit` is given"
             "split the file at this line";
         UnitUnknown "unit-unknown" Warning
             "the magnitude at rest fits no unit, or several"
@@ -630,7 +630,7 @@ kinds! {
             "not used"
             "remove it, or give `--zero-velocity off`";
         MoveUnusable "move-unusable" Warning
-            "rows are missing while the sensor moves"
+            "rows are missing while the sensor moves, or its only rest is shorter than 2 s"
             "that displacement and all later positions are unknown"
             "record again; exit code 4 if no move is usable";
         TruthGaps "truth-gaps" Note
@@ -693,7 +693,7 @@ kinds! {
             "look at the cells of its column";
         NoiseUsed "noise-used" Note
             "`motion --noise`: N of the Allan deviation is used in place of the noise at rest"
-            "the message gives both"
+            "the bands follow it"
             "nothing";
     }
     "Check and compare" {

@@ -74,6 +74,8 @@ pub use track::{MotionSample, ReferenceTrack, Track, UncalibratedTrack};
 
 /// Durations that visible moves are reported of, s.
 const REPORTED_S: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// An only rest that is shorter, s, cannot be told from a part of the move.
+const LONE_REST_S: f64 = 2.0;
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
 const BIAS_DRIFT_MPS2: f64 = 1e-3;
 
@@ -314,7 +316,9 @@ impl Work<'_> {
     fn directions(&self, samples: &Samples) -> Vec<ForceDirection> {
         let Some(file) = self.file else {
             // Gravity itself may show more than a data sheet allows.
-            let off = norm(&samples.force_mps2()[0]) / self.gravity().value_mps2 - 1.0;
+            let mut sizes: Vec<f64> = samples.force_mps2().iter().map(norm).collect();
+            let size = crate::stats::median(&mut sizes).unwrap_or_default();
+            let off = size / self.gravity().value_mps2 - 1.0;
             return Assumed {
                 scale: DATA_SHEET.scale.max(off.abs()),
                 ..DATA_SHEET
@@ -428,7 +432,10 @@ fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOption
             tilt_chi2: c.tilt_chi2,
             widened: c.enlarged,
         });
-        one.unusable = m.unusable().map(words::unusable);
+        one.unusable = m
+            .unusable()
+            .map(words::unusable)
+            .or_else(|| unconfirmed(own, m, options));
         if one.unusable.is_none() {
             let other = others.get(k).filter(|o| o.samples == m.samples);
             let v0 = own.v0_mps();
@@ -447,6 +454,21 @@ fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOption
     }
     measure_paths(own, &mut moves);
     moves
+}
+
+/// Why the only rest of a recording says nothing of a move: it may be constant speed.
+fn unconfirmed(
+    own: &Estimate,
+    m: &gravical_motion::Move,
+    options: &MotionOptions,
+) -> Option<String> {
+    let [only] = &own.motion.rests[..] else {
+        return None;
+    };
+    let t = own.samples.time_s();
+    let rest_s = t[only.end - 1] - t[only.start];
+    let is_short = rest_s < LONE_REST_S && m.stances == 0 && options.rests_s.is_none();
+    is_short.then(|| words::lone_rest(rest_s))
 }
 
 /// Peak speed and length of the path of each move.

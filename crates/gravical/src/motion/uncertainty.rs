@@ -26,11 +26,19 @@ pub(super) struct Assumed {
     pub bias_mps2: f64,
 }
 
-/// Data sheet of the MPU6050, which is that of most cheap parts.
+/// Data sheet of the MPU6050, which is that of most cheap parts: ±3 % and ±0.6 m/s² are limits, between
+/// which any value is as likely (JCGM 100:2008, 4.3.7), and a board sits askew by a degree.
 pub(super) const DATA_SHEET: Assumed = Assumed {
-    scale: 0.03,
+    scale: 0.02,
     cross: 0.02,
-    bias_mps2: 0.6,
+    bias_mps2: 0.35,
+};
+
+/// Its gyroscope: limits of ±3 % of scale and ±2 % cross-axis.
+const GYRO_DATA_SHEET: Assumed = Assumed {
+    scale: 0.0173,
+    cross: 0.0115,
+    bias_mps2: 0.0,
 };
 
 /// A calibration that says nothing of its uncertainty: what six careful placements reach.
@@ -101,7 +109,7 @@ pub(super) fn by_covariance(
 /// else by how it was calibrated.
 pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Vec<[[f64; 3]; 3]> {
     let Some(section) = file.and_then(|f| f.gyroscope.as_ref()) else {
-        return DATA_SHEET.elements().collect();
+        return GYRO_DATA_SHEET.elements().collect();
     };
     let covariance = section.covariance.as_ref().filter(|c| {
         let is_known = |row: &Vec<f64>| row.len() >= 9 && row.iter().all(|v| v.is_finite());
@@ -115,7 +123,7 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ve
                 in_case(&axes.of_rates(), &change)
             })
             .collect(),
-        None if section.method == GyroMethod::Bias => DATA_SHEET.elements().collect(),
+        None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.elements().collect(),
         None => TURNED.elements().collect(),
     }
 }

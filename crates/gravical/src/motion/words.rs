@@ -165,7 +165,7 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
             Finding::new(
                 FindingKind::MoveUnusable,
                 format!(
-                    "{lost} of {} moves: how far they went is not known, nor any position after; the other moves are computed each from its own start",
+                    "{lost} of {} moves cannot be used, and no position after them is known; the other moves are computed each from its own start",
                     moves.len()
                 ),
             )
@@ -206,6 +206,13 @@ pub(super) fn unusable(why: Unusable) -> String {
             "it turns faster than the range of the gyroscope: the attitude is not known; record at a wider range".to_owned()
         }
     }
+}
+
+/// Why a rest that is the only one and short confirms nothing, s.
+pub(super) fn lone_rest(rest_s: f64) -> String {
+    format!(
+        "the sensor rests once, for {rest_s:.1} s: too short to be told from a part of the move; hold it still for 2 s at both ends"
+    )
 }
 
 /// No rest.
