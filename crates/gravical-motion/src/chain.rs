@@ -188,7 +188,11 @@ impl<'a> RestSelector<'a> {
             let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
             let calm = variance * samples.period_s < noise * (1.0 + chance);
             let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
-            let same = pause_s < MAX_PAUSE_S && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2) && calm;
+            let whole = samples.unusable(&(last.end - 1..next.start)).is_none();
+            let same = pause_s < MAX_PAUSE_S
+                && whole
+                && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2)
+                && calm;
             if same {
                 last.end = next.end;
             }

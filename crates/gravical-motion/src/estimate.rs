@@ -70,7 +70,8 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     } else {
         &found[..]
     };
-    let noise = Noise::new(samples, learned, Roughness::new(samples, &found));
+    let noise = Noise::new(samples, learned, Roughness::new(samples, &found))
+        .with_white(options.noise.as_ref(), samples);
     let directions = Directions::new(&options.calibration);
     let selector = RestSelector {
         samples,
@@ -88,13 +89,24 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(first) = rests.first() else {
         return Motion::default();
     };
-    let stances = detect_stances(samples, &rests, options.max_stance_rate_rad_s);
+    let (stances, measured) = if options.zero_velocity {
+        let stances = detect_stances(samples, &rests, options.max_stance_rate_rad_s);
+        (stances, &rests[..])
+    } else {
+        (Vec::new(), std::slice::from_ref(first))
+    };
+    let noise = if options.zero_velocity || options.causal {
+        noise.clone()
+    } else {
+        Noise::new(samples, measured, noise.rough.clone())
+            .with_white(options.noise.as_ref(), samples)
+    };
     let filter = Filter::new(samples, options, &directions, &noise, 0, first);
     let mut pass = Pass {
         samples,
         options,
         noise: &noise,
-        rests: &rests,
+        rests: measured,
         stances: &stances,
         plan: Vec::new(),
         nodes: 0,
@@ -116,8 +128,8 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         moves,
         path,
         noise: Some(RestNoise {
-            force: array(&noise.rest.force.map(f64::sqrt)),
-            rate: array(&noise.rest.rate.map(f64::sqrt)),
+            force_mps2_sqrt_s: array(&noise.rest.force.map(f64::sqrt)),
+            rate_rad_sqrt_s: array(&noise.rest.rate.map(f64::sqrt)),
         }),
         stances,
         rests,
@@ -312,7 +324,8 @@ impl<'a> Pass<'a> {
             bounds,
             closure,
             stances,
-            gap: !samples.channels().piece(span.start).contains(&span.end),
+            gap: samples.gaps(&span).next().is_some(),
+            unusable: samples.unusable(&span),
             clipped: 0,
             spiked: 0,
             excess_noise: [excess.force.max().sqrt(), excess.rate.max().sqrt()],

@@ -255,7 +255,7 @@ impl<'a> Filter<'a> {
         let integrator = Integrator {
             samples: self.samples,
             directions: self.directions,
-            noise: self.noise.rest,
+            noise: self.noise.white,
             tilt: self.tilt,
         };
         let correction = self.nominal.correction(self.directions);
@@ -448,7 +448,7 @@ impl<'a> Filter<'a> {
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
         m.innovation.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
-        let white = Matrix3::from_diagonal(&(self.noise.rest.force / seconds));
+        let white = Matrix3::from_diagonal(&(self.noise.white.force / seconds));
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
         m.noise.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
 
@@ -461,7 +461,7 @@ impl<'a> Filter<'a> {
         for c in 0..3 {
             m.noise[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
                 + self.noise.rounding[c]
-                + self.noise.rest.rate[c] / seconds
+                + self.noise.white.rate[c] / seconds
                 + RATE_BIAS_WALK.powi(2) * seconds / 3.0;
             if samples.has_gyro() {
                 m.h[(6 + c, RATE_BIAS + c)] = 1.0;

@@ -14,13 +14,13 @@
 //! # Example
 //!
 //! ```
-//! use gravical_motion::{MotionOptions, Samples, Verdict, estimate_motion};
+//! use gravical_motion::{MotionOptions, Samples, Verdict, estimate_motion, resolutions};
 //!
 //! // Five seconds on a table, written in steps of 0.01 m/s².
 //! let time_s: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.01).collect();
 //! let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
 //! let force: Vec<[f64; 3]> = (0..500).map(|i| [dither(i), dither(i + 3), 9.81 + dither(i + 1)]).collect();
-//! let samples = Samples::new(&time_s, &force, &[], Vec::new());
+//! let samples = Samples::new(&time_s, &force, &[], Vec::new(), resolutions(&force, &[]));
 //! let motion = estimate_motion(&samples, &MotionOptions::default());
 //! assert_eq!(motion.verdict(), Verdict::AtRest);
 //! ```
@@ -43,5 +43,5 @@ mod transition;
 pub use closure::Closure;
 pub use estimate::estimate_motion;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
-pub use result::{Bounds, Budget, Motion, Move, PathNode, RestNoise, Verdict};
-pub use samples::{CalibrationUncertainty, ForceDirection, MotionOptions, Samples};
+pub use result::{Bounds, Budget, Motion, Move, PathNode, RestNoise, Unusable, Verdict};
+pub use samples::{CalibrationUncertainty, ForceDirection, MotionOptions, Samples, resolutions};

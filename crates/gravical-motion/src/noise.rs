@@ -5,6 +5,7 @@ use std::ops::Range;
 use gravical_signal::{block_len, blocks};
 use nalgebra::Vector3;
 
+use crate::result::RestNoise;
 use crate::rough::Roughness;
 use crate::samples::Samples;
 
@@ -35,6 +36,8 @@ impl Density {
 pub(crate) struct Noise {
     /// In the rests, sensor axes.
     pub rest: Density,
+    /// What the filter takes it for: the same unless it is given.
+    pub white: Density,
     /// Variance of the mean rate of a rest that no averaging takes away, (rad/s)².
     pub rounding: Vector3<f64>,
     /// Of the moves.
@@ -78,15 +81,17 @@ impl Noise {
             variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
         });
         let rate = Vector3::from_column_slice(&density[3..]);
-        Noise {
-            rest: Density {
-                force: Vector3::from_column_slice(&density[..3]),
-                rate: if samples.has_gyro() {
-                    rate
-                } else {
-                    Vector3::zeros()
-                },
+        let rest = Density {
+            force: Vector3::from_column_slice(&density[..3]),
+            rate: if samples.has_gyro() {
+                rate
+            } else {
+                Vector3::zeros()
             },
+        };
+        Noise {
+            rest,
+            white: rest,
             rounding: Vector3::from_fn(|c, _| {
                 rounding(
                     channels.resolution[3 + c],
@@ -97,9 +102,23 @@ impl Noise {
         }
     }
 
+    /// The same with densities that are given for the filter, at least those that no data sheet undercuts.
+    pub fn with_white(mut self, given: Option<&RestNoise>, samples: &Samples) -> Noise {
+        let density = |n: [f64; 3], sensor: usize| {
+            Vector3::from(n).map(|n| (n * n).max(MIN_VARIANCE[sensor] * samples.period_s))
+        };
+        if let Some(given) = given {
+            self.white.force = density(given.force_mps2_sqrt_s, 0);
+            if samples.has_gyro() {
+                self.white.rate = density(given.rate_rad_sqrt_s, 1);
+            }
+        }
+        self
+    }
+
     /// What a move has beyond the noise of the rests, the same along all axes.
     pub fn excess(&self, from: usize, to: usize) -> Density {
-        let level = [self.rest.force.mean(), self.rest.rate.mean()];
+        let level = [self.white.force.mean(), self.white.rate.mean()];
         let [force, rate] = self.rough.excess(from..to, level);
         Density {
             force: Vector3::repeat(force),

@@ -105,6 +105,22 @@ pub struct Move {
     pub spiked: usize,
     /// Roughness beyond the rests, √density of force (m/s²)√s and rate rad/√s, largest axis.
     pub excess_noise: [f64; 2],
+    pub(crate) unusable: Option<Unusable>,
+}
+
+/// Why nobody knows how far a move went: its covariance does not hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unusable {
+    /// More than half a second is missing.
+    Gap {
+        /// The longest gap, less a period, s.
+        missing_s: f64,
+    },
+    /// It was interrupted for an unknown time ([`crate::Samples::with_breaks`]).
+    Interrupted,
+    /// The gyroscope was clipped, and the turn that it missed has a standard deviation above 4°: bands may
+    /// be too narrow by half. They hold smaller ones.
+    Turn,
 }
 
 impl Move {
@@ -119,6 +135,12 @@ impl Move {
     pub fn is_undisturbed(&self) -> bool {
         let held = self.closure.is_some_and(|c| !c.enlarged);
         self.bounds == Bounds::Closed && held && !self.gap && self.clipped == 0
+    }
+
+    /// Why its displacement is not known; none if it is, to its covariance.
+    #[must_use]
+    pub fn unusable(&self) -> Option<Unusable> {
+        self.unusable
     }
 
     pub(crate) fn count_bridged(&mut self, bridged: &[Bridged]) {
@@ -176,13 +198,13 @@ impl PathNode {
     }
 }
 
-/// Noise of the rests.
+/// White noise of a sensor, by its axes: Allan's N, the standard deviation of a mean over 1 s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestNoise {
-    /// Noise density of the specific force, m/s²/√Hz · 1/√2, as Allan's N: (m/s²)√s, sensor axes.
-    pub force: [f64; 3],
+    /// Of the specific force, (m/s²)·√s; 1/√2 of a one-sided density in m/s²/√Hz.
+    pub force_mps2_sqrt_s: [f64; 3],
     /// Of the angular rate, rad/√s; zero without a gyroscope.
-    pub rate: [f64; 3],
+    pub rate_rad_sqrt_s: [f64; 3],
 }
 
 /// Motion of a recording.
@@ -192,7 +214,7 @@ pub struct Motion {
     pub rests: Vec<Range<usize>>,
     /// Stances of a foot, in samples.
     pub stances: Vec<usize>,
-    /// Noise of the rests; none without rests.
+    /// Noise of the rests, whatever noise the filter was given; none without rests.
     pub noise: Option<RestNoise>,
     /// The moves, in order.
     pub moves: Vec<Move>,
@@ -242,7 +264,12 @@ impl Motion {
     /// does not hold where the rests were given, nor in a causal run.
     #[must_use]
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
-        let density = self.noise?.force.iter().copied().fold(0.0, f64::max);
+        let density = self
+            .noise?
+            .force_mps2_sqrt_s
+            .iter()
+            .copied()
+            .fold(0.0, f64::max);
         let displacement = VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt();
         SEARCHED_S.contains(&duration_s).then_some(displacement)
     }

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use gravical_signal::{Channels, pieces, resolution, sampling_period};
 
-use crate::odd::{Bridged, frozen};
+use crate::odd::{BridgeKind, Bridged, Sensor, frozen};
+use crate::result::{RestNoise, Unusable};
 
 /// No MEMS sensor reads more, m/s² and rad/s: a row beyond it is no measurement.
 const MAX_FORCE_MPS2: f64 = 1e4;
@@ -13,6 +14,28 @@ const MAX_RATE_RAD_S: f64 = 1e3;
 const MAX_TIME_S: f64 = 4e9;
 /// Values that the resolution is taken from: enough that most neighbouring ones occur.
 const RESOLUTION_VALUES: usize = 200_000;
+/// A hand moves by a few decimetres in so long, s: what it did in a longer gap is not known.
+const MAX_MISSING_S: f64 = 0.5;
+/// Standard deviation of the angle that a clipped gyroscope may have missed in a move, rad: 4°. Bands of
+/// simulated turns of 1 s hold where the peak is cut to 0.6 of it, whatever the angle, but not to a third
+/// of it, which is 5° from a turn of 0.5 rad on.
+const MAX_MISSED_TURN_RAD: f64 = 0.07;
+
+/// Steps that the values of each channel are written in, m/s² and rad/s; 0 where they are all the same.
+///
+/// Take it from values in the sensor's own axes: a cross-axis matrix mixes the steps.
+#[must_use]
+pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6] {
+    std::array::from_fn(|c| {
+        let (column, max) = if c < 3 {
+            (force_mps2, MAX_FORCE_MPS2)
+        } else {
+            (rate_rad_s, MAX_RATE_RAD_S)
+        };
+        let values = column.iter().map(|v| v[c % 3]).filter(|v| v.abs() < max);
+        resolution(values.take(RESOLUTION_VALUES))
+    })
+}
 
 /// Calibrated samples of an IMU, m/s² and rad/s, sensor axes.
 #[derive(Debug, Clone)]
@@ -27,13 +50,16 @@ pub struct Samples {
     /// In the order of their ends.
     pub(crate) bridged: Vec<Bridged>,
     rows: Vec<usize>,
+    /// Samples before which something is missing, whatever the times say.
+    breaks: Vec<usize>,
     frozen: Vec<Range<usize>>,
 }
 
 impl Samples {
     /// Takes rows of times (s), specific force (m/s²) and angular rate (rad/s; empty without a
     /// gyroscope); the shortest of them counts. `bridged` holds rows whose values were replaced
-    /// ([`crate::bridge_odd`]).
+    /// ([`crate::bridge_odd`]), `resolution` the steps of the channels, m/s² and rad/s, 0 where they are
+    /// unknown ([`resolutions`]).
     ///
     /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, times
     /// that do not increase, and all channels repeating exactly for longer than noise allows (a hang).
@@ -44,6 +70,7 @@ impl Samples {
         force_mps2: &[[f64; 3]],
         rate_rad_s: &[[f64; 3]],
         bridged: Vec<Bridged>,
+        resolution: [f64; 6],
     ) -> Samples {
         let has_gyro = !rate_rad_s.is_empty();
         let count = time_s.len().min(force_mps2.len());
@@ -59,9 +86,10 @@ impl Samples {
             rate: Vec::with_capacity(if has_gyro { count } else { 0 }),
             period_s: 0.0,
             pieces: Vec::new(),
-            resolution: [0.0; 6],
+            resolution,
             bridged: Vec::new(),
             rows: Vec::new(),
+            breaks: Vec::new(),
             frozen,
         };
         let mut hangs = samples.frozen.clone().into_iter().peekable();
@@ -85,7 +113,6 @@ impl Samples {
         }
         samples.period_s = sampling_period(&samples.time_s);
         samples.pieces = pieces(&samples.time_s, samples.period_s);
-        samples.resolution = samples.resolutions();
         samples.bridged = bridged
             .into_iter()
             .filter_map(|b| samples.kept(b))
@@ -94,17 +121,32 @@ impl Samples {
         samples
     }
 
-    fn resolutions(&self) -> [f64; 6] {
-        std::array::from_fn(|c| {
-            let column = if c < 3 { &self.force } else { &self.rate };
-            resolution(column.iter().take(RESOLUTION_VALUES).map(|v| v[c % 3]))
-        })
+    /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.
+    #[must_use]
+    pub fn with_breaks(mut self, rows: &[usize]) -> Samples {
+        let mut breaks = std::mem::take(&mut self.breaks);
+        breaks.extend(rows.iter().map(|row| self.first_sample(*row)));
+        breaks.retain(|i| (1..self.len()).contains(i));
+        self.breaks = breaks;
+        self.breaks.sort_unstable();
+        self.breaks.dedup();
+        let mut starts: Vec<usize> = self.pieces.iter().map(|p| p.start).collect();
+        starts.extend(&self.breaks);
+        starts.sort_unstable();
+        starts.dedup();
+        let ends = starts.iter().skip(1).copied().chain([self.len()]);
+        self.pieces = starts.iter().zip(ends).map(|(a, b)| *a..b).collect();
+        self
+    }
+
+    /// The first sample of row `row` or later.
+    fn first_sample(&self, row: usize) -> usize {
+        self.rows.partition_point(|r| *r < row)
     }
 
     /// What was bridged, in samples; none if no row of it was kept.
     fn kept(&self, bridged: Bridged) -> Option<Bridged> {
-        let at = |row: usize| self.rows.partition_point(|r| *r < row);
-        let rows = at(bridged.rows.start)..at(bridged.rows.end);
+        let rows = self.first_sample(bridged.rows.start)..self.first_sample(bridged.rows.end);
         (!rows.is_empty()).then_some(Bridged { rows, ..bridged })
     }
 
@@ -124,6 +166,30 @@ impl Samples {
     #[must_use]
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
+    }
+
+    /// The row of each sample.
+    #[must_use]
+    pub fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
+    /// Specific force of each sample, m/s².
+    #[must_use]
+    pub fn force_mps2(&self) -> &[[f64; 3]] {
+        &self.force
+    }
+
+    /// Angular rate of each sample, rad/s; empty without a gyroscope.
+    #[must_use]
+    pub fn rate_rad_s(&self) -> &[[f64; 3]] {
+        &self.rate
+    }
+
+    /// Spans without a gap, in samples.
+    #[must_use]
+    pub fn pieces(&self) -> &[Range<usize>] {
+        &self.pieces
     }
 
     /// Rows in which all channels repeated: a sensor, or its bus, that hung.
@@ -158,6 +224,54 @@ impl Samples {
     pub(crate) fn after_s(&self, from: usize, seconds: f64) -> usize {
         let until_s = self.time_s[from] + seconds;
         self.time_s.partition_point(|t| *t < until_s)
+    }
+
+    /// Samples after the first of a span, its end included, before which there is a gap; with its length by
+    /// the times, s, and true if that is not all.
+    pub(crate) fn gaps(
+        &self,
+        span: &Range<usize>,
+    ) -> impl Iterator<Item = (usize, f64, bool)> + '_ {
+        let (start, end) = (span.start, span.end);
+        let first = self.pieces.partition_point(|p| p.start <= start);
+        let starts = self.pieces[first..].iter().map(|p| p.start);
+        starts.take_while(move |i| *i <= end).map(|i| {
+            let seconds = self.time_s[i] - self.time_s[i - 1];
+            (i, seconds, self.breaks.binary_search(&i).is_ok())
+        })
+    }
+
+    /// Whether so much is missing in a span that nobody knows how far the sensor went.
+    pub(crate) fn unusable(&self, span: &Range<usize>) -> Option<Unusable> {
+        if self.gaps(span).any(|(_, _, interrupted)| interrupted) {
+            return Some(Unusable::Interrupted);
+        }
+        let gaps = self.gaps(span).map(|(_, seconds, _)| seconds);
+        let missing_s = gaps.fold(0.0, f64::max) - self.period_s;
+        if missing_s > MAX_MISSING_S {
+            return Some(Unusable::Gap { missing_s });
+        }
+        let turns = self
+            .bridged_in(span)
+            .filter(|(b, _)| b.sensor == Sensor::Gyroscope && b.kind == BridgeKind::Clipped);
+        let variance: f64 = turns.map(|(_, sd)| sd * sd).sum();
+        (variance.sqrt() > MAX_MISSED_TURN_RAD).then_some(Unusable::Turn)
+    }
+
+    /// What was bridged and ends in a span, its first sample left out and its end included, with the
+    /// standard deviation of its integral over time.
+    pub(crate) fn bridged_in(&self, span: &Range<usize>) -> impl Iterator<Item = (&Bridged, f64)> {
+        let (start, end) = (span.start, span.end);
+        let last = self.len().saturating_sub(1);
+        let end_of = move |b: &Bridged| b.rows.end.min(last);
+        let first = self.bridged.partition_point(|b| b.rows.end <= start);
+        let within = self.bridged[first..]
+            .iter()
+            .take_while(move |b| end_of(b) <= end);
+        within.map(move |b| {
+            let seconds = self.time_s[end_of(b)] - self.time_s[b.rows.start.saturating_sub(1)];
+            (b, b.sd * seconds)
+        })
     }
 
     /// Seconds from the first to the last sample of a span.
@@ -242,6 +356,11 @@ pub struct MotionOptions {
     /// Use the past only. The bands inside a move are those after its end: a second into the rest that closes
     /// it, the noise of the whole move is known.
     pub causal: bool,
+    /// White noise of the sensor, if it is known; none: that of the rests. Rests are found by their own.
+    pub noise: Option<RestNoise>,
+    /// Every rest and stance has no velocity. Otherwise the first rest levels and says what noise there is,
+    /// and what follows is integrated without another measurement.
+    pub zero_velocity: bool,
 }
 
 impl MotionOptions {
@@ -255,10 +374,13 @@ impl MotionOptions {
             known.force_bias_sd_mps2,
             known.gravity_sd_mps2,
         ];
+        let noise = self.noise.iter();
+        let noise = noise.flat_map(|n| n.force_mps2_sqrt_s.iter().chain(&n.rate_rad_sqrt_s));
         let force = known.force.iter();
         let force = force.flat_map(|d| d.matrix.as_flattened().iter().chain(&d.offset));
         let rate = known.rate.iter().flat_map(|m| m.as_flattened());
-        sizes.iter().all(|v| v.is_finite() && *v >= 0.0) && force.chain(rate).all(|v| v.is_finite())
+        let mut sizes = sizes.iter().chain(noise);
+        sizes.all(|v| v.is_finite() && *v >= 0.0) && force.chain(rate).all(|v| v.is_finite())
     }
 }
 
@@ -272,6 +394,8 @@ impl Default for MotionOptions {
             max_stance_rate_rad_s: 1.0,
             rests_s: None,
             causal: false,
+            noise: None,
+            zero_velocity: true,
         }
     }
 }

@@ -20,6 +20,8 @@ const UNSTEADY_S: f64 = 0.1;
 /// What may happen in a gap, m/s² and rad/s: a hand.
 const GAP_FORCE_MPS2: f64 = 3.0;
 const GAP_RATE_RAD_S: f64 = 1.0;
+/// An interruption of unknown length counts as a gap that long, s: enough that no rest after it is doubted.
+const INTERRUPTED_S: f64 = 1.0;
 /// A rate that noise makes, rad/s: what turns slower does not turn.
 pub(crate) const MIN_TURN_RAD_S: f64 = 0.03;
 
@@ -57,15 +59,14 @@ struct Sums {
 pub(crate) struct Integrator<'a> {
     pub samples: &'a Samples,
     pub directions: &'a Directions,
-    /// Noise of the rests, sensor axes.
+    /// White noise, sensor axes.
     pub noise: Density,
     /// Density of the tilt of a move without a gyroscope, rad²/s.
     pub tilt: Vector3<f64>,
 }
 
 impl Integrator<'_> {
-    /// Integrates samples `span.start` to `span.end`, that one included, into `nominal` (trapezoid; the
-    /// rotation by Savage's two-sample coning term, J. Guid. Control Dyn. 21(1), 1998, eq. 32), and its
+    /// Integrates samples `span.start` to `span.end`, that one included, into `nominal` (trapezoid), and its
     /// errors to first order. `excess` is noise beyond that of the rests, world axes.
     pub fn step(
         &self,
@@ -98,7 +99,7 @@ impl Integrator<'_> {
         for i in span.clone() {
             let h = samples.time_s[i + 1] - samples.time_s[i];
             let next_rate = rate_at(i + 1);
-            let angle = (rate + next_rate) * (0.5 * h) + rate.cross(&next_rate) * (h * h / 12.0);
+            let angle = turn(&[rate, next_rate], h);
             let next = if has_gyro {
                 nominal.attitude * Rotation3::new(angle).into_inner()
             } else {
@@ -240,41 +241,35 @@ impl Integrator<'_> {
 
     /// What bridges may be off, at the node that holds their end.
     fn add_bridged(&self, span: &Range<usize>, variance: &mut Density) {
-        let samples = self.samples;
-        let first = samples
-            .bridged
-            .partition_point(|b| b.rows.end <= span.start);
-        for bridged in &samples.bridged[first..] {
-            let end = bridged.rows.end.min(samples.len() - 1);
-            if end > span.end {
-                break;
-            }
-            let before = bridged.rows.start.saturating_sub(1);
-            let seconds = samples.time_s[end] - samples.time_s[before];
+        for (bridged, sd) in self.samples.bridged_in(span) {
             let axis = bridged.axis.min(2);
             match bridged.sensor {
-                Sensor::Accelerometer => variance.force[axis] += (bridged.sd * seconds).powi(2),
-                Sensor::Gyroscope => variance.rate[axis] += (bridged.sd * seconds).powi(2),
+                Sensor::Accelerometer => variance.force[axis] += sd * sd,
+                Sensor::Gyroscope => variance.rate[axis] += sd * sd,
             }
         }
     }
 
     /// What may have happened in gaps.
     fn add_gaps(&self, span: &Range<usize>, variance: &mut Density) {
-        let samples = self.samples;
-        let first = samples.pieces.partition_point(|p| p.end <= span.start);
-        for pair in samples.pieces[first..].windows(2) {
-            let (before, after) = (pair[0].end - 1, pair[1].start);
-            if before >= span.end {
-                break;
-            }
-            let seconds = samples.time_s[after] - samples.time_s[before];
+        for (_, seconds, interrupted) in self.samples.gaps(span) {
+            let seconds = if interrupted {
+                seconds.max(INTERRUPTED_S)
+            } else {
+                seconds
+            };
             variance.force += Vector3::repeat((GAP_FORCE_MPS2 * seconds).powi(2));
-            if samples.has_gyro() {
+            if self.samples.has_gyro() {
                 variance.rate += Vector3::repeat((GAP_RATE_RAD_S * seconds).powi(2));
             }
         }
     }
+}
+
+/// Rotation vector of a step of `h` seconds between two rates (Savage's two-sample coning term, J. Guid.
+/// Control Dyn. 21(1), 1998, eq. 32).
+pub(crate) fn turn(rate: &[Vector3<f64>; 2], h: f64) -> Vector3<f64> {
+    (rate[0] + rate[1]) * (0.5 * h) + rate[0].cross(&rate[1]) * (h * h / 12.0)
 }
 
 /// Σ_jl R e_j m_jl x_l, of the sums of R e_j x_l.

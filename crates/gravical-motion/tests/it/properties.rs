@@ -1,18 +1,15 @@
 //! What must not matter, what has to agree, and what must not break it.
 
-use gravical_motion::{Motion, MotionOptions, Samples, Sensor, bridge_odd, estimate_motion};
+use gravical_motion::{
+    Motion, MotionOptions, Samples, Sensor, bridge_odd, estimate_motion, resolutions,
+};
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{estimate, options};
+use crate::study::{estimate, options, unbridged};
 
 fn motion_of(recording: &Recording) -> Motion {
-    let samples = Samples::new(
-        &recording.time_s,
-        &recording.force,
-        &recording.rate,
-        Vec::new(),
-    );
+    let samples = unbridged(&recording.time_s, &recording.force, &recording.rate);
     estimate_motion(&samples, &options())
 }
 
@@ -83,11 +80,10 @@ fn a_causal_run_does_not_look_ahead() {
     .record();
     let run = |until_s: f64| {
         let n = recording.time_s.partition_point(|t| *t < until_s);
-        let part = Samples::new(
+        let part = unbridged(
             &recording.time_s[..n],
             &recording.force[..n],
             &recording.rate[..n],
-            Vec::new(),
         );
         estimate_motion(&part, &causal)
     };
@@ -206,7 +202,7 @@ proptest! {
             .collect();
         let rate = if gyro { force.iter().map(|f| [f[1], f[0], f[1] * 0.1]).collect() } else { Vec::new() };
         let bridged = bridge_odd(&time_s, &mut force, Sensor::Accelerometer, &[19.6, 0.0], 5.0);
-        let samples = Samples::new(&time_s, &force, &rate, bridged);
+        let samples = Samples::new(&time_s, &force, &rate, bridged, resolutions(&force, &rate));
         let rests_s = given.then(|| vec![(0.0, 1.0), (f64::NAN, 3.0), (2.0, 1e300)]);
         let motion = estimate_motion(&samples, &MotionOptions { causal, rests_s, ..options() });
         prop_assert!(motion.rests.iter().all(|r| r.start < r.end && r.end <= samples.len()));

@@ -3,7 +3,9 @@
 use std::io::Read;
 use std::path::Path;
 
-use gravical_motion::{Bounds, Motion, MotionOptions, Move, Samples, estimate_motion};
+use gravical_motion::{Bounds, Motion, MotionOptions, Move, estimate_motion};
+
+use crate::study::unbridged;
 
 const G: f64 = 9.80665;
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -64,7 +66,7 @@ fn a_walk_round_a_square_closes() {
     };
     let time_s: Vec<f64> = (0..rows.len()).map(|i| i as f64 * 0.01).collect();
     let (force, rate) = (columns(&rows, 0, 1.0), columns(&rows, 3, 1.0));
-    let samples = Samples::new(&time_s, &force, &rate, Vec::new());
+    let samples = unbridged(&time_s, &force, &rate);
     let motion = estimate_motion(&samples, &MotionOptions::default());
     assert!(
         closing_error_m(&motion) < 0.2,
@@ -80,7 +82,7 @@ fn a_short_walk_closes() {
     };
     let time_s: Vec<f64> = rows.iter().map(|r| r[0]).collect();
     let (force, rate) = (columns(&rows, 4, G), columns(&rows, 1, DEG));
-    let samples = Samples::new(&time_s, &force, &rate, Vec::new());
+    let samples = unbridged(&time_s, &force, &rate);
     let motion = estimate_motion(&samples, &MotionOptions::default());
     // Published: 0.08 m with a calibrated gyroscope and settings for this recording.
     assert!(motion.stances.len() >= 16, "{:?}", motion.stances);
@@ -92,7 +94,7 @@ fn a_short_walk_closes() {
 
     // Cut in the walk: what stands after it counts, and its steps do.
     let cut = time_s.partition_point(|t| *t < 20.0);
-    let part = Samples::new(&time_s[cut..], &force[cut..], &rate[cut..], Vec::new());
+    let part = unbridged(&time_s[cut..], &force[cut..], &rate[cut..]);
     let motion = estimate_motion(&part, &MotionOptions::default());
     let [walk, stand] = &motion.moves[..] else {
         panic!("{:?}", motion.moves);
@@ -111,7 +113,7 @@ fn bouts_of_a_hand_end_where_they_began() {
     let Some(rows) = rows(file) else { return };
     let time_s: Vec<f64> = rows.iter().map(|r| r[0]).collect();
     let (force, rate) = (columns(&rows, 1, 1.0), columns(&rows, 4, 1.0));
-    let samples = Samples::new(&time_s, &force, &rate, Vec::new());
+    let samples = unbridged(&time_s, &force, &rate);
     let motion = estimate_motion(&samples, &MotionOptions::default());
     let bouts = closed(&motion);
     assert_eq!(bouts.len(), 4);
@@ -137,7 +139,7 @@ fn a_lift_rises_by_74_m() {
             force.push(latest);
         }
     }
-    let samples = Samples::new(&time_s, &force, &[], Vec::new());
+    let samples = unbridged(&time_s, &force, &[]);
     let motion = estimate_motion(&samples, &MotionOptions::default());
     let rides = closed(&motion);
     let ride = rides

@@ -1,14 +1,15 @@
 //! What goes wrong in real recordings, each with the right answer.
 
 use gravical_motion::{
-    Bounds, BridgeKind, Motion, MotionOptions, Samples, Verdict, estimate_motion,
+    Bounds, BridgeKind, Motion, MotionOptions, RestNoise, Samples, Unusable, Verdict,
+    estimate_motion,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{estimate, options, samples};
+use crate::study::{estimate, options, samples, unbridged};
 
 fn holds(motion: &Motion, recording: &Recording) -> bool {
     let one = &motion.moves[0];
@@ -36,7 +37,7 @@ fn vertical(seed: u64, seconds: f64, acceleration: impl Fn(f64) -> f64) -> Sampl
         .iter()
         .map(|_| [0; 3].map(|_| normal(1e-3)))
         .collect();
-    Samples::new(&time_s, &force, &rate, Vec::new())
+    unbridged(&time_s, &force, &rate)
 }
 
 #[test]
@@ -190,7 +191,7 @@ fn a_walk_with_a_phone_is_no_rest() {
     let force: Vec<[f64; 3]> = (0..600)
         .map(|_| [normal(0.8), normal(0.8), 9.8 + normal(0.8)])
         .collect();
-    let motion = estimate_motion(&Samples::new(&time_s, &force, &[], Vec::new()), &options());
+    let motion = estimate_motion(&unbridged(&time_s, &force, &[]), &options());
     assert_eq!(motion.verdict(), Verdict::NoRest);
 }
 
@@ -224,5 +225,119 @@ fn a_hand_that_turns_while_it_moves_does_not_stand() {
         motion.stances.is_empty() && holds(&motion, &recording),
         "{:?}",
         motion.moves
+    );
+}
+
+#[test]
+fn how_far_it_went_is_not_known_over_a_long_gap_an_interruption_or_a_missed_turn() {
+    let hang = Scene::new(4, Trouble::Hang);
+    let (_, motion) = estimate(&hang, &options());
+    let Some(Unusable::Gap { missing_s }) = motion.moves[0].unusable() else {
+        panic!("{:?}", motion.moves)
+    };
+    assert!((missing_s - 1.4).abs() < 0.02, "{missing_s}");
+
+    let scene = Scene {
+        moves: 2,
+        ..Scene::new(8, Trouble::None)
+    };
+    let recording = scene.record();
+    let whole = samples(&recording, scene.ranges);
+    // A second is cut out of the second move, and the stamps count on.
+    let mut cut = recording.clone();
+    let from = cut
+        .time_s
+        .partition_point(|t| *t < recording.moves_s[1].0 + 0.5);
+    for values in [&mut cut.force, &mut cut.rate] {
+        values.drain(from..from + 100);
+    }
+    cut.time_s.truncate(cut.force.len());
+    let broken = samples(&cut, scene.ranges).with_breaks(&[from]);
+    assert_eq!(broken.pieces(), [0..from, from..broken.len()]);
+    assert_eq!((broken.rows()[from], whole.pieces().len()), (from, 1));
+    let motion = estimate_motion(&broken, &options());
+    assert_eq!(motion.rests.len(), 3, "{:?}", motion.rests);
+    assert!(!motion.moves[0].gap && motion.moves[0].unusable().is_none());
+    assert!(motion.moves[1].gap && !motion.moves[1].is_undisturbed());
+    assert_eq!(motion.moves[1].unusable(), Some(Unusable::Interrupted));
+
+    // In a rest: nobody knows whether it came back.
+    let motion = estimate_motion(&whole.with_breaks(&[250]), &options());
+    assert_eq!(motion.rests.len(), 4);
+    assert_eq!(motion.moves[0].unusable(), Some(Unusable::Interrupted));
+
+    let turned = |range: f64| {
+        let scene = Scene {
+            ranges: [1e3, range],
+            move_s: 1.0,
+            ..Scene::new(9, Trouble::Tilt(2.0))
+        };
+        estimate(&scene, &options()).1.moves[0].unusable()
+    };
+    assert_eq!((turned(1e3), turned(1.2)), (None, Some(Unusable::Turn)));
+}
+
+#[test]
+fn without_zero_velocity_only_the_first_rest_is_a_measurement() {
+    let scene = Scene {
+        moves: 2,
+        ..Scene::new(10, Trouble::None)
+    };
+    let recording = scene.record();
+    let samples = samples(&recording, scene.ranges);
+    for causal in [false, true] {
+        let free = MotionOptions {
+            zero_velocity: false,
+            causal,
+            ..options()
+        };
+        let motion = estimate_motion(&samples, &free);
+        assert_eq!((motion.rests.len(), motion.moves.len()), (3, 1));
+        let one = &motion.moves[0];
+        assert_eq!(one.bounds, Bounds::OpenEnd);
+        assert_eq!(one.samples, motion.rests[0].end - 1..samples.len() - 1);
+        // It drifts, and knows that.
+        let drift: f64 = (0..3)
+            .map(|c| (one.displacement_m[c] - 2.0 * recording.displacement[c]).powi(2))
+            .sum();
+        let sd: f64 = one.sd_m().iter().map(|s| s * s).sum();
+        assert!(drift > 0.01 && drift < 4.0 * sd, "{drift} {sd}");
+        assert_eq!(motion.path.last().unwrap().sample, samples.len() - 1);
+    }
+    let still = estimate_motion(
+        &vertical(3, 20.0, |_| 0.0),
+        &MotionOptions {
+            zero_velocity: false,
+            ..options()
+        },
+    );
+    assert_eq!(still.verdict(), Verdict::AtRest);
+}
+
+#[test]
+fn noise_that_is_given_is_that_of_the_filter() {
+    let scene = Scene::new(11, Trouble::None);
+    let (_, usual) = estimate(&scene, &options());
+    let noise = usual.noise.unwrap();
+    let with = |factor: f64| {
+        let noise = RestNoise {
+            force_mps2_sqrt_s: noise.force_mps2_sqrt_s.map(|n| n * factor),
+            rate_rad_sqrt_s: noise.rate_rad_sqrt_s,
+        };
+        let options = MotionOptions {
+            noise: Some(noise),
+            ..options()
+        };
+        estimate(&scene, &options).1
+    };
+    let (same, noisier) = (with(1.0), with(10.0));
+    assert_eq!((same.noise, noisier.noise), (usual.noise, usual.noise));
+    assert_eq!(noisier.rests, usual.rests);
+    let sd = |motion: &Motion| motion.moves[0].sd_m()[0];
+    assert!((sd(&same) / sd(&usual) - 1.0).abs() < 1e-6);
+    assert!(
+        (6.0..10.5).contains(&(sd(&noisier) / sd(&usual))),
+        "{}",
+        sd(&noisier) / sd(&usual)
     );
 }

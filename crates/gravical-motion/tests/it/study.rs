@@ -2,7 +2,7 @@
 
 use gravical_motion::{
     Bounds, CalibrationUncertainty, Motion, MotionOptions, Samples, Sensor, bridge_odd,
-    estimate_motion,
+    estimate_motion, resolutions,
 };
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
@@ -18,6 +18,11 @@ pub fn options() -> MotionOptions {
         calibration,
         ..MotionOptions::default()
     }
+}
+
+/// Samples of which nothing was bridged.
+pub fn unbridged(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Samples {
+    Samples::new(time_s, force, rate, Vec::new(), resolutions(force, rate))
 }
 
 pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
@@ -36,7 +41,13 @@ pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
         &[ranges[1]],
         2.0,
     ));
-    Samples::new(&recording.time_s, &force, &rate, bridged)
+    Samples::new(
+        &recording.time_s,
+        &force,
+        &rate,
+        bridged,
+        resolutions(&recording.force, &recording.rate),
+    )
 }
 
 pub fn estimate(scene: &Scene, options: &MotionOptions) -> (Recording, Motion) {
