@@ -38,6 +38,7 @@ mod samples;
 mod smooth;
 mod stance;
 mod state;
+mod states;
 mod transition;
 
 pub use closure::Closure;
@@ -45,3 +46,4 @@ pub use estimate::estimate_motion;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
 pub use result::{Bounds, Budget, Motion, Move, PathNode, RestNoise, Unusable, Verdict};
 pub use samples::{CalibrationUncertainty, ForceDirection, MotionOptions, Samples, resolutions};
+pub use states::SampleState;

@@ -5,6 +5,7 @@
 mod properties;
 mod real;
 mod simulated;
+mod states;
 mod stories;
 mod study;
 mod truth;

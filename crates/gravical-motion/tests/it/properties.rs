@@ -206,6 +206,7 @@ proptest! {
         let rests_s = given.then(|| vec![(0.0, 1.0), (f64::NAN, 3.0), (2.0, 1e300)]);
         let motion = estimate_motion(&samples, &MotionOptions { causal, rests_s, ..options() });
         prop_assert!(motion.rests.iter().all(|r| r.start < r.end && r.end <= samples.len()));
+        prop_assert_eq!(motion.states(&samples).count(), samples.len());
         let _ = (motion.verdict(), motion.hidden_displacement_m(1.0), motion.position_at(odd, samples.time_s()));
     }
 }
