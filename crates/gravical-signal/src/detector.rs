@@ -13,6 +13,8 @@ const LEARNED_BLOCKS: usize = 15;
 pub enum RestEvent {
     /// A rest began at this sample, a second or more ago.
     Begin(usize),
+    /// What began less than 3 s ago is no rest: something still moved in it. One may begin later.
+    Withdraw,
     /// The rest that began ended before this sample.
     End(usize),
 }
@@ -49,8 +51,9 @@ struct Run {
     origin: [f64; 6],
     /// End of the last block.
     end: usize,
-    /// First block of the last segment of the rest that has begun.
+    /// First block of the last segment of the rest that has begun, and blocks since that began.
     open: Option<usize>,
+    age: usize,
 }
 
 impl RestDetector {
@@ -102,7 +105,7 @@ impl RestDetector {
 
     /// Counts samples from the `count`-th on, which are no longer needed: those of the last 4 s are.
     pub fn forget(&mut self, count: usize) {
-        self.next -= count;
+        self.next = self.next.saturating_sub(count);
         self.begin = self.begin.saturating_sub(count);
         self.last_end = self.last_end.saturating_sub(count);
         let blocks = self.waiting.iter_mut().chain(&mut self.recent);
@@ -160,6 +163,7 @@ impl RestDetector {
             origin: block.mean,
             end: block.span.start,
             open: None,
+            age: 0,
         });
         run.end = block.span.end;
         run.partition.push(noise.scaled(&block.mean, &run.origin));
@@ -171,24 +175,30 @@ impl RestDetector {
             if count - start <= MIN_BLOCKS {
                 return None;
             }
-            run.open = Some(start);
+            (run.open, run.age) = (Some(start), count - start);
             let first = run.end - ((count - start) * self.size).min(run.end);
             let span = first.max(self.last_end)..run.end;
             let begin = start_edge(channels, &span, self.size, &noise.variance);
             self.begin = begin.max(self.last_end);
             return Some(RestEvent::Begin(self.begin));
         };
+        run.age += 1;
         if start > from {
-            if run
-                .partition
-                .same(&(from..start), &(start..count), &noise.slack)
-            {
-                run.open = Some(start);
-            } else {
+            let short = start - from < MIN_BLOCKS;
+            if short && run.age < LEARNED_BLOCKS {
                 run.open = None;
-                let end = run.end - ((count - start) * self.size).min(run.end);
+                return Some(RestEvent::Withdraw);
+            }
+            let (before, after) = (from..start, start..count);
+            // What takes longer to show is no move: the segment is one of the same rest.
+            let same =
+                after.len() >= LEARNED_BLOCKS || run.partition.same(&before, &after, &noise.slack);
+            if !short && !same {
+                run.open = None;
+                let end = run.end - (after.len() * self.size).min(run.end);
                 return Some(self.end(end, channels));
             }
+            run.open = Some(start);
         } else if !self.settled && count - from == LEARNED_BLOCKS {
             self.settle(channels.count());
         }

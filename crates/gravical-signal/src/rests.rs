@@ -109,6 +109,9 @@ fn rests_as_they_come(channels: &Channels<'_>) -> Vec<Range<usize>> {
     {
         match event {
             RestEvent::Begin(start) => rests.push(start..channels.time_s.len()),
+            RestEvent::Withdraw => {
+                rests.pop();
+            }
             RestEvent::End(end) => {
                 if let Some(last) = rests.last_mut() {
                     last.end = end;

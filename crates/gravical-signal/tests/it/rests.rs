@@ -137,6 +137,7 @@ fn what_is_past_may_be_forgotten() {
         while let Some(event) = detector.update(&channels) {
             match event {
                 RestEvent::Begin(start) => rests.push(start + forgotten..usize::MAX),
+                RestEvent::Withdraw => assert!(rests.pop().is_some()),
                 RestEvent::End(end) => rests.last_mut().unwrap().end = end + forgotten,
             }
         }
