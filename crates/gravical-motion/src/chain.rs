@@ -7,10 +7,7 @@
 use std::ops::Range;
 
 use crate::closure::{Innovation, REST_SPEED_MPS};
-use crate::filter::{Action, Filter};
-use crate::noise::Noise;
-use crate::samples::{MotionOptions, Samples};
-use crate::state::Directions;
+use crate::filter::{Action, Filter, Model};
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;
@@ -42,65 +39,59 @@ const MAX_PAUSE_S: f64 = 1.0;
 const SAME_FORCE_MPS2: f64 = 0.02;
 /// … if what is between has no more power than noise: two standard deviations of it.
 const MAX_PAUSE_SD: f64 = 2.0;
-/// A causal run decides a second after a rest began, and believes one of 3 s in any case: what is wrong
-/// then is the velocity.
-const DECIDED_AFTER_S: f64 = 1.0;
-const BELIEVED_S: f64 = 3.0;
 /// Samples between the nodes of an integration whose path nobody sees, s.
 const NODE_S: f64 = 0.1;
 
-/// What the tests of rests need.
-pub(crate) struct RestSelector<'a> {
-    pub samples: &'a Samples,
-    pub options: &'a MotionOptions,
-    pub directions: &'a Directions,
-    pub noise: &'a Noise,
+/// The test of rests.
+pub(crate) struct RestSelector<'a>(pub Model<'a>);
+
+/// What a rest says to the filter.
+fn innovation(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
+    let covariance = filter.covariance_here();
+    let m = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
+    let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
+    Innovation::new(&covariance, &m).with_slack(slack.powi(2))
 }
 
-impl<'a> RestSelector<'a> {
+/// True if velocity and tilt contradict that a rest begins where the filter is.
+pub(crate) fn contradicts(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> bool {
+    let innovation = innovation(model, filter, rest);
+    excess_chi2(&innovation, model.samples.has_gyro()) > 0.0
+}
+
+impl RestSelector<'_> {
     /// A filter at the end of a rest.
-    fn filter_after(&self, rest: &Range<usize>) -> Filter<'a> {
-        let mut filter = Filter::new(
-            self.samples,
-            self.options,
-            self.directions,
-            self.noise,
-            rest.start,
-            rest,
-        );
-        filter.run(&rest_action(rest), None);
-        filter.run(&Action::Halt { to: rest.end - 1 }, None);
+    fn filter_after(&self, rest: &Range<usize>) -> Filter {
+        let mut filter = Filter::new(&self.0, rest.start, rest);
+        let action = Action::Rest {
+            span: rest.clone(),
+            speed_sd_mps: REST_SPEED_MPS,
+        };
+        filter.run(&self.0, &action, None);
+        filter.run(&self.0, &Action::Halt { to: rest.end - 1 }, None);
         filter
     }
 
-    fn propagate(&self, filter: &mut Filter<'_>, to: usize) {
+    fn propagate(&self, filter: &mut Filter, to: usize) {
         if to > filter.at {
-            let excess = self.noise.excess(filter.at, to);
-            let node = self.samples.count_in(NODE_S).max(1);
-            filter.run(&Action::Propagate { to, node, excess }, None);
+            let excess = self.0.noise.excess(filter.at, to);
+            let node = self.0.samples.count_in(NODE_S).max(1);
+            filter.run(&self.0, &Action::Propagate { to, node, excess }, None);
         }
-    }
-
-    /// What a rest says to the filter.
-    fn innovation(&self, filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
-        let covariance = filter.covariance_here();
-        let m = filter.rest_measurement(&covariance, rest, REST_SPEED_MPS);
-        let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-        Innovation::new(&covariance, &m).with_slack(slack.powi(2))
     }
 
     /// What it costs to take `next` for the rest after that which the filter left, and the standard
     /// deviation of the velocity where it begins, m/s.
-    fn cost(&self, filter: &mut Filter<'_>, next: &Range<usize>) -> (f64, f64) {
+    fn cost(&self, filter: &mut Filter, next: &Range<usize>) -> (f64, f64) {
         let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
         for into_s in TRIED_S {
-            let to = self.samples.after_s(next.start, into_s);
+            let to = self.0.samples.after_s(next.start, into_s);
             self.propagate(filter, to.min(next.end - 1));
-            let innovation = self.innovation(filter, next);
+            let innovation = innovation(&self.0, filter, next);
             if into_s == 0.0 {
                 speed_sd_mps = innovation.velocity_sd_mps();
             }
-            let cost = if into_s == 0.0 && self.samples.has_gyro() {
+            let cost = if into_s == 0.0 && self.0.samples.has_gyro() {
                 COST_OF_BOTH * excess_chi2(&innovation, true)
             } else {
                 COST_OF_VELOCITY * excess_chi2(&innovation, false)
@@ -113,7 +104,7 @@ impl<'a> RestSelector<'a> {
     /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
     /// at a speed.
     pub fn chain(&self, spans: &[Range<usize>]) -> Vec<Range<usize>> {
-        let samples = self.samples;
+        let samples = self.0.samples;
         let weight: Vec<f64> = (0..spans.len())
             .map(|k| {
                 let seconds = samples.duration_s(&spans[k]);
@@ -153,7 +144,7 @@ impl<'a> RestSelector<'a> {
 
     /// Costs of the spans after `k` as its next rest.
     fn costs(&self, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
-        let time_s = &self.samples.time_s;
+        let time_s = &self.0.samples.time_s;
         let mut filter = self.filter_after(&spans[k]);
         let (mut agreed, mut costs) = (0, Vec::new());
         for next in k + 1..spans.len() {
@@ -173,7 +164,7 @@ impl<'a> RestSelector<'a> {
 
     /// Touching rests of one pose are one.
     fn joined(&self, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
-        let (samples, channels) = (self.samples, self.samples.channels());
+        let (samples, channels) = (self.0.samples, self.0.samples.channels());
         let distance2 =
             |x: &[f64; 6], y: &[f64; 6]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
         rests.dedup_by(|next, last| {
@@ -184,7 +175,7 @@ impl<'a> RestSelector<'a> {
                 .map(|i| distance2(&channels.sample(i), &a))
                 .sum::<f64>()
                 / between.len().max(1) as f64;
-            let noise = self.noise.rest.force.sum();
+            let noise = self.0.noise.rest.force.sum();
             let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
             let calm = variance * samples.period_s < noise * (1.0 + chance);
             let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
@@ -200,32 +191,6 @@ impl<'a> RestSelector<'a> {
         });
         rests
     }
-
-    /// The rests as they come: each that velocity and tilt do not contradict after a second.
-    pub fn as_they_come(&self, spans: &[Range<usize>]) -> Vec<Range<usize>> {
-        let Some(first) = spans.first() else {
-            return Vec::new();
-        };
-        let mut rests = vec![first.clone()];
-        let mut filter = self.filter_after(first);
-        for span in &spans[1..] {
-            self.propagate(&mut filter, span.start);
-            let decided = span.start
-                ..span
-                    .end
-                    .min(span.start + self.samples.count_in(DECIDED_AFTER_S).max(1));
-            let long = self.samples.duration_s(span) > BELIEVED_S;
-            let innovation = self.innovation(&filter, &decided);
-            if excess_chi2(&innovation, self.samples.has_gyro()) > 0.0 && !long {
-                continue;
-            }
-            filter.run(&rest_action(&decided), None);
-            filter.run(&Action::Halt { to: span.end - 1 }, None);
-            filter.run(&rest_action(span), None);
-            rests.push(span.clone());
-        }
-        rests
-    }
 }
 
 /// Excess of the χ² of a rest over what chance allows; negative if it agrees. With `tilt` the force counts
@@ -235,12 +200,5 @@ fn excess_chi2(innovation: &Innovation, tilt: bool) -> f64 {
         innovation.chi2::<5>(0, 0.0) - MAX_CHI2
     } else {
         innovation.chi2::<3>(0, 0.0) - MAX_VELOCITY_CHI2
-    }
-}
-
-fn rest_action(span: &Range<usize>) -> Action {
-    Action::Rest {
-        span: span.clone(),
-        speed_sd_mps: REST_SPEED_MPS,
     }
 }

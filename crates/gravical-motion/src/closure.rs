@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::filter::{Filter, Measurement};
+use crate::filter::{Filter, Measurement, Model};
 use crate::noise::Density;
 use crate::state::Covariance;
 
@@ -78,9 +78,13 @@ impl Innovation {
 }
 
 /// The closure of a move that took `seconds` at the rest that ends it.
-pub(crate) fn closure(filter: &Filter<'_>, rest: &Range<usize>) -> (Closure, Innovation) {
+pub(crate) fn closure(
+    model: &Model<'_>,
+    filter: &Filter,
+    rest: &Range<usize>,
+) -> (Closure, Innovation) {
     let covariance = filter.covariance_here();
-    let measurement = filter.rest_measurement(&covariance, rest, REST_SPEED_MPS);
+    let measurement = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
     let innovation = Innovation::new(&covariance, &measurement);
     (innovation.closure(), innovation)
 }

@@ -116,14 +116,30 @@ struct MoveStart {
     cross: SMatrix<f64, STATES, 3>,
 }
 
+/// What the filter knows besides its state.
+#[derive(Clone, Copy)]
+pub(crate) struct Model<'a> {
+    pub samples: &'a Samples,
+    pub options: &'a MotionOptions,
+    pub directions: &'a Directions,
+    pub noise: &'a Noise,
+}
+
+impl Model<'_> {
+    /// Density of the tilt of a move without a gyroscope, rad²/s.
+    fn tilt(&self) -> Vector3<f64> {
+        if self.samples.has_gyro() {
+            return Vector3::zeros();
+        }
+        let density = self.options.tilt_sd_rad.powi(2) / TILT_S;
+        Vector3::new(density, density, density * YAW_OVER_TILT.powi(2))
+    }
+}
+
 /// The filter. Propagation is deferred: over a leg it gathers x = Φ x₀ + w, which costs less than
 /// propagating P from node to node, and P follows from it where it is asked for.
-#[derive(Clone)]
-pub(crate) struct Filter<'a> {
-    samples: &'a Samples,
-    noise: &'a Noise,
-    directions: &'a Directions,
-    tilt: Vector3<f64>,
+#[derive(Debug, Clone)]
+pub(crate) struct Filter {
     /// The sample that it is at.
     pub at: usize,
     pub nominal: Nominal,
@@ -138,17 +154,11 @@ pub(crate) struct Filter<'a> {
     pub turned_rad: f64,
 }
 
-impl<'a> Filter<'a> {
+impl Filter {
     /// At sample `at`, with the attitude of `rest`, from which the gyroscope leads back to there. Position
     /// is zero, velocity unknown.
-    pub fn new(
-        samples: &'a Samples,
-        options: &MotionOptions,
-        directions: &'a Directions,
-        noise: &'a Noise,
-        at: usize,
-        rest: &Range<usize>,
-    ) -> Self {
+    pub fn new(model: &Model<'_>, at: usize, rest: &Range<usize>) -> Self {
+        let samples = model.samples;
         let mean = samples.channels().mean(rest);
         let force = Vector3::from_column_slice(&mean[..3]);
         let rate_bias = Vector3::from_column_slice(&mean[3..]);
@@ -163,7 +173,7 @@ impl<'a> Filter<'a> {
         let mut sd = ErrorState::repeat(1.0);
         let mut set =
             |at: usize, value: [f64; 3]| sd.fixed_rows_mut::<3>(at).copy_from_slice(&value);
-        let uncertainty = &options.calibration;
+        let uncertainty = &model.options.calibration;
         set(POSITION, [0.0; 3]);
         set(VELOCITY, [INITIAL_SPEED_MPS; 3]);
         // The heading is that of the start by definition.
@@ -171,18 +181,11 @@ impl<'a> Filter<'a> {
         set(FORCE_BIAS, [uncertainty.force_bias_sd_mps2; 3]);
         set(RATE_BIAS, [INITIAL_RATE_BIAS_RAD_S; 3]);
         sd[GRAVITY] = uncertainty.gravity_sd_mps2;
-        let mut tilt = Vector3::zeros();
         if !samples.has_gyro() {
             sd.fixed_rows_mut::<3>(RATE_BIAS).fill(0.0);
             sd.fixed_rows_mut::<9>(RATE_PARAMETERS).fill(0.0);
-            let density = options.tilt_sd_rad.powi(2) / TILT_S;
-            tilt = Vector3::new(density, density, density * YAW_OVER_TILT.powi(2));
         }
         Filter {
-            samples,
-            noise,
-            directions,
-            tilt,
             at,
             nominal: Nominal {
                 attitude,
@@ -203,7 +206,12 @@ impl<'a> Filter<'a> {
         }
     }
 
-    pub fn run(&mut self, action: &Action, mut records: Option<&mut Vec<Record>>) {
+    pub fn run(
+        &mut self,
+        model: &Model<'_>,
+        action: &Action,
+        mut records: Option<&mut Vec<Record>>,
+    ) {
         match action {
             Action::StartMove(k) => {
                 self.settle();
@@ -224,7 +232,7 @@ impl<'a> Filter<'a> {
             Action::Propagate { to, node, excess } => {
                 while self.at < *to {
                     let end = (self.at + node.max(&1)).min(*to);
-                    self.propagate(end, excess, records.as_deref_mut());
+                    self.propagate(model, end, excess, records.as_deref_mut());
                 }
             }
             Action::InflateRateBias(variance) => {
@@ -234,7 +242,8 @@ impl<'a> Filter<'a> {
             }
             Action::Rest { span, speed_sd_mps } => {
                 self.settle();
-                let measurement = self.rest_measurement(&self.covariance, span, *speed_sd_mps);
+                let measurement =
+                    self.rest_measurement(model, &self.covariance, span, *speed_sd_mps);
                 self.update(&measurement, records);
             }
             Action::Stance => {
@@ -246,19 +255,25 @@ impl<'a> Filter<'a> {
                 }
                 self.update(&measurement, records);
             }
-            Action::Halt { to } => self.halt(*to, records),
+            Action::Halt { to } => self.halt(model, *to, records),
         }
     }
 
-    fn propagate(&mut self, to: usize, excess: &Density, records: Option<&mut Vec<Record>>) {
+    fn propagate(
+        &mut self,
+        model: &Model<'_>,
+        to: usize,
+        excess: &Density,
+        records: Option<&mut Vec<Record>>,
+    ) {
         let node = records.is_some().then(|| Box::new(self.node()));
         let integrator = Integrator {
-            samples: self.samples,
-            directions: self.directions,
-            noise: self.noise.white,
-            tilt: self.tilt,
+            samples: model.samples,
+            directions: model.directions,
+            noise: model.noise.white,
+            tilt: model.tilt(),
         };
-        let correction = self.nominal.correction(self.directions);
+        let correction = self.nominal.correction(model.directions);
         let step = integrator.step(&mut self.nominal, &correction, self.at..to, excess);
         self.turned_rad += step.turned_rad;
         self.at = to;
@@ -274,7 +289,7 @@ impl<'a> Filter<'a> {
         self.q
             .fixed_view_mut::<MOVING, MOVING>(0, 0)
             .copy_from(&(columns + step.q));
-        self.walk(step.seconds);
+        self.walk(model, step.seconds);
         if let (Some(records), Some(node)) = (records, node) {
             records.push(Record::Node(node));
             records.push(Record::Propagate(Box::new(step)));
@@ -296,8 +311,8 @@ impl<'a> Filter<'a> {
     }
 
     /// Random walks of the biases.
-    fn walk(&mut self, seconds: f64) {
-        let rate_walk = if self.samples.has_gyro() {
+    fn walk(&mut self, model: &Model<'_>, seconds: f64) {
+        let rate_walk = if model.samples.has_gyro() {
             RATE_BIAS_WALK
         } else {
             0.0
@@ -308,9 +323,9 @@ impl<'a> Filter<'a> {
         }
     }
 
-    fn halt(&mut self, to: usize, records: Option<&mut Vec<Record>>) {
+    fn halt(&mut self, model: &Model<'_>, to: usize, records: Option<&mut Vec<Record>>) {
         let to = to.max(self.at);
-        let seconds = self.samples.time_s[to] - self.samples.time_s[self.at];
+        let seconds = model.samples.time_s[to] - model.samples.time_s[self.at];
         if let Some(records) = records {
             records.push(Record::Node(Box::new(self.node())));
             records.push(Record::Halt);
@@ -322,9 +337,9 @@ impl<'a> Filter<'a> {
             start.cross.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         }
         self.nominal.velocity = Vector3::zeros();
-        self.walk(seconds);
+        self.walk(model, seconds);
         self.at = to;
-        self.rest_s = self.samples.time_s[to];
+        self.rest_s = model.samples.time_s[to];
         self.turned_rad = 0.0;
     }
 
@@ -393,16 +408,16 @@ impl<'a> Filter<'a> {
         )
     }
 
-    /// Variance of the rate that the scale of the gyroscope leaves of the turns in a span, (rad/s)².
-    pub fn wobble_variance(&self, span: Range<usize>) -> f64 {
-        if !self.samples.has_gyro() || span.is_empty() {
+    /// Mean square of the rate of a span, (rad/s)².
+    pub fn mean_square_rate(&self, model: &Model<'_>, span: Range<usize>) -> f64 {
+        if !model.samples.has_gyro() || span.is_empty() {
             return 0.0;
         }
-        let correction = self.nominal.correction(self.directions);
+        let correction = self.nominal.correction(model.directions);
         let squares = span
             .clone()
-            .map(|i| correction.rate(&self.samples.rate[i]).norm_squared());
-        squares.sum::<f64>() / span.len() as f64 * self.directions.rate_sd.powi(2)
+            .map(|i| correction.rate(&model.samples.rate[i]).norm_squared());
+        squares.sum::<f64>() / span.len() as f64
     }
 
     fn velocity_measurement(&self, speed_sd_mps: f64) -> Measurement {
@@ -422,16 +437,17 @@ impl<'a> Filter<'a> {
     /// What a rest says where the covariance is P.
     pub fn rest_measurement(
         &self,
+        model: &Model<'_>,
         covariance: &Covariance,
         rest: &Range<usize>,
         speed_sd_mps: f64,
     ) -> Measurement {
-        let samples = self.samples;
+        let samples = model.samples;
         let seconds = samples.duration_s(rest).max(samples.period_s);
         let mean = samples.channels().mean(rest);
         let reading = [mean[0], mean[1], mean[2]];
         let attitude = self.nominal.attitude;
-        let force = attitude * self.nominal.correction(self.directions).force(&reading);
+        let force = attitude * self.nominal.correction(model.directions).force(&reading);
         let mut m = self.velocity_measurement(speed_sd_mps);
         let reading = Vector3::from(reading);
 
@@ -440,7 +456,7 @@ impl<'a> Filter<'a> {
         m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
             .copy_from(&-attitude);
         m.h[(5, GRAVITY)] = -1.0;
-        for (k, (matrix, offset)) in self.directions.force.iter().enumerate() {
+        for (k, (matrix, offset)) in model.directions.force.iter().enumerate() {
             let column = attitude * (matrix * reading + offset);
             m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
                 .copy_from(&column);
@@ -448,7 +464,7 @@ impl<'a> Filter<'a> {
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
         m.innovation.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
-        let white = Matrix3::from_diagonal(&(self.noise.white.force / seconds));
+        let white = Matrix3::from_diagonal(&(model.noise.white.force / seconds));
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
         m.noise.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
 
@@ -460,8 +476,8 @@ impl<'a> Filter<'a> {
         }
         for c in 0..3 {
             m.noise[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
-                + self.noise.rounding[c]
-                + self.noise.white.rate[c] / seconds
+                + model.noise.rounding[c]
+                + model.noise.white.rate[c] / seconds
                 + RATE_BIAS_WALK.powi(2) * seconds / 3.0;
             if samples.has_gyro() {
                 m.h[(6 + c, RATE_BIAS + c)] = 1.0;

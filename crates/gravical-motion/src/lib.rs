@@ -9,7 +9,9 @@
 //! 2. [`MotionOptions`]: how far the calibration may be off, and what is known.
 //! 3. [`estimate_motion`]: rests, an error-state Kalman filter of 37 states with zero-velocity updates and
 //!    levelling, its smoother.
-//! 4. [`Motion`]: rests, moves with their covariance, path.
+//! 4. [`Motion`]: rests, moves with their covariance, path; [`Motion::states`]: every sample.
+//!
+//! [`Stepper`] does the same as samples come, by what is past.
 //!
 //! # Example
 //!
@@ -30,6 +32,7 @@ mod chain;
 mod closure;
 mod estimate;
 mod filter;
+mod moves;
 mod noise;
 mod odd;
 mod result;
@@ -39,6 +42,7 @@ mod smooth;
 mod stance;
 mod state;
 mod states;
+mod stepper;
 mod transition;
 
 pub use closure::Closure;
@@ -47,3 +51,4 @@ pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
 pub use result::{Bounds, Budget, Motion, Move, PathNode, RestNoise, Unusable, Verdict};
 pub use samples::{CalibrationUncertainty, ForceDirection, MotionOptions, Samples, resolutions};
 pub use states::SampleState;
+pub use stepper::Stepper;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravical_signal::{block_len, blocks};
 use nalgebra::Vector3;
 
-use crate::result::RestNoise;
+use crate::result::{RestNoise, array};
 use crate::rough::Roughness;
 use crate::samples::Samples;
 
@@ -114,6 +114,14 @@ impl Noise {
             }
         }
         self
+    }
+
+    /// As a caller reads it.
+    pub fn of_rests(&self) -> RestNoise {
+        RestNoise {
+            force_mps2_sqrt_s: array(&self.rest.force.map(f64::sqrt)),
+            rate_rad_sqrt_s: array(&self.rest.rate.map(f64::sqrt)),
+        }
     }
 
     /// What a move has beyond the noise of the rests, the same along all axes.

@@ -47,6 +47,16 @@ pub enum Bounds {
     Open,
 }
 
+/// By rests before and after.
+pub(crate) fn bounds(before: bool, after: bool) -> Bounds {
+    match (before, after) {
+        (true, true) => Bounds::Closed,
+        (false, true) => Bounds::OpenStart,
+        (true, false) => Bounds::OpenEnd,
+        (false, false) => Bounds::Open,
+    }
+}
+
 /// Standard deviations that parts of the uncertainty contribute to a displacement, m; squares add up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {

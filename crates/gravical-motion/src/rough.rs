@@ -29,32 +29,60 @@ const MAX_SLOPE: f64 = 3.0;
 pub(crate) struct Roughness {
     /// Middle sample of each window with its densities.
     windows: Vec<(usize, [f64; 2])>,
+    /// Where the next window begins.
+    next: usize,
+    spectrum: Option<Spectrum>,
 }
 
 impl Roughness {
-    /// Windows; those in `quiet` spans are no rougher than the rests.
-    pub fn new(samples: &Samples, quiet: &[Range<usize>]) -> Roughness {
-        let rows = samples.count_in(WINDOW_S).clamp(MIN_ROWS, MAX_ROWS) / 4 * 4;
-        let spectrum = Spectrum::new(rows, samples.period_s);
+    /// Adds the windows that the samples so far hold; those in `quiet` spans are no rougher than the rests.
+    pub fn extend(&mut self, samples: &Samples, quiet: &[Range<usize>]) {
         let sensors = if samples.has_gyro() { 2 } else { 1 };
-        let mut windows = Vec::new();
-        for piece in &samples.pieces {
-            let mut from = piece.start;
-            while from + rows <= piece.end {
-                let middle = from + rows / 2;
-                let after = quiet.partition_point(|q| q.end <= middle);
-                let mut density = [0.0; 2];
-                if !quiet.get(after).is_some_and(|q| q.contains(&middle)) {
-                    for sensor in 0..sensors {
-                        let column = [&samples.force, &samples.rate][sensor];
-                        density[sensor] = spectrum.density(&column[from..from + rows]);
-                    }
+        let spectrum = self.spectrum.get_or_insert_with(|| {
+            let rows = samples.count_in(WINDOW_S).clamp(MIN_ROWS, MAX_ROWS) / 4 * 4;
+            Spectrum::new(rows, samples.period_s)
+        });
+        let rows = spectrum.window.len();
+        while self.next < samples.len() {
+            let (from, end) = (self.next, samples.channels().piece(self.next).end);
+            if from + rows > end {
+                if end == samples.len() {
+                    break;
                 }
-                windows.push((middle, density));
-                from += rows / 4;
+                self.next = end;
+                continue;
             }
+            let middle = from + rows / 2;
+            let after = quiet.partition_point(|q| q.end <= middle);
+            let mut density = [0.0; 2];
+            if !quiet.get(after).is_some_and(|q| q.contains(&middle)) {
+                for sensor in 0..sensors {
+                    let column = [&samples.force, &samples.rate][sensor];
+                    density[sensor] = spectrum.density(&column[from..from + rows]);
+                }
+            }
+            self.windows.push((middle, density));
+            self.next += rows / 4;
         }
-        Roughness { windows }
+    }
+
+    /// Starts again at a sample.
+    pub fn restart(&mut self, at: usize) {
+        self.windows.clear();
+        self.next = at;
+    }
+
+    /// Takes a span for no rougher than the rests.
+    pub fn silence(&mut self, span: &Range<usize>) {
+        let windows = self.windows.iter_mut().filter(|w| span.contains(&w.0));
+        windows.for_each(|w| w.1 = [0.0; 2]);
+    }
+
+    /// Counts samples from the `count`-th on.
+    pub fn forget(&mut self, count: usize) {
+        self.windows.retain(|w| w.0 >= count);
+        self.windows.iter_mut().for_each(|w| w.0 -= count);
+        self.next = self.next.saturating_sub(count);
     }
 
     /// Densities of a span beyond `level`, those of its median window, since a knock is no noise; 0 where it
@@ -74,6 +102,7 @@ impl Roughness {
 }
 
 /// Periodogram of a Hann window by its definition: too short for an FFT to pay.
+#[derive(Debug, Clone)]
 struct Spectrum {
     window: Vec<f64>,
     /// Sine and cosine of 2πi/n.

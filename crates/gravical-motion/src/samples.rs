@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Channels, pieces, resolution, sampling_period};
+use gravical_signal::{Channels, is_gap, pieces, resolution, sampling_period};
 
 use crate::odd::{BridgeKind, Bridged, Sensor, frozen};
 use crate::result::{RestNoise, Unusable};
@@ -12,6 +12,8 @@ const MAX_FORCE_MPS2: f64 = 1e4;
 const MAX_RATE_RAD_S: f64 = 1e3;
 /// Times beyond it, s, lose the microsecond in an f64.
 const MAX_TIME_S: f64 = 4e9;
+/// A period of zero makes no more samples of a duration.
+const MAX_COUNT: usize = 1 << 30;
 /// Values that the resolution is taken from: enough that most neighbouring ones occur.
 const RESOLUTION_VALUES: usize = 200_000;
 /// A hand moves by a few decimetres in so long, s: what it did in a longer gap is not known.
@@ -35,6 +37,13 @@ pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6]
         let values = column.iter().map(|v| v[c % 3]).filter(|v| v.abs() < max);
         resolution(values.take(RESOLUTION_VALUES))
     })
+}
+
+/// True if it may be a measurement.
+fn is_possible(time_s: f64, force: &[f64; 3], rate: &[f64; 3]) -> bool {
+    time_s.abs() < MAX_TIME_S
+        && force.iter().all(|v| v.abs() < MAX_FORCE_MPS2)
+        && rate.iter().all(|v| v.abs() < MAX_RATE_RAD_S)
 }
 
 /// Calibrated samples of an IMU, m/s² and rad/s, sensor axes.
@@ -98,10 +107,7 @@ impl Samples {
             let hung = hangs.peek().is_some_and(|h| h.contains(&i));
             let later = samples.time_s.last().is_none_or(|last| *last < time_s[i]);
             let rate = rate_rad_s.get(i).copied().unwrap_or_default();
-            let possible = time_s[i].abs() < MAX_TIME_S
-                && force_mps2[i].iter().all(|v| v.abs() < MAX_FORCE_MPS2)
-                && rate.iter().all(|v| v.abs() < MAX_RATE_RAD_S);
-            if hung || !later || !possible {
+            if hung || !later || !is_possible(time_s[i], &force_mps2[i], &rate) {
                 continue;
             }
             samples.time_s.push(time_s[i]);
@@ -119,6 +125,65 @@ impl Samples {
             .collect();
         samples.bridged.sort_by_key(|b| b.rows.end);
         samples
+    }
+
+    /// Samples that come later ([`Samples::push`]).
+    pub(crate) fn empty(period_s: f64, resolution: [f64; 6]) -> Samples {
+        Samples {
+            period_s,
+            ..Samples::new(&[], &[], &[], Vec::new(), resolution)
+        }
+    }
+
+    /// Adds a sample, with a gap before it if something is missing there; false if it is no measurement.
+    pub(crate) fn push(
+        &mut self,
+        time_s: f64,
+        force: [f64; 3],
+        rate: Option<[f64; 3]>,
+        interrupted: bool,
+    ) -> bool {
+        let count = self.len();
+        let like_the_others = count == 0 || rate.is_some() == self.has_gyro();
+        let step_s = self
+            .time_s
+            .last()
+            .map_or(f64::INFINITY, |last| time_s - last);
+        if !like_the_others
+            || !is_possible(time_s, &force, &rate.unwrap_or_default())
+            || step_s <= 0.0
+        {
+            return false;
+        }
+        self.time_s.push(time_s);
+        self.force.push(force);
+        self.rate.extend(rate);
+        if interrupted && count > 0 {
+            self.breaks.push(count);
+        }
+        match self.pieces.last_mut() {
+            Some(last) if !interrupted && !is_gap(step_s, self.period_s) => last.end = count + 1,
+            _ => self.pieces.push(count..count + 1),
+        }
+        true
+    }
+
+    /// Counts samples from the `count`-th on.
+    pub(crate) fn forget(&mut self, count: usize) {
+        self.time_s.drain(..count);
+        self.force.drain(..count);
+        self.rate.drain(..count.min(self.rate.len()));
+        self.pieces.retain(|p| p.end > count);
+        for piece in &mut self.pieces {
+            *piece = piece.start.saturating_sub(count)..piece.end - count;
+        }
+        self.breaks.retain(|i| *i > count);
+        self.breaks.iter_mut().for_each(|i| *i -= count);
+        self.bridged.retain(|b| b.rows.end > count);
+        for bridged in &mut self.bridged {
+            let rows = &mut bridged.rows;
+            *rows = rows.start.saturating_sub(count)..rows.end - count;
+        }
     }
 
     /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.
@@ -217,7 +282,7 @@ impl Samples {
 
     /// Samples in `seconds`.
     pub(crate) fn count_in(&self, seconds: f64) -> usize {
-        (seconds / self.period_s.max(f64::MIN_POSITIVE)) as usize
+        ((seconds / self.period_s.max(f64::MIN_POSITIVE)) as usize).min(MAX_COUNT)
     }
 
     /// The first sample that is `seconds` or more after sample `from`.
@@ -353,8 +418,8 @@ pub struct MotionOptions {
     pub max_stance_rate_rad_s: f64,
     /// Rests that are known, s; none: they are looked for.
     pub rests_s: Option<Vec<(f64, f64)>>,
-    /// Use the past only. The bands inside a move are those after its end: a second into the rest that closes
-    /// it, the noise of the whole move is known.
+    /// Use the past only, as [`crate::Stepper`] does. The path of a closed move, and its bands, are those after
+    /// its end: a second into the rest that closes it, the noise of the whole move is known.
     pub causal: bool,
     /// White noise of the sensor, if it is known; none: that of the rests. Rests are found by their own.
     pub noise: Option<RestNoise>,

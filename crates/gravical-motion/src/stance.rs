@@ -17,12 +17,21 @@ const STANDING_S: f64 = 0.5;
 const MAX_STANDING_RAD_S: f64 = 0.06;
 
 /// The quietest sample since `first`.
-struct Stance {
+#[derive(Debug, Clone)]
+pub(crate) struct Stance {
     first: usize,
-    sample: usize,
+    pub sample: usize,
     rate: f64,
     /// Number of the swing before it.
-    swing: usize,
+    pub swing: usize,
+}
+
+impl Stance {
+    /// Counts samples from the `count`-th on.
+    pub fn forget(&mut self, count: usize) {
+        self.first = self.first.saturating_sub(count);
+        self.sample = self.sample.saturating_sub(count);
+    }
 }
 
 /// Samples at which a foot stands: between two swings the one where the angular rate is least (angular
@@ -34,21 +43,21 @@ pub(crate) fn detect_stances(
     rests: &[Range<usize>],
     max_rate_rad_s: f64,
 ) -> Vec<usize> {
-    let usable = samples.has_gyro() && max_rate_rad_s > 0.0;
-    let Some(rest) = rests.first().filter(|_| usable) else {
+    let Some(rest) = rests.first() else {
         return Vec::new();
     };
-    let size = samples.count_in(WINDOW_S).max(3);
-    let mean = samples.channels().mean(rest);
-    let gravity = norm(&[mean[0], mean[1], mean[2]]);
-    let mut stances = quietest_moments(samples, size, gravity, max_rate_rad_s);
+    let mut detector = StanceDetector::new(samples, rest, max_rate_rad_s);
+    let mut stances = Vec::new();
+    while let Some(stance) = detector.update(samples) {
+        stances.push(stance);
+    }
+    stances.extend(detector.quietest);
+    let size = detector.size;
     let leg = |s: &Stance| rests.partition_point(|r| r.end + size <= s.sample);
     stances.retain(|s| rests.get(leg(s)).is_none_or(|r| r.start > s.sample + size));
     let (mut kept, mut last_step) = (Vec::new(), None);
     for walk in stances.chunk_by(|a, b| leg(a) == leg(b)) {
-        let swings = walk.chunk_by(|a, b| a.swing == b.swing).count();
-        // After its last step a foot stands.
-        if swings >= MIN_SWINGS || walk.iter().all(|s| Some(s.swing) == last_step) {
+        if is_walk(walk, last_step) {
             last_step = walk.last().map(|s| s.swing);
             kept.extend(walk.iter().map(|s| s.sample));
         }
@@ -56,42 +65,96 @@ pub(crate) fn detect_stances(
     kept
 }
 
-/// Where the rate over `size` samples is least after each swing.
-fn quietest_moments(
-    samples: &Samples,
-    size: usize,
+/// True if stances between two rests are those of a foot: it swings often enough, or stands after the
+/// last step of the walk before.
+pub(crate) fn is_walk(stances: &[Stance], last_step: Option<usize>) -> bool {
+    let swings = stances.chunk_by(|a, b| a.swing == b.swing).count();
+    swings >= MIN_SWINGS || stances.iter().all(|s| Some(s.swing) == last_step)
+}
+
+/// Finds where the rate is least after each swing.
+#[derive(Debug, Clone)]
+pub(crate) struct StanceDetector {
+    /// Samples of a window.
+    pub size: usize,
+    standing_len: usize,
     gravity: f64,
     max_rate_rad_s: f64,
-) -> Vec<Stance> {
-    let square = |i: usize| samples.rate[i].iter().map(|w| w * w).sum::<f64>();
-    let standing_len = samples.count_in(STANDING_S).max(size);
-    let mut stances = Vec::new();
-    let (mut swing, mut quietest) = (0, None::<Stance>);
-    let mut sum: f64 = (0..size.min(samples.len())).map(square).sum();
-    for i in size..samples.len() {
-        let sample = i - size / 2;
-        let rate = (sum / size as f64).max(0.0).sqrt();
-        let force = (norm(&samples.force[sample]) - gravity).abs();
-        if norm(&samples.rate[sample]) > MIN_SWING_RAD_S {
-            swing += usize::from(swing == 0 || quietest.is_some());
-            stances.extend(quietest.take());
-        } else if swing > 0 && rate < max_rate_rad_s && force < MAX_FORCE_MISFIT_MPS2 {
-            let stands = rate < MAX_STANDING_RAD_S;
-            stances.extend(quietest.take_if(|q| stands && sample - q.first > standing_len));
-            if quietest.as_ref().is_none_or(|q| rate < q.rate) {
-                let first = quietest.map_or(sample, |q| q.first);
-                quietest = Some(Stance {
-                    first,
-                    sample,
-                    rate,
-                    swing,
-                });
-            }
+    swing: usize,
+    quietest: Option<Stance>,
+    /// Σ ω² over the window, and the sample after it.
+    sum: f64,
+    next: usize,
+}
+
+impl StanceDetector {
+    /// From the first sample on; `rest` says what gravity is.
+    pub fn new(samples: &Samples, rest: &Range<usize>, max_rate_rad_s: f64) -> StanceDetector {
+        let size = samples.count_in(WINDOW_S).max(3);
+        let mean = samples.channels().mean(rest);
+        StanceDetector {
+            size,
+            standing_len: samples.count_in(STANDING_S).max(size),
+            gravity: norm(&[mean[0], mean[1], mean[2]]),
+            max_rate_rad_s,
+            swing: 0,
+            quietest: None,
+            sum: 0.0,
+            next: 0,
         }
-        sum += square(i) - square(i - size);
     }
-    stances.extend(quietest);
-    stances
+
+    /// The next stance in the samples so far.
+    pub fn update(&mut self, samples: &Samples) -> Option<Stance> {
+        if !samples.has_gyro() || self.max_rate_rad_s <= 0.0 {
+            return None;
+        }
+        let square = |i: usize| samples.rate[i].iter().map(|w| w * w).sum::<f64>();
+        let mut found = None;
+        while found.is_none() && self.next < samples.len() {
+            let i = self.next;
+            self.next += 1;
+            if i >= self.size {
+                found = self.take(samples, i - self.size / 2);
+                self.sum -= square(i - self.size);
+            }
+            self.sum += square(i);
+        }
+        found
+    }
+
+    fn take(&mut self, samples: &Samples, sample: usize) -> Option<Stance> {
+        let rate = (self.sum / self.size as f64).max(0.0).sqrt();
+        let force = (norm(&samples.force[sample]) - self.gravity).abs();
+        if norm(&samples.rate[sample]) > MIN_SWING_RAD_S {
+            self.swing += usize::from(self.swing == 0 || self.quietest.is_some());
+            return self.quietest.take();
+        }
+        if self.swing == 0 || rate >= self.max_rate_rad_s || force >= MAX_FORCE_MISFIT_MPS2 {
+            return None;
+        }
+        let stands = rate < MAX_STANDING_RAD_S;
+        let standing_len = self.standing_len;
+        let long = |q: &mut Stance| stands && sample - q.first > standing_len;
+        let found = self.quietest.take_if(long);
+        if self.quietest.as_ref().is_none_or(|q| rate < q.rate) {
+            self.quietest = Some(Stance {
+                first: self.quietest.as_ref().map_or(sample, |q| q.first),
+                sample,
+                rate,
+                swing: self.swing,
+            });
+        }
+        found
+    }
+
+    /// Counts samples from the `count`-th on: the window is no longer before it.
+    pub fn forget(&mut self, count: usize) {
+        self.next = self.next.saturating_sub(count);
+        if let Some(stance) = &mut self.quietest {
+            stance.forget(count);
+        }
+    }
 }
 
 fn norm(v: &[f64; 3]) -> f64 {

@@ -7,6 +7,8 @@ use std::ops::Range;
 const MIN_GAP_PERIODS: f64 = 5.0;
 /// A slow motion does not change more within this time than a trapezoid follows.
 const MIN_GAP_S: f64 = 0.1;
+/// No IMU is read more often in a second.
+const MAX_BLOCK_LEN: usize = 1_000_000;
 /// Neighbouring values closer than this, SI, differ by rounding of the computation only.
 const MIN_STEP: f64 = 1e-9;
 
@@ -81,7 +83,7 @@ impl Block {
         self.variance[3 * sensor..3 * sensor + 3].iter().sum()
     }
 
-    fn new(channels: &Channels<'_>, span: Range<usize>) -> Block {
+    pub(crate) fn new(channels: &Channels<'_>, span: Range<usize>) -> Block {
         let mean = channels.mean(&span);
         let mut variance = [0.0; 6];
         let (mut low, mut high) = ([f64::MAX; 6], [f64::MIN; 6]);
@@ -105,7 +107,7 @@ impl Block {
 /// Samples in a block of `seconds`, at least five: a variance of fewer says little.
 #[must_use]
 pub fn block_len(period_s: f64, seconds: f64) -> usize {
-    ((seconds / period_s.max(f64::MIN_POSITIVE)).round() as usize).max(5)
+    ((seconds / period_s.max(f64::MIN_POSITIVE)).round() as usize).clamp(5, MAX_BLOCK_LEN)
 }
 
 /// Whole blocks of `size` samples inside `span`, none of them across a gap.
@@ -132,14 +134,19 @@ pub fn sampling_period(time_s: &[f64]) -> f64 {
     quantile(time_s.windows(2).map(|w| w[1] - w[0]).collect(), 0.5)
 }
 
+/// True if a step of the times is a gap.
+#[must_use]
+pub fn is_gap(step_s: f64, period_s: f64) -> bool {
+    step_s > (MIN_GAP_PERIODS * period_s).max(MIN_GAP_S)
+}
+
 /// Spans between gaps.
 #[must_use]
 pub fn pieces(time_s: &[f64], period_s: f64) -> Vec<Range<usize>> {
-    let longest = (MIN_GAP_PERIODS * period_s).max(MIN_GAP_S);
     let mut out = Vec::new();
     let mut from = 0;
     for i in 1..=time_s.len() {
-        if i == time_s.len() || time_s[i] - time_s[i - 1] > longest {
+        if i == time_s.len() || is_gap(time_s[i] - time_s[i - 1], period_s) {
             out.push(from..i);
             from = i;
         }

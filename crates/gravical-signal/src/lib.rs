@@ -6,14 +6,16 @@
 //!
 //! 1. [`Channels`]: specific force and angular rate over time, in pieces without a gap.
 //! 2. [`blocks`]: means and variances of short blocks.
-//! 3. [`detect_rests`]: where the sensor lay still.
+//! 3. [`detect_rests`]: where the sensor lay still; [`RestDetector`]: the same as samples come.
 #![deny(missing_docs)]
 
 mod channels;
+mod detector;
 mod faint;
 mod rests;
 
 pub use channels::{
-    Block, Channels, block_len, blocks, pieces, quantile, resolution, sampling_period,
+    Block, Channels, block_len, blocks, is_gap, pieces, quantile, resolution, sampling_period,
 };
+pub use detector::{RestDetector, RestEvent};
 pub use rests::{RestOptions, detect_rests};

@@ -3,14 +3,13 @@
 use std::ops::Range;
 
 use crate::channels::{Block, Channels, block_len, blocks, quantile};
+use crate::detector::{RestDetector, RestEvent};
 use crate::faint::without_faint_moves;
 
 /// Blocks: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
-const BLOCK_S: f64 = 0.2;
+pub(crate) const BLOCK_S: f64 = 0.2;
 /// Fewer blocks are no rest: the variance of their means would have two degrees of freedom.
-const MIN_BLOCKS: usize = 4;
-/// Blocks that the causal detector learns the noise from: 3 s.
-const LEARNED_BLOCKS: usize = 15;
+pub(crate) const MIN_BLOCKS: usize = 4;
 /// Blocks that one segment may have, 60 s: over longer ones the drift of a bias is a step.
 const MAX_BLOCKS: usize = 300;
 /// Variance within a block, three axes, up to which a hand or a foot may be at rest whatever the
@@ -40,7 +39,7 @@ const MARGIN_S: f64 = 0.03;
 /// What the detector may use.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RestOptions {
-    /// Decide from what is past: the noise is that of the first 3 s, and a rest is one after 1 s.
+    /// Decide from what is past, as [`RestDetector`] does.
     pub causal: bool,
 }
 
@@ -58,53 +57,38 @@ pub struct RestOptions {
 #[must_use]
 pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range<usize>> {
     let size = block_len(channels.period_s, BLOCK_S);
+    let min_len = (MIN_BLOCKS - 1) * size;
+    if options.causal {
+        let mut rests = rests_as_they_come(channels);
+        rests.retain(|r| r.len() >= min_len);
+        return rests;
+    }
     let blocks = blocks(channels, &(0..channels.time_s.len()), size);
     if blocks.len() <= MIN_BLOCKS {
         return Vec::new();
     }
-    let learned = if options.causal {
-        &blocks[..LEARNED_BLOCKS.min(blocks.len())]
-    } else {
-        &blocks[..]
-    };
-    let level = [0, 1].map(|sensor| quiet_level(learned, sensor));
+    let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
     let mut rests = Vec::new();
     for run in quiet_runs(channels, &blocks, level) {
-        let base = if options.causal { learned } else { run };
-        let flips = flips(run, &channels.resolution);
-        let mut variance = variance_of_means(base, level, size);
-        (0..6).for_each(|c| variance[c] += flips[c]);
+        let noise = Noise::with_level(run, level, size, &channels.resolution);
         let mut partition = Partition::new(channels.count());
         for block in run {
-            partition.push(std::array::from_fn(|c| {
-                (block.mean[c] - run[0].mean[c]) / variance[c].sqrt()
-            }));
+            partition.push(noise.scaled(&block.mean, &run[0].mean));
         }
-        let segments = if options.causal {
-            partition.segments_as_they_come()
+        let joined = partition.joined(partition.segments(), &noise.slack);
+        let segments = if channels.count() == 3 {
+            longest_of_touching(joined)
         } else {
-            let slack =
-                std::array::from_fn(|c| [DRIFT[c / 3].powi(2), flips[c]].map(|v| v / variance[c]));
-            let joined = partition.joined(partition.segments(), &slack);
-            if channels.count() == 3 {
-                longest_of_touching(joined)
-            } else {
-                joined
-            }
+            joined
         };
         let spans = segments
             .iter()
             .map(|s| run[s.start].span.start..run[s.end - 1].span.end)
-            .map(|span| with_edges(channels, &span, size, &variance));
-        let density = std::array::from_fn(|c| variance[c] * size as f64 * channels.period_s);
-        let min_len = (MIN_BLOCKS - 1) * size;
-        if options.causal {
-            rests.extend(spans);
-        } else {
-            rests.extend(spans.flat_map(|s| without_faint_moves(channels, s, &density, min_len)));
-        }
+            .map(|span| with_edges(channels, &span, size, &noise.variance));
+        let density = std::array::from_fn(|c| noise.variance[c] * size as f64 * channels.period_s);
+        rests.extend(spans.flat_map(|s| without_faint_moves(channels, s, &density, min_len)));
     }
-    rests.retain(|r| r.len() >= (MIN_BLOCKS - 1) * size);
+    rests.retain(|r| r.len() >= min_len);
     for rest in &mut rests {
         // What is left at the end of a piece is no block.
         let end = channels.piece(rest.start).end;
@@ -113,6 +97,71 @@ pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range
         }
     }
     rests
+}
+
+/// Those that the detector finds as samples come; the last may go on to the end.
+fn rests_as_they_come(channels: &Channels<'_>) -> Vec<Range<usize>> {
+    let mut detector = RestDetector::new(channels.period_s, channels.resolution);
+    let mut rests: Vec<Range<usize>> = Vec::new();
+    while let Some(event) = detector
+        .update(channels)
+        .or_else(|| detector.finish(channels))
+    {
+        match event {
+            RestEvent::Begin(start) => rests.push(start..channels.time_s.len()),
+            RestEvent::Withdraw => {
+                rests.pop();
+            }
+            RestEvent::End(end) => {
+                if let Some(last) = rests.last_mut() {
+                    last.end = end;
+                }
+            }
+        }
+    }
+    rests
+}
+
+/// Noise of blocks.
+#[derive(Debug, Clone)]
+pub(crate) struct Noise {
+    /// Variance of three axes where it is quiet.
+    pub level: [f64; 2],
+    /// Variances of the mean of a block.
+    pub variance: [f64; 6],
+    /// Those of what a bias drifts in [`DRIFT_S`] and of what a value flips, in units of `variance`.
+    pub slack: [[f64; 2]; 6],
+}
+
+impl Noise {
+    pub fn new(blocks: &[Block], size: usize, resolution: &[f64; 6]) -> Noise {
+        let level = [0, 1].map(|sensor| quiet_level(blocks, sensor));
+        Noise::with_level(blocks, level, size, resolution)
+    }
+
+    fn with_level(run: &[Block], level: [f64; 2], size: usize, resolution: &[f64; 6]) -> Noise {
+        let flips = flips(run, resolution);
+        let mut variance = variance_of_means(run, level, size);
+        (0..6).for_each(|c| variance[c] += flips[c]);
+        let slack =
+            std::array::from_fn(|c| [DRIFT[c / 3].powi(2), flips[c]].map(|v| v / variance[c]));
+        Noise {
+            level,
+            variance,
+            slack,
+        }
+    }
+
+    /// A mean in units of its standard deviation.
+    pub fn scaled(&self, mean: &[f64; 6], origin: &[f64; 6]) -> [f64; 6] {
+        std::array::from_fn(|c| (mean[c] - origin[c]) / self.variance[c].sqrt())
+    }
+}
+
+/// True if a block is quiet enough for a rest.
+pub(crate) fn is_quiet(block: &Block, level: [f64; 2]) -> bool {
+    let limit = |s: usize| (MAX_EXCESS * level[s]).clamp(TREMOR[s], CEILING[s]);
+    (0..2).all(|s| block.total_variance(s) < limit(s))
 }
 
 /// Variance of three axes in the quietest second or so.
@@ -130,8 +179,7 @@ fn quiet_runs<'b>(
     blocks: &'b [Block],
     level: [f64; 2],
 ) -> Vec<&'b [Block]> {
-    let limit = [0, 1].map(|s| (MAX_EXCESS * level[s]).clamp(TREMOR[s], CEILING[s]));
-    let quiet = |b: &Block| (0..2).all(|s| b.total_variance(s) < limit[s]);
+    let quiet = |b: &Block| is_quiet(b, level);
     let adjacent = |a: &Block, b: &Block| {
         a.span.end == b.span.start && channels.piece(a.span.start).contains(&b.span.start)
     };
@@ -179,7 +227,8 @@ fn flips(run: &[Block], resolution: &[f64; 6]) -> [f64; 6] {
 }
 
 /// Optimal partition of means in units of their standard deviation, one block at a time.
-struct Partition {
+#[derive(Debug, Clone)]
+pub(crate) struct Partition {
     channels: usize,
     sum: Vec<[f64; 6]>,
     squares: Vec<f64>,
@@ -189,7 +238,7 @@ struct Partition {
 }
 
 impl Partition {
-    fn new(channels: usize) -> Self {
+    pub fn new(channels: usize) -> Self {
         Partition {
             channels,
             sum: vec![[0.0; 6]],
@@ -203,7 +252,7 @@ impl Partition {
         PENALTY[usize::from(self.channels > 3)]
     }
 
-    fn push(&mut self, mean: [f64; 6]) {
+    pub fn push(&mut self, mean: [f64; 6]) {
         let k = self.cost.len();
         let (mut sum, mut squares) = (self.sum[k - 1], self.squares[k - 1]);
         for c in 0..self.channels {
@@ -246,45 +295,54 @@ impl Partition {
         out
     }
 
-    /// Segments as each block decides: one opens when it is long enough, and ends where a later one
-    /// begins.
-    fn segments_as_they_come(&self) -> Vec<Range<usize>> {
-        let mut out = Vec::new();
-        let mut open = None;
-        for (k, start) in self.start.iter().enumerate().skip(1) {
-            match open {
-                None if k - start > MIN_BLOCKS => open = Some(*start),
-                Some(from) if *start > from => {
-                    out.push(from..*start);
-                    open = None;
-                }
-                _ => {}
-            }
-        }
-        out.extend(open.map(|from| from..self.start.len() - 1));
-        out
+    /// Number of blocks, and where the last segment of the best ones begins.
+    pub fn last(&self) -> (usize, usize) {
+        let count = self.start.len() - 1;
+        (count, self.start[count])
     }
 
-    /// Segments whose means differ by what a bias drifts (variance in [`DRIFT_S`]) and a value flips are
-    /// one; `slack` holds both in units of the variance of a mean.
+    /// Drops blocks that no segment reaches any more, once there are many; says how many.
+    pub fn forget(&mut self) -> usize {
+        if self.start.len() < 4 * MAX_BLOCKS {
+            return 0;
+        }
+        let dropped = self.start.len() - 2 * MAX_BLOCKS;
+        self.sum.drain(..dropped);
+        self.squares.drain(..dropped);
+        self.cost.drain(..dropped);
+        self.start.drain(..dropped);
+        let least = self.cost[0];
+        self.cost.iter_mut().for_each(|c| *c -= least);
+        let start = self.start.iter_mut();
+        start.for_each(|s| *s = s.saturating_sub(dropped));
+        dropped
+    }
+
+    /// Touching segments that are the same rest are one.
     fn joined(&self, mut segments: Vec<Range<usize>>, slack: &[[f64; 2]; 6]) -> Vec<Range<usize>> {
         segments.dedup_by(|next, last| {
-            let apart_s = 0.5 * BLOCK_S * (next.end - last.start) as f64;
-            let chance = 1.0 / last.len() as f64 + 1.0 / next.len() as f64;
-            let chi2: f64 = (0..self.channels)
-                .map(|c| {
-                    let drift = slack[c][0] * (apart_s / DRIFT_S).min(1.0);
-                    let variance = chance + drift + slack[c][1];
-                    (self.mean(last, c) - self.mean(next, c)).powi(2) / variance
-                })
-                .sum();
-            let same = next.start == last.end && chi2 < SAME_REST * self.penalty();
+            let same = next.start == last.end && self.same(last, next, slack);
             if same {
                 last.end = next.end;
             }
             same
         });
         segments
+    }
+
+    /// True if the means of neighbouring segments differ by what a bias drifts (variance in [`DRIFT_S`])
+    /// and a value flips; `slack` holds both in units of the variance of a mean.
+    pub fn same(&self, last: &Range<usize>, next: &Range<usize>, slack: &[[f64; 2]; 6]) -> bool {
+        let apart_s = 0.5 * BLOCK_S * (next.end - last.start) as f64;
+        let chance = 1.0 / last.len() as f64 + 1.0 / next.len() as f64;
+        let chi2: f64 = (0..self.channels)
+            .map(|c| {
+                let drift = slack[c][0] * (apart_s / DRIFT_S).min(1.0);
+                let variance = chance + drift + slack[c][1];
+                (self.mean(last, c) - self.mean(next, c)).powi(2) / variance
+            })
+            .sum();
+        chi2 < SAME_REST * self.penalty()
     }
 }
 
@@ -312,32 +370,60 @@ fn with_edges(
     variance: &[f64; 6],
 ) -> Range<usize> {
     let piece = channels.piece(span.start);
-    let near = span.len().min(NEAR_BLOCKS * size);
-    let rest = |span: Range<usize>| Rest {
-        channels,
-        mean: channels.mean(&span),
-        variance,
+    let start = start_edge(channels, span, size, variance);
+    let end = if span.end + size < piece.end {
+        end_edge(channels, span, span.end + size, size, variance)
+    } else {
+        span.end
     };
-    let margin = (MARGIN_S / BLOCK_S * size as f64).ceil() as usize;
-    // Far enough into the rest that the ramp finds its foot, from a block beyond it.
-    let reach = near / 3 + 2 * size;
-    let mut out = span.clone();
-    if span.end + size < piece.end {
-        let last = (span.end + size).min(piece.end - 1);
-        let onset = rest(span.end - near..span.end).onset(reach.min(last), |u| last - u);
-        out.end = (last + 1).saturating_sub(onset + margin);
-    }
-    if span.start > piece.start + size {
-        let first = span.start.saturating_sub(size).max(piece.start);
-        let most = channels.time_s.len() - 1 - first;
-        let onset = rest(span.start..span.start + near).onset(reach.min(most), |u| first + u);
-        out.start = first + onset + margin;
-    }
-    if out.start < out.end {
-        out
+    if start < end {
+        start..end
     } else {
         span.clone()
     }
+}
+
+/// Samples that a rest near `near` samples long is looked for its edge in: far enough that the ramp finds
+/// its foot, from a block beyond it.
+fn reach(near: usize, size: usize) -> usize {
+    near / 3 + 2 * size
+}
+
+fn margin(size: usize) -> usize {
+    (MARGIN_S / BLOCK_S * size as f64).ceil() as usize
+}
+
+/// Where a rest begins, to the sample.
+pub(crate) fn start_edge(
+    channels: &Channels<'_>,
+    span: &Range<usize>,
+    size: usize,
+    variance: &[f64; 6],
+) -> usize {
+    let piece = channels.piece(span.start);
+    if span.start <= piece.start + size {
+        return span.start;
+    }
+    let near = span.len().min(NEAR_BLOCKS * size);
+    let rest = Rest::new(channels, &(span.start..span.start + near), variance);
+    let first = span.start.saturating_sub(size).max(piece.start);
+    let most = channels.time_s.len() - 1 - first;
+    let onset = rest.onset(reach(near, size).min(most), |u| first + u);
+    first + onset + margin(size)
+}
+
+/// Where a rest ends, to the sample, looked for from sample `last` back.
+pub(crate) fn end_edge(
+    channels: &Channels<'_>,
+    span: &Range<usize>,
+    last: usize,
+    size: usize,
+    variance: &[f64; 6],
+) -> usize {
+    let near = span.len().min(NEAR_BLOCKS * size);
+    let rest = Rest::new(channels, &(span.end - near..span.end), variance);
+    let onset = rest.onset(reach(near, size).min(last), |u| last - u);
+    (last + 1).saturating_sub(onset + margin(size))
 }
 
 struct Rest<'a> {
@@ -346,7 +432,15 @@ struct Rest<'a> {
     variance: &'a [f64; 6],
 }
 
-impl Rest<'_> {
+impl<'a> Rest<'a> {
+    fn new(channels: &'a Channels<'a>, span: &Range<usize>, variance: &'a [f64; 6]) -> Rest<'a> {
+        Rest {
+            channels,
+            mean: channels.mean(span),
+            variance,
+        }
+    }
+
     /// Samples from the first of `at` to the onset of a ramp: the one that explains most of what leaves
     /// the mean of the rest.
     fn onset(&self, reach: usize, at: impl Fn(usize) -> usize) -> usize {

@@ -6,6 +6,7 @@ mod properties;
 mod real;
 mod simulated;
 mod states;
+mod stepper;
 mod stories;
 mod study;
 mod truth;

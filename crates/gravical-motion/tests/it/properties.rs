@@ -1,7 +1,7 @@
 //! What must not matter, what has to agree, and what must not break it.
 
 use gravical_motion::{
-    Motion, MotionOptions, Samples, Sensor, bridge_odd, estimate_motion, resolutions,
+    Motion, MotionOptions, Samples, Sensor, Stepper, bridge_odd, estimate_motion, resolutions,
 };
 use proptest::prelude::*;
 
@@ -191,6 +191,7 @@ proptest! {
         gyro in any::<bool>(),
         causal in any::<bool>(),
         given in any::<bool>(),
+        zero_velocity in any::<bool>(),
         step in prop_oneof![Just(0.01), Just(0.0), Just(-0.01), Just(1e-9), Just(1e9), Just(f64::NAN)],
     ) {
         let mut force: Vec<[f64; 3]> = (0..still).map(|i| [0.01 * (i % 3) as f64, 0.0, 9.81]).collect();
@@ -204,9 +205,17 @@ proptest! {
         let bridged = bridge_odd(&time_s, &mut force, Sensor::Accelerometer, &[19.6, 0.0], 5.0);
         let samples = Samples::new(&time_s, &force, &rate, bridged, resolutions(&force, &rate));
         let rests_s = given.then(|| vec![(0.0, 1.0), (f64::NAN, 3.0), (2.0, 1e300)]);
-        let motion = estimate_motion(&samples, &MotionOptions { causal, rests_s, ..options() });
+        let options = MotionOptions { causal, rests_s, zero_velocity, ..options() };
+        let motion = estimate_motion(&samples, &options);
         prop_assert!(motion.rests.iter().all(|r| r.start < r.end && r.end <= samples.len()));
         prop_assert_eq!(motion.states(&samples).count(), samples.len());
+        let mut stepper = Stepper::new(&options, step, [0.0; 6]);
+        for (i, t) in time_s.iter().enumerate() {
+            if i % 101 == 100 {
+                stepper.interrupt();
+            }
+            stepper.push(*t, force[i], rate.get(i).copied());
+        }
         let _ = (motion.verdict(), motion.hidden_displacement_m(1.0), motion.position_at(odd, samples.time_s()));
     }
 }

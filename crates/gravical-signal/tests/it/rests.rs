@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use gravical_signal::{
-    Channels, RestOptions, blocks, detect_rests, pieces, quantile, resolution, sampling_period,
+    Channels, RestDetector, RestEvent, RestOptions, blocks, detect_rests, pieces, quantile,
+    resolution, sampling_period,
 };
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -98,6 +99,52 @@ fn poses_are_found_to_the_sample() {
             }
         }
     }
+}
+
+#[test]
+fn a_long_rest_goes_on_as_samples_come() {
+    for seed in 0..10 {
+        // Four times as long as a segment may be.
+        let rests =
+            Recording::new(seed, 240.0, 0.03, |_| [0.0, 0.0, 9.8], |_| [0.01; 3]).rests(true);
+        assert_eq!(rests.len(), 1, "{seed} {rests:?}");
+        assert_eq!((rests[0].start, rests[0].end), (0, 24_000));
+    }
+}
+
+#[test]
+fn what_is_past_may_be_forgotten() {
+    let recording = poses(3, 0.03);
+    let mut detector = RestDetector::new(0.01, [0.0; 6]);
+    let (mut forgotten, mut rests) = (0, Vec::new());
+    for until in 1..=recording.time_s.len() {
+        if until - forgotten == 800 {
+            detector.forget(200);
+            forgotten += 200;
+        }
+        let span = forgotten..until;
+        let channels = Channels {
+            time_s: &recording.time_s[span.clone()],
+            force_mps2: &recording.force[span.clone()],
+            rate_rad_s: &recording.rate[span.clone()],
+            period_s: 0.01,
+            pieces: &[Range {
+                start: 0,
+                end: span.len(),
+            }],
+            resolution: [0.0; 6],
+        };
+        while let Some(event) = detector.update(&channels) {
+            match event {
+                RestEvent::Begin(start) => rests.push(start + forgotten..usize::MAX),
+                RestEvent::Withdraw => assert!(rests.pop().is_some()),
+                RestEvent::End(end) => rests.last_mut().unwrap().end = end + forgotten,
+            }
+        }
+    }
+    let count = rests.len();
+    assert_eq!(rests[..count - 1], recording.rests(true)[..count - 1]);
+    assert_eq!(count, 10);
 }
 
 #[test]

@@ -1,0 +1,813 @@
+//! The motion as samples come.
+//!
+//! A rest that has lasted for a second closes the move before it: the filter goes through the move again
+//! with what is then known of it, as the whole run does. What it knows by then is kept only from the last
+//! rest on.
+
+use std::ops::Range;
+
+use gravical_signal::{RestDetector, RestEvent};
+use nalgebra::Vector3;
+
+use crate::chain::contradicts;
+use crate::filter::{Action, Filter, Model};
+use crate::moves::{
+    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, rectified, take_displacement,
+};
+use crate::noise::Noise;
+use crate::odd::Bridged;
+use crate::result::{Motion, PathNode, array, bounds};
+use crate::rough::Roughness;
+use crate::samples::{MotionOptions, Samples};
+use crate::stance::{Stance, StanceDetector, is_walk};
+use crate::state::Directions;
+use crate::states::SampleState;
+
+/// The noise is that of the first seconds of the first rest, s.
+const LEARNED_S: f64 = 3.0;
+/// A rest that the velocity contradicts is believed after so long, s: what is wrong then is the velocity. That
+/// it ended after 3 s may take two more to see.
+const BELIEVED_S: f64 = 4.0;
+/// A move that goes on has the roughness of its last seconds, s.
+const RECENT_S: f64 = 2.0;
+/// Nodes of a move that goes on, s: what turns less than a swing within it.
+const NODE_S: f64 = 0.04;
+/// What a rest may need of what is past, s.
+const KEPT_S: f64 = LEADING_S + 5.0;
+
+/// The motion of samples as they come: after each the state by what is past.
+///
+/// Numbers are those of a causal run ([`MotionOptions::causal`]), which is this, sample by sample. A rest is
+/// one after a second, the first one after three; until then, and before the first rest, the state is that of
+/// the move, or not known. Work is bounded for each sample on average, and memory by the longest move.
+#[derive(Debug, Clone)]
+pub struct Stepper {
+    context: Context,
+    /// Samples that were forgotten.
+    forgotten: usize,
+    /// True if something is missing before the next sample.
+    interrupted: bool,
+    source: RestSource,
+    candidate: Option<Candidate>,
+    stances: Option<StanceDetector>,
+    /// Those of this move, and the last step of the last walk.
+    stances_here: Vec<Stance>,
+    last_step: Option<usize>,
+    /// Where the last rest begins or was left.
+    filter: Option<Filter>,
+    phase: Phase,
+    /// Before the last rest began.
+    undo: Option<Box<Undo>>,
+    tape: Tape,
+    /// What a whole run is to have.
+    motion: Option<Motion>,
+    state: SampleState,
+}
+
+/// What the filter knows besides its state.
+#[derive(Debug, Clone)]
+struct Context {
+    samples: Samples,
+    options: MotionOptions,
+    directions: Directions,
+    /// Once there was a rest.
+    noise: Option<Noise>,
+}
+
+impl Context {
+    fn model(&self) -> Option<Model<'_>> {
+        Some(Model {
+            samples: &self.samples,
+            options: &self.options,
+            directions: &self.directions,
+            noise: self.noise.as_ref()?,
+        })
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Phase {
+    /// Before the first rest.
+    Unknown,
+    /// From the first second on, which ends before sample `closed`, with the state there.
+    Rest {
+        closed: usize,
+        node: PathNode,
+    },
+    Move(Box<Live>),
+}
+
+/// What a rest changes that may be withdrawn.
+#[derive(Debug, Clone)]
+struct Undo {
+    filter: Option<Filter>,
+    phase: Phase,
+    last_step: Option<usize>,
+    /// Numbers of rests, moves, stances and nodes.
+    counts: [usize; 4],
+}
+
+/// A span that may be a rest.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    start: usize,
+    doubted: bool,
+}
+
+/// A move that goes on.
+#[derive(Debug, Clone)]
+struct Live {
+    /// Where it began, of all samples.
+    start: usize,
+    /// Up to what is known for good: the last stance, or where a rest was looked for.
+    trail: Track,
+    /// Up to the last whole node.
+    ahead: Track,
+    /// True in a rest that is no measurement.
+    at_rest: bool,
+    path: Vec<PathNode>,
+}
+
+/// A filter that goes on through a move.
+#[derive(Debug, Clone)]
+struct Track {
+    filter: Filter,
+    /// First sample of the move that is still there.
+    start: usize,
+    /// Σ ω² and the number of samples in it, and by how much it has widened the bias.
+    squares: f64,
+    count: usize,
+    inflated: f64,
+}
+
+impl Track {
+    fn new(model: &Model<'_>, mut filter: Filter) -> Track {
+        filter.run(model, &Action::StartMove(0), None);
+        Track {
+            start: filter.at,
+            filter,
+            squares: 0.0,
+            count: 0,
+            inflated: 0.0,
+        }
+    }
+
+    /// Goes on to a sample, from node to node, which are added to `path`.
+    fn advance(&mut self, model: &Model<'_>, to: usize, mut path: Option<&mut Vec<PathNode>>) {
+        let node = node_len(model.samples);
+        let recent = model.samples.count_in(RECENT_S);
+        while self.filter.at < to {
+            let span = self.filter.at..to.min(self.filter.at + node);
+            let mean_square = self.filter.mean_square_rate(model, span.clone());
+            self.squares += mean_square * span.len() as f64;
+            self.count += span.len();
+            let rate_sd = model.directions.rate_sd;
+            let variance = rectified(self.squares / self.count as f64, rate_sd);
+            if variance > self.inflated {
+                let more = Action::InflateRateBias(variance - self.inflated);
+                self.filter.run(model, &more, None);
+                self.inflated = variance;
+            }
+            if let Some(path) = &mut path {
+                path.push(PathNode::forward(&self.filter.node()));
+            }
+            let since = self.start.max(span.end.saturating_sub(recent));
+            let propagate = Action::Propagate {
+                to: span.end,
+                node,
+                excess: model.noise.excess(since, span.end),
+            };
+            self.filter.run(model, &propagate, None);
+        }
+    }
+
+    fn forget(&mut self, count: usize) {
+        self.filter.at -= count;
+        self.start = self.start.saturating_sub(count);
+    }
+}
+
+fn node_len(samples: &Samples) -> usize {
+    samples.count_in(NODE_S).max(1)
+}
+
+impl Stepper {
+    /// Before the first sample. Samples come every `period_s` and are written in steps of `resolution`, m/s²
+    /// and rad/s, 0 where they are unknown. If an option is negative or no number, nothing is ever known.
+    #[must_use]
+    pub fn new(options: &MotionOptions, period_s: f64, resolution: [f64; 6]) -> Stepper {
+        Stepper {
+            source: RestSource::new(options, period_s, resolution),
+            context: Context {
+                samples: Samples::empty(period_s, resolution),
+                directions: Directions::new(&options.calibration),
+                options: options.clone(),
+                noise: None,
+            },
+            forgotten: 0,
+            interrupted: false,
+            candidate: None,
+            stances: None,
+            stances_here: Vec::new(),
+            last_step: None,
+            filter: None,
+            phase: Phase::Unknown,
+            undo: None,
+            tape: Tape::new(Keep::Nothing),
+            motion: None,
+            state: SampleState::UNKNOWN,
+        }
+    }
+
+    /// Takes a sample: time, s, specific force, m/s², and angular rate, rad/s. With or without a gyroscope,
+    /// all samples are like the first. What is no measurement changes nothing: values that are not finite or
+    /// beyond any sensor, and a time that is not later.
+    ///
+    /// The state is that at the sample, NaN before the first rest was found.
+    pub fn push(&mut self, time_s: f64, force: [f64; 3], rate: Option<[f64; 3]>) -> SampleState {
+        if self.context.options.are_possible() && self.add(time_s, force, rate) {
+            self.update();
+            self.state = self.state_here().unwrap_or(SampleState::UNKNOWN);
+        }
+        self.state
+    }
+
+    /// Something is missing before the next sample, whatever its time says.
+    pub fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    /// A causal run of whole samples.
+    pub(crate) fn drive(samples: &Samples, options: &MotionOptions) -> Motion {
+        let mut stepper = Stepper::new(options, samples.period_s, samples.channels().resolution);
+        stepper.motion = Some(Motion::default());
+        stepper.tape = Tape::new(Keep::Path);
+        let mut bridged = samples.bridged.iter().peekable();
+        for i in 0..samples.len() {
+            if samples.gaps(&(i.saturating_sub(1)..i)).any(|gap| gap.2) {
+                stepper.interrupt();
+            }
+            let rate = samples.rate.get(i).copied();
+            stepper.add(samples.time_s[i], samples.force[i], rate);
+            let last = i + 1 == samples.len();
+            while let Some(one) = bridged.next_if(|b| b.rows.end <= i || last) {
+                let local = |row: usize| row.saturating_sub(stepper.forgotten);
+                let rows = local(one.rows.start)..local(one.rows.end);
+                let one = Bridged {
+                    rows,
+                    ..one.clone()
+                };
+                stepper.context.samples.bridged.push(one);
+            }
+            stepper.update();
+        }
+        stepper.finish();
+        let mut motion = stepper.motion.take().unwrap_or_default();
+        let moves = motion.moves.iter_mut();
+        moves.for_each(|m| m.count_bridged(&samples.bridged));
+        motion.noise = stepper.context.noise.as_ref().map(Noise::of_rests);
+        motion
+    }
+
+    /// True if it is a sample.
+    fn add(&mut self, time_s: f64, force: [f64; 3], rate: Option<[f64; 3]>) -> bool {
+        let samples = &mut self.context.samples;
+        let added = samples.push(time_s, force, rate, self.interrupted);
+        if added {
+            self.interrupted = false;
+        }
+        added
+    }
+
+    fn update(&mut self) {
+        while let Some(event) = self.source.update(&self.context.samples) {
+            self.take(event);
+        }
+        self.consider();
+        self.go_on();
+        self.forget();
+    }
+
+    fn take(&mut self, event: RestEvent) {
+        match event {
+            RestEvent::Begin(start) => {
+                let start = start.min(self.context.samples.len() - 1);
+                self.candidate = Some(Candidate {
+                    start,
+                    doubted: false,
+                });
+                self.consider();
+            }
+            RestEvent::Withdraw => self.withdraw(),
+            RestEvent::End(end) => match self.candidate.take() {
+                Some(Candidate { start, .. }) if self.context.noise.is_none() => {
+                    if start < end {
+                        self.begin_rest(start..end);
+                        self.end_rest(end);
+                    }
+                }
+                Some(Candidate { start, .. }) => {
+                    if let Some(noise) = &mut self.context.noise {
+                        noise.rough.silence(&(start..end));
+                    }
+                }
+                None => self.end_rest(end),
+            },
+        }
+    }
+
+    /// Takes a candidate for a rest, where it is one.
+    fn consider(&mut self) {
+        let Some(Candidate { start, doubted }) = self.candidate else {
+            return;
+        };
+        let span = start..self.context.samples.len();
+        let seconds = self.context.samples.duration_s(&span);
+        let taken = if self.context.noise.is_none() {
+            seconds >= LEARNED_S
+        } else if doubted {
+            seconds > BELIEVED_S
+        } else {
+            self.source.is_given() || self.agrees(&span)
+        };
+        if taken {
+            self.candidate = None;
+            self.begin_rest(span);
+        } else if self.context.noise.is_some() {
+            self.candidate = Some(Candidate {
+                start,
+                doubted: true,
+            });
+        }
+    }
+
+    /// What began is no rest.
+    fn withdraw(&mut self) {
+        let undo = self.undo.take();
+        if self.candidate.take().is_some() {
+            return;
+        }
+        let Some(undo) = undo else { return };
+        (self.filter, self.phase, self.last_step) = (undo.filter, undo.phase, undo.last_step);
+        if let Some(motion) = &mut self.motion {
+            let [rests, moves, stances, nodes] = undo.counts;
+            motion.rests.truncate(rests);
+            motion.moves.truncate(moves);
+            motion.stances.truncate(stances);
+            motion.path.truncate(nodes);
+        }
+    }
+
+    /// True if the velocity does not contradict that a rest begins.
+    fn agrees(&mut self, rest: &Range<usize>) -> bool {
+        let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
+            return true;
+        };
+        live.trail.advance(&model, rest.start, None);
+        !contradicts(&model, &live.trail.filter, &closing(&model, rest))
+    }
+
+    /// The noise of the first rest, and what it says of the samples before it.
+    fn learn(&mut self, rest: &Range<usize>) {
+        let samples = &self.context.samples;
+        let learned = rest.start..rest.end.min(samples.after_s(rest.start, LEARNED_S));
+        let given = self.context.options.noise.as_ref();
+        let noise = Noise::new(samples, &[learned], Roughness::default());
+        let mut noise = noise.with_white(given, samples);
+        let quiet = rest.start..samples.len();
+        noise.rough.extend(samples, std::slice::from_ref(&quiet));
+        self.context.noise = Some(noise);
+        let max_rate_rad_s = self.context.options.max_stance_rate_rad_s;
+        self.stances = Some(StanceDetector::new(samples, rest, max_rate_rad_s));
+        self.find_stances();
+    }
+
+    /// Adds the stances that came; true if there is one.
+    fn find_stances(&mut self) -> bool {
+        let count = self.stances_here.len();
+        if let Some(detector) = &mut self.stances {
+            while let Some(stance) = detector.update(&self.context.samples) {
+                self.stances_here.push(stance);
+            }
+        }
+        self.stances_here.len() > count
+    }
+
+    /// Those in a walk from sample `from` to `end`, away from the rests there.
+    fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
+        let size = self.stances.as_ref().map_or(0, |s| s.size);
+        let within = |s: &&Stance| s.sample >= from + size && s.sample + size < end;
+        let stances: Vec<Stance> = self.stances_here.iter().filter(within).cloned().collect();
+        if is_walk(&stances, self.last_step) {
+            stances
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn begin_rest(&mut self, rest: Range<usize>) {
+        let is_first = self.context.noise.is_none();
+        let counts = self
+            .motion
+            .as_ref()
+            .map(|m| [m.rests.len(), m.moves.len(), m.stances.len(), m.path.len()]);
+        self.undo = (!is_first).then(|| {
+            Box::new(Undo {
+                filter: self.filter.clone(),
+                phase: self.phase.clone(),
+                last_step: self.last_step,
+                counts: counts.unwrap_or_default(),
+            })
+        });
+        if let Some(motion) = &mut self.motion {
+            let end = rest.end + self.forgotten;
+            motion.rests.push(rest.start + self.forgotten..end);
+        }
+        if !is_first && !self.context.options.zero_velocity {
+            if let Phase::Move(live) = &mut self.phase {
+                live.at_rest = true;
+            }
+            return;
+        }
+        if is_first {
+            self.learn(&rest);
+        }
+        let Some(model) = self.context.model() else {
+            return;
+        };
+        let filter = self.filter.take();
+        let mut filter = filter.unwrap_or_else(|| Filter::new(&model, 0, &rest));
+        let first_second = closing(&model, &rest);
+        if rest.start > filter.at {
+            let after = if is_first { 0 } else { filter.at + 1 };
+            let steps = if self.context.options.zero_velocity {
+                self.steps(after, rest.start)
+            } else {
+                Vec::new()
+            };
+            let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
+            self.last_step = steps.last().map(|s| s.swing).or(self.last_step);
+            let leg = Leg {
+                number: 0,
+                end: rest.start,
+                bounds: bounds(!is_first, true),
+                rest: (!is_first).then(|| first_second.clone()),
+                stances: &stances,
+            };
+            let mut one;
+            (filter, one) = leg.run(&model, &mut self.tape, &filter);
+            let closed = first_second.end.max(filter.at + 1);
+            let from = filter.at;
+            close(&model, &mut self.tape, &mut filter, from..closed);
+            take_displacement(&model, &mut filter, &mut one);
+            if let Some(motion) = &mut self.motion {
+                one.samples = one.samples.start + self.forgotten..one.samples.end + self.forgotten;
+                motion.moves.push(one);
+                let stances = stances.iter().map(|s| s + self.forgotten);
+                motion.stances.extend(stances);
+            }
+        } else {
+            let closed = first_second.end.max(filter.at + 1);
+            let from = filter.at;
+            close(&model, &mut self.tape, &mut filter, from..closed);
+        }
+        let at = filter.at;
+        self.tape.run(&model, &mut filter, Action::Halt { to: at });
+        self.phase = Phase::Rest {
+            closed: first_second.end.max(at + 1),
+            node: PathNode::forward(&filter.node()),
+        };
+        self.filter = Some(filter);
+        self.keep_path();
+    }
+
+    /// Nodes of the tape, counted from the first sample of all.
+    fn keep_path(&mut self) {
+        let nodes = self.tape.path.drain(..);
+        if let Some(motion) = &mut self.motion {
+            motion.path.extend(nodes.map(|mut node| {
+                node.sample += self.forgotten;
+                node
+            }));
+        }
+    }
+
+    fn end_rest(&mut self, end: usize) {
+        self.undo = None;
+        if let Some(rest) = self.motion.as_mut().and_then(|m| m.rests.last_mut()) {
+            rest.end = (end + self.forgotten).max(rest.start + 1);
+        }
+        let closed = match &mut self.phase {
+            Phase::Rest { closed, .. } => *closed,
+            Phase::Move(live) => {
+                live.at_rest = false;
+                return;
+            }
+            Phase::Unknown => return,
+        };
+        let (Some(mut filter), Some(model)) = (self.filter.take(), self.context.model()) else {
+            return;
+        };
+        let end = end.max(filter.at + 1);
+        filter.run(&model, &Action::Halt { to: end - 1 }, None);
+        self.tape.path.push(PathNode::forward(&filter.node()));
+        level_before_move(&model, &mut self.tape, &mut filter, closed.min(end));
+        let trail = Track::new(&model, filter.clone());
+        self.phase = Phase::Move(Box::new(Live {
+            start: filter.at + self.forgotten,
+            ahead: trail.clone(),
+            trail,
+            at_rest: false,
+            path: Vec::new(),
+        }));
+        if let Some(noise) = &mut self.context.noise {
+            noise.rough.restart(filter.at);
+        }
+        self.filter = Some(filter);
+        self.stances_here.retain(|s| s.sample >= end);
+        self.keep_path();
+    }
+
+    /// Goes on with a move to the last whole node.
+    fn go_on(&mut self) {
+        let found = self.find_stances();
+        if let (Phase::Move(_), Some(noise)) = (&self.phase, &mut self.context.noise) {
+            noise.rough.extend(&self.context.samples, &[]);
+        }
+        let last = self.context.samples.len() - 1;
+        let usable = found && self.context.options.zero_velocity;
+        let steps = match (&self.phase, self.candidate) {
+            (Phase::Move(live), candidate) if usable => {
+                let from = live.start - self.forgotten + 1;
+                self.steps(from, candidate.map_or(usize::MAX, |c| c.start))
+            }
+            _ => Vec::new(),
+        };
+        let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
+            return;
+        };
+        let mut stands = false;
+        for step in &steps {
+            if step.sample <= live.trail.filter.at {
+                continue;
+            }
+            live.trail.advance(&model, step.sample, None);
+            live.trail.filter.run(&model, &Action::Stance, None);
+            stands = true;
+        }
+        let node = node_len(&self.context.samples);
+        let whole = |at: usize| at + (last - at) / node * node;
+        if stands {
+            live.ahead = live.trail.clone();
+            let to = whole(live.ahead.filter.at);
+            live.ahead.advance(&model, to, None);
+        }
+        let to = whole(live.ahead.filter.at);
+        let mut path = self.motion.is_some().then(Vec::new);
+        live.ahead.advance(&model, to, path.as_mut());
+        live.path.extend(path.into_iter().flatten().map(|mut node| {
+            node.sample += self.forgotten;
+            node
+        }));
+    }
+
+    /// The filter of a move at the last sample.
+    fn filter_here(&self, live: &Live) -> Option<Filter> {
+        let mut track = live.ahead.clone();
+        track.advance(&self.context.model()?, self.context.samples.len() - 1, None);
+        Some(track.filter)
+    }
+
+    fn state_here(&self) -> Option<SampleState> {
+        match &self.phase {
+            Phase::Unknown => None,
+            Phase::Rest { node, .. } => self.state(self.filter.as_ref()?, node, true),
+            Phase::Move(live) => {
+                let filter = self.filter_here(live)?;
+                let node = PathNode::forward(&filter.node());
+                self.state(&filter, &node, live.at_rest)
+            }
+        }
+    }
+
+    fn state(&self, filter: &Filter, node: &PathNode, at_rest: bool) -> Option<SampleState> {
+        let correction = filter.nominal.correction(&self.context.directions);
+        let force = correction.force(self.context.samples.force.last()?);
+        let gravity = Vector3::new(0.0, 0.0, filter.nominal.gravity);
+        Some(SampleState {
+            at_rest,
+            attitude: node.attitude,
+            acceleration_mps2: array(&(filter.nominal.attitude * force - gravity)),
+            velocity_mps: node.velocity_mps,
+            velocity_sd_mps: node.velocity_sd_mps,
+            position_m: node.position_m,
+            position_sd_m: node.position_sd_m,
+        })
+    }
+
+    /// No sample follows.
+    fn finish(&mut self) {
+        if self.context.samples.is_empty() {
+            return;
+        }
+        while let Some(event) = self.source.finish(&self.context.samples) {
+            self.take(event);
+        }
+        if let (Some(Candidate { start, .. }), None) = (self.candidate, &self.context.noise) {
+            self.begin_rest(start..self.context.samples.len());
+        }
+        self.go_on();
+        let last = self.context.samples.len() - 1;
+        let steps = match &self.phase {
+            Phase::Move(live) if self.context.options.zero_velocity => {
+                self.steps(live.start - self.forgotten + 1, usize::MAX)
+            }
+            _ => Vec::new(),
+        };
+        let filter = match &self.phase {
+            Phase::Unknown => None,
+            Phase::Rest { .. } => self.filter.clone(),
+            Phase::Move(live) => self.filter_here(live),
+        };
+        let (Some(mut filter), Some(model)) = (filter, self.context.model()) else {
+            return;
+        };
+        let Some(motion) = &mut self.motion else {
+            return;
+        };
+        let count = last + 1 + self.forgotten;
+        let at_rest = match &mut self.phase {
+            Phase::Unknown => false,
+            Phase::Rest { .. } => {
+                filter.run(&model, &Action::Halt { to: last }, None);
+                true
+            }
+            Phase::Move(live) => {
+                let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
+                let leg = Leg {
+                    number: 0,
+                    end: last,
+                    bounds: bounds(true, false),
+                    rest: None,
+                    stances: &stances,
+                };
+                let start = live.start.saturating_sub(self.forgotten);
+                if live.start < count - 1 {
+                    let excess = model.noise.excess(start, last);
+                    let mut one = leg.result(&model, start..last, None, &excess);
+                    take_displacement(&model, &mut filter, &mut one);
+                    one.samples = live.start..count - 1;
+                    motion.moves.push(one);
+                }
+                motion
+                    .stances
+                    .extend(stances.iter().map(|s| s + self.forgotten));
+                motion.path.append(&mut live.path);
+                live.at_rest
+            }
+        };
+        if let Some(rest) = motion.rests.last_mut().filter(|_| at_rest) {
+            rest.end = count;
+        }
+        let mut node = PathNode::forward(&filter.node());
+        node.sample = count - 1;
+        motion.path.push(node);
+    }
+
+    /// Forgets samples that nothing needs.
+    fn forget(&mut self) {
+        let samples = &self.context.samples;
+        let Some(now_s) = samples.time_s.last() else {
+            return;
+        };
+        let old = samples.time_s.partition_point(|t| *t < now_s - KEPT_S);
+        // Over a gap more is kept than its time says: blocks and windows go on from before it.
+        let old = old.min(samples.len().saturating_sub(samples.count_in(KEPT_S)));
+        let count = match &self.phase {
+            Phase::Rest { closed, .. } if old > *closed => old,
+            Phase::Move(live) if !self.context.options.zero_velocity => {
+                old.min(live.ahead.filter.at)
+            }
+            _ => return,
+        };
+        // Not each time: what is left moves.
+        if count < samples.len() / 2 {
+            return;
+        }
+        self.undo = None;
+        if let Some(model) = self.context.model() {
+            match (&mut self.phase, &mut self.filter) {
+                (Phase::Rest { closed, .. }, Some(filter)) => {
+                    filter.run(&model, &Action::Halt { to: count }, None);
+                    filter.at -= count;
+                    *closed = 0;
+                }
+                (Phase::Move(live), _) => {
+                    live.trail.advance(&model, count, None);
+                    live.trail.forget(count);
+                    live.ahead.forget(count);
+                }
+                _ => {}
+            }
+        }
+        if let Some(candidate) = &mut self.candidate {
+            candidate.start = candidate.start.saturating_sub(count);
+        }
+        if let Some(stances) = &mut self.stances {
+            stances.forget(count);
+        }
+        if let Some(noise) = &mut self.context.noise {
+            noise.rough.forget(count);
+        }
+        self.stances_here.retain(|s| s.sample >= count);
+        self.stances_here.iter_mut().for_each(|s| s.forget(count));
+        self.source.forget(count);
+        self.context.samples.forget(count);
+        self.forgotten += count;
+    }
+}
+
+/// Where rests come from.
+#[derive(Debug, Clone)]
+enum RestSource {
+    Detected(Box<RestDetector>),
+    /// Spans of times in order, s, and where the first of them has begun.
+    Given(Vec<(f64, f64)>, Option<usize>),
+}
+
+impl RestSource {
+    fn new(options: &MotionOptions, period_s: f64, resolution: [f64; 6]) -> RestSource {
+        let Some(given) = &options.rests_s else {
+            return RestSource::Detected(Box::new(RestDetector::new(period_s, resolution)));
+        };
+        let mut spans: Vec<(f64, f64)> = given
+            .iter()
+            .copied()
+            .filter(|(from_s, to_s)| from_s.is_finite() && to_s.is_finite() && from_s <= to_s)
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        spans.dedup_by(|next, last| {
+            let touches = next.0 <= last.1 + period_s;
+            if touches {
+                last.1 = last.1.max(next.1);
+            }
+            touches
+        });
+        // The next one is the last.
+        spans.reverse();
+        RestSource::Given(spans, None)
+    }
+
+    fn is_given(&self) -> bool {
+        matches!(self, RestSource::Given(..))
+    }
+
+    fn update(&mut self, samples: &Samples) -> Option<RestEvent> {
+        let (spans, begun) = match self {
+            RestSource::Detected(detector) => return detector.update(&samples.channels()),
+            RestSource::Given(spans, begun) => (spans, begun),
+        };
+        let now_s = *samples.time_s.last()?;
+        while let Some((from_s, to_s)) = spans.last().copied() {
+            let start = samples.time_s.partition_point(|t| *t < from_s);
+            let end = samples.time_s.partition_point(|t| *t <= to_s);
+            let over = now_s > to_s;
+            if begun.is_some() && over {
+                spans.pop();
+                *begun = None;
+                return Some(RestEvent::End(end));
+            }
+            let closes = now_s >= from_s + 1.0 && start + 1 < end;
+            if begun.is_none() && (closes || over && start + 1 < end) {
+                *begun = Some(start);
+                return Some(RestEvent::Begin(start));
+            }
+            if !over {
+                return None;
+            }
+            spans.pop();
+        }
+        None
+    }
+
+    fn finish(&mut self, samples: &Samples) -> Option<RestEvent> {
+        match self {
+            RestSource::Detected(detector) => detector.finish(&samples.channels()),
+            RestSource::Given(spans, begun) => {
+                let (from_s, _) = *spans.last().filter(|_| begun.is_none())?;
+                let start = samples.time_s.partition_point(|t| *t < from_s);
+                *begun = (start + 1 < samples.len()).then_some(start);
+                begun.map(RestEvent::Begin)
+            }
+        }
+    }
+
+    fn forget(&mut self, count: usize) {
+        match self {
+            RestSource::Detected(detector) => detector.forget(count),
+            RestSource::Given(_, begun) => {
+                *begun = begun.map(|start| start.saturating_sub(count));
+            }
+        }
+    }
+}
