@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use crate::closure::{Innovation, REST_SPEED_MPS};
 use crate::filter::{Action, Filter, Model};
+use crate::result::Unusable;
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;
@@ -32,11 +33,16 @@ const FULL_WEIGHT_S: f64 = 2.0;
 const LONG_WEIGHT_PER_S: f64 = 1e-3;
 /// The first span of a recording is a rest rather than the second: people start at rest.
 const FIRST_WEIGHT: f64 = 0.25;
+/// A bump changes the velocity by less, m/s: a lift at full speed has bumps, and is quiet between them, and
+/// that is no more evidence than one long quiet.
+const MAX_BUMP_MPS: f64 = 0.2;
 /// A weight that only decides where nothing else does.
 const TIE: f64 = 1e-3;
 /// Rests of one pose, closer than this, s, whose means differ by less, m/s², are one.
 const MAX_PAUSE_S: f64 = 1.0;
 const SAME_FORCE_MPS2: f64 = 0.02;
+/// Rows that are lost while the sensor rests, s, are lost to the recorder: a hand takes longer.
+const MAX_HOLE_S: f64 = 2.0;
 /// … if what is between has no more power than noise: two standard deviations of it.
 const MAX_PAUSE_SD: f64 = 2.0;
 /// Samples between the nodes of an integration whose path nobody sees, s.
@@ -105,30 +111,32 @@ impl RestSelector<'_> {
     /// at a speed.
     pub fn chain(&self, spans: &[Range<usize>]) -> Vec<Range<usize>> {
         let samples = self.0.samples;
+        let seconds: Vec<f64> = spans.iter().map(|s| samples.duration_s(s)).collect();
+        let rested = |s: f64| s.min(FULL_WEIGHT_S) / FULL_WEIGHT_S + LONG_WEIGHT_PER_S * s;
         let weight: Vec<f64> = (0..spans.len())
-            .map(|k| {
-                let seconds = samples.duration_s(&spans[k]);
-                let first = if k == 0 { FIRST_WEIGHT } else { 0.0 };
-                1.0 + seconds.min(FULL_WEIGHT_S) / FULL_WEIGHT_S
-                    + LONG_WEIGHT_PER_S * seconds
-                    + first
-            })
+            .map(|k| 1.0 + rested(seconds[k]) + if k == 0 { FIRST_WEIGHT } else { 0.0 })
             .collect();
         let mut best = weight.clone();
         let mut before = vec![None; spans.len()];
+        // Quiet time up to the end of each span in which nothing sped up: it counts once.
+        let mut together_s = seconds.clone();
         for k in 0..spans.len() {
             let costs = self.costs(spans, k);
             // Those that agree, or where none does the least contradiction.
             let least = costs.iter().map(|c| c.1).fold(f64::MAX, f64::min);
             let none_agrees = costs.iter().all(|(next, cost)| *cost >= weight[*next]);
             for (next, cost) in costs {
+                let one = !self.speeds_up(&spans[k], &spans[next]);
+                let together = seconds[next] + if one { together_s[k] } else { 0.0 };
                 let gain = match none_agrees {
+                    false if one => rested(together) - rested(together_s[k]) - cost,
                     false => weight[next] - cost,
                     true if cost <= least => TIE / (1.0 + cost),
                     true => continue,
                 };
                 if best[k] + gain > best[next] {
                     (best[next], before[next]) = (best[k] + gain, Some(k));
+                    together_s[next] = together;
                 }
             }
         }
@@ -140,6 +148,20 @@ impl RestSelector<'_> {
         }
         chain.reverse();
         self.joined(chain)
+    }
+
+    /// Between two spans the sensor has another velocity than in the first.
+    fn speeds_up(&self, a: &Range<usize>, b: &Range<usize>) -> bool {
+        let samples = self.0.samples;
+        let rest = samples.channels().mean(a);
+        let mut velocity = [0.0; 3];
+        (a.end..b.start).any(|i| {
+            let h = samples.time_s[i] - samples.time_s[i - 1];
+            for c in 0..3 {
+                velocity[c] += (samples.force[i][c] - rest[c]) * h;
+            }
+            velocity.iter().map(|v| v * v).sum::<f64>() > MAX_BUMP_MPS.powi(2)
+        })
     }
 
     /// Costs of the spans after `k` as its next rest.
@@ -179,11 +201,12 @@ impl RestSelector<'_> {
             let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
             let calm = variance * samples.period_s < noise * (1.0 + chance);
             let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
-            let whole = samples.unusable(&(last.end - 1..next.start)).is_none();
-            let same = pause_s < MAX_PAUSE_S
-                && whole
-                && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2)
-                && calm;
+            let near = match samples.unusable(&(last.end - 1..next.start)) {
+                None => pause_s < MAX_PAUSE_S,
+                Some(Unusable::Gap { .. }) => between.is_empty() && pause_s < MAX_HOLE_S,
+                Some(_) => false,
+            };
+            let same = near && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2) && calm;
             if same {
                 last.end = next.end;
             }

@@ -159,5 +159,6 @@ fn backward(model: &Model<'_>, mut tape: Tape, end: &Filter, moves: &mut [Move])
         until = from;
     }
     path.reverse();
-    path
+    let with_clock = |node: PathNode| node.with_clock(options.clock_sd);
+    path.into_iter().map(with_clock).collect()
 }

@@ -202,6 +202,16 @@ impl PathNode {
         }
     }
 
+    /// With the error of the clock, which is the same for the whole recording: lengths go with its square.
+    pub(crate) fn with_clock(mut self, clock_sd: f64) -> Self {
+        for c in 0..3 {
+            let (p, v) = (self.position_m[c], self.velocity_mps[c]);
+            self.position_sd_m[c] = self.position_sd_m[c].hypot(2.0 * clock_sd * p);
+            self.velocity_sd_mps[c] = self.velocity_sd_mps[c].hypot(clock_sd * v);
+        }
+        self
+    }
+
     /// As the filter knows it.
     pub(crate) fn forward(node: &Node) -> Self {
         let covariance = node.rows.fixed_columns::<MOVING>(0).into_owned();

@@ -36,7 +36,7 @@ pub struct SampleState {
 
 impl SampleState {
     /// Nothing is known.
-    pub(crate) const UNKNOWN: SampleState = SampleState {
+    pub const UNKNOWN: SampleState = SampleState {
         at_rest: false,
         attitude: [f64::NAN; 4],
         acceleration_mps2: [f64::NAN; 3],

@@ -263,6 +263,8 @@ impl Stepper {
         }
         stepper.finish();
         let mut motion = stepper.motion.take().unwrap_or_default();
+        let path = std::mem::take(&mut motion.path).into_iter();
+        motion.path = path.map(|node| node.with_clock(options.clock_sd)).collect();
         let moves = motion.moves.iter_mut();
         moves.for_each(|m| m.count_bridged(&samples.bridged));
         motion.noise = stepper.context.noise.as_ref().map(Noise::of_rests);
@@ -594,6 +596,7 @@ impl Stepper {
         let correction = filter.nominal.correction(&self.context.directions);
         let force = correction.force(self.context.samples.force.last()?);
         let gravity = Vector3::new(0.0, 0.0, filter.nominal.gravity);
+        let node = node.clone().with_clock(self.context.options.clock_sd);
         Some(SampleState {
             at_rest,
             attitude: node.attitude,

@@ -63,8 +63,8 @@ type States<'py> = (
     Bound<'py, PyArray1<bool>>,
 );
 
-/// Numbers of a sample: t, force, attitude, acceleration, velocity, position.
-const WIDTH: usize = 1 + 3 + 4 + 3 + 3 + 3;
+/// Numbers of a sample: t, force, attitude, acceleration, velocity, position, and σ of the last two.
+const WIDTH: usize = 1 + 3 + 4 + 3 + 3 + 3 + 3 + 3;
 
 fn numbers(sample: &MotionSample) -> [f64; WIDTH] {
     let mut all = [sample.t_s; WIDTH];
@@ -73,6 +73,8 @@ fn numbers(sample: &MotionSample) -> [f64; WIDTH] {
     all[8..11].copy_from_slice(&sample.acceleration_mps2);
     all[11..14].copy_from_slice(&sample.velocity_mps);
     all[14..17].copy_from_slice(&sample.position_m);
+    all[17..20].copy_from_slice(&sample.sigma_velocity_mps);
+    all[20..23].copy_from_slice(&sample.sigma_position_m);
     all
 }
 

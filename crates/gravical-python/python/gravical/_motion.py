@@ -237,6 +237,9 @@ class State(NamedTuple):
     acceleration: Floats
     velocity: Floats
     position: Floats
+    #: Standard uncertainties of both.
+    sigma_velocity: Floats
+    sigma_position: Floats
     still: bool
     #: False if the sample was left out: a value is missing, or its time falls behind.
     taken: bool
@@ -251,6 +254,9 @@ class States(NamedTuple):
     acceleration: Floats
     velocity: Floats
     position: Floats
+    #: Standard uncertainties of both.
+    sigma_velocity: Floats
+    sigma_position: Floats
     still: npt.NDArray[np.bool_]
     #: False for samples that were left out.
     taken: npt.NDArray[np.bool_]
@@ -337,7 +343,16 @@ class Motion:
         out, still, taken = self._native.update(row, t is not None)
         o = out[0]
         return State(
-            float(o[0]), o[1:4], o[4:8], o[8:11], o[11:14], o[14:17], bool(still[0]), bool(taken[0])
+            float(o[0]),
+            o[1:4],
+            o[4:8],
+            o[8:11],
+            o[11:14],
+            o[14:17],
+            o[17:20],
+            o[20:23],
+            bool(still[0]),
+            bool(taken[0]),
         )
 
     def extend(self, t: Any, accel: Any, gyro: Any = None, temperature: Any = None) -> States:
@@ -354,7 +369,16 @@ class Motion:
         self._check_time(t is not None)
         o, still, taken = self._native.update(rows, t is not None)
         return States(
-            o[:, 0], o[:, 1:4], o[:, 4:8], o[:, 8:11], o[:, 11:14], o[:, 14:17], still, taken
+            o[:, 0],
+            o[:, 1:4],
+            o[:, 4:8],
+            o[:, 8:11],
+            o[:, 11:14],
+            o[:, 14:17],
+            o[:, 17:20],
+            o[:, 20:23],
+            still,
+            taken,
         )
 
     def _check_time(self, given: bool) -> None:

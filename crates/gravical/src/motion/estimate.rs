@@ -33,12 +33,9 @@ impl Estimate {
     ) -> Self {
         let engine = EngineOptions {
             calibration,
-            max_stance_rate_rad_s: options.stance_rate_rad_s.unwrap_or(0.0),
             rests_s: rests_s(&samples, options, known),
-            causal: options.causal,
             noise,
-            zero_velocity: options.zero_velocity,
-            ..EngineOptions::default()
+            ..engine_options(options)
         };
         let motion = estimate_motion(&samples, &engine);
         let is_open = !options.zero_velocity;
@@ -81,6 +78,20 @@ impl Estimate {
             }
             state
         }))
+    }
+}
+
+/// What the engine is asked for, without what the recording says.
+pub(super) fn engine_options(options: &MotionOptions) -> EngineOptions {
+    EngineOptions {
+        max_stance_rate_rad_s: options.stance_rate_rad_s.unwrap_or(0.0),
+        rests_s: options.rests_s.as_ref().map(|spans| {
+            let finite = spans.iter().map(|(from, to)| (*from, to.min(f64::MAX)));
+            finite.collect()
+        }),
+        causal: options.causal,
+        zero_velocity: options.zero_velocity,
+        ..EngineOptions::default()
     }
 }
 

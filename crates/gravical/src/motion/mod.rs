@@ -36,6 +36,7 @@ mod prepare;
 mod report_procedure;
 mod result;
 mod scales;
+mod stepper;
 mod table;
 mod track;
 pub mod truth;
@@ -58,7 +59,7 @@ use crate::{Error, Result};
 
 use estimate::Estimate;
 use intervals::check_inside;
-use prepare::Readings;
+use prepare::Readings as Rows;
 use scales::{Scales, scales};
 use uncertainty::{
     Assumed, DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
@@ -69,6 +70,7 @@ pub use intervals::Intervals;
 pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
+pub use stepper::{MotionStepper, Readings};
 pub use table::write_table;
 pub use track::{MotionSample, ReferenceTrack, Track, UncalibratedTrack};
 
@@ -131,7 +133,7 @@ pub fn motion(
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;
     let read = |recording, findings: &mut Vec<Finding>| {
-        Readings::new(recording, file, options, &scales, findings)
+        Rows::new(recording, file, options, &scales, findings)
     };
     let mut readings = read(recording, &mut findings)?;
     let samples = readings.calibrated()?;
@@ -292,16 +294,7 @@ impl Work<'_> {
         noise: Option<RestNoise>,
         known: Option<&[Range<usize>]>,
     ) -> Result<Estimate> {
-        let first = samples.force_mps2()[0];
-        let gravity_sd = self.gravity().uncertainty_mps2();
-        let by_calibration = variance_of_magnitude(&directions, &first);
-        let own = self.file.filter(|_| self.scales.gyro_calibrated);
-        let calibration = CalibrationUncertainty {
-            force: directions,
-            rate: of_gyroscope(own, &self.options.axes),
-            force_bias_sd_mps2: BIAS_DRIFT_MPS2,
-            gravity_sd_mps2: (by_calibration + gravity_sd * gravity_sd).sqrt(),
-        };
+        let calibration = self.calibration(&samples, directions);
         let estimate = Estimate::new(samples, self.options, calibration, noise, known);
         match self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
             true => Err(Error::io(
@@ -309,6 +302,23 @@ impl Work<'_> {
                 std::io::Error::other("its motion was stopped"),
             )),
             false => Ok(estimate),
+        }
+    }
+
+    fn calibration(
+        &self,
+        samples: &Samples,
+        directions: Vec<ForceDirection>,
+    ) -> CalibrationUncertainty {
+        let by_calibration = variance_of_magnitude(&directions, &samples.force_mps2()[0]);
+        let own = self.file.filter(|_| self.scales.gyro_calibrated);
+        CalibrationUncertainty {
+            force: directions,
+            rate: of_gyroscope(own, &self.options.axes),
+            force_bias_sd_mps2: BIAS_DRIFT_MPS2,
+            gravity_sd_mps2: by_calibration
+                .sqrt()
+                .hypot(self.gravity().uncertainty_mps2()),
         }
     }
 

@@ -32,6 +32,28 @@ pub struct MotionSample {
     pub sigma_position_m: [f64; 3],
 }
 
+impl MotionSample {
+    pub(super) fn new(
+        t_s: f64,
+        raw_mps2: [f64; 3],
+        force_mps2: [f64; 3],
+        state: SampleState,
+    ) -> Self {
+        MotionSample {
+            t_s,
+            raw_mps2,
+            force_mps2,
+            still: state.at_rest,
+            attitude: state.attitude,
+            acceleration_mps2: state.acceleration_mps2,
+            velocity_mps: state.velocity_mps,
+            position_m: state.position_m,
+            sigma_velocity_mps: state.velocity_sd_mps,
+            sigma_position_m: state.position_sd_m,
+        }
+    }
+}
+
 /// What the table holds, sample by sample; all columns are equally long. Where a
 /// value is not known it is NaN.
 #[derive(Debug, Clone, Default)]
@@ -140,17 +162,9 @@ pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
         .map_or(own, |plain| &plain.samples);
     known(&motion.own, &motion.result)
         .enumerate()
-        .map(move |(i, state)| MotionSample {
-            t_s: own.time_s()[i],
-            raw_mps2: raw.force_mps2()[i],
-            force_mps2: own.force_mps2()[i],
-            still: state.at_rest,
-            attitude: state.attitude,
-            acceleration_mps2: state.acceleration_mps2,
-            velocity_mps: state.velocity_mps,
-            position_m: state.position_m,
-            sigma_velocity_mps: state.velocity_sd_mps,
-            sigma_position_m: state.position_sd_m,
+        .map(move |(i, state)| {
+            let (raw, force) = (raw.force_mps2()[i], own.force_mps2()[i]);
+            MotionSample::new(own.time_s()[i], raw, force, state)
         })
 }
 

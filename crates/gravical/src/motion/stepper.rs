@@ -1,0 +1,197 @@
+//! Motion of samples that arrive one by one.
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_motion::{MotionOptions as EngineOptions, SampleState, Stepper};
+
+use super::options::{GravityRemoval, MotionOptions};
+use super::prepare::Readings as Rows;
+use super::scales::scales;
+use super::track::MotionSample;
+use super::{Calibrated, Work};
+use crate::calibration_file::TemperatureModel;
+use crate::recording::{Finding, Recording};
+use crate::segment::face::AxisMap;
+use crate::{Error, Result};
+
+/// Readings of one sample, in the units of the recording that the stepper began with.
+#[derive(Debug, Clone, Copy)]
+pub struct Readings {
+    /// Time, s, from any origin; `None` if samples are evenly spaced at the rate of that recording.
+    pub t_s: Option<f64>,
+    /// Specific force; NaN for a value that is missing: the sample is then left out.
+    pub accel: [f64; 3],
+    /// Angular rate; not used if that recording has no gyroscope.
+    pub gyro: [f64; 3],
+    /// Temperature, °C, or NaN.
+    pub temperature_c: f64,
+}
+
+/// Velocity and position of samples that arrive one by one: what [`motion`](super::motion) computes
+/// with [`causal`](MotionOptions::causal), with its numbers and bands.
+///
+/// # Example
+///
+/// ```
+/// use gravical::motion::{MotionOptions, MotionStepper, Readings};
+/// use gravical::recording::{ReadOptions, Recording, SampleColumns};
+///
+/// // Four seconds at rest tell units and noise.
+/// let noise = |i: usize, k: usize| ((i * 7919 + k * 104_729) % 101) as f64 * 1e-4 - 5e-3;
+/// let time: Vec<f64> = (0..400).map(|i| 0.01 * i as f64).collect();
+/// let axis = |k: usize, g: f64| (0..400).map(|i| g + noise(i, k)).collect::<Vec<f64>>();
+/// let (x, y, z) = (axis(0, 0.0), axis(1, 0.0), axis(2, 9.81));
+/// let samples = SampleColumns { time: Some(&time), accel: [&x, &y, &z], ..Default::default() };
+/// let first = Recording::from_samples("first", &samples, &ReadOptions::default())?;
+/// let mut stepper = MotionStepper::new(&first, None, &MotionOptions::default())?;
+/// // They are samples like all others; then it is pushed along x.
+/// for i in 0..500 {
+///     let push = if i >= 400 { 1.0 } else { 0.0 };
+///     let row = i % 400;
+///     stepper.update(&Readings {
+///         t_s: Some(0.01 * i as f64),
+///         accel: [x[row] + push, y[row], z[row]],
+///         gyro: [f64::NAN; 3],
+///         temperature_c: f64::NAN,
+///     });
+/// }
+/// assert!((stepper.now().velocity_mps[0] - 1.0).abs() < 0.05);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub struct MotionStepper {
+    engine: Stepper,
+    accel: Calibration<f64>,
+    by_scale: Calibration<f64>,
+    gyro: Option<GyroscopeCalibration<f64>>,
+    drift: Option<TemperatureModel>,
+    /// The last temperature that came, °C.
+    held_c: f64,
+    axes: AxisMap,
+    step_s: f64,
+    p0_m: [f64; 3],
+    v0_mps: [f64; 3],
+    start_s: Option<f64>,
+    findings: Vec<Finding>,
+    count: u64,
+    last: MotionSample,
+}
+
+impl MotionStepper {
+    /// Begins with what `first` tells: its units and its rate. Its samples are not taken: pass them to
+    /// [`update`](Self::update), if they are part of the motion.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`motion`](super::motion); `option-range` (usage) for what needs the whole recording: the
+    /// initial mean, filters.
+    pub fn new(
+        first: &Recording,
+        calibration: Option<Calibrated<'_>>,
+        options: &MotionOptions,
+    ) -> Result<Self> {
+        let options = &MotionOptions {
+            causal: true,
+            ..options.clone()
+        };
+        options.validate()?;
+        if options.gravity_removal == GravityRemoval::InitialMean {
+            let what = "a mean of rows is known after them only".to_owned();
+            return Err(Error::range("gravity_removal", what));
+        }
+        let file = calibration.map(|c| c.file);
+        let mut findings = first.findings.clone();
+        let scales = scales(first, file, options, &mut findings)?;
+        let rows = Rows::new(first, file, options, &scales, &mut findings)?;
+        let samples = rows.calibrated()?;
+        let work = Work {
+            recording: first,
+            file,
+            options,
+            scales: &scales,
+        };
+        let engine = EngineOptions {
+            calibration: work.calibration(&samples, work.directions(&samples)),
+            ..super::estimate::engine_options(options)
+        };
+        let channels = samples.channels();
+        let is_open = !options.zero_velocity;
+        let unknown = [f64::NAN; 3];
+        Ok(MotionStepper {
+            engine: Stepper::new(&engine, channels.period_s, channels.resolution),
+            accel: scales.accel,
+            by_scale: scales.by_scale,
+            gyro: scales.gyro.filter(|_| first.gyro.is_some()),
+            drift: file.and_then(|f| f.drift_model()).cloned(),
+            held_c: f64::NAN,
+            axes: options.axes,
+            step_s: channels.period_s,
+            p0_m: options.p0_m,
+            v0_mps: options.v0_mps.filter(|_| is_open).unwrap_or_default(),
+            start_s: None,
+            findings,
+            count: 0,
+            last: MotionSample::new(f64::NAN, unknown, unknown, SampleState::UNKNOWN),
+        })
+    }
+
+    /// Takes the next sample; false if it is left out because a value is missing or its time is not
+    /// later.
+    pub fn update(&mut self, readings: &Readings) -> bool {
+        let t_s = readings.t_s.unwrap_or(self.count as f64 * self.step_s);
+        self.count += 1;
+        if readings.temperature_c.is_finite() {
+            self.held_c = readings.temperature_c;
+        }
+        let at_reference = |first: usize, raw: [f64; 3]| match &self.drift {
+            Some(model) if self.held_c.is_finite() => {
+                std::array::from_fn(|c| model.at_reference(first + c, self.held_c, raw[c]))
+            }
+            _ => raw,
+        };
+        let on_board = self.accel.apply(at_reference(0, readings.accel));
+        let force = self.axes.to_case(on_board);
+        let rate = self.gyro.as_ref().map(|gyro| {
+            let rate = gyro.apply(at_reference(3, readings.gyro), on_board);
+            self.axes.of_rates().to_case(rate)
+        });
+        let later = self.last.t_s.is_nan() || t_s > self.last.t_s;
+        let whole = force
+            .iter()
+            .chain(rate.iter().flatten())
+            .all(|v| v.is_finite());
+        if !(later && whole && t_s.is_finite()) {
+            return false;
+        }
+        let mut state = self.engine.push(t_s, force, rate);
+        let since = t_s - *self.start_s.get_or_insert(t_s);
+        for c in 0..3 {
+            state.velocity_mps[c] += self.v0_mps[c];
+            state.position_m[c] += self.p0_m[c] + self.v0_mps[c] * since;
+        }
+        let raw = self.axes.to_case(self.by_scale.apply(readings.accel));
+        self.last = MotionSample::new(t_s, raw, force, state);
+        true
+    }
+
+    /// Something is missing before the next sample.
+    pub fn interrupt(&mut self) {
+        self.engine.interrupt();
+    }
+
+    /// The last sample that was taken; NaN before the first, and what is not known before the first rest.
+    #[must_use]
+    pub fn now(&self) -> &MotionSample {
+        &self.last
+    }
+
+    /// Samples passed so far.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.count
+    }
+
+    /// What is odd about the recording that it began with.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+}
