@@ -225,7 +225,7 @@ fn a_causal_run_has_all_that_the_whole_has() {
     let report = run_in(path, words(&format!("{call} -o m.csv --report m.html")));
     assert_eq!(report.code, 0, "{}", report.err);
     let smoothed = format!("{call} --smooth butter:4,5Hz");
-    refused(path, &smoothed, 2, "option-range", &["--causal"]);
+    refused(path, &smoothed, 2, "option-range", &["filters use"]);
 }
 
 #[test]

@@ -630,7 +630,7 @@ kinds! {
             "not used"
             "remove it, or give `--zero-velocity off`";
         MoveUnusable "move-unusable" Warning
-            "rows are missing while the sensor moves, or its only rest is shorter than 2 s"
+            "rows are missing while the sensor moves, or its only rest is shorter than 1 s"
             "that displacement and all later positions are unknown"
             "record again; exit code 4 if no move is usable";
         TruthGaps "truth-gaps" Note

@@ -76,8 +76,8 @@ pub use track::{MotionSample, ReferenceTrack, Track, UncalibratedTrack};
 
 /// Durations that visible moves are reported of, s.
 const REPORTED_S: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
-/// An only rest that is shorter, s, cannot be told from a part of the move.
-const LONE_REST_S: f64 = 2.0;
+/// An only rest that is shorter, s, cannot be told from a part of the move, nor does it tell a bias.
+const LONE_REST_S: f64 = 1.0;
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
 const BIAS_DRIFT_MPS2: f64 = 1e-3;
 
