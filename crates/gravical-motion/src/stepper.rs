@@ -125,6 +125,8 @@ struct Live {
     ahead: Track,
     /// True in a rest that is no measurement.
     at_rest: bool,
+    /// True once it is a walk.
+    walks: bool,
     path: Vec<PathNode>,
 }
 
@@ -393,16 +395,24 @@ impl Stepper {
         self.stances_here.len() > count
     }
 
-    /// Those in a walk from sample `from` to `end`, away from the rests there.
-    fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
+    /// Those from sample `from` to `end`, away from the rests there.
+    fn stances_away(&self, from: usize, end: usize) -> Vec<Stance> {
         let size = self.stances.as_ref().map_or(0, |s| s.size);
-        let within = |s: &&Stance| s.sample >= from + size && s.sample + size < end;
-        let stances: Vec<Stance> = self.stances_here.iter().filter(within).cloned().collect();
-        if is_walk(&stances, self.last_step) {
-            stances
-        } else {
-            Vec::new()
+        let first = self
+            .stances_here
+            .partition_point(|s| s.sample < from + size);
+        let stances = self.stances_here[first..].iter();
+        let before_end = |s: &&Stance| s.sample.saturating_add(size) < end;
+        stances.take_while(before_end).cloned().collect()
+    }
+
+    /// The same where they are those of a walk.
+    fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
+        let mut stances = self.stances_away(from, end);
+        if !is_walk(&stances, self.last_step) {
+            stances.clear();
         }
+        stances
     }
 
     fn begin_rest(&mut self, rest: Range<usize>) {
@@ -518,6 +528,7 @@ impl Stepper {
             ahead: trail.clone(),
             trail,
             at_rest: false,
+            walks: false,
             path: Vec::new(),
         }));
         if let Some(noise) = &mut self.context.noise {
@@ -538,14 +549,26 @@ impl Stepper {
         let usable = found && self.context.options.zero_velocity;
         let steps = match (&self.phase, self.candidate) {
             (Phase::Move(live), candidate) if usable => {
-                let from = live.start - self.forgotten + 1;
-                self.steps(from, candidate.map_or(usize::MAX, |c| c.start))
+                let start = live.start - self.forgotten + 1;
+                // In a walk those before are known.
+                let from = if live.walks {
+                    live.trail.filter.at
+                } else {
+                    start
+                };
+                let end = candidate.map_or(usize::MAX, |c| c.start);
+                let mut steps = self.stances_away(from, end);
+                if !live.walks && !is_walk(&steps, self.last_step) {
+                    steps.clear();
+                }
+                steps
             }
             _ => Vec::new(),
         };
         let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
             return;
         };
+        live.walks |= !steps.is_empty() && is_walk(&steps, None);
         let mut stands = false;
         for step in &steps {
             if step.sample <= live.trail.filter.at {

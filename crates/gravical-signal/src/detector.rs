@@ -13,7 +13,8 @@ const LEARNED_BLOCKS: usize = 15;
 pub enum RestEvent {
     /// A rest began at this sample, a second or more ago.
     Begin(usize),
-    /// What began less than 3 s ago is no rest: something still moved in it. One may begin later.
+    /// What began less than 3 s ago is no rest: something still moved in it, or it is too short. One may
+    /// begin later.
     Withdraw,
     /// The rest that began ended before this sample.
     End(usize),
@@ -224,14 +225,17 @@ impl RestDetector {
     fn end(&mut self, end: usize, channels: &Channels<'_>) -> RestEvent {
         let piece = channels.piece(end.saturating_sub(1));
         let variance = self.noise.as_ref().map_or([1.0; 6], |n| n.variance);
-        self.last_end = if piece.end - end < self.size {
+        let end = if piece.end - end < self.size {
             // What is left at the end of a piece is no block.
             piece.end
         } else {
             let last = (end + self.size).min(piece.end) - 1;
             end_edge(channels, &(self.begin..end), last, self.size, &variance)
         };
-        self.last_end = self.last_end.max(self.begin + 1);
-        RestEvent::End(self.last_end)
+        if end < self.begin + (MIN_BLOCKS - 1) * self.size {
+            return RestEvent::Withdraw;
+        }
+        self.last_end = end;
+        RestEvent::End(end)
     }
 }
