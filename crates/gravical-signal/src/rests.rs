@@ -6,8 +6,8 @@ use crate::channels::{Block, Channels, block_len, blocks, quantile};
 use crate::detector::{RestDetector, RestEvent};
 use crate::faint::without_faint_moves;
 
-/// Blocks: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
-pub(crate) const BLOCK_S: f64 = 0.2;
+/// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
+pub const BLOCK_S: f64 = 0.2;
 /// Fewer blocks are no rest: the variance of their means would have two degrees of freedom.
 pub(crate) const MIN_BLOCKS: usize = 4;
 /// Blocks that one segment may have, 60 s: over longer ones the drift of a bias is a step.
@@ -20,8 +20,8 @@ const CEILING: [f64; 2] = [0.27, 3.7e-3];
 /// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
 /// reaches it, other noise of a sensor rarely.
 const MAX_EXCESS: f64 = 5.0;
-/// Variance of the mean of a block that no data sheet undercuts.
-const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
+/// Variance of the mean of a block, or of a sample, that no data sheet undercuts: (m/s²)² and (rad/s)².
+pub const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
 /// Cost of one segment more in the sum of χ²: about ln n for each of its means
 /// (Killick et al. 2012, doi 10.1080/01621459.2012.734741), n some 200 blocks.
 const PENALTY: [f64; 2] = [15.0, 32.0];
