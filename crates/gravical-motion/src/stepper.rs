@@ -285,7 +285,7 @@ impl Stepper {
         while let Some(event) = self.source.update(&self.context.samples) {
             self.take(event);
         }
-        self.consider();
+        self.consider(self.context.samples.len());
         self.go_on();
         self.forget();
     }
@@ -298,32 +298,31 @@ impl Stepper {
                     start,
                     doubted: false,
                 });
-                self.consider();
             }
             RestEvent::Withdraw => self.withdraw(),
-            RestEvent::End(end) => match self.candidate.take() {
-                Some(Candidate { start, .. }) if self.context.noise.is_none() => {
-                    if start < end {
+            RestEvent::End(end) => {
+                self.consider(end);
+                match (self.candidate.take(), &mut self.context.noise) {
+                    (Some(Candidate { start, .. }), None) if start < end => {
                         self.begin_rest(start..end);
                         self.end_rest(end);
                     }
-                }
-                Some(Candidate { start, .. }) => {
-                    if let Some(noise) = &mut self.context.noise {
+                    (Some(Candidate { start, .. }), Some(noise)) => {
                         noise.rough.silence(&(start..end));
                     }
+                    (Some(_), None) => {}
+                    (None, _) => self.end_rest(end),
                 }
-                None => self.end_rest(end),
-            },
+            }
         }
     }
 
-    /// Takes a candidate for a rest, where it is one.
-    fn consider(&mut self) {
-        let Some(Candidate { start, doubted }) = self.candidate else {
+    /// Takes a candidate for a rest, where what there is of it before sample `end` says that it is one.
+    fn consider(&mut self, end: usize) {
+        let Some(Candidate { start, doubted }) = self.candidate.filter(|c| c.start < end) else {
             return;
         };
-        let span = start..self.context.samples.len();
+        let span = start..end;
         let seconds = self.context.samples.duration_s(&span);
         let taken = if self.context.noise.is_none() {
             seconds >= LEARNED_S
@@ -636,6 +635,7 @@ impl Stepper {
         while let Some(event) = self.source.finish(&self.context.samples) {
             self.take(event);
         }
+        self.consider(self.context.samples.len());
         if let (Some(Candidate { start, .. }), None) = (self.candidate, &self.context.noise) {
             self.begin_rest(start..self.context.samples.len());
         }

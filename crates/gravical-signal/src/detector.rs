@@ -48,13 +48,30 @@ pub struct RestDetector {
 #[derive(Debug, Clone)]
 struct Run {
     partition: Partition,
-    /// Mean that those of the partition are relative to.
+    /// Mean that those of the partition are relative to, and their noise.
     origin: [f64; 6],
+    noise: Noise,
+    /// Number of blocks.
+    len: usize,
     /// End of the last block.
     end: usize,
     /// First block of the last segment of the rest that has begun, and blocks since that began.
     open: Option<usize>,
     age: usize,
+}
+
+impl Run {
+    /// Divides the latest blocks again, with other noise.
+    fn restart(&mut self, latest: &[Block], noise: Noise) {
+        let (count, _) = self.partition.last();
+        let dropped = count - latest.len().min(count);
+        self.open = self.open.map(|from| from.saturating_sub(dropped));
+        self.partition.clear();
+        for block in latest {
+            self.partition.push(noise.scaled(&block.mean, &self.origin));
+        }
+        self.noise = noise;
+    }
 }
 
 impl RestDetector {
@@ -150,7 +167,7 @@ impl RestDetector {
             && run.open.is_some()
         {
             self.waiting.push_front(block);
-            return Some(self.end(run.end, channels));
+            return Some(self.end(run.end, &run.noise, channels));
         }
         if !quiet {
             return None;
@@ -162,12 +179,22 @@ impl RestDetector {
         let run = self.run.get_or_insert_with(|| Run {
             partition: Partition::new(channels.count()),
             origin: block.mean,
+            noise: noise.clone(),
+            len: 0,
             end: block.span.start,
             open: None,
             age: 0,
         });
-        run.end = block.span.end;
-        run.partition.push(noise.scaled(&block.mean, &run.origin));
+        (run.end, run.len) = (block.span.end, run.len + 1);
+        run.partition
+            .push(run.noise.scaled(&block.mean, &run.origin));
+        let latest = self.recent.make_contiguous();
+        let latest = &latest[latest.len() - run.len.min(latest.len())..];
+        let trembling = noise.trembling(latest, self.size, &self.resolution);
+        let now = trembling.unwrap_or_else(|| noise.clone());
+        if now.is_other(&run.noise) {
+            run.restart(latest, now);
+        }
         let dropped = run.partition.forget();
         run.open = run.open.map(|from| from.saturating_sub(dropped));
 
@@ -179,7 +206,7 @@ impl RestDetector {
             (run.open, run.age) = (Some(start), count - start);
             let first = run.end - ((count - start) * self.size).min(run.end);
             let span = first.max(self.last_end)..run.end;
-            let begin = start_edge(channels, &span, self.size, &noise.variance);
+            let begin = start_edge(channels, &span, self.size, &run.noise.variance);
             self.begin = begin.max(self.last_end);
             return Some(RestEvent::Begin(self.begin));
         };
@@ -192,45 +219,46 @@ impl RestDetector {
             }
             let (before, after) = (from..start, start..count);
             // What takes longer to show is no move: the segment is one of the same rest.
-            let same =
-                after.len() >= LEARNED_BLOCKS || run.partition.same(&before, &after, &noise.slack);
+            let same = after.len() >= LEARNED_BLOCKS
+                || run.partition.same(&before, &after, &run.noise.slack);
             if !short && !same {
                 run.open = None;
                 let end = run.end - (after.len() * self.size).min(run.end);
-                return Some(self.end(end, channels));
+                let noise = run.noise.clone();
+                return Some(self.end(end, &noise, channels));
             }
             run.open = Some(start);
         } else if !self.settled && count - from == LEARNED_BLOCKS {
-            self.settle(channels.count());
+            self.settle();
         }
         None
     }
 
     /// Takes the noise of the rest that the last blocks are.
-    fn settle(&mut self, channels: usize) {
+    fn settle(&mut self) {
         let blocks = self.recent.make_contiguous();
         let noise = Noise::new(blocks, self.size, &self.resolution);
-        if let (Some(run), [first, ..]) = (&mut self.run, &blocks[..]) {
-            run.partition = Partition::new(channels);
-            run.origin = first.mean;
-            run.open = Some(0);
-            for block in blocks.iter() {
-                run.partition.push(noise.scaled(&block.mean, &run.origin));
-            }
+        if let Some(run) = &mut self.run {
+            run.restart(blocks, noise.clone());
         }
         self.noise = Some(noise);
         self.settled = true;
     }
 
-    fn end(&mut self, end: usize, channels: &Channels<'_>) -> RestEvent {
+    fn end(&mut self, end: usize, noise: &Noise, channels: &Channels<'_>) -> RestEvent {
         let piece = channels.piece(end.saturating_sub(1));
-        let variance = self.noise.as_ref().map_or([1.0; 6], |n| n.variance);
         let end = if piece.end - end < self.size {
             // What is left at the end of a piece is no block.
             piece.end
         } else {
             let last = (end + self.size).min(piece.end) - 1;
-            end_edge(channels, &(self.begin..end), last, self.size, &variance)
+            end_edge(
+                channels,
+                &(self.begin..end),
+                last,
+                self.size,
+                &noise.variance,
+            )
         };
         if end < self.begin + (MIN_BLOCKS - 1) * self.size {
             return RestEvent::Withdraw;
