@@ -40,6 +40,20 @@ const KEPT_S: f64 = LEADING_S + 5.0;
 /// Numbers are those of a causal run ([`MotionOptions::causal`]), which is this, sample by sample. A rest is
 /// one after a second, the first one after three; until then, and before the first rest, the state is that of
 /// the move, or not known. Work is bounded for each sample on average, and memory by the longest move.
+///
+/// # Example
+///
+/// ```
+/// use gravical_motion::{MotionOptions, Stepper};
+///
+/// // 100 Hz, written in steps of 0.01 m/s², without a gyroscope, on a table.
+/// let mut stepper = Stepper::new(&MotionOptions::default(), 0.01, [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]);
+/// let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
+/// let mut push = |i: usize| stepper.push(i as f64 * 0.01, [dither(i), dither(i + 3), 9.81 + dither(i + 1)], None);
+/// assert!((0..100).all(|i| push(i).position_m[0].is_nan()));
+/// let state = (100..400).map(push).last();
+/// assert!(state.is_some_and(|s| s.at_rest && s.velocity_mps == [0.0; 3]));
+/// ```
 #[derive(Debug, Clone)]
 pub struct Stepper {
     context: Context,

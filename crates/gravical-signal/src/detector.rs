@@ -13,8 +13,8 @@ const LEARNED_BLOCKS: usize = 15;
 pub enum RestEvent {
     /// A rest began at this sample, a second or more ago.
     Begin(usize),
-    /// What began less than 3 s ago is no rest: something still moved in it, or it is too short. One may
-    /// begin later.
+    /// What began some 3 s ago at most is no rest: something still moved in it, it is too short, or it
+    /// begins elsewhere, which a [`RestEvent::Begin`] then says.
     Withdraw,
     /// The rest that began ended before this sample.
     End(usize),
@@ -39,6 +39,8 @@ pub struct RestDetector {
     /// True once the noise is that of a rest.
     settled: bool,
     run: Option<Run>,
+    /// An event that follows the last one.
+    pending: Option<RestEvent>,
     /// Where the open rest begins, and where the last one ended.
     begin: usize,
     last_end: usize,
@@ -87,6 +89,7 @@ impl RestDetector {
             noise: None,
             settled: false,
             run: None,
+            pending: None,
             begin: 0,
             last_end: 0,
         }
@@ -94,6 +97,9 @@ impl RestDetector {
 
     /// The next event in the samples so far; none if there is none yet.
     pub fn update(&mut self, channels: &Channels<'_>) -> Option<RestEvent> {
+        if let Some(event) = self.pending.take() {
+            return Some(event);
+        }
         while self.noise.is_none() {
             let block = self.next_block(channels)?;
             self.waiting.push_back(block);
@@ -230,8 +236,24 @@ impl RestDetector {
             run.open = Some(start);
         } else if !self.settled && count - from == LEARNED_BLOCKS {
             self.settle();
+        } else if run.age == LEARNED_BLOCKS {
+            return self.refine(channels);
         }
         None
+    }
+
+    /// Begins a rest again where 3 s of it say so better than its first second did.
+    fn refine(&mut self, channels: &Channels<'_>) -> Option<RestEvent> {
+        let run = self.run.as_ref()?;
+        let first = run.end - (run.age * self.size).min(run.end);
+        let span = first.max(self.last_end)..run.end;
+        let begin = start_edge(channels, &span, self.size, &run.noise.variance).max(self.last_end);
+        if begin.abs_diff(self.begin) <= self.size / MIN_BLOCKS {
+            return None;
+        }
+        self.begin = begin;
+        self.pending = Some(RestEvent::Begin(begin));
+        Some(RestEvent::Withdraw)
     }
 
     /// Takes the noise of the rest that the last blocks are.
