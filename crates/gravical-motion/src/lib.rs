@@ -35,6 +35,7 @@ mod filter;
 mod moves;
 mod noise;
 mod odd;
+mod rest_source;
 mod result;
 mod rough;
 mod samples;
@@ -43,6 +44,7 @@ mod stance;
 mod state;
 mod states;
 mod stepper;
+mod track;
 mod transition;
 
 pub use closure::Closure;

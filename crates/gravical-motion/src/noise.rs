@@ -2,17 +2,17 @@
 
 use std::ops::Range;
 
-use gravical_signal::{block_len, blocks};
+use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks};
 use nalgebra::Vector3;
 
 use crate::result::{RestNoise, array};
 use crate::rough::Roughness;
 use crate::samples::Samples;
 
-/// Blocks of the noise, s: as long as those of the rests.
-const BLOCK_S: f64 = 0.2;
-/// Variances of samples below which no data sheet goes.
-const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
+/// Samples that a variance takes.
+const MIN_BLOCK_LEN: usize = 5;
+/// Without a rest of so many, the noise is that of this fraction of the recording, where it is quietest.
+const QUIETEST: f64 = 0.1;
 /// Steps of the gyroscope's resolution hide a rate for about so long, s: a turn of a hand goes through
 /// several steps within it.
 const HIDDEN_RATE_S: f64 = 0.2;
@@ -46,14 +46,13 @@ pub(crate) struct Noise {
 
 impl Noise {
     /// Densities by the blocks of `rests`: the variance within blocks, and where there are enough of them
-    /// that between neighbours, which counts noise that is slower than a block.
+    /// that between neighbours, which counts noise that is slower than a block. Rests that are all shorter
+    /// than a block are blocks themselves.
     pub fn new(samples: &Samples, rests: &[Range<usize>], rough: Roughness) -> Noise {
-        let size = block_len(samples.period_s, BLOCK_S);
         let channels = samples.channels();
         let (mut within, mut between, mut range) = ([0.0; 6], [0.0; 6], [0.0; 6]);
         let (mut count, mut pairs) = (0.0, 0.0);
-        for rest in rests {
-            let blocks = blocks(&channels, rest, size);
+        for blocks in quiet_blocks(samples, rests) {
             for block in &blocks {
                 count += 1.0;
                 for c in 0..6 {
@@ -63,6 +62,7 @@ impl Noise {
             }
             for pair in blocks.windows(2) {
                 pairs += 1.0;
+                let size = pair[0].span.len();
                 for c in 0..6 {
                     between[c] += (pair[1].mean[c] - pair[0].mean[c]).powi(2) / 2.0 * size as f64;
                 }
@@ -133,6 +133,21 @@ impl Noise {
             rate: Vector3::repeat(rate) + self.rounding * HIDDEN_RATE_S,
         }
     }
+}
+
+/// Blocks of each rest; of the quietest parts of the recording if no rest is long enough for a variance.
+fn quiet_blocks(samples: &Samples, rests: &[Range<usize>]) -> Vec<Vec<Block>> {
+    let channels = samples.channels();
+    let size = block_len(samples.period_s, BLOCK_S);
+    let longest = rests.iter().map(Range::len).max().unwrap_or(0);
+    if longest >= MIN_BLOCK_LEN {
+        let size = size.min(longest);
+        return rests.iter().map(|r| blocks(&channels, r, size)).collect();
+    }
+    let mut all = blocks(&channels, &(0..samples.len()), size);
+    all.sort_by(|a, b| a.total_variance(0).total_cmp(&b.total_variance(0)));
+    all.truncate((all.len() as f64 * QUIETEST).ceil() as usize);
+    all.into_iter().map(|block| vec![block]).collect()
 }
 
 /// Variance of a mean that no averaging takes away: noise that stays within a step dithers nothing.

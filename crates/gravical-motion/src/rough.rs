@@ -74,8 +74,11 @@ impl Roughness {
 
     /// Takes a span for no rougher than the rests.
     pub fn silence(&mut self, span: &Range<usize>) {
-        let windows = self.windows.iter_mut().filter(|w| span.contains(&w.0));
-        windows.for_each(|w| w.1 = [0.0; 2]);
+        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
+        let windows = at(span.start)..at(span.end).max(at(span.start));
+        for window in &mut self.windows[windows] {
+            window.1 = [0.0; 2];
+        }
     }
 
     /// Counts samples from the `count`-th on.

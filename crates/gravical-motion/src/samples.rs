@@ -19,8 +19,8 @@ const RESOLUTION_VALUES: usize = 200_000;
 /// A hand moves by a few decimetres in so long, s: what it did in a longer gap is not known.
 const MAX_MISSING_S: f64 = 0.5;
 /// Standard deviation of the angle that a clipped gyroscope may have missed in a move, rad: 4°. Bands of
-/// simulated turns of 1 s hold where the peak is cut to 0.6 of it, whatever the angle, but not to a third
-/// of it, which is 5° from a turn of 0.5 rad on.
+/// simulated turns of 1 s hold where the range is 0.4 of the highest rate, whatever the angle. Where it is
+/// 0.24 they are too narrow by half; from 0.5 rad on that is 5° and more.
 const MAX_MISSED_TURN_RAD: f64 = 0.07;
 
 /// Steps that the values of each channel are written in, m/s² and rad/s; 0 where they are all the same.

@@ -6,32 +6,33 @@
 
 use std::ops::Range;
 
-use gravical_signal::{RestDetector, RestEvent};
+use gravical_signal::RestEvent;
 use nalgebra::Vector3;
 
 use crate::chain::contradicts;
 use crate::filter::{Action, Filter, Model};
 use crate::moves::{
-    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, rectified, take_displacement,
+    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, take_displacement,
 };
 use crate::noise::Noise;
 use crate::odd::Bridged;
+use crate::rest_source::RestSource;
 use crate::result::{Motion, PathNode, array, bounds};
 use crate::rough::Roughness;
 use crate::samples::{MotionOptions, Samples};
 use crate::stance::{Stance, StanceDetector, is_walk};
 use crate::state::Directions;
 use crate::states::SampleState;
+use crate::track::{Track, node_len};
 
 /// The noise is that of the first seconds of the first rest, s.
 const LEARNED_S: f64 = 3.0;
+/// … and a rest after a move is awaited for this fraction of the move, up to as long: what began less than
+/// 3 s ago may be withdrawn.
+const AWAITED: f64 = 0.01;
 /// A rest that the velocity contradicts is believed after so long, s: what is wrong then is the velocity. That
 /// it ended after 3 s may take two more to see.
 const BELIEVED_S: f64 = 4.0;
-/// A move that goes on has the roughness of its last seconds, s.
-const RECENT_S: f64 = 2.0;
-/// Nodes of a move that goes on, s: what turns less than a swing within it.
-const NODE_S: f64 = 0.04;
 /// What a rest may need of what is past, s.
 const KEPT_S: f64 = LEADING_S + 5.0;
 
@@ -40,6 +41,20 @@ const KEPT_S: f64 = LEADING_S + 5.0;
 /// Numbers are those of a causal run ([`MotionOptions::causal`]), which is this, sample by sample. A rest is
 /// one after a second, the first one after three; until then, and before the first rest, the state is that of
 /// the move, or not known. Work is bounded for each sample on average, and memory by the longest move.
+///
+/// # Example
+///
+/// ```
+/// use gravical_motion::{MotionOptions, Stepper};
+///
+/// // 100 Hz, written in steps of 0.01 m/s², without a gyroscope, on a table.
+/// let mut stepper = Stepper::new(&MotionOptions::default(), 0.01, [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]);
+/// let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
+/// let mut push = |i: usize| stepper.push(i as f64 * 0.01, [dither(i), dither(i + 3), 9.81 + dither(i + 1)], None);
+/// assert!((0..100).all(|i| push(i).position_m[0].is_nan()));
+/// let state = (100..400).map(push).last();
+/// assert!(state.is_some_and(|s| s.at_rest && s.velocity_mps == [0.0; 3]));
+/// ```
 #[derive(Debug, Clone)]
 pub struct Stepper {
     context: Context,
@@ -125,70 +140,9 @@ struct Live {
     ahead: Track,
     /// True in a rest that is no measurement.
     at_rest: bool,
+    /// True once it is a walk.
+    walks: bool,
     path: Vec<PathNode>,
-}
-
-/// A filter that goes on through a move.
-#[derive(Debug, Clone)]
-struct Track {
-    filter: Filter,
-    /// First sample of the move that is still there.
-    start: usize,
-    /// Σ ω² and the number of samples in it, and by how much it has widened the bias.
-    squares: f64,
-    count: usize,
-    inflated: f64,
-}
-
-impl Track {
-    fn new(model: &Model<'_>, mut filter: Filter) -> Track {
-        filter.run(model, &Action::StartMove(0), None);
-        Track {
-            start: filter.at,
-            filter,
-            squares: 0.0,
-            count: 0,
-            inflated: 0.0,
-        }
-    }
-
-    /// Goes on to a sample, from node to node, which are added to `path`.
-    fn advance(&mut self, model: &Model<'_>, to: usize, mut path: Option<&mut Vec<PathNode>>) {
-        let node = node_len(model.samples);
-        let recent = model.samples.count_in(RECENT_S);
-        while self.filter.at < to {
-            let span = self.filter.at..to.min(self.filter.at + node);
-            let mean_square = self.filter.mean_square_rate(model, span.clone());
-            self.squares += mean_square * span.len() as f64;
-            self.count += span.len();
-            let rate_sd = model.directions.rate_sd;
-            let variance = rectified(self.squares / self.count as f64, rate_sd);
-            if variance > self.inflated {
-                let more = Action::InflateRateBias(variance - self.inflated);
-                self.filter.run(model, &more, None);
-                self.inflated = variance;
-            }
-            if let Some(path) = &mut path {
-                path.push(PathNode::forward(&self.filter.node()));
-            }
-            let since = self.start.max(span.end.saturating_sub(recent));
-            let propagate = Action::Propagate {
-                to: span.end,
-                node,
-                excess: model.noise.excess(since, span.end),
-            };
-            self.filter.run(model, &propagate, None);
-        }
-    }
-
-    fn forget(&mut self, count: usize) {
-        self.filter.at -= count;
-        self.start = self.start.saturating_sub(count);
-    }
-}
-
-fn node_len(samples: &Samples) -> usize {
-    samples.count_in(NODE_S).max(1)
 }
 
 impl Stepper {
@@ -285,7 +239,7 @@ impl Stepper {
         while let Some(event) = self.source.update(&self.context.samples) {
             self.take(event);
         }
-        self.consider();
+        self.consider(self.context.samples.len(), false);
         self.go_on();
         self.forget();
     }
@@ -298,48 +252,62 @@ impl Stepper {
                     start,
                     doubted: false,
                 });
-                self.consider();
             }
             RestEvent::Withdraw => self.withdraw(),
-            RestEvent::End(end) => match self.candidate.take() {
-                Some(Candidate { start, .. }) if self.context.noise.is_none() => {
-                    if start < end {
+            RestEvent::End(end) => {
+                self.consider(end, true);
+                match (self.candidate.take(), &mut self.context.noise) {
+                    (Some(Candidate { start, .. }), None) if start < end => {
                         self.begin_rest(start..end);
                         self.end_rest(end);
                     }
-                }
-                Some(Candidate { start, .. }) => {
-                    if let Some(noise) = &mut self.context.noise {
+                    (Some(Candidate { start, .. }), Some(noise)) => {
                         noise.rough.silence(&(start..end));
                     }
+                    (Some(_), None) => {}
+                    (None, _) => self.end_rest(end),
                 }
-                None => self.end_rest(end),
-            },
+            }
         }
     }
 
-    /// Takes a candidate for a rest, where it is one.
-    fn consider(&mut self) {
-        let Some(Candidate { start, doubted }) = self.candidate else {
+    /// Takes a candidate for a rest, where what there is of it before sample `end` says that it is one; it may
+    /// be over.
+    fn consider(&mut self, end: usize, over: bool) {
+        let Some(Candidate { start, doubted }) = self.candidate.filter(|c| c.start < end) else {
             return;
         };
-        let span = start..self.context.samples.len();
+        let span = start..end;
         let seconds = self.context.samples.duration_s(&span);
-        let taken = if self.context.noise.is_none() {
-            seconds >= LEARNED_S
-        } else if doubted {
+        let (is_first, is_given) = (self.context.noise.is_none(), self.source.is_given());
+        if !over && (is_first || !is_given) && seconds < self.awaited_s(start) {
+            return;
+        }
+        let taken = if doubted {
             seconds > BELIEVED_S
         } else {
-            self.source.is_given() || self.agrees(&span)
+            is_given || (is_first && !over) || (!is_first && self.agrees(&span))
         };
         if taken {
             self.candidate = None;
             self.begin_rest(span);
-        } else if self.context.noise.is_some() {
+        } else if !is_first {
             self.candidate = Some(Candidate {
                 start,
                 doubted: true,
             });
+        }
+    }
+
+    /// How long a rest is awaited, s: going through a move again may not cost more than the move.
+    fn awaited_s(&self, start: usize) -> f64 {
+        match &self.phase {
+            Phase::Unknown => LEARNED_S,
+            Phase::Rest { .. } => 0.0,
+            Phase::Move(live) => {
+                let move_s = self.context.samples.duration_s(&(live.trail.start..start));
+                (move_s * AWAITED).min(LEARNED_S)
+            }
         }
     }
 
@@ -395,16 +363,24 @@ impl Stepper {
         self.stances_here.len() > count
     }
 
-    /// Those in a walk from sample `from` to `end`, away from the rests there.
-    fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
+    /// Those from sample `from` to `end`, away from the rests there.
+    fn stances_away(&self, from: usize, end: usize) -> Vec<Stance> {
         let size = self.stances.as_ref().map_or(0, |s| s.size);
-        let within = |s: &&Stance| s.sample >= from + size && s.sample + size < end;
-        let stances: Vec<Stance> = self.stances_here.iter().filter(within).cloned().collect();
-        if is_walk(&stances, self.last_step) {
-            stances
-        } else {
-            Vec::new()
+        let first = self
+            .stances_here
+            .partition_point(|s| s.sample < from + size);
+        let stances = self.stances_here[first..].iter();
+        let before_end = |s: &&Stance| s.sample.saturating_add(size) < end;
+        stances.take_while(before_end).cloned().collect()
+    }
+
+    /// The same where they are those of a walk.
+    fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
+        let mut stances = self.stances_away(from, end);
+        if !is_walk(&stances, self.last_step) {
+            stances.clear();
         }
+        stances
     }
 
     fn begin_rest(&mut self, rest: Range<usize>) {
@@ -440,10 +416,10 @@ impl Stepper {
         let filter = self.filter.take();
         let mut filter = filter.unwrap_or_else(|| Filter::new(&model, 0, &rest));
         let first_second = closing(&model, &rest);
+        let mut closed = None;
         if rest.start > filter.at {
-            let after = if is_first { 0 } else { filter.at + 1 };
             let steps = if self.context.options.zero_velocity {
-                self.steps(after, rest.start)
+                self.steps(if is_first { 0 } else { filter.at + 1 }, rest.start)
             } else {
                 Vec::new()
             };
@@ -456,27 +432,23 @@ impl Stepper {
                 rest: (!is_first).then(|| first_second.clone()),
                 stances: &stances,
             };
-            let mut one;
+            let one;
             (filter, one) = leg.run(&model, &mut self.tape, &filter);
-            let closed = first_second.end.max(filter.at + 1);
-            let from = filter.at;
-            close(&model, &mut self.tape, &mut filter, from..closed);
-            take_displacement(&model, &mut filter, &mut one);
-            if let Some(motion) = &mut self.motion {
-                one.samples = one.samples.start + self.forgotten..one.samples.end + self.forgotten;
-                motion.moves.push(one);
-                let stances = stances.iter().map(|s| s + self.forgotten);
-                motion.stances.extend(stances);
-            }
-        } else {
-            let closed = first_second.end.max(filter.at + 1);
-            let from = filter.at;
-            close(&model, &mut self.tape, &mut filter, from..closed);
+            closed = Some((one, stances));
         }
         let at = filter.at;
+        let span = at..first_second.end.max(at + 1);
+        close(&model, &mut self.tape, &mut filter, span.clone());
+        if let (Some((mut one, stances)), Some(motion)) = (closed, &mut self.motion) {
+            take_displacement(&model, &mut filter, &mut one);
+            one.samples = one.samples.start + self.forgotten..one.samples.end + self.forgotten;
+            motion.moves.push(one);
+            let stances = stances.iter().map(|s| s + self.forgotten);
+            motion.stances.extend(stances);
+        }
         self.tape.run(&model, &mut filter, Action::Halt { to: at });
         self.phase = Phase::Rest {
-            closed: first_second.end.max(at + 1),
+            closed: span.end,
             node: PathNode::forward(&filter.node()),
         };
         self.filter = Some(filter);
@@ -520,6 +492,7 @@ impl Stepper {
             ahead: trail.clone(),
             trail,
             at_rest: false,
+            walks: false,
             path: Vec::new(),
         }));
         if let Some(noise) = &mut self.context.noise {
@@ -540,14 +513,26 @@ impl Stepper {
         let usable = found && self.context.options.zero_velocity;
         let steps = match (&self.phase, self.candidate) {
             (Phase::Move(live), candidate) if usable => {
-                let from = live.start - self.forgotten + 1;
-                self.steps(from, candidate.map_or(usize::MAX, |c| c.start))
+                let start = live.start - self.forgotten + 1;
+                // In a walk those before are known.
+                let from = if live.walks {
+                    live.trail.filter.at
+                } else {
+                    start
+                };
+                let end = candidate.map_or(usize::MAX, |c| c.start);
+                let mut steps = self.stances_away(from, end);
+                if !live.walks && !is_walk(&steps, self.last_step) {
+                    steps.clear();
+                }
+                steps
             }
             _ => Vec::new(),
         };
         let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
             return;
         };
+        live.walks |= !steps.is_empty() && is_walk(&steps, None);
         let mut stands = false;
         for step in &steps {
             if step.sample <= live.trail.filter.at {
@@ -616,6 +601,7 @@ impl Stepper {
         while let Some(event) = self.source.finish(&self.context.samples) {
             self.take(event);
         }
+        self.consider(self.context.samples.len(), false);
         if let (Some(Candidate { start, .. }), None) = (self.candidate, &self.context.noise) {
             self.begin_rest(start..self.context.samples.len());
         }
@@ -727,90 +713,5 @@ impl Stepper {
         self.source.forget(count);
         self.context.samples.forget(count);
         self.forgotten += count;
-    }
-}
-
-/// Where rests come from.
-#[derive(Debug, Clone)]
-enum RestSource {
-    Detected(Box<RestDetector>),
-    /// Spans of times in order, s, and where the first of them has begun.
-    Given(Vec<(f64, f64)>, Option<usize>),
-}
-
-impl RestSource {
-    fn new(options: &MotionOptions, period_s: f64, resolution: [f64; 6]) -> RestSource {
-        let Some(given) = &options.rests_s else {
-            return RestSource::Detected(Box::new(RestDetector::new(period_s, resolution)));
-        };
-        let mut spans: Vec<(f64, f64)> = given
-            .iter()
-            .copied()
-            .filter(|(from_s, to_s)| from_s.is_finite() && to_s.is_finite() && from_s <= to_s)
-            .collect();
-        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
-        spans.dedup_by(|next, last| {
-            let touches = next.0 <= last.1 + period_s;
-            if touches {
-                last.1 = last.1.max(next.1);
-            }
-            touches
-        });
-        // The next one is the last.
-        spans.reverse();
-        RestSource::Given(spans, None)
-    }
-
-    fn is_given(&self) -> bool {
-        matches!(self, RestSource::Given(..))
-    }
-
-    fn update(&mut self, samples: &Samples) -> Option<RestEvent> {
-        let (spans, begun) = match self {
-            RestSource::Detected(detector) => return detector.update(&samples.channels()),
-            RestSource::Given(spans, begun) => (spans, begun),
-        };
-        let now_s = *samples.time_s.last()?;
-        while let Some((from_s, to_s)) = spans.last().copied() {
-            let start = samples.time_s.partition_point(|t| *t < from_s);
-            let end = samples.time_s.partition_point(|t| *t <= to_s);
-            let over = now_s > to_s;
-            if begun.is_some() && over {
-                spans.pop();
-                *begun = None;
-                return Some(RestEvent::End(end));
-            }
-            let closes = now_s >= from_s + 1.0 && start + 1 < end;
-            if begun.is_none() && (closes || over && start + 1 < end) {
-                *begun = Some(start);
-                return Some(RestEvent::Begin(start));
-            }
-            if !over {
-                return None;
-            }
-            spans.pop();
-        }
-        None
-    }
-
-    fn finish(&mut self, samples: &Samples) -> Option<RestEvent> {
-        match self {
-            RestSource::Detected(detector) => detector.finish(&samples.channels()),
-            RestSource::Given(spans, begun) => {
-                let (from_s, _) = *spans.last().filter(|_| begun.is_none())?;
-                let start = samples.time_s.partition_point(|t| *t < from_s);
-                *begun = (start + 1 < samples.len()).then_some(start);
-                begun.map(RestEvent::Begin)
-            }
-        }
-    }
-
-    fn forget(&mut self, count: usize) {
-        match self {
-            RestSource::Detected(detector) => detector.forget(count),
-            RestSource::Given(_, begun) => {
-                *begun = begun.map(|start| start.saturating_sub(count));
-            }
-        }
     }
 }

@@ -13,7 +13,8 @@ const LEARNED_BLOCKS: usize = 15;
 pub enum RestEvent {
     /// A rest began at this sample, a second or more ago.
     Begin(usize),
-    /// What began less than 3 s ago is no rest: something still moved in it. One may begin later.
+    /// What began some 3 s ago at most is no rest: something still moved in it, it is too short, or it
+    /// begins elsewhere, which a [`RestEvent::Begin`] then says.
     Withdraw,
     /// The rest that began ended before this sample.
     End(usize),
@@ -38,6 +39,8 @@ pub struct RestDetector {
     /// True once the noise is that of a rest.
     settled: bool,
     run: Option<Run>,
+    /// An event that follows the last one.
+    pending: Option<RestEvent>,
     /// Where the open rest begins, and where the last one ended.
     begin: usize,
     last_end: usize,
@@ -47,13 +50,30 @@ pub struct RestDetector {
 #[derive(Debug, Clone)]
 struct Run {
     partition: Partition,
-    /// Mean that those of the partition are relative to.
+    /// Mean that those of the partition are relative to, and their noise.
     origin: [f64; 6],
+    noise: Noise,
+    /// Number of blocks.
+    len: usize,
     /// End of the last block.
     end: usize,
     /// First block of the last segment of the rest that has begun, and blocks since that began.
     open: Option<usize>,
     age: usize,
+}
+
+impl Run {
+    /// Divides the latest blocks again, with other noise.
+    fn restart(&mut self, latest: &[Block], noise: Noise) {
+        let (count, _) = self.partition.last();
+        let dropped = count - latest.len().min(count);
+        self.open = self.open.map(|from| from.saturating_sub(dropped));
+        self.partition.clear();
+        for block in latest {
+            self.partition.push(noise.scaled(&block.mean, &self.origin));
+        }
+        self.noise = noise;
+    }
 }
 
 impl RestDetector {
@@ -69,6 +89,7 @@ impl RestDetector {
             noise: None,
             settled: false,
             run: None,
+            pending: None,
             begin: 0,
             last_end: 0,
         }
@@ -76,6 +97,9 @@ impl RestDetector {
 
     /// The next event in the samples so far; none if there is none yet.
     pub fn update(&mut self, channels: &Channels<'_>) -> Option<RestEvent> {
+        if let Some(event) = self.pending.take() {
+            return Some(event);
+        }
         while self.noise.is_none() {
             let block = self.next_block(channels)?;
             self.waiting.push_back(block);
@@ -149,7 +173,7 @@ impl RestDetector {
             && run.open.is_some()
         {
             self.waiting.push_front(block);
-            return Some(self.end(run.end, channels));
+            return Some(self.end(run.end, &run.noise, channels));
         }
         if !quiet {
             return None;
@@ -161,12 +185,22 @@ impl RestDetector {
         let run = self.run.get_or_insert_with(|| Run {
             partition: Partition::new(channels.count()),
             origin: block.mean,
+            noise: noise.clone(),
+            len: 0,
             end: block.span.start,
             open: None,
             age: 0,
         });
-        run.end = block.span.end;
-        run.partition.push(noise.scaled(&block.mean, &run.origin));
+        (run.end, run.len) = (block.span.end, run.len + 1);
+        run.partition
+            .push(run.noise.scaled(&block.mean, &run.origin));
+        let latest = self.recent.make_contiguous();
+        let latest = &latest[latest.len() - run.len.min(latest.len())..];
+        let trembling = noise.trembling(latest, self.size, &self.resolution);
+        let now = trembling.unwrap_or_else(|| noise.clone());
+        if now.is_other(&run.noise) {
+            run.restart(latest, now);
+        }
         let dropped = run.partition.forget();
         run.open = run.open.map(|from| from.saturating_sub(dropped));
 
@@ -178,7 +212,7 @@ impl RestDetector {
             (run.open, run.age) = (Some(start), count - start);
             let first = run.end - ((count - start) * self.size).min(run.end);
             let span = first.max(self.last_end)..run.end;
-            let begin = start_edge(channels, &span, self.size, &noise.variance);
+            let begin = start_edge(channels, &span, self.size, &run.noise.variance);
             self.begin = begin.max(self.last_end);
             return Some(RestEvent::Begin(self.begin));
         };
@@ -191,47 +225,67 @@ impl RestDetector {
             }
             let (before, after) = (from..start, start..count);
             // What takes longer to show is no move: the segment is one of the same rest.
-            let same =
-                after.len() >= LEARNED_BLOCKS || run.partition.same(&before, &after, &noise.slack);
+            let same = after.len() >= LEARNED_BLOCKS
+                || run.partition.same(&before, &after, &run.noise.slack);
             if !short && !same {
                 run.open = None;
                 let end = run.end - (after.len() * self.size).min(run.end);
-                return Some(self.end(end, channels));
+                let noise = run.noise.clone();
+                return Some(self.end(end, &noise, channels));
             }
             run.open = Some(start);
         } else if !self.settled && count - from == LEARNED_BLOCKS {
-            self.settle(channels.count());
+            self.settle();
+        } else if run.age == LEARNED_BLOCKS {
+            return self.refine(channels);
         }
         None
     }
 
+    /// Begins a rest again where 3 s of it say so better than its first second did.
+    fn refine(&mut self, channels: &Channels<'_>) -> Option<RestEvent> {
+        let run = self.run.as_ref()?;
+        let first = run.end - (run.age * self.size).min(run.end);
+        let span = first.max(self.last_end)..run.end;
+        let begin = start_edge(channels, &span, self.size, &run.noise.variance).max(self.last_end);
+        if begin.abs_diff(self.begin) <= self.size / MIN_BLOCKS {
+            return None;
+        }
+        self.begin = begin;
+        self.pending = Some(RestEvent::Begin(begin));
+        Some(RestEvent::Withdraw)
+    }
+
     /// Takes the noise of the rest that the last blocks are.
-    fn settle(&mut self, channels: usize) {
+    fn settle(&mut self) {
         let blocks = self.recent.make_contiguous();
         let noise = Noise::new(blocks, self.size, &self.resolution);
-        if let (Some(run), [first, ..]) = (&mut self.run, &blocks[..]) {
-            run.partition = Partition::new(channels);
-            run.origin = first.mean;
-            run.open = Some(0);
-            for block in blocks.iter() {
-                run.partition.push(noise.scaled(&block.mean, &run.origin));
-            }
+        if let Some(run) = &mut self.run {
+            run.restart(blocks, noise.clone());
         }
         self.noise = Some(noise);
         self.settled = true;
     }
 
-    fn end(&mut self, end: usize, channels: &Channels<'_>) -> RestEvent {
+    fn end(&mut self, end: usize, noise: &Noise, channels: &Channels<'_>) -> RestEvent {
         let piece = channels.piece(end.saturating_sub(1));
-        let variance = self.noise.as_ref().map_or([1.0; 6], |n| n.variance);
-        self.last_end = if piece.end - end < self.size {
+        let end = if piece.end - end < self.size {
             // What is left at the end of a piece is no block.
             piece.end
         } else {
             let last = (end + self.size).min(piece.end) - 1;
-            end_edge(channels, &(self.begin..end), last, self.size, &variance)
+            end_edge(
+                channels,
+                &(self.begin..end),
+                last,
+                self.size,
+                &noise.variance,
+            )
         };
-        self.last_end = self.last_end.max(self.begin + 1);
-        RestEvent::End(self.last_end)
+        if end < self.begin + (MIN_BLOCKS - 1) * self.size {
+            return RestEvent::Withdraw;
+        }
+        self.last_end = end;
+        RestEvent::End(end)
     }
 }

@@ -6,8 +6,8 @@ use crate::channels::{Block, Channels, block_len, blocks, quantile};
 use crate::detector::{RestDetector, RestEvent};
 use crate::faint::without_faint_moves;
 
-/// Blocks: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
-pub(crate) const BLOCK_S: f64 = 0.2;
+/// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
+pub const BLOCK_S: f64 = 0.2;
 /// Fewer blocks are no rest: the variance of their means would have two degrees of freedom.
 pub(crate) const MIN_BLOCKS: usize = 4;
 /// Blocks that one segment may have, 60 s: over longer ones the drift of a bias is a step.
@@ -17,11 +17,13 @@ const MAX_BLOCKS: usize = 300;
 const TREMOR: [f64; 2] = [0.02, 1.2e-3];
 /// Variance of three axes above which nothing is a rest: 0.3 m/s² and 2 °/s rms of each.
 const CEILING: [f64; 2] = [0.27, 3.7e-3];
+/// Factor of the variance of a quiet block above which it trembles.
+const TREMBLES: f64 = 3.0;
 /// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
 /// reaches it, other noise of a sensor rarely.
 const MAX_EXCESS: f64 = 5.0;
-/// Variance of the mean of a block that no data sheet undercuts.
-const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
+/// Variance of the mean of a block, or of a sample, that no data sheet undercuts: (m/s²)² and (rad/s)².
+pub const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
 /// Cost of one segment more in the sum of χ²: about ln n for each of its means
 /// (Killick et al. 2012, doi 10.1080/01621459.2012.734741), n some 200 blocks.
 const PENALTY: [f64; 2] = [15.0, 32.0];
@@ -152,6 +154,31 @@ impl Noise {
         }
     }
 
+    /// That of blocks that tremble, as a hand or a foot does: they wander, too. None if they do not, or are
+    /// too few.
+    pub fn trembling(&self, blocks: &[Block], size: usize, resolution: &[f64; 6]) -> Option<Noise> {
+        let trembles = |s: usize| {
+            let total = blocks.iter().map(|b| b.total_variance(s)).collect();
+            quantile(total, 0.5) > TREMBLES * self.level[s]
+        };
+        if blocks.len() <= MIN_BLOCKS || !(trembles(0) || trembles(1)) {
+            return None;
+        }
+        let mut noise = Noise::with_level(blocks, self.level, size, resolution);
+        for c in 0..6 {
+            if noise.variance[c] < self.variance[c] {
+                (noise.variance[c], noise.slack[c]) = (self.variance[c], self.slack[c]);
+            }
+        }
+        Some(noise)
+    }
+
+    /// True if a variance differs by half.
+    pub fn is_other(&self, other: &Noise) -> bool {
+        let ratio = |c: usize| self.variance[c] / other.variance[c];
+        (0..6).any(|c| !(1.0 / 1.5..1.5).contains(&ratio(c)))
+    }
+
     /// A mean in units of its standard deviation.
     pub fn scaled(&self, mean: &[f64; 6], origin: &[f64; 6]) -> [f64; 6] {
         std::array::from_fn(|c| (mean[c] - origin[c]) / self.variance[c].sqrt())
@@ -195,7 +222,7 @@ fn variance_of_means(run: &[Block], level: [f64; 2], size: usize) -> [f64; 6] {
         let median = |values: Vec<f64>| quantile(values, 0.5);
         let total = median(run.iter().map(|b| b.total_variance(c / 3)).collect());
         // What trembles, as a hand or a foot, wanders too.
-        let lag = if total > 3.0 * level[c / 3] {
+        let lag = if total > TREMBLES * level[c / 3] {
             MIN_BLOCKS - 1
         } else {
             1
@@ -246,6 +273,11 @@ impl Partition {
             cost: vec![0.0],
             start: vec![0],
         }
+    }
+
+    /// Without blocks.
+    pub fn clear(&mut self) {
+        *self = Partition::new(self.channels);
     }
 
     fn penalty(&self) -> f64 {

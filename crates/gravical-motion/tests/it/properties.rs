@@ -208,6 +208,8 @@ proptest! {
         let options = MotionOptions { causal, rests_s, zero_velocity, ..options() };
         let motion = estimate_motion(&samples, &options);
         prop_assert!(motion.rests.iter().all(|r| r.start < r.end && r.end <= samples.len()));
+        prop_assert!(motion.rests.windows(2).all(|w| w[0].end <= w[1].start));
+        prop_assert!(motion.path.windows(2).all(|w| w[0].sample <= w[1].sample));
         prop_assert_eq!(motion.states(&samples).count(), samples.len());
         let mut stepper = Stepper::new(&options, step, [0.0; 6]);
         for (i, t) in time_s.iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use gravical_motion::{Bounds, Motion, MotionOptions, Move, estimate_motion};
+use gravical_motion::{Bounds, Motion, MotionOptions, Move, Stepper, estimate_motion};
 
 use crate::study::unbridged;
 
@@ -105,6 +105,40 @@ fn a_short_walk_closes() {
         "{walk:?}"
     );
     assert!(norm(stand.displacement_m) < 0.1, "{stand:?}");
+}
+
+#[test]
+fn walks_close_as_samples_come() {
+    let causal = MotionOptions {
+        causal: true,
+        ..MotionOptions::default()
+    };
+    for (file, first, unit, rate_hz, limit_m) in [
+        (
+            "openshoe-square2/square2_u.csv",
+            [0, 3],
+            [1.0, 1.0],
+            100.0,
+            0.3,
+        ),
+        ("xio-gait/short_walk.csv", [4, 1], [G, DEG], 400.0, 0.6),
+    ] {
+        let Some(rows) = rows(file) else { return };
+        let time_s: Vec<f64> = (0..rows.len()).map(|i| i as f64 / rate_hz).collect();
+        let force = columns(&rows, first[0], unit[0]);
+        let rate = columns(&rows, first[1], unit[1]);
+        let samples = unbridged(&time_s, &force, &rate);
+        let motion = estimate_motion(&samples, &causal);
+        let error_m = closing_error_m(&motion);
+        assert!(error_m < limit_m, "{file}: {error_m} m");
+        // What a stepper says at the end is the same.
+        let channels = samples.channels();
+        let mut stepper = Stepper::new(&causal, channels.period_s, channels.resolution);
+        let states = (0..rows.len()).map(|i| stepper.push(time_s[i], force[i], Some(rate[i])));
+        let last = states.last().unwrap().position_m;
+        let node = motion.path.last().unwrap().position_m;
+        assert!(norm([0, 1, 2].map(|c| last[c] - node[c])) < 1e-9);
+    }
 }
 
 #[test]

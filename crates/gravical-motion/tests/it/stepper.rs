@@ -137,6 +137,17 @@ fn it_is_the_causal_run() {
             }),
             3,
         ),
+        // A rest of a second after it is awaited for two.
+        (
+            "long move",
+            scene(Scene {
+                moves: 1,
+                move_s: 200.0,
+                distance_m: 50.0,
+                ..Scene::new(6, Trouble::Cart(0.5, 0.05))
+            }),
+            1,
+        ),
         ("walk", walk(12), 1),
     ];
     for (name, samples, moves) in recordings {

@@ -217,6 +217,27 @@ fn rests_that_are_given_are_taken() {
 }
 
 #[test]
+fn noise_needs_no_long_rest() {
+    let scene = Scene::new(6, Trouble::None);
+    let (recording, usual) = estimate(&scene, &options());
+    let truth = usual.noise.unwrap().force_mps2_sqrt_s[0];
+    // 10 samples, less than a block, and 3, which are no variance.
+    for rest_s in [0.1, 0.03] {
+        let rests_s = vec![(4.9, 4.9 + rest_s - 0.005), (7.2, 7.2 + rest_s - 0.005)];
+        let given = MotionOptions {
+            rests_s: Some(rests_s),
+            ..options()
+        };
+        let motion = estimate_motion(&samples(&recording, scene.ranges), &given);
+        let noise = motion.noise.unwrap().force_mps2_sqrt_s;
+        assert!(
+            noise.iter().all(|n| (0.5..1.6).contains(&(n / truth))),
+            "{noise:?} {truth}"
+        );
+    }
+}
+
+#[test]
 fn a_hand_that_turns_while_it_moves_does_not_stand() {
     // Its rate passes 2.5 rad/s twice and is nothing between, at full speed.
     let scene = Scene::new(7, Trouble::Wobble(1.0));
