@@ -79,7 +79,9 @@ pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range
         }
         let joined = partition.joined(partition.segments(), &noise.slack);
         let segments = if channels.count() == 3 {
-            longest_of_touching(joined)
+            let mut longest = longest_of_touching(joined);
+            at_ends_of_piece(channels, run, &mut longest);
+            longest
         } else {
             joined
         };
@@ -392,6 +394,24 @@ fn longest_of_touching(mut segments: Vec<Range<usize>>) -> Vec<Range<usize>> {
         }
     }
     segments
+}
+
+/// What is shorter than a rest before the first in a piece, or after its last, belongs to it: a move does not
+/// end as quietly.
+fn at_ends_of_piece(channels: &Channels<'_>, run: &[Block], segments: &mut [Range<usize>]) {
+    let piece = channels.piece(run[0].span.start);
+    if let Some(first) = segments.first_mut()
+        && first.start < MIN_BLOCKS
+        && run[0].span.start == piece.start
+    {
+        first.start = 0;
+    }
+    if let Some(last) = segments.last_mut()
+        && run.len() - last.end < MIN_BLOCKS
+        && run[run.len() - 1].span.end + run[0].span.len() > piece.end
+    {
+        last.end = run.len();
+    }
 }
 
 /// The span with ends to the sample, by the seconds of rest next to each.
