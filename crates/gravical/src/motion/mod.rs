@@ -420,9 +420,8 @@ fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOption
         let last = t.len() - 1;
         let mut moves = vec![Move::new(t[0]..t[last], Ends::Free)];
         measure_paths(own, &mut moves);
-        let moved = |estimate: &Estimate| estimate.states().last().map(|end| end.position_m);
-        moves[0].displacement_m = moved(own);
-        moves[0].uncalibrated_m = uncalibrated.and_then(moved);
+        moves[0].displacement_m = displacement(own);
+        moves[0].uncalibrated_m = uncalibrated.and_then(displacement);
         return moves;
     }
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
@@ -464,6 +463,13 @@ fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOption
     }
     measure_paths(own, &mut moves);
     moves
+}
+
+/// From the first sample to the last, m.
+fn displacement(estimate: &Estimate) -> Option<[f64; 3]> {
+    let from = estimate.states().next()?.position_m;
+    let to = estimate.states().last()?.position_m;
+    Some(std::array::from_fn(|c| to[c] - from[c]))
 }
 
 /// Why the only rest of a recording says nothing of a move: it may be constant speed.
