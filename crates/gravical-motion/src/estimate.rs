@@ -36,10 +36,37 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     if options.causal {
         return Stepper::drive(samples, options);
     }
-    let found = match &options.rests_s {
-        Some(spans) => given_rests(samples, spans),
-        None => detect_rests(&samples.channels(), &RestOptions { causal: false }),
-    };
+    match &options.rests_s {
+        Some(spans) => between(samples, options, given_rests(samples, spans), true),
+        None => {
+            let found = detect_rests(&samples.channels(), &RestOptions { causal: false });
+            between(samples, options, found, false)
+        }
+    }
+}
+
+/// The same with `rests` that are known, as spans of samples in order: those of other samples of the same
+/// motion. Never causal.
+#[must_use]
+pub fn estimate_motion_between(
+    samples: &Samples,
+    options: &MotionOptions,
+    rests: &[Range<usize>],
+) -> Motion {
+    let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
+    if !options.are_possible() || !rests.iter().all(fits) {
+        return Motion::default();
+    }
+    between(samples, options, rests.to_vec(), true)
+}
+
+/// Between the quiet spans that were `found`, or those of them that are rests.
+fn between(
+    samples: &Samples,
+    options: &MotionOptions,
+    found: Vec<Range<usize>>,
+    are_rests: bool,
+) -> Motion {
     let directions = Directions::new(&options.calibration);
     let mut rough = Roughness::default();
     rough.extend(samples, &found);
@@ -53,7 +80,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         directions: &directions,
         noise: &found_noise,
     };
-    let rests = if options.rests_s.is_some() {
+    let rests = if are_rests {
         found
     } else {
         RestSelector(model).chain(&found)

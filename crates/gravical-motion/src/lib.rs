@@ -48,8 +48,8 @@ mod track;
 mod transition;
 
 pub use closure::Closure;
-pub use estimate::estimate_motion;
-pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
+pub use estimate::{estimate_motion, estimate_motion_between};
+pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd, hung_rows};
 pub use result::{Bounds, Budget, Motion, Move, PathNode, RestNoise, Unusable, Verdict};
 pub use samples::{CalibrationUncertainty, ForceDirection, MotionOptions, Samples, resolutions};
 pub use states::SampleState;

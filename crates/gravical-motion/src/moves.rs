@@ -227,7 +227,8 @@ pub(crate) fn take_displacement(model: &Model<'_>, filter: &mut Filter, one: &mu
 /// Closes a move with what `span`, the first second of a rest, says.
 pub(crate) fn close(model: &Model<'_>, tape: &mut Tape, filter: &mut Filter, span: Range<usize>) {
     // What shakes more than the rests do may have some speed.
-    let shaken = tremor(model.samples, &span) / model.noise.rest.force.sum();
+    let usual = model.noise.rest.force.sum();
+    let shaken = tremor(model.samples, &span).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
     tape.run(model, filter, Action::Rest { span, speed_sd_mps });
 }

@@ -159,10 +159,11 @@ fn rounding(resolution: f64, range: f64) -> f64 {
     }
 }
 
-/// Density of the force in one rest, the axes together, (m/s²)² s.
-pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> f64 {
-    Noise::new(samples, std::slice::from_ref(rest), Roughness::default())
-        .rest
-        .force
-        .sum()
+/// Density of the force in one rest, the axes together, (m/s²)² s; none where it has too few samples to tell.
+pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> Option<f64> {
+    if rest.len() < MIN_BLOCK_LEN {
+        return None;
+    }
+    let noise = Noise::new(samples, std::slice::from_ref(rest), Roughness::default());
+    Some(noise.rest.force.sum())
 }

@@ -60,9 +60,13 @@ pub struct Bridged {
     pub sd: f64,
 }
 
-/// Rows in which all channels repeat the row before for at least 0.25 s, in a recording that otherwise
-/// changes from row to row: a sensor, or its bus, that hung.
-pub(crate) fn frozen(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Vec<Range<usize>> {
+/// Rows in which all channels, as they were read, repeat the row before for at least 0.25 s, in a recording
+/// that otherwise changes from row to row: a sensor, or its bus, that hung.
+#[must_use]
+pub fn hung_rows(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Vec<Range<usize>> {
+    let count = time_s.len().min(force.len());
+    let time_s = &time_s[..count];
+    let rate = if rate.len() < count { &[] } else { rate };
     let repeats =
         |i: &usize| force[*i] == force[i - 1] && (rate.is_empty() || rate[*i] == rate[i - 1]);
     let mut hangs = Vec::new();

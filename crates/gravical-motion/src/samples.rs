@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_signal::{Channels, is_gap, pieces, resolution, sampling_period};
 
-use crate::odd::{BridgeKind, Bridged, Sensor, frozen};
+use crate::odd::{BridgeKind, Bridged, Sensor};
 use crate::result::{RestNoise, Unusable};
 
 /// No MEMS sensor reads more, m/s² and rad/s: a row beyond it is no measurement.
@@ -61,7 +61,6 @@ pub struct Samples {
     rows: Vec<usize>,
     /// Samples before which something is missing, whatever the times say.
     breaks: Vec<usize>,
-    frozen: Vec<Range<usize>>,
 }
 
 impl Samples {
@@ -70,9 +69,8 @@ impl Samples {
     /// ([`crate::bridge_odd`]), `resolution` the steps of the channels, m/s² and rad/s, 0 where they are
     /// unknown ([`resolutions`]).
     ///
-    /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, times
-    /// that do not increase, and all channels repeating exactly for longer than noise allows (a hang).
-    /// Where that leaves a hole there is a gap.
+    /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, and times
+    /// that do not increase. Where that leaves a hole there is a gap.
     #[must_use]
     pub fn new(
         time_s: &[f64],
@@ -88,7 +86,6 @@ impl Samples {
         } else {
             count
         };
-        let frozen = frozen(&time_s[..count], force_mps2, rate_rad_s);
         let mut samples = Samples {
             time_s: Vec::with_capacity(count),
             force: Vec::with_capacity(count),
@@ -99,15 +96,11 @@ impl Samples {
             bridged: Vec::new(),
             rows: Vec::new(),
             breaks: Vec::new(),
-            frozen,
         };
-        let mut hangs = samples.frozen.clone().into_iter().peekable();
         for i in 0..count {
-            while hangs.next_if(|h| h.end <= i).is_some() {}
-            let hung = hangs.peek().is_some_and(|h| h.contains(&i));
             let later = samples.time_s.last().is_none_or(|last| *last < time_s[i]);
             let rate = rate_rad_s.get(i).copied().unwrap_or_default();
-            if hung || !later || !is_possible(time_s[i], &force_mps2[i], &rate) {
+            if !later || !is_possible(time_s[i], &force_mps2[i], &rate) {
                 continue;
             }
             samples.time_s.push(time_s[i]);
@@ -255,12 +248,6 @@ impl Samples {
     #[must_use]
     pub fn pieces(&self) -> &[Range<usize>] {
         &self.pieces
-    }
-
-    /// Rows in which all channels repeated: a sensor, or its bus, that hung.
-    #[must_use]
-    pub fn frozen_rows(&self) -> &[Range<usize>] {
-        &self.frozen
     }
 
     /// The same for the detector of rests.
@@ -450,7 +437,7 @@ impl MotionOptions {
 }
 
 impl Default for MotionOptions {
-    /// A calibrated accelerometer (0.02 %, 2 mm/s²) and a gyroscope by its data sheet (3 %, 2 % cross-axis).
+    /// A calibrated accelerometer (0.02 %, 2 mm/s²) and a gyroscope by its data sheet (2 % in each element).
     fn default() -> Self {
         MotionOptions {
             calibration: CalibrationUncertainty::independent(2e-4, 0.02, 2e-3),

@@ -674,7 +674,8 @@ impl Stepper {
         let old = old.min(samples.len().saturating_sub(samples.count_in(KEPT_S)));
         let count = match &self.phase {
             Phase::Rest { closed, .. } if old > *closed => old,
-            Phase::Move(live) if !self.context.options.zero_velocity => {
+            // A whole run is to say what is missing in all of the move.
+            Phase::Move(live) if !self.context.options.zero_velocity && self.motion.is_none() => {
                 old.min(live.ahead.filter.at)
             }
             _ => return,

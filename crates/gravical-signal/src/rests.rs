@@ -55,7 +55,8 @@ pub struct RestOptions {
 /// over its onset). A whole recording is also searched for moves that no single block shows, by matched
 /// filters of 0.35 to 8 s: they part a rest.
 ///
-/// It finds rests of 0.8 s and more, in order. Without a gyroscope a slow move may contain one.
+/// It finds rests of 0.8 s and more, in order, in recordings of more than a second; of what is quiet for
+/// longer than 0.6 s some. Without a gyroscope a slow move may contain one.
 #[must_use]
 pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range<usize>> {
     let size = block_len(channels.period_s, BLOCK_S);

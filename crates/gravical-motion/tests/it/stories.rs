@@ -139,12 +139,8 @@ fn a_sensor_that_hangs_leaves_a_gap() {
         };
         let recording = scene.record();
         let samples = samples(&recording, scene.ranges);
-        assert_eq!(samples.frozen_rows().len(), 1);
-        assert!(
-            (138..=141).contains(&samples.frozen_rows()[0].len()),
-            "{:?}",
-            samples.frozen_rows()
-        );
+        let lost = recording.time_s.len() - samples.len();
+        assert!((138..=141).contains(&lost), "{lost}");
         let motion = estimate_motion(&samples, &options());
         assert_eq!(motion.rests.len(), 2);
         assert!(motion.moves[0].gap && !motion.moves[0].is_undisturbed());

@@ -2,7 +2,7 @@
 
 use gravical_motion::{
     Bounds, CalibrationUncertainty, Motion, MotionOptions, Samples, Sensor, bridge_odd,
-    estimate_motion, resolutions,
+    estimate_motion, hung_rows, resolutions,
 };
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
@@ -27,6 +27,12 @@ pub fn unbridged(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Sampl
 
 pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
     let (mut force, mut rate) = (recording.force.clone(), recording.rate.clone());
+    for row in hung_rows(&recording.time_s, &force, &rate)
+        .into_iter()
+        .flatten()
+    {
+        force[row] = [f64::NAN; 3];
+    }
     let mut bridged = bridge_odd(
         &recording.time_s,
         &mut force,

@@ -219,7 +219,7 @@ fn time(result: &MotionResult) -> String {
     };
     let left_out = match result.rows_left_out {
         0 => String::new(),
-        n => format!("; {n} incomplete rows skipped"),
+        n => format!("; {n} rows skipped"),
     };
     format!("{:.2} s, {rate}{left_out}", result.duration_s)
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_motion::{
     CalibrationUncertainty, MotionOptions as EngineOptions, RestNoise, SampleState, Samples,
-    estimate_motion,
+    estimate_motion, estimate_motion_between,
 };
 
 use super::options::MotionOptions;
@@ -23,21 +23,33 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// By the filter. Rests that are `known` are not searched.
+    /// By the filter, between rests that it finds or that the options give.
     pub fn new(
         samples: Samples,
         options: &MotionOptions,
         calibration: CalibrationUncertainty,
         noise: Option<RestNoise>,
-        known: Option<&[Range<usize>]>,
     ) -> Self {
-        let engine = EngineOptions {
-            calibration,
-            rests_s: rests_s(&samples, options, known),
-            noise,
-            ..engine_options(options)
-        };
+        let engine = engine_options(options, calibration, noise);
         let motion = estimate_motion(&samples, &engine);
+        Self::of(samples, motion, options)
+    }
+
+    /// By the filter and smoother, between the rests of another estimate of the same rows.
+    pub fn between_rests_of(
+        other: &Estimate,
+        samples: Samples,
+        options: &MotionOptions,
+        calibration: CalibrationUncertainty,
+        noise: Option<RestNoise>,
+    ) -> Self {
+        let engine = engine_options(options, calibration, noise);
+        let rests = other.rests_in(&samples);
+        let motion = estimate_motion_between(&samples, &engine, &rests);
+        Self::of(samples, motion, options)
+    }
+
+    fn of(samples: Samples, motion: gravical_motion::Motion, options: &MotionOptions) -> Self {
         let is_open = !options.zero_velocity;
         Estimate {
             samples,
@@ -46,6 +58,17 @@ impl Estimate {
             v0_mps: options.v0_mps.filter(|_| is_open).unwrap_or_default(),
             p0_m: options.p0_m,
         }
+    }
+
+    /// Its rests in other samples of the same rows.
+    pub fn rests_in(&self, samples: &Samples) -> Vec<Range<usize>> {
+        let rows = self.samples.rows();
+        let at = |row: usize| samples.rows().partition_point(|r| *r < row);
+        let rests = self.motion.rests.iter();
+        rests
+            .map(|rest| at(rows[rest.start])..at(rows[rest.end - 1] + 1))
+            .filter(|rest| !rest.is_empty())
+            .collect()
     }
 
     /// By the procedure of the student report.
@@ -81,36 +104,23 @@ impl Estimate {
     }
 }
 
-/// What the engine is asked for, without what the recording says.
-pub(super) fn engine_options(options: &MotionOptions) -> EngineOptions {
+/// What the engine is asked for.
+pub(super) fn engine_options(
+    options: &MotionOptions,
+    calibration: CalibrationUncertainty,
+    noise: Option<RestNoise>,
+) -> EngineOptions {
+    let finite = |spans: &Vec<(f64, f64)>| {
+        let finite = spans.iter().map(|(from, to)| (*from, to.min(f64::MAX)));
+        finite.collect()
+    };
     EngineOptions {
+        calibration,
         max_stance_rate_rad_s: options.stance_rate_rad_s.unwrap_or(0.0),
-        rests_s: options.rests_s.as_ref().map(|spans| {
-            let finite = spans.iter().map(|(from, to)| (*from, to.min(f64::MAX)));
-            finite.collect()
-        }),
+        rests_s: options.rests_s.as_ref().map(finite),
         causal: options.causal,
+        noise,
         zero_velocity: options.zero_velocity,
         ..EngineOptions::default()
     }
-}
-
-/// Rests that are not searched: those that are `known`, or given by the user.
-fn rests_s(
-    samples: &Samples,
-    options: &MotionOptions,
-    known: Option<&[Range<usize>]>,
-) -> Option<Vec<(f64, f64)>> {
-    let t = samples.time_s();
-    if let Some(spans) = known {
-        return Some(spans.iter().map(|s| (t[s.start], t[s.end - 1])).collect());
-    }
-    let last = t.last().copied().unwrap_or_default();
-    let given = options.rests_s.as_ref()?;
-    Some(
-        given
-            .iter()
-            .map(|(from, to)| (*from, to.min(last)))
-            .collect(),
-    )
 }

@@ -76,7 +76,7 @@ pub(super) fn check_intervals(intervals: &[(f64, f64)]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses intervals in which a recording with these times has no sample.
+/// Refuses intervals in which a recording with these times has fewer than two samples.
 ///
 /// # Errors
 ///
@@ -86,9 +86,9 @@ pub(super) fn check_inside(time_s: &[f64], intervals: &[(f64, f64)]) -> Result<(
         return Ok(());
     };
     for &(start, end) in intervals {
-        if time_s.partition_point(|t| *t <= end) <= time_s.partition_point(|t| *t < start) {
+        if time_s.partition_point(|t| *t <= end) < time_s.partition_point(|t| *t < start) + 2 {
             let text = format!(
-                "there is no sample in the rest from {start} s to {}: \
+                "there are fewer than two samples in the rest from {start} s to {}: \
                  the recording goes from {first:.3} s to {last:.3} s",
                 until(end)
             );

@@ -4,7 +4,7 @@
 //! do not show: the bands then allow for an error of that size in each of them.
 
 use gravical_core::matrix3::norm;
-use gravical_motion::ForceDirection;
+use gravical_motion::{ForceDirection, Samples};
 use serde::Serialize;
 
 use super::estimate::Estimate;
@@ -41,11 +41,11 @@ impl GravityMisfit {
     /// with other `samples` of the same rows, in those; none without a rest.
     pub(super) fn worst(
         estimate: &Estimate,
-        samples: &gravical_motion::Samples,
+        samples: &Samples,
         directions: &[ForceDirection],
         gravity_mps2: f64,
     ) -> Option<Self> {
-        let rests = &estimate.motion.rests;
+        let rests = &estimate.rests_in(samples);
         let noise = estimate.motion.noise?;
         let noise = noise
             .force_mps2_sqrt_s

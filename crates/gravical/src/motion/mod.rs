@@ -44,14 +44,12 @@ mod uncertainty;
 mod verdict;
 mod words;
 
-use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
 use gravical_motion::{Bounds, CalibrationUncertainty, ForceDirection, RestNoise, Samples};
 
 use crate::calibration_file::CalibrationFile;
-use crate::denoise::smooth;
 use crate::gravity::Gravity;
 use crate::recording::{Finding, Meter, Recording};
 use crate::segment::face::AxisMap;
@@ -59,7 +57,7 @@ use crate::{Error, Result};
 
 use estimate::Estimate;
 use intervals::check_inside;
-use prepare::Readings as Rows;
+use prepare::SensorRows;
 use scales::{Scales, scales};
 use uncertainty::{
     Assumed, DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
@@ -132,12 +130,9 @@ pub fn motion(
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;
-    let read = |recording, findings: &mut Vec<Finding>| {
-        Rows::new(recording, file, options, &scales, findings)
-    };
-    let mut readings = read(recording, &mut findings)?;
-    let samples = readings.calibrated()?;
-    findings.extend(words::rows_left_out(recording, &samples));
+    let mut rows = SensorRows::new(recording, file, options, &scales, &mut findings)?;
+    let samples = rows.calibrated()?;
+    findings.extend(words::rows_left_out(recording, &samples, &rows.hung));
     let rests_s = options.rests_s.as_deref().unwrap_or_default();
     check_inside(samples.time_s(), rests_s)?;
 
@@ -148,17 +143,15 @@ pub fn motion(
         scales: &scales,
     };
     // Rests are found without the filters.
-    let filtered;
     let mut smoothed = None;
     if !options.smooth.is_empty() {
-        let (recording, smoothing) = smooth(recording.clone(), &options.smooth)?;
+        let smoothing;
+        (rows, smoothing) = rows.smoothed(&options.smooth)?;
         findings.extend(smoothing);
-        filtered = recording;
-        readings = read(&filtered, &mut Vec::new())?;
-        smoothed = Some(readings.calibrated()?);
+        smoothed = Some(rows.calibrated()?);
     }
-    let plain = file.map(|_| readings.by_scale()).transpose()?;
-    drop(readings);
+    let plain = file.map(|_| rows.by_scale()).transpose()?;
+    drop(rows);
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
@@ -202,7 +195,13 @@ pub fn motion(
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
-        verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
+        verdict: MotionVerdict::of(
+            &moves,
+            &visible_moves,
+            no_rest,
+            options.zero_velocity,
+            misfit,
+        ),
         procedure: words::procedure(options, has_gyro),
         rate_hz: Rates {
             nominal: recording.timing.nominal_rate_hz,
@@ -261,20 +260,32 @@ impl Work<'_> {
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
         let directions = self.directions(&samples);
-        let own = self.run(samples, directions.clone(), None, None)?;
+        let calibration = self.calibration(&samples, directions.clone());
+        let own = Estimate::new(samples, self.options, calibration, None);
+        self.go_on()?;
         let misfit = self.misfit(&own, &own.samples, &directions);
         let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
         let doubts = self.doubts(misfit, raw_misfit, findings);
-        let noise = own
-            .motion
-            .noise
-            .and_then(|rests| self.noise(rests, findings));
+        let rest_noise = own.motion.noise;
+        let noise = rest_noise.and_then(|rests| self.noise(rests, &own.samples, findings));
         if doubts.is_empty() && noise.is_none() && smoothed.is_none() {
             return Ok((own, misfit));
         }
-        let samples = smoothed.unwrap_or(own.samples);
         let directions = in_twelve(directions.into_iter().chain(doubts).collect());
-        let own = self.run(samples, directions, noise, Some(&own.motion.rests))?;
+        let mut own = match smoothed {
+            // Filters hide the noise, and do not make it less.
+            Some(samples) => {
+                let calibration = self.calibration(&samples, directions);
+                let noise = noise.or(rest_noise);
+                Estimate::between_rests_of(&own, samples, self.options, calibration, noise)
+            }
+            None => {
+                let calibration = self.calibration(&own.samples, directions);
+                Estimate::new(own.samples, self.options, calibration, noise)
+            }
+        };
+        own.motion.noise = rest_noise;
+        self.go_on()?;
         Ok((own, misfit))
     }
 
@@ -283,25 +294,19 @@ impl Work<'_> {
         if own.report.is_some() {
             return Ok(Estimate::by_report(samples, self.options));
         }
-        let directions = DATA_SHEET.directions();
-        self.run(samples, directions, None, Some(&own.motion.rests))
+        let calibration = self.calibration(&samples, DATA_SHEET.directions());
+        let plain = Estimate::between_rests_of(own, samples, self.options, calibration, None);
+        self.go_on()?;
+        Ok(plain)
     }
 
-    fn run(
-        &self,
-        samples: Samples,
-        directions: Vec<ForceDirection>,
-        noise: Option<RestNoise>,
-        known: Option<&[Range<usize>]>,
-    ) -> Result<Estimate> {
-        let calibration = self.calibration(&samples, directions);
-        let estimate = Estimate::new(samples, self.options, calibration, noise, known);
+    fn go_on(&self) -> Result<()> {
         match self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
             true => Err(Error::io(
                 Path::new(&self.recording.name),
                 std::io::Error::other("its motion was stopped"),
             )),
-            false => Ok(estimate),
+            false => Ok(()),
         }
     }
 
@@ -310,7 +315,7 @@ impl Work<'_> {
         samples: &Samples,
         directions: Vec<ForceDirection>,
     ) -> CalibrationUncertainty {
-        let by_calibration = variance_of_magnitude(&directions, &samples.force_mps2()[0]);
+        let by_calibration = variance_of_magnitude(&directions, &typical(samples));
         let own = self.file.filter(|_| self.scales.gyro_calibrated);
         CalibrationUncertainty {
             force: directions,
@@ -326,9 +331,7 @@ impl Work<'_> {
     fn directions(&self, samples: &Samples) -> Vec<ForceDirection> {
         let Some(file) = self.file else {
             // Gravity itself may show more than a data sheet allows.
-            let mut sizes: Vec<f64> = samples.force_mps2().iter().map(norm).collect();
-            let size = crate::stats::median(&mut sizes).unwrap_or_default();
-            let off = size / self.gravity().value_mps2 - 1.0;
+            let off = norm(&typical(samples)) / self.gravity().value_mps2 - 1.0;
             return Assumed {
                 scale: DATA_SHEET.scale.max(off.abs()),
                 ..DATA_SHEET
@@ -389,10 +392,17 @@ impl Work<'_> {
     }
 
     /// N of the noise file where it knows it, else that of the rests; none without a file.
-    fn noise(&self, rests: RestNoise, findings: &mut Vec<Finding>) -> Option<RestNoise> {
+    fn noise(
+        &self,
+        rests: RestNoise,
+        samples: &Samples,
+        findings: &mut Vec<Finding>,
+    ) -> Option<RestNoise> {
         let noise = self.options.noise.as_ref()?;
         let (accel, gyro) = (noise.densities('a'), noise.densities('g'));
-        findings.push(words::noise_used(accel.is_some(), gyro.is_some()));
+        let has_gyro = !samples.rate_rad_s().is_empty();
+        let known_gyro = has_gyro.then_some(gyro.is_some());
+        findings.push(words::noise_used(accel.is_some(), known_gyro));
         let axes = self.options.axes;
         let in_case = |n: [f64; 3], axes: AxisMap| axes.to_case(n).map(f64::abs);
         Some(RestNoise {
@@ -413,6 +423,14 @@ impl Work<'_> {
     }
 }
 
+/// Median of each axis, m/s²: about gravity.
+fn typical(samples: &Samples) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let mut axis: Vec<f64> = samples.force_mps2().iter().map(|f| f[c]).collect();
+        crate::stats::median(&mut axis).unwrap_or_default()
+    })
+}
+
 /// The moves of an estimate.
 fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOptions) -> Vec<Move> {
     let t = own.samples.time_s();
@@ -426,7 +444,7 @@ fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOption
     }
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
     let mut moves = Vec::with_capacity(own.motion.moves.len());
-    for (k, m) in own.motion.moves.iter().enumerate() {
+    for m in &own.motion.moves {
         let ends = match m.bounds {
             Bounds::Closed => Ends::RestToRest,
             Bounds::OpenEnd => Ends::FromRest,
@@ -446,12 +464,13 @@ fn moves(own: &Estimate, uncalibrated: Option<&Estimate>, options: &MotionOption
             .map(words::unusable)
             .or_else(|| unconfirmed(own, m, options));
         if one.unusable.is_none() {
-            let other = others.get(k).filter(|o| o.samples == m.samples);
+            let middle = (m.samples.start + m.samples.end) / 2;
+            let other = others.iter().find(|o| o.samples.contains(&middle));
             let v0 = own.v0_mps();
-            one.displacement_m = Some(std::array::from_fn(|c| {
-                m.displacement_m[c] + v0[c] * m.duration_s
-            }));
-            one.uncalibrated_m = other.map(|o| o.displacement_m);
+            let carried =
+                |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
+            one.displacement_m = Some(carried(m.displacement_m));
+            one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
             one.sigma_m = options.bands.then(|| m.sd_m());
             one.budget_m = (options.bands && !options.causal).then_some(Budget {
                 noise: m.budget.noise_m,
@@ -516,6 +535,11 @@ fn measure_paths(own: &Estimate, moves: &mut [Move]) {
 /// The end of the recording.
 fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
     let is_known = moves.iter().all(|m| m.unusable.is_none());
+    let ends_unknown = |t_s: &f64| {
+        moves
+            .iter()
+            .any(|m| m.unusable.is_some() && m.end_s == *t_s)
+    };
     let last = own.states().last();
     let last = last.filter(|s| s.position_m.iter().all(|v| v.is_finite()));
     FinalState {
@@ -527,7 +551,9 @@ fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
                 is_known && bands && !moves.is_empty()
             })
             .map(|s| s.position_sd_m),
-        velocity_mps: last.map(|s| s.velocity_mps),
+        velocity_mps: last
+            .filter(|_| !own.samples.time_s().last().is_some_and(ends_unknown))
+            .map(|s| s.velocity_mps),
     }
 }
 

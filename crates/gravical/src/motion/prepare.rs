@@ -1,14 +1,16 @@
 //! From a recording to samples: units, drift with temperature, values that are no measurement,
 //! calibration, time.
 
+use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
-use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
+use gravical_motion::{Bridged, Samples, Sensor, bridge_odd, hung_rows};
 
 use super::options::MotionOptions;
 use super::scales::Scales;
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
+use crate::denoise::{FilterSpec, smooth};
 use crate::recording::full_scale::FULL_SCALES_DEG_S;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::segment::face::AxisMap;
@@ -23,11 +25,13 @@ const MIN_SPIKE: [f64; 2] = [5.0, 5.0];
 
 /// Channels of the file in the axes of the board, what is no measurement bridged, and what makes SI of
 /// them.
-pub(super) struct Readings<'a> {
+pub(super) struct SensorRows<'a> {
     t_s: Vec<f64>,
     force: Vec<[f64; 3]>,
     rate: Vec<[f64; 3]>,
     bridged: Vec<Bridged>,
+    /// Rows in which the sensor hung.
+    pub hung: Vec<Range<usize>>,
     recording: &'a Recording,
     drift: Option<Drift<'a>>,
     scales: &'a Scales,
@@ -41,7 +45,7 @@ struct Drift<'a> {
     held_c: Vec<f64>,
 }
 
-impl<'a> Readings<'a> {
+impl<'a> SensorRows<'a> {
     /// The readings of `recording`; what is odd is added to `findings`.
     ///
     /// # Errors
@@ -63,6 +67,7 @@ impl<'a> Readings<'a> {
         let mut force = rows(&recording.accel);
         let gyro = recording.gyro.as_ref().filter(|_| scales.gyro.is_some());
         let mut rate = gyro.map(rows).unwrap_or_default();
+        let hung = hung_rows(&t_s, &force, &rate);
         let mut bridged = Vec::new();
         let per_unit = [scales.by_scale.matrix[0][0], scales.rate_per_unit()];
         let full_scales: [Vec<f64>; 2] = [
@@ -86,16 +91,39 @@ impl<'a> Readings<'a> {
         // Calibrations take the numbers of the file.
         let offset = recording.zero_offset;
         force.iter_mut().flatten().for_each(|v| *v += offset);
-        Ok(Readings {
+        for row in hung.iter().cloned().flatten() {
+            force[row] = [f64::NAN; 3];
+        }
+        Ok(SensorRows {
             drift: Drift::new(recording, file, findings),
             t_s,
             force,
             rate,
             bridged,
+            hung,
             recording,
             scales,
             axes: options.axes,
         })
+    }
+
+    /// The same with the accelerometer filtered, after what is no measurement was bridged; and what the
+    /// filters say.
+    ///
+    /// # Errors
+    ///
+    /// Those of the filters.
+    pub fn smoothed(mut self, filters: &[FilterSpec]) -> Result<(Self, Vec<Finding>)> {
+        let mut recording = self.recording.clone();
+        for (c, column) in recording.accel.iter_mut().enumerate() {
+            let rows = column.iter_mut().zip(&self.force);
+            rows.for_each(|(v, force)| *v = force[c]);
+        }
+        let (filtered, findings) = smooth(recording, filters)?;
+        for (row, force) in self.force.iter_mut().enumerate() {
+            *force = filtered.accel_at(row);
+        }
+        Ok((self, findings))
     }
 
     /// Samples by the calibration.
@@ -168,11 +196,11 @@ impl<'a> Readings<'a> {
     /// Steps that the values come in, m/s² and rad/s, in the axes of the case.
     fn steps(&self) -> [f64; 6] {
         let mut steps = [0.0; 6];
+        let force = self.recording.accel_resolution();
         let rate = self.recording.gyro_resolution();
         for axis in 0..3 {
             let case = self.axes.case_axis(axis);
-            steps[case] =
-                self.recording.accel_resolution()[axis] * self.scales.by_scale.matrix[0][0];
+            steps[case] = force[axis] * self.scales.by_scale.matrix[0][0];
             if !self.rate.is_empty() {
                 steps[3 + case] = rate[axis] * self.scales.rate_per_unit();
             }

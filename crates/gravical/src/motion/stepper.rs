@@ -1,10 +1,11 @@
 //! Motion of samples that arrive one by one.
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
-use gravical_motion::{MotionOptions as EngineOptions, SampleState, Stepper};
+use gravical_motion::{SampleState, Stepper};
 
+use super::estimate::engine_options;
 use super::options::{GravityRemoval, MotionOptions};
-use super::prepare::Readings as Rows;
+use super::prepare::SensorRows;
 use super::scales::scales;
 use super::track::MotionSample;
 use super::{Calibrated, Work};
@@ -26,8 +27,10 @@ pub struct Readings {
     pub temperature_c: f64,
 }
 
-/// Velocity and position of samples that arrive one by one: what [`motion`](super::motion) computes
-/// with [`causal`](MotionOptions::causal), with its numbers and bands.
+/// Velocity and position of samples that arrive one by one: the forward pass of
+/// [`motion`](super::motion) with [`causal`](MotionOptions::causal), with its bands. What is no
+/// measurement is not bridged, and gravity at the rests is not held against the calibration: both need
+/// what comes later.
 ///
 /// # Example
 ///
@@ -97,10 +100,14 @@ impl MotionStepper {
             let what = "a mean of rows is known after them only".to_owned();
             return Err(Error::range("gravity_removal", what));
         }
+        if options.noise.is_some() {
+            let what = "the noise is learned from the first rest".to_owned();
+            return Err(Error::range("noise", what));
+        }
         let file = calibration.map(|c| c.file);
         let mut findings = first.findings.clone();
         let scales = scales(first, file, options, &mut findings)?;
-        let rows = Rows::new(first, file, options, &scales, &mut findings)?;
+        let rows = SensorRows::new(first, file, options, &scales, &mut findings)?;
         let samples = rows.calibrated()?;
         let work = Work {
             recording: first,
@@ -108,10 +115,8 @@ impl MotionStepper {
             options,
             scales: &scales,
         };
-        let engine = EngineOptions {
-            calibration: work.calibration(&samples, work.directions(&samples)),
-            ..super::estimate::engine_options(options)
-        };
+        let calibration = work.calibration(&samples, work.directions(&samples));
+        let engine = engine_options(options, calibration, None);
         let channels = samples.channels();
         let is_open = !options.zero_velocity;
         let unknown = [f64::NAN; 3];

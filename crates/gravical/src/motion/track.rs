@@ -168,8 +168,8 @@ pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
         })
 }
 
-/// The states of an estimate, in a move that is not usable without velocity, and without position from
-/// there on.
+/// The states of an estimate: in a move that is not usable only that it moves is known, and from there on no
+/// position.
 fn known<'a>(
     estimate: &'a Estimate,
     result: &MotionResult,
@@ -178,7 +178,12 @@ fn known<'a>(
     let at = |t_s: f64| time_s.partition_point(|t| *t < t_s);
     let unusable: Vec<Range<usize>> = (result.moves.iter())
         .filter(|m| m.unusable.is_some())
-        .map(|m| at(m.start_s) + 1..at(m.end_s))
+        .map(|m| {
+            // At its ends it may rest.
+            let (from, to) = (at(m.start_s), at(m.end_s));
+            let first = from + usize::from(from > 0);
+            first..to + usize::from(to + 1 == time_s.len())
+        })
         .collect();
     let mut next = 0;
     estimate.states().enumerate().map(move |(i, mut state)| {
@@ -186,8 +191,10 @@ fn known<'a>(
             next += 1;
         }
         if unusable.get(next).is_some_and(|span| span.contains(&i)) {
-            state.velocity_mps = [f64::NAN; 3];
-            state.velocity_sd_mps = [f64::NAN; 3];
+            state = SampleState {
+                at_rest: false,
+                ..SampleState::UNKNOWN
+            };
         }
         if unusable.first().is_some_and(|span| span.start <= i) {
             state.position_m = [f64::NAN; 3];

@@ -11,12 +11,14 @@ impl MotionVerdict {
         moves: &[Move],
         visible: &[VisibleMove],
         no_rest: bool,
+        zero_velocity: bool,
         misfit: Option<GravityMisfit>,
     ) -> Self {
         use MotionJudgement::{AtRest, Bounded, NotUsable, Open, PartlyOpen};
         let all = moves.len();
         let lost = moves.iter().filter(|m| m.unusable.is_some()).count();
-        let closed = moves.iter().filter(|m| m.ends == Ends::RestToRest).count();
+        let is_closed = |m: &&Move| m.ends == Ends::RestToRest && m.unusable.is_none();
+        let closed = moves.iter().filter(is_closed).count();
         let (judgement, mut reason) = if no_rest {
             (
                 NotUsable,
@@ -38,8 +40,13 @@ impl MotionVerdict {
             (
                 PartlyOpen,
                 format!(
-                    "{closed} of {all} moves are between two rests; with one end open the error grows with the square of time."
+                    "{closed} of {all} moves are known and between two rests; with one end open the error grows with the square of time."
                 ),
+            )
+        } else if !zero_velocity {
+            (
+                Open,
+                "Nothing corrects the drift after the first rest: the error grows with the square of time and faster.".to_owned(),
             )
         } else {
             (

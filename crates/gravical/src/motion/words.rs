@@ -1,5 +1,7 @@
 //! What was done, what the axes are, and what is odd, in words.
 
+use std::ops::Range;
+
 use gravical_core::matrix3::norm;
 use gravical_motion::{Samples, Unusable};
 
@@ -40,7 +42,7 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
             format!("smoothed by {}; ", names.join(", "))
         }
     };
-    format!("{smoothing}{gravity}; trapezoid with the recorded stamps; {ends}{how}")
+    format!("{smoothing}{gravity}; trapezoid; {ends}{how}")
 }
 
 /// What the axes of velocity and position are.
@@ -60,10 +62,14 @@ pub(super) fn no_covariance() -> Finding {
 }
 
 /// Rows that are no samples: incomplete, or behind in time; and those of a sensor that hung.
-pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Vec<Finding> {
-    let frozen = samples.frozen_rows();
+pub(super) fn rows_left_out(
+    recording: &Recording,
+    samples: &Samples,
+    hung_rows: &[Range<usize>],
+) -> Vec<Finding> {
     let (mut incomplete, mut hung) = (LineSpans::default(), LineSpans::default());
-    let (mut kept, mut hangs) = (samples.rows().iter().peekable(), frozen.iter().peekable());
+    let mut kept = samples.rows().iter().peekable();
+    let mut hangs = hung_rows.iter().peekable();
     for row in 0..recording.rows() {
         if kept.next_if(|k| **k == row).is_some() {
             continue;
@@ -263,7 +269,7 @@ pub(super) fn already_calibrated(by_board: bool) -> Finding {
     }
     Finding::new(
         FindingKind::AlreadyCalibrated,
-        "its columns are named as this program names calibrated ones, and gravity at the rests does not contradict it: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use the raw recording",
+        "its columns are named as this program names calibrated ones, and no rest contradicts it: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use the raw recording",
     )
 }
 
@@ -307,18 +313,22 @@ pub(super) fn start_velocity(options: &MotionOptions, rests: bool) -> Option<Fin
     })
 }
 
-/// N of the noise file, as far as it is known of all axes of a sensor.
-pub(super) fn noise_used(accel: bool, gyro: bool) -> Finding {
-    let of = |known: bool, sensor: &str| match known {
-        true => format!("N of the noise file for the {sensor}"),
-        false => format!("for the {sensor} N of the rests, because the file lacks N of an axis"),
+/// N of the noise file, as far as it is known of all axes; `gyro` is none without a gyroscope.
+pub(super) fn noise_used(accel: bool, gyro: Option<bool>) -> Finding {
+    let of = |sensor: &str, is_known: bool| {
+        let source = if is_known {
+            "the noise file"
+        } else {
+            "the rests, since the file lacks an axis"
+        };
+        format!("N of the {sensor} by {source}")
     };
+    let gyro = gyro.map(|known| of("gyroscope", known));
+    let all: Vec<String> = std::iter::once(of("accelerometer", accel))
+        .chain(gyro)
+        .collect();
     Finding::new(
         FindingKind::NoiseUsed,
-        format!(
-            "the bands use {}; {}",
-            of(accel, "accelerometer"),
-            of(gyro, "gyroscope")
-        ),
+        format!("the bands use {}", all.join(", ")),
     )
 }

@@ -5,6 +5,7 @@ use gravical::motion::{
     Ends, MotionJudgement, MotionOptions, MotionResult, MotionStepper, Readings, motion,
     write_table,
 };
+use gravical::noise::{NoiseOptions, noise_of};
 use gravical::recording::{ReadOptions, Recording, read, read_bytes};
 use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
 
@@ -213,6 +214,65 @@ fn a_sensor_that_hangs_is_named_and_leaves_no_displacement() {
     assert!(result.moves.len() == 1 && result.moves[0].unusable.is_some());
     assert_eq!(result.verdict.judgement, MotionJudgement::NotUsable);
     assert_eq!(result.rests.len(), 2);
+}
+
+/// A second estimate, because of a noise file, filters or a calibration in doubt, is of the same rows and
+/// rests as the first.
+#[test]
+fn what_is_computed_twice_forgets_nothing() {
+    let recording = record(20.0, ride(1.0), true, |t| !(1.0..4.0).contains(&t));
+    let noise = noise_of(
+        &record(60.0, |_| 0.0, true, |_| true),
+        &NoiseOptions::default(),
+    );
+    let options = [
+        MotionOptions::default(),
+        MotionOptions {
+            noise: Some(noise.unwrap().section()),
+            ..MotionOptions::default()
+        },
+        MotionOptions {
+            smooth: vec!["savgol:5,2".parse().unwrap()],
+            ..MotionOptions::default()
+        },
+    ];
+    let results = options.map(|o| motion(&recording, None, &o).unwrap().result);
+    for result in &results {
+        assert!(result.moves[0].unusable.is_some(), "{:?}", result.moves);
+        assert!(result.r#final.position_m.is_none());
+        assert_eq!(result.verdict.judgement, MotionJudgement::PartlyOpen);
+        assert_eq!(result.moves.len(), results[0].moves.len());
+    }
+    // Filters hide noise and do not make it less.
+    let sigma = |r: &MotionResult| r.moves[1].sigma_m.unwrap()[2];
+    assert!((sigma(&results[2]) / sigma(&results[0]) - 1.0).abs() < 0.1);
+
+    // A hang stays one where filters, or a drift with temperature, make its rows differ.
+    let mut hung = record(14.0, ride(1.0), true, |_| true);
+    for channel in hung.accel.iter_mut().chain(hung.gyro.iter_mut().flatten()) {
+        let last = channel[560];
+        channel[560..700].fill(last);
+    }
+    for options in &options_of_filters() {
+        let result = motion(&hung, None, options).unwrap().result;
+        assert!(result.moves.len() == 1 && result.moves[0].unusable.is_some());
+    }
+}
+
+fn options_of_filters() -> [MotionOptions; 2] {
+    ["savgol:5,2", "butter:4,5Hz"].map(|filter| MotionOptions {
+        smooth: vec![filter.parse().unwrap()],
+        ..MotionOptions::default()
+    })
+}
+
+#[test]
+fn a_first_row_of_zeros_is_no_gravity() {
+    let mut recording = record(14.0, ride(1.0), true, |_| true);
+    (0..3).for_each(|c| recording.accel[c][0] = 0.0);
+    let result = computed(&recording);
+    let way = result.moves.last().unwrap().displacement_m.unwrap()[0];
+    assert!((way - 0.75).abs() < 0.1, "{way}");
 }
 
 #[test]

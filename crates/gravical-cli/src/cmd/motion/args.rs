@@ -97,12 +97,10 @@ struct MethodArgs {
     /// Rests in s, e.g. 0-5,7.2- (no end: to the end of the recording) [default: found]
     #[arg(long, value_name = "SPANS", allow_hyphen_values = true)]
     rests: Option<Intervals>,
-    /// Zero-velocity update at stances of a walking foot [default: on]
-    #[arg(long, hide_short_help = true, value_enum, value_name = "ON|OFF")]
-    stances: Option<Switch>,
-    /// Highest angular rate of a foot in stance, rad/s [default: 1]
-    #[arg(long, hide_short_help = true, value_name = "RAD_S")]
-    stance_rate: Option<f64>,
+    /// Zero-velocity update at stances of a walking foot: their highest angular rate in rad/s, or off
+    /// [default: 1]
+    #[arg(long, hide_short_help = true, value_name = "RATE|off")]
+    stances: Option<Stances>,
     /// Velocity at the start in m/s, of a sensor that moves evenly there; with --zero-velocity off
     #[arg(long, hide_short_help = true, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     v0: Option<Vector>,
@@ -163,6 +161,24 @@ impl std::str::FromStr for Smooth {
     }
 }
 
+/// The highest rate of a stance; none where they are not looked for.
+#[derive(Debug, Clone, Copy)]
+struct Stances(Option<f64>);
+
+impl std::str::FromStr for Stances {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "off" => Ok(Stances(None)),
+            rate => match rate.parse() {
+                Ok(rate) => Ok(Stances(Some(rate))),
+                Err(e) => Err(format!("{e}; a rate in rad/s or off")),
+            },
+        }
+    }
+}
+
 /// Three numbers.
 #[derive(Debug, Clone, Copy)]
 struct Vector([f64; 3]);
@@ -215,8 +231,8 @@ impl Args {
                 .map_or(preset.zero_velocity, |s| s == Switch::On),
             rests_s: m.rests.as_ref().map(|i| i.0.clone()),
             stance_rate_rad_s: match m.stances {
-                Some(Switch::Off) => None,
-                _ => m.stance_rate.or(preset.stance_rate_rad_s),
+                Some(Stances(rate)) => rate,
+                None => preset.stance_rate_rad_s,
             },
             meter: preset.meter,
             v0_mps: m.v0.map(|v| v.0),
