@@ -24,6 +24,7 @@ const MIN_EXCESS: f64 = 2.0;
 /// what is sampled well has little of both, while white noise and aliased vibration have as much of them
 /// as of all.
 const MAX_SLOPE: f64 = 3.0;
+
 /// Densities of windows, (m/s²)² s and (rad/s)² s, mean of the axes.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Roughness {
