@@ -135,8 +135,7 @@ pub fn motion(
     let read = |recording, findings: &mut Vec<Finding>| {
         Rows::new(recording, file, options, &scales, findings)
     };
-    let mut readings = read(recording, &mut findings)?;
-    let samples = readings.calibrated()?;
+    let samples = read(recording, &mut findings)?.calibrated()?;
     findings.extend(words::rows_left_out(recording, &samples));
     let rests_s = options.rests_s.as_deref().unwrap_or_default();
     check_inside(samples.time_s(), rests_s)?;
@@ -148,17 +147,22 @@ pub fn motion(
         scales: &scales,
     };
     // Rests are found without the filters.
-    let filtered;
-    let mut smoothed = None;
+    let mut filtered = None;
     if !options.smooth.is_empty() {
         let (recording, smoothing) = smooth(recording.clone(), &options.smooth)?;
         findings.extend(smoothing);
-        filtered = recording;
-        readings = read(&filtered, &mut Vec::new())?;
-        smoothed = Some(readings.calibrated()?);
+        filtered = Some(recording);
     }
-    let plain = file.map(|_| readings.by_scale()).transpose()?;
-    drop(readings);
+    // Read again rather than held: that is as much memory as the samples.
+    let again = |recording| read(recording, &mut Vec::new());
+    let smoothed = filtered
+        .as_ref()
+        .map(|recording| again(recording)?.calibrated())
+        .transpose()?;
+    let plain = file
+        .map(|_| again(filtered.as_ref().unwrap_or(recording))?.by_scale())
+        .transpose()?;
+    drop(filtered);
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);

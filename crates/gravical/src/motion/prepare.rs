@@ -103,12 +103,10 @@ impl<'a> Readings<'a> {
     /// # Errors
     ///
     /// `no-samples` with fewer than two.
-    pub fn calibrated(&self) -> Result<Samples> {
-        self.samples(
-            &self.scales.accel,
-            self.scales.gyro.as_ref(),
-            self.drift.as_ref(),
-        )
+    pub fn calibrated(mut self) -> Result<Samples> {
+        let (accel, gyro) = (&self.scales.accel, self.scales.gyro.as_ref());
+        let drift = self.drift.take();
+        self.samples(accel, gyro, drift.as_ref())
     }
 
     /// Samples by the nominal scales alone.
@@ -116,16 +114,13 @@ impl<'a> Readings<'a> {
     /// # Errors
     ///
     /// Those of [`calibrated`](Self::calibrated).
-    pub fn by_scale(&self) -> Result<Samples> {
-        self.samples(
-            &self.scales.by_scale,
-            self.scales.by_gyro_scale.as_ref(),
-            None,
-        )
+    pub fn by_scale(self) -> Result<Samples> {
+        let (accel, gyro) = (&self.scales.by_scale, self.scales.by_gyro_scale.as_ref());
+        self.samples(accel, gyro, None)
     }
 
     fn samples(
-        &self,
+        mut self,
         accel: &Calibration<f64>,
         gyro: Option<&GyroscopeCalibration<f64>>,
         drift: Option<&Drift<'_>>,
@@ -136,19 +131,23 @@ impl<'a> Readings<'a> {
             }
             None => raw,
         };
-        let mut force: Vec<[f64; 3]> = (self.force.iter().enumerate())
-            .map(|(row, raw)| accel.apply(at_reference(row, 0, *raw)))
-            .collect();
+        let steps = self.steps();
+        // In place: a recording of hours fills memory with every copy of its columns.
+        for (row, force) in self.force.iter_mut().enumerate() {
+            *force = accel.apply(at_reference(row, 0, *force));
+        }
         let rate_axes = self.axes.of_rates();
-        let rate: Vec<[f64; 3]> = match gyro {
-            Some(gyro) => (self.rate.iter().enumerate())
-                .map(|(row, raw)| gyro.apply(at_reference(row, 3, *raw), force[row]))
-                .map(|rate| rate_axes.to_case(rate))
-                .collect(),
-            None => Vec::new(),
-        };
-        force.iter_mut().for_each(|f| *f = self.axes.to_case(*f));
-        let samples = Samples::new(&self.t_s, &force, &rate, self.bridged.clone(), self.steps())
+        match gyro {
+            Some(gyro) => {
+                for (row, (rate, force)) in self.rate.iter_mut().zip(&self.force).enumerate() {
+                    *rate = rate_axes.to_case(gyro.apply(at_reference(row, 3, *rate), *force));
+                }
+            }
+            None => self.rate.clear(),
+        }
+        let to_case = |force: &mut [f64; 3]| *force = self.axes.to_case(*force);
+        self.force.iter_mut().for_each(to_case);
+        let samples = Samples::new(&self.t_s, &self.force, &self.rate, self.bridged, steps)
             .with_breaks(&self.recording.breaks);
         if samples.len() < 2 {
             return Err(Error::input(
