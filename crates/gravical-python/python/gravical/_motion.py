@@ -265,11 +265,12 @@ class States(NamedTuple):
 class Motion:
     """Velocity and position of samples as they arrive, without look-ahead.
 
-    The numbers and bands are those of ``gravical motion --causal``. A move is not corrected from
-    its far end: :func:`gravical.motion` is more accurate where the whole recording is there.
+    At rest the numbers and bands are those of ``gravical motion --causal``, which goes through a
+    move again once a rest has closed it. A rest is known 1 s after it began. Where the whole
+    recording is there, :func:`gravical.motion` is more accurate.
 
-    The noise is that of the first 3 s of the first rest of the samples that come. Until then the
-    motion is not known.
+    The noise is learned from the first 3 s of the first rest of the samples that come. Until then
+    the motion is not known.
 
     Parameters
     ----------
