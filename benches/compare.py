@@ -14,10 +14,8 @@ calibrate  six still placements, one file each, to a calibration file, start-up
 
 motion     read the recording, calibrate, Savitzky-Golay of window 5 and order 2,
            subtract the mean of the first 500 rows, the trapezoidal rule twice with
-           the stamps, and print the position at the end. gravical also finds the
-           rests, looks for defects and computes the uncertainty; with --causal it
-           goes through the file once and its filter looks at the past alone, so
-           that its position differs a little.
+           the stamps, and print the position at the end. gravical also looks for
+           defects and computes the position by the nominal scales beside it.
 
 Each competitor does these steps in a process of its own; they take turns, so
 that a busy machine disturbs all alike. Measured are CPU time (user + system,
@@ -276,7 +274,6 @@ def compare_motion(gravical, python, folder, args):
     polars = script(folder, "motion-with-polars.py", MOTION_POLARS)
     commands = {
         "gravical": ours,
-        "gravical --causal": [*ours, "--causal"],
         "polars + scipy": [python, polars, recording],
         "pandas + scipy": [python, pandas, recording],
     }

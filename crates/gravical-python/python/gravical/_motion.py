@@ -265,20 +265,28 @@ class States(NamedTuple):
 class Motion:
     """Velocity and position of samples as they arrive, without look-ahead.
 
-    The numbers are those of ``gravical motion --causal``: no bands, and a move is not corrected
-    from its far end. :func:`gravical.motion` is more accurate where the whole recording is there.
+    At rest the numbers and bands are those of ``gravical motion --causal``, which goes through a
+    move again once a rest has closed it. A rest is known 1 s after it began. Where the whole
+    recording is there, :func:`gravical.motion` is more accurate.
+
+    The noise is learned from the first 3 s of the first rest of the samples that come. Until then
+    the motion is not known.
 
     Parameters
     ----------
     first : path, recording or table
-        The first seconds, with the sensor at rest for two of them or more: they tell units, rate
-        and noise. Their samples are not taken: pass them to :meth:`extend`, if they are part of
-        the motion.
+        Some seconds that tell units and rate. Their samples are not taken: pass them to
+        :meth:`extend`, if they are part of the motion.
     calibration : Calibration, path, or object of imucal, optional
         Without it the nominal scales are used.
     **arguments
         How motion is computed: see :class:`MotionOptions`; how the recording is read: see
-        :class:`Reading`. What looks back has no effect.
+        :class:`Reading`. ``no_bands`` has no effect.
+
+    Raises
+    ------
+    UsageError
+        ``option-range`` for what needs the whole recording: ``smooth``, and the initial mean.
 
     Examples
     --------

@@ -150,8 +150,10 @@ pub fn motion(
         findings.extend(smoothing);
         smoothed = Some(rows.calibrated()?);
     }
-    let plain = file.map(|_| rows.by_scale()).transpose()?;
-    drop(rows);
+    let plain = match file {
+        Some(_) => Some(rows.by_scale()?),
+        None => None,
+    };
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);

@@ -132,28 +132,29 @@ impl<'a> SensorRows<'a> {
     ///
     /// `no-samples` with fewer than two.
     pub fn calibrated(&self) -> Result<Samples> {
-        self.samples(
-            &self.scales.accel,
-            self.scales.gyro.as_ref(),
-            self.drift.as_ref(),
-        )
+        let values = (self.force.clone(), self.rate.clone());
+        let (accel, gyro) = (&self.scales.accel, self.scales.gyro.as_ref());
+        self.samples(values, accel, gyro, self.drift.as_ref())
     }
 
-    /// Samples by the nominal scales alone.
+    /// Samples by the nominal scales alone. The readings are not held beside them: a recording of hours fills
+    /// memory with every copy of its columns.
     ///
     /// # Errors
     ///
     /// Those of [`calibrated`](Self::calibrated).
-    pub fn by_scale(&self) -> Result<Samples> {
-        self.samples(
-            &self.scales.by_scale,
-            self.scales.by_gyro_scale.as_ref(),
-            None,
-        )
+    pub fn by_scale(mut self) -> Result<Samples> {
+        let values = (
+            std::mem::take(&mut self.force),
+            std::mem::take(&mut self.rate),
+        );
+        let (accel, gyro) = (&self.scales.by_scale, self.scales.by_gyro_scale.as_ref());
+        self.samples(values, accel, gyro, None)
     }
 
     fn samples(
         &self,
+        (mut force, mut rate): (Vec<[f64; 3]>, Vec<[f64; 3]>),
         accel: &Calibration<f64>,
         gyro: Option<&GyroscopeCalibration<f64>>,
         drift: Option<&Drift<'_>>,
@@ -164,17 +165,19 @@ impl<'a> SensorRows<'a> {
             }
             None => raw,
         };
-        let mut force: Vec<[f64; 3]> = (self.force.iter().enumerate())
-            .map(|(row, raw)| accel.apply(at_reference(row, 0, *raw)))
-            .collect();
+        for (row, force) in force.iter_mut().enumerate() {
+            *force = accel.apply(at_reference(row, 0, *force));
+        }
         let rate_axes = self.axes.of_rates();
-        let rate: Vec<[f64; 3]> = match gyro {
-            Some(gyro) => (self.rate.iter().enumerate())
-                .map(|(row, raw)| gyro.apply(at_reference(row, 3, *raw), force[row]))
-                .map(|rate| rate_axes.to_case(rate))
-                .collect(),
-            None => Vec::new(),
-        };
+        match gyro {
+            Some(gyro) => {
+                for (row, rate) in rate.iter_mut().enumerate() {
+                    let own = gyro.apply(at_reference(row, 3, *rate), force[row]);
+                    *rate = rate_axes.to_case(own);
+                }
+            }
+            None => rate.clear(),
+        }
         force.iter_mut().for_each(|f| *f = self.axes.to_case(*f));
         let samples = Samples::new(&self.t_s, &force, &rate, self.bridged.clone(), self.steps())
             .with_breaks(&self.recording.breaks);
@@ -201,7 +204,7 @@ impl<'a> SensorRows<'a> {
         for axis in 0..3 {
             let case = self.axes.case_axis(axis);
             steps[case] = force[axis] * self.scales.by_scale.matrix[0][0];
-            if !self.rate.is_empty() {
+            if self.scales.gyro.is_some() {
                 steps[3 + case] = rate[axis] * self.scales.rate_per_unit();
             }
         }
