@@ -338,9 +338,10 @@ impl<'py> Options<'py> {
             smooth: self.filters("smooth")?.unwrap_or(preset.smooth),
             zero_velocity: switch("zero_velocity")?.unwrap_or(preset.zero_velocity),
             rests_s: rests.map(|i| i.0),
-            stance_rate_rad_s: match switch("stances")?.unwrap_or(true) {
-                true => self.number("stance_rate")?.or(preset.stance_rate_rad_s),
-                false => None,
+            // False is 0.
+            stance_rate_rad_s: match self.number("stances")? {
+                Some(0.0) => None,
+                rate => rate.or(preset.stance_rate_rad_s),
             },
             v0_mps: self.vector("v0")?,
             p0_m: self.vector("p0")?.unwrap_or(preset.p0_m),

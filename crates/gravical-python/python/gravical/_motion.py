@@ -29,8 +29,8 @@ class MotionOptions(TypedDict, total=False):
     ``gravity_removal``: ``"strapdown"``, ``"constant-tilt"`` or ``"initial-mean"``, the mean of the
     first 500 rows. ``causal``: use the past only. ``smooth``: filters of the accelerometer;
     ``zero_velocity``: updates at rests. ``rests``: pairs of seconds, by default found.
-    ``stances``, ``stance_rate``: updates at stances of a walking foot, and their highest angular
-    rate, rad/s. ``v0``: velocity of the first rest without zero-velocity updates, m/s.
+    ``stances``: highest angular rate of a walking foot in stance, rad/s, for updates there; False for
+    none. ``v0``: velocity of the first rest without zero-velocity updates, m/s.
     ``p0``: position at the start, m. ``no_bands``: no error bands.
     ``axes``: sensor axes that point along x, y and z of the case.
     """
@@ -44,8 +44,7 @@ class MotionOptions(TypedDict, total=False):
     smooth: str | Sequence[str] | None
     zero_velocity: bool | None
     rests: str | Sequence[tuple[float, float | None]] | None
-    stances: bool | None
-    stance_rate: float | None
+    stances: float | bool | None
     v0: Sequence[float] | None
     p0: Sequence[float] | None
     no_bands: bool | None
