@@ -170,6 +170,9 @@ impl RestSelector<'_> {
         let mut filter = self.filter_after(&spans[k]);
         let (mut agreed, mut costs) = (0, Vec::new());
         for next in k + 1..spans.len() {
+            if self.0.options.is_stopped() {
+                break;
+            }
             let move_s = time_s[spans[next].start] - time_s[spans[k].end - 1];
             if move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
                 break;

@@ -143,6 +143,9 @@ fn forward(
     let mut filter = Filter::new(model, 0, &rests[0]);
     let mut moves = Vec::new();
     for k in 0..=rests.len() {
+        if model.options.is_stopped() {
+            break;
+        }
         let rest = rests.get(k);
         let end = rest.map_or(samples.len() - 1, |rest| rest.start);
         if end > filter.at {
@@ -177,6 +180,9 @@ fn backward(model: &Model<'_>, mut tape: Tape, end: &Filter, moves: &mut [Move])
     let mut path = vec![PathNode::forward(&end.node())];
     let mut until = tape.plan.len();
     while let Some(checkpoint) = tape.checkpoints.pop() {
+        if options.is_stopped() {
+            break;
+        }
         let (from, mut filter) = (checkpoint.action, checkpoint.filter);
         let mut records = Vec::new();
         for action in &tape.plan[from..until] {

@@ -1,6 +1,8 @@
 //! Calibrated samples, and what is known of the sensor that made them.
 
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravical_signal::{Channels, is_gap, pieces, resolution, sampling_period};
 
@@ -393,7 +395,7 @@ impl CalibrationUncertainty {
 }
 
 /// How motion is estimated.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
@@ -413,9 +415,16 @@ pub struct MotionOptions {
     /// Every rest and stance has no velocity. Otherwise the first rest levels and says what noise there is,
     /// and what follows is integrated without another measurement.
     pub zero_velocity: bool,
+    /// Ends the estimate where it is once this is true, from another thread: what there is then is of no use.
+    pub stopped: Option<Arc<AtomicBool>>,
 }
 
 impl MotionOptions {
+    pub(crate) fn is_stopped(&self) -> bool {
+        let stopped = self.stopped.as_ref();
+        stopped.is_some_and(|stopped| stopped.load(Ordering::Relaxed))
+    }
+
     /// Nothing is negative or no number.
     pub(crate) fn are_possible(&self) -> bool {
         let known = &self.calibration;
@@ -448,6 +457,7 @@ impl Default for MotionOptions {
             causal: false,
             noise: None,
             zero_velocity: true,
+            stopped: None,
         }
     }
 }

@@ -198,6 +198,9 @@ impl Stepper {
         stepper.tape = Tape::new(Keep::Path);
         let mut bridged = samples.bridged.iter().peekable();
         for i in 0..samples.len() {
+            if options.is_stopped() {
+                break;
+            }
             if samples.gaps(&(i.saturating_sub(1)..i)).any(|gap| gap.2) {
                 stepper.interrupt();
             }

@@ -9,6 +9,7 @@ use gravical_motion::{
 
 use super::options::MotionOptions;
 use super::report_procedure::ReportProcedure;
+use crate::recording::Meter;
 
 /// An estimate, and the samples that it is of.
 #[derive(Debug, Clone)]
@@ -121,6 +122,7 @@ pub(super) fn engine_options(
         causal: options.causal,
         noise,
         zero_velocity: options.zero_velocity,
+        stopped: options.meter.as_ref().map(Meter::flag),
         ..EngineOptions::default()
     }
 }

@@ -27,7 +27,7 @@ struct State {
     /// Size of the file in bytes; 0 if unknown.
     total: AtomicU64,
     read: AtomicU64,
-    stopped: AtomicBool,
+    stopped: Arc<AtomicBool>,
 }
 
 /// Progress of the file that was opened last.
@@ -74,6 +74,11 @@ impl Meter {
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.0.stopped.load(Ordering::Relaxed)
+    }
+
+    /// True after [`stop`](Self::stop), for a computation in another crate.
+    pub(crate) fn flag(&self) -> Arc<AtomicBool> {
+        self.0.stopped.clone()
     }
 
     /// Wraps `reader` and counts its bytes from the beginning.
