@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::closure::{Innovation, REST_SPEED_MPS};
 use crate::filter::{Action, Filter, Model};
-use crate::result::Unusable;
+use crate::samples::Unusable;
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;

@@ -2,15 +2,16 @@
 
 use std::ops::Range;
 
-use gravical_signal::{RestOptions, detect_rests};
+use gravical_signal::detect_rests;
 
 use crate::chain::RestSelector;
 use crate::filter::{Action, Filter, Model};
 use crate::moves::{Keep, Leg, Tape, close, closing, level_before_move};
 use crate::noise::Noise;
+use crate::options::MotionOptions;
 use crate::result::{Motion, Move, PathNode, bounds};
 use crate::rough::Roughness;
-use crate::samples::{MotionOptions, Samples};
+use crate::samples::Samples;
 use crate::smooth::Smoother;
 use crate::stance::detect_stances;
 use crate::state::Directions;
@@ -39,7 +40,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     match &options.rests_s {
         Some(spans) => between(samples, options, given_rests(samples, spans), true),
         None => {
-            let found = detect_rests(&samples.channels(), &RestOptions { causal: false });
+            let found = detect_rests(&samples.channels());
             between(samples, options, found, false)
         }
     }

@@ -5,7 +5,8 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
 use crate::noise::{Density, Noise};
-use crate::samples::{MotionOptions, Samples};
+use crate::options::MotionOptions;
+use crate::samples::Samples;
 use crate::state::{
     ATTITUDE, Covariance, Directions, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING,
     NineRows, Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, level,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks};
 use nalgebra::Vector3;
 
-use crate::result::{RestNoise, array};
+use crate::options::RestNoise;
 use crate::rough::Roughness;
 use crate::samples::Samples;
 
@@ -119,8 +119,8 @@ impl Noise {
     /// As a caller reads it.
     pub fn of_rests(&self) -> RestNoise {
         RestNoise {
-            force_mps2_sqrt_s: array(&self.rest.force.map(f64::sqrt)),
-            rate_rad_sqrt_s: array(&self.rest.rate.map(f64::sqrt)),
+            force_mps2_sqrt_s: self.rest.force.map(f64::sqrt).into(),
+            rate_rad_sqrt_s: self.rest.rate.map(f64::sqrt).into(),
         }
     }
 

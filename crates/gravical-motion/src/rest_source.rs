@@ -2,7 +2,8 @@
 
 use gravical_signal::{RestDetector, RestEvent};
 
-use crate::samples::{MotionOptions, Samples};
+use crate::options::MotionOptions;
+use crate::samples::Samples;
 
 /// Where rests come from.
 #[derive(Debug, Clone)]

@@ -7,6 +7,8 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
 use crate::closure::Closure;
 use crate::filter::Node;
 use crate::odd::{BridgeKind, Bridged};
+use crate::options::RestNoise;
+use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
 
 /// ∫ s̈² dτ of the minimum-jerk path s of length 1 in time 1 (Flash and Hogan 1985).
@@ -119,21 +121,6 @@ pub struct Move {
     pub(crate) unusable: Option<Unusable>,
 }
 
-/// Why nobody knows how far a move went: its covariance does not hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Unusable {
-    /// More than half a second is missing.
-    Gap {
-        /// The longest gap, less a period, s.
-        missing_s: f64,
-    },
-    /// It was interrupted for an unknown time ([`crate::Samples::with_breaks`]).
-    Interrupted,
-    /// The gyroscope was clipped, and the turn that it missed has a standard deviation above 4°: bands may
-    /// be too narrow by half. They hold smaller ones.
-    Turn,
-}
-
 impl Move {
     /// Standard deviations of the displacement, m.
     #[must_use]
@@ -217,15 +204,6 @@ impl PathNode {
         let covariance = node.rows.fixed_columns::<MOVING>(0).into_owned();
         PathNode::new(node, &SVector::zeros(), &covariance)
     }
-}
-
-/// White noise of a sensor, by its axes: Allan's N, the standard deviation of a mean over 1 s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RestNoise {
-    /// Of the specific force, (m/s²)·√s; 1/√2 of a one-sided density in m/s²/√Hz.
-    pub force_mps2_sqrt_s: [f64; 3],
-    /// Of the angular rate, rad/√s; zero without a gyroscope.
-    pub rate_rad_sqrt_s: [f64; 3],
 }
 
 /// Motion of a recording.

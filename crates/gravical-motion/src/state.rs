@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
-use crate::samples::CalibrationUncertainty;
+use crate::options::CalibrationUncertainty;
 
 pub(crate) const STATES: usize = 37;
 pub(crate) const POSITION: usize = 0;

@@ -16,10 +16,11 @@ use crate::moves::{
 };
 use crate::noise::Noise;
 use crate::odd::Bridged;
+use crate::options::MotionOptions;
 use crate::rest_source::RestSource;
 use crate::result::{Motion, PathNode, array, bounds};
 use crate::rough::Roughness;
-use crate::samples::{MotionOptions, Samples};
+use crate::samples::Samples;
 use crate::stance::{Stance, StanceDetector, is_walk};
 use crate::state::Directions;
 use crate::states::SampleState;

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::channels::{Block, Channels, block_len, blocks, quantile};
-use crate::detector::{RestDetector, RestEvent};
 use crate::faint::without_faint_moves;
 
 /// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
@@ -38,13 +37,6 @@ const NEAR_BLOCKS: usize = 15;
 /// A motion begins more gently than its fitted onset: a rest ends this long before it.
 const MARGIN_S: f64 = 0.03;
 
-/// What the detector may use.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct RestOptions {
-    /// Decide from what is past, as [`RestDetector`] does.
-    pub causal: bool,
-}
-
 /// Spans in which the sensor lay still, or moved at constant velocity without turning: the samples
 /// alone cannot tell these apart.
 ///
@@ -52,20 +44,15 @@ pub struct RestOptions {
 /// each segment are least (optimal partitioning, Jackson et al. 2005, doi 10.1109/LSP.2001.838216).
 /// Their noise is that of the stretch itself, at least white noise, resolution counted; what exceeds
 /// 0.3 m/s² or 2 °/s rms is no rest. Edges are those of a ramp fitted to what follows (likelihood ratio
-/// over its onset). A whole recording is also searched for moves that no single block shows, by matched
+/// over its onset). It is also searched for moves that no single block shows, by matched
 /// filters of 0.35 to 8 s: they part a rest.
 ///
 /// It finds rests of 0.8 s and more, in order, in recordings of more than a second; of what is quiet for
 /// longer than 0.6 s some. Without a gyroscope a slow move may contain one.
 #[must_use]
-pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range<usize>> {
+pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
     let size = block_len(channels.period_s, BLOCK_S);
     let min_len = (MIN_BLOCKS - 1) * size;
-    if options.causal {
-        let mut rests = rests_as_they_come(channels);
-        rests.retain(|r| r.len() >= min_len);
-        return rests;
-    }
     let blocks = blocks(channels, &(0..channels.time_s.len()), size);
     if blocks.len() <= MIN_BLOCKS {
         return Vec::new();
@@ -99,29 +86,6 @@ pub fn detect_rests(channels: &Channels<'_>, options: &RestOptions) -> Vec<Range
         let end = channels.piece(rest.start).end;
         if end - rest.end < size {
             rest.end = end;
-        }
-    }
-    rests
-}
-
-/// Those that the detector finds as samples come; the last may go on to the end.
-fn rests_as_they_come(channels: &Channels<'_>) -> Vec<Range<usize>> {
-    let mut detector = RestDetector::new(channels.period_s, channels.resolution);
-    let mut rests: Vec<Range<usize>> = Vec::new();
-    while let Some(event) = detector
-        .update(channels)
-        .or_else(|| detector.finish(channels))
-    {
-        match event {
-            RestEvent::Begin(start) => rests.push(start..channels.time_s.len()),
-            RestEvent::Withdraw => {
-                rests.pop();
-            }
-            RestEvent::End(end) => {
-                if let Some(last) = rests.last_mut() {
-                    last.end = end;
-                }
-            }
         }
     }
     rests

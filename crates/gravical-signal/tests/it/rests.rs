@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use gravical_signal::{
-    Channels, RestDetector, RestEvent, RestOptions, blocks, detect_rests, pieces, quantile,
-    resolution, sampling_period,
+    Channels, RestDetector, RestEvent, blocks, detect_rests, pieces, quantile, resolution,
+    sampling_period,
 };
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -66,8 +66,31 @@ impl Recording {
             pieces: &pieces(&self.time_s, period_s),
             resolution: [self.step, self.step, self.step, 0.0, 0.0, 0.0],
         };
-        detect_rests(&channels, &RestOptions { causal })
+        if causal {
+            rests_as_they_come(&channels)
+        } else {
+            detect_rests(&channels)
+        }
     }
+}
+
+/// Those that the detector finds as samples come; the last may go on to the end.
+fn rests_as_they_come(channels: &Channels<'_>) -> Vec<Range<usize>> {
+    let mut detector = RestDetector::new(channels.period_s, channels.resolution);
+    let mut rests: Vec<Range<usize>> = Vec::new();
+    while let Some(event) = detector
+        .update(channels)
+        .or_else(|| detector.finish(channels))
+    {
+        match event {
+            RestEvent::Begin(start) => rests.push(start..channels.time_s.len()),
+            RestEvent::Withdraw => {
+                rests.pop();
+            }
+            RestEvent::End(end) => rests.last_mut().unwrap().end = end,
+        }
+    }
+    rests
 }
 
 /// Poses of 3 s with turns of 1 s between.

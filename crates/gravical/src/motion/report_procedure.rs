@@ -1,7 +1,7 @@
 //! The procedure of the student report: the mean of the first rows off, trapezoid.
 
 use gravical_motion::{SampleState, Samples};
-use gravical_signal::{RestOptions, detect_rests};
+use gravical_signal::detect_rests;
 
 /// Rows that the mean is over.
 const ROWS: usize = 500;
@@ -21,7 +21,7 @@ impl ReportProcedure {
         let rows = 0..ROWS.min(samples.len());
         let force = &samples.force_mps2()[rows.clone()];
         let mean = |c: usize| force.iter().map(|f| f[c]).sum::<f64>() / force.len() as f64;
-        let rests = detect_rests(&samples.channels(), &RestOptions::default());
+        let rests = detect_rests(&samples.channels());
         let first = rests.first().cloned().unwrap_or(0..0);
         let t = samples.time_s();
         let moved = if first.start > 0 { 0 } else { first.end };

@@ -1,0 +1,138 @@
+//! What is known of the sensor, and how its motion is estimated.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// One independent direction of the accelerometer's uncertainty, one standard deviation long:
+/// δf = matrix · f + offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceDirection {
+    /// Scale and cross-axis sensitivity, row-major.
+    pub matrix: [[f64; 3]; 3],
+    /// Bias, m/s².
+    pub offset: [f64; 3],
+}
+
+/// How far the calibration may be off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationUncertainty {
+    /// Of the accelerometer; the first twelve count.
+    pub force: Vec<ForceDirection>,
+    /// Of the gyroscope likewise, δω = matrix · ω; the first nine count.
+    pub rate: Vec<[[f64; 3]; 3]>,
+    /// Standard deviation of a bias of the accelerometer beyond `force`, m/s².
+    pub force_bias_sd_mps2: f64,
+    /// Standard deviation of the magnitude at the first rest against gravity, m/s²: that of gravity, and what
+    /// the calibration leaves of the magnitude.
+    pub gravity_sd_mps2: f64,
+}
+
+impl CalibrationUncertainty {
+    /// Independent errors of single elements: relative scales and cross-axis terms of both sensors, and a
+    /// bias of the accelerometer.
+    #[must_use]
+    pub fn independent(force_sd: f64, rate_sd: f64, bias_sd_mps2: f64) -> CalibrationUncertainty {
+        let element = |k: usize, sd: f64| {
+            let mut matrix = [[0.0; 3]; 3];
+            matrix[k / 3][k % 3] = sd;
+            matrix
+        };
+        let mut force: Vec<ForceDirection> = (0..9)
+            .map(|k| ForceDirection {
+                matrix: element(k, force_sd),
+                offset: [0.0; 3],
+            })
+            .collect();
+        force.extend((0..3).map(|axis| {
+            let mut offset = [0.0; 3];
+            offset[axis] = bias_sd_mps2;
+            ForceDirection {
+                matrix: [[0.0; 3]; 3],
+                offset,
+            }
+        }));
+        CalibrationUncertainty {
+            force,
+            rate: (0..9).map(|k| element(k, rate_sd)).collect(),
+            force_bias_sd_mps2: 1e-3,
+            gravity_sd_mps2: 0.05,
+        }
+    }
+}
+
+/// How motion is estimated.
+#[derive(Debug, Clone)]
+pub struct MotionOptions {
+    /// How far the calibration may be off.
+    pub calibration: CalibrationUncertainty,
+    /// Tilt that a move without a gyroscope may have, rad.
+    pub tilt_sd_rad: f64,
+    /// Relative error of the clock.
+    pub clock_sd: f64,
+    /// Highest angular rate of a foot in stance, rad/s; 0: no stances.
+    pub max_stance_rate_rad_s: f64,
+    /// Rests that are known, s; none: they are looked for.
+    pub rests_s: Option<Vec<(f64, f64)>>,
+    /// Use the past only, as [`crate::Stepper`] does. The path of a closed move, and its bands, are those after
+    /// its end: a second into the rest that closes it, the noise of the whole move is known.
+    pub causal: bool,
+    /// White noise of the sensor, if it is known; none: that of the rests. Rests are found by their own.
+    pub noise: Option<RestNoise>,
+    /// Every rest and stance has no velocity. Otherwise the first rest levels and says what noise there is,
+    /// and what follows is integrated without another measurement.
+    pub zero_velocity: bool,
+    /// Ends the estimate where it is once this is true, from another thread: what there is then is of no use.
+    pub stopped: Option<Arc<AtomicBool>>,
+}
+
+impl MotionOptions {
+    pub(crate) fn is_stopped(&self) -> bool {
+        let stopped = self.stopped.as_ref();
+        stopped.is_some_and(|stopped| stopped.load(Ordering::Relaxed))
+    }
+
+    /// Nothing is negative or no number.
+    pub(crate) fn are_possible(&self) -> bool {
+        let known = &self.calibration;
+        let sizes = [
+            self.tilt_sd_rad,
+            self.clock_sd,
+            self.max_stance_rate_rad_s,
+            known.force_bias_sd_mps2,
+            known.gravity_sd_mps2,
+        ];
+        let noise = self.noise.iter();
+        let noise = noise.flat_map(|n| n.force_mps2_sqrt_s.iter().chain(&n.rate_rad_sqrt_s));
+        let force = known.force.iter();
+        let force = force.flat_map(|d| d.matrix.as_flattened().iter().chain(&d.offset));
+        let rate = known.rate.iter().flat_map(|m| m.as_flattened());
+        let mut sizes = sizes.iter().chain(noise);
+        sizes.all(|v| v.is_finite() && *v >= 0.0) && force.chain(rate).all(|v| v.is_finite())
+    }
+}
+
+impl Default for MotionOptions {
+    /// A calibrated accelerometer (0.02 %, 2 mm/s²) and a gyroscope by its data sheet (2 % in each element).
+    fn default() -> Self {
+        MotionOptions {
+            calibration: CalibrationUncertainty::independent(2e-4, 0.02, 2e-3),
+            tilt_sd_rad: 0.5_f64.to_radians(),
+            clock_sd: 1e-3,
+            max_stance_rate_rad_s: 1.0,
+            rests_s: None,
+            causal: false,
+            noise: None,
+            zero_velocity: true,
+            stopped: None,
+        }
+    }
+}
+
+/// White noise of a sensor, by its axes: Allan's N, the standard deviation of a mean over 1 s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestNoise {
+    /// Of the specific force, (m/s²)·√s; 1/√2 of a one-sided density in m/s²/√Hz.
+    pub force_mps2_sqrt_s: [f64; 3],
+    /// Of the angular rate, rad/√s; zero without a gyroscope.
+    pub rate_rad_sqrt_s: [f64; 3],
+}
