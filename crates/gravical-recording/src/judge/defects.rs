@@ -1,0 +1,93 @@
+//! Rows that are no measurement.
+
+use super::cells::median;
+use super::unit::quiet_norms;
+
+/// Rows for which all channels may repeat by chance.
+const MAX_REPEATS: usize = 20;
+/// Rows of a block whose magnitude tells whether channels are shifted.
+const SLIP_ROWS: usize = 10;
+
+/// True for the rows in which a channel differs from zero.
+#[must_use]
+pub fn mark_zeros(channels: &[&[f64]]) -> Vec<bool> {
+    let rows = channels.first().map_or(0, |c| c.len());
+    (0..rows)
+        .map(|row| channels.iter().any(|c| c[row] != 0.0))
+        .collect()
+}
+
+/// False for the rows of runs in which all channels repeat exactly for longer than chance allows:
+/// a sensor or bus that hung. Where short repeats are common (a logger faster than its sensor)
+/// none is told.
+#[must_use]
+pub fn mark_hung(channels: &[&[f64]]) -> Vec<bool> {
+    let rows = channels.first().map_or(0, |c| c.len());
+    let repeats = |row: usize| channels.iter().all(|c| c[row] == c[row - 1]);
+    let (mut keep, mut from, mut short) = (vec![true; rows], 0, 0);
+    for row in 1..=rows {
+        if row < rows && repeats(row) {
+            continue;
+        }
+        if row - from > MAX_REPEATS {
+            keep[from + 1..row].fill(false);
+        } else {
+            short += row - from - 1;
+        }
+        from = row;
+    }
+    if short * 20 > rows {
+        vec![true; rows]
+    } else {
+        keep
+    }
+}
+
+/// The row from which on the six channels are shifted (a lost byte on the bus): before it only
+/// the named axes hold gravity, after it only those the same number of places further on.
+#[must_use]
+pub fn slip(channels: [&[f64]; 6], accel_at: usize) -> Option<usize> {
+    let rows = channels[0].len();
+    let axes = |shift: usize| [0, 1, 2].map(|i| channels[(accel_at + shift + i) % 6]);
+    let gravity = median(quiet_norms(axes(0).map(|c| &c[..rows / 4])))?;
+    (1..6)
+        .filter_map(|shift| slip_by(channels, axes(0), axes(shift), gravity))
+        .max()
+        .map(|s| s.1)
+}
+
+/// Number of shifted blocks, and the row from which on the channels are shifted.
+fn slip_by(
+    channels: [&[f64]; 6],
+    named: [&[f64]; 3],
+    shifted: [&[f64]; 3],
+    gravity: f64,
+) -> Option<(usize, usize)> {
+    let norm =
+        |axes: [&[f64]; 3], row: usize| axes.iter().map(|c| c[row].powi(2)).sum::<f64>().sqrt();
+    let error = |axes: [&[f64]; 3], block: usize| {
+        let rows = SLIP_ROWS * block..SLIP_ROWS * (block + 1);
+        let middle = median(rows.map(|row| norm(axes, row)));
+        middle.map_or(f64::MAX, |m| (m / gravity - 1.0).abs())
+    };
+    let blocks = channels[0].len() / SLIP_ROWS;
+    let fits: Vec<(bool, bool)> = (0..blocks)
+        .map(|b| {
+            let (named, shifted) = (error(named, b), error(shifted, b));
+            (named < 0.1 && shifted > 0.2, named > 0.2 && shifted < 0.1)
+        })
+        .collect();
+    let count = fits.iter().filter(|f| f.1).count();
+    let first = fits.iter().position(|f| f.1)?;
+    let last = fits[..first].iter().rposition(|f| f.0)?;
+    let stays = fits[first..].iter().filter(|f| f.0).count() * 20 <= count;
+    let jump = |row: usize| {
+        channels
+            .iter()
+            .map(|c| (c[row] - c[row - 1]).abs())
+            .sum::<f64>()
+    };
+    let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
+    let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
+    (stays && count >= 5).then_some((count, row))
+}

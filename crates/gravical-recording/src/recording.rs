@@ -1,0 +1,366 @@
+//! A recording: one batch that holds everything, and what was judged of it.
+
+use std::fmt;
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+use crate::bytes;
+use crate::error::{Error, Kind};
+use crate::judge::{self, AccelScale, Clock, ClockOptions, Encoding};
+use crate::text::{Aside, Batch, Format, Reason, Role, retain, sensor_codes, sniff};
+use crate::units::{AccelUnit, GyroUnit, time_scale_s};
+
+/// Bytes of the text that decide on the format.
+const HEAD_BYTES: u64 = 262_144;
+
+/// Something about a recording that whoever uses it should know.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Note {
+    /// Neither stamps nor head tell the rate
+    NoRate,
+    /// Stamps off the line of their neighbours, mended
+    BadStamps(usize),
+    /// Rows that the clock asks for and that are not there
+    MissingRows(usize),
+    /// The first of so many sensors was read
+    Sensors(usize),
+    /// Lines or rows set aside: reason, count, line of the first
+    SetAside(Reason, usize, usize),
+    /// Samples that the logger says it rejected
+    Rejected(usize),
+    /// Cells of the channels that hold text
+    Unreadable(usize),
+    /// Numbers were written as unsigned
+    Encoded(Encoding),
+    /// Gravity contradicts the unit of the head, which comes first
+    UnitContradicted(AccelUnit, Option<AccelUnit>),
+    /// Neither head nor gravity show the unit
+    UnitUnknown,
+    /// The acceleration is one from which gravity was removed
+    Linear,
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Note::NoRate => write!(f, "the rate is unknown"),
+            Note::BadStamps(n) => write!(f, "{n} stamps off the line of their neighbours"),
+            Note::MissingRows(n) => write!(f, "{n} rows are missing by the clock"),
+            Note::Sensors(n) => write!(f, "{n} sensors take turns: the first is read"),
+            Note::SetAside(reason, n, line) => {
+                write!(
+                    f,
+                    "{n} lines set aside ({reason:?}), the first is line {line}"
+                )
+            }
+            Note::Rejected(n) => write!(f, "{n} samples rejected by the logger"),
+            Note::Unreadable(n) => write!(f, "{n} cells of the channels hold text"),
+            Note::Encoded(encoding) => write!(f, "numbers decoded: {encoding:?}"),
+            Note::UnitContradicted(claim, Some(unit)) => {
+                write!(
+                    f,
+                    "the head says {}, gravity says {}",
+                    claim.name(),
+                    unit.name()
+                )
+            }
+            Note::UnitContradicted(claim, None) => {
+                write!(f, "the head says {}, gravity does not", claim.name())
+            }
+            Note::UnitUnknown => write!(f, "the unit of the accelerometer is unknown"),
+            Note::Linear => write!(f, "gravity was removed from this acceleration"),
+        }
+    }
+}
+
+/// Everything that a file holds, in columns, and what was judged of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Recording {
+    /// Time of each row from the first on, s; empty without clock and rate
+    pub time_s: Vec<f64>,
+    /// Specific force in the unit of the file
+    pub accel: [Vec<f64>; 3],
+    /// Its unit, with the nominal scale
+    pub accel_scale: AccelScale,
+    /// Angular rate in the unit of the file
+    pub gyro: Option<[Vec<f64>; 3]>,
+    /// Its unit, where the head gives it
+    pub gyro_unit: Option<GyroUnit>,
+    /// Temperature in °C; NaN where a cell is empty
+    pub temperature_c: Option<Vec<f64>>,
+    /// Rows per second
+    pub rate_hz: Option<f64>,
+    /// Rows before which the recording breaks
+    pub breaks: Vec<usize>,
+    /// Line in which each row begins, from 1
+    pub lines: Vec<u32>,
+    /// Lines and rows that were set aside; with the rows they are all lines
+    pub aside: Aside,
+    /// What whoever uses the recording should know
+    pub notes: Vec<Note>,
+}
+
+impl Recording {
+    /// Reads a file; `-` is standard input.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or holds no samples of an accelerometer.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Recording::read(bytes::open(path)?, &name)
+    }
+
+    /// Reads UTF-8 (see [`bytes::utf8`]); the name of the file may tell the sensor.
+    ///
+    /// # Errors
+    ///
+    /// Reading fails, or there are no samples of an accelerometer.
+    pub fn read(mut text: impl std::io::BufRead, file_name: &str) -> Result<Self, Error> {
+        let mut head = Vec::new();
+        text.by_ref().take(HEAD_BYTES).read_to_end(&mut head)?;
+        let format = sniff(&whole_lines(&head), file_name)?;
+        let mut rows = Batch::default();
+        for batch in format.batches(Cursor::new(head).chain(text)) {
+            rows.append(batch?);
+        }
+        Recording::judge(&format, rows)
+    }
+
+    /// Judges the rows of a whole file.
+    ///
+    /// # Errors
+    ///
+    /// There are fewer than three rows.
+    pub fn judge(format: &Format, mut rows: Batch) -> Result<Self, Error> {
+        let mut notes = Vec::new();
+        if let Some((column, sensors)) = format.sensor {
+            keep_first_sensor(&mut rows, column);
+            notes.push(Note::Sensors(sensors));
+        }
+        if rows.rows() < 3 {
+            return Err(Kind::TooFewRows.into());
+        }
+        let clock = find_clock(format, &rows);
+        let rate_hz = clock.as_ref().map(|c| c.rate_hz).or(format.rate_hz);
+        notes.extend(
+            clock
+                .as_ref()
+                .filter(|c| c.bad_stamps > 0)
+                .map(|c| Note::BadStamps(c.bad_stamps)),
+        );
+        notes.extend(
+            clock
+                .as_ref()
+                .filter(|c| c.missing > 0)
+                .map(|c| Note::MissingRows(c.missing)),
+        );
+        let mut time_s = match (clock, rate_hz) {
+            (Some(clock), _) => clock.time_s,
+            (None, Some(rate_hz)) => (0..rows.rows()).map(|row| row as f64 / rate_hz).collect(),
+            (None, None) => {
+                notes.push(Note::NoRate);
+                Vec::new()
+            }
+        };
+        let channels = format.channels();
+        let unreadable = channels
+            .iter()
+            .map(|c| rows.texts[*c].iter().filter(|t| **t > 0).count())
+            .sum();
+        if unreadable > 0 {
+            notes.push(Note::Unreadable(unreadable));
+        }
+        for (mark, reason) in [
+            (
+                judge::mark_zeros as fn(&[&[f64]]) -> Vec<bool>,
+                Reason::Zeros,
+            ),
+            (judge::mark_hung, Reason::Hung),
+        ] {
+            let keep = mark(&slices(&rows, &channels));
+            // A recording that holds nothing else is kept for what it is.
+            if keep.iter().any(|k| *k) {
+                rows.keep(&keep, reason);
+                retain(&mut time_s, &keep);
+            }
+        }
+        let mut accel = format.accel.map(|c| std::mem::take(&mut rows.columns[c]));
+        let mut gyro = format
+            .gyro
+            .map(|g| g.map(|c| std::mem::take(&mut rows.columns[c])));
+        let encoding = judge::decode(&mut accel, gyro.as_mut());
+        notes.extend(encoding.map(Note::Encoded));
+        if let Some(row) = slipped_row(format, &accel, gyro.as_ref()) {
+            let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
+            rows.keep(&keep, Reason::Slipped);
+            let channels = accel.iter_mut().chain(gyro.iter_mut().flatten());
+            channels.chain([&mut time_s]).for_each(|c| c.truncate(row));
+        }
+        accel.iter_mut().for_each(|c| {
+            judge::hold_slow(c);
+        });
+        let accel_scale = judge_unit(format, &accel, encoding, &mut notes);
+        let gyro_unit = format
+            .gyro
+            .and_then(|g| GyroUnit::parse(&format.columns[g[0]].unit));
+        let breaks = judge::breaks(&time_s, rate_hz, &rows.breaks, &rows.blanks, rows.rows());
+        if format.columns[format.accel[0]].is_linear {
+            notes.push(Note::Linear);
+        }
+        notes.extend((rows.rejected > 0).then_some(Note::Rejected(rows.rejected)));
+        notes.extend(notes_of_aside(&rows.aside));
+        Ok(Recording {
+            time_s,
+            accel,
+            accel_scale,
+            gyro,
+            gyro_unit,
+            temperature_c: find_temperature(format, &mut rows),
+            rate_hz,
+            breaks,
+            lines: rows.lines,
+            aside: rows.aside,
+            notes,
+        })
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.lines.len()
+    }
+}
+
+/// The head as text, without the line that it cuts.
+fn whole_lines(head: &[u8]) -> String {
+    let is_cut = head.len() as u64 == HEAD_BYTES;
+    let end = head
+        .iter()
+        .rposition(|b| is_cut && matches!(b, b'\n' | b'\r'));
+    String::from_utf8_lossy(&head[..end.map_or(head.len(), |e| e + 1)]).into_owned()
+}
+
+fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
+    columns
+        .iter()
+        .map(|c| rows.columns[*c].as_slice())
+        .collect()
+}
+
+fn keep_first_sensor(rows: &mut Batch, column: usize) {
+    let keep: Vec<bool> = match sensor_codes(rows, column) {
+        Some(codes) => codes.iter().map(|c| *c == codes[0]).collect(),
+        None => rows.columns[column]
+            .iter()
+            .map(|v| *v == rows.columns[column][0])
+            .collect(),
+    };
+    rows.keep(&keep, Reason::OtherSensor);
+}
+
+/// The column of time that rises most often and most evenly; steps only if there is no other.
+fn find_clock(format: &Format, rows: &Batch) -> Option<Clock> {
+    let mut best: Option<(f64, Vec<f64>, Option<f64>)> = None;
+    for (column, values) in format.columns.iter().zip(&rows.columns) {
+        let is_step = match column.role {
+            Role::Time => !column.is_dated && judge::holds_steps(values),
+            Role::Step => true,
+            _ => continue,
+        };
+        let stamps = if is_step {
+            judge::sum_steps(values)
+        } else {
+            values.clone()
+        };
+        let Some(score) = judge::steadiness(&stamps) else {
+            continue;
+        };
+        let score = if is_step { score - 1.0 } else { score };
+        if best.as_ref().is_none_or(|b| score >= b.0) {
+            let unit_s = if column.is_dated {
+                Some(1.0)
+            } else {
+                time_scale_s(&column.unit)
+            };
+            best = Some((score, stamps, unit_s));
+        }
+    }
+    let (_, stamps, unit_s) = best?;
+    judge::clock(
+        stamps,
+        ClockOptions {
+            unit_s,
+            rate_hz: format.rate_hz,
+        },
+    )
+}
+
+/// Accelerometer and gyroscope that stand side by side may be shifted against their names.
+fn slipped_row(
+    format: &Format,
+    accel: &[Vec<f64>; 3],
+    gyro: Option<&[Vec<f64>; 3]>,
+) -> Option<usize> {
+    let (a, g, gyro) = (format.accel, format.gyro?, gyro?);
+    let is_adjacent = |axes: [usize; 3]| axes[1] == axes[0] + 1 && axes[2] == axes[0] + 2;
+    if !is_adjacent(a) || !is_adjacent(g) || a[0].abs_diff(g[0]) != 3 {
+        return None;
+    }
+    let (first, second) = if a[0] < g[0] {
+        (accel, gyro)
+    } else {
+        (gyro, accel)
+    };
+    let channels = [
+        &first[0], &first[1], &first[2], &second[0], &second[1], &second[2],
+    ]
+    .map(Vec::as_slice);
+    judge::slip(channels, if a[0] < g[0] { 0 } else { 3 })
+}
+
+fn judge_unit(
+    format: &Format,
+    accel: &[Vec<f64>; 3],
+    encoding: Option<Encoding>,
+    notes: &mut Vec<Note>,
+) -> AccelScale {
+    if encoding == Some(Encoding::OffsetBinary) {
+        return AccelScale {
+            unit: Some(AccelUnit::Counts),
+            counts_per_g: None,
+        };
+    }
+    let claim = AccelUnit::parse(&format.columns[format.accel[0]].unit);
+    let scale = judge::accel_scale(accel.each_ref().map(Vec::as_slice), claim);
+    match (claim, scale.unit) {
+        (Some(claim), unit) if unit != Some(claim) => {
+            notes.push(Note::UnitContradicted(claim, unit))
+        }
+        (None, None) => notes.push(Note::UnitUnknown),
+        _ => {}
+    }
+    scale
+}
+
+/// The first thermometer that lives: one that stays at zero loses.
+fn find_temperature(format: &Format, rows: &mut Batch) -> Option<Vec<f64>> {
+    let mut thermometers = format.columns.iter().zip(&mut rows.columns);
+    let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != 0.0);
+    let found = thermometers.find(|(c, v)| c.role == Role::Temperature && is_alive(v));
+    found.map(|(_, values)| std::mem::take(values))
+}
+
+fn notes_of_aside(aside: &Aside) -> impl Iterator<Item = Note> + '_ {
+    let is_expected = |r: &Reason| {
+        matches!(
+            r,
+            Reason::Head | Reason::Blank | Reason::Comment | Reason::Continuation
+        )
+    };
+    let others = aside
+        .reasons
+        .iter()
+        .filter(move |(reason, _)| !is_expected(reason));
+    others.map(|(reason, (count, line))| Note::SetAside(*reason, *count, *line))
+}
