@@ -18,11 +18,14 @@ struct Summary {
     columns: String,
     unit: String,
     gyro: bool,
-    rate_hz: f64,
+    /// Ours, or median, mean and nominal rate; empty if it is unknown.
+    rates_hz: Vec<f64>,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let program = std::env::args().nth(1).ok_or("name the program to compare with")?;
+    let program = std::env::args()
+        .nth(1)
+        .ok_or("name the program to compare with")?;
     let data = PathBuf::from(std::env::var_os("GRAVICAL_DATA").ok_or("GRAVICAL_DATA is not set")?);
     let mut files = Vec::new();
     collect(&data, &mut files)?;
@@ -52,8 +55,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let is_text = [".csv", ".txt", ".log", ".tsv", ".gz"].iter().any(|e| name.ends_with(e));
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        let is_text = [".csv", ".txt", ".log", ".tsv", ".gz"]
+            .iter()
+            .any(|e| name.ends_with(e));
         if path.is_dir() {
             collect(&path, files)?;
         } else if is_text && !name.starts_with("LICENSE") && !name.starts_with("README") {
@@ -69,24 +78,34 @@ fn summary(recording: &Recording) -> Summary {
         (Some(AccelUnit::Counts), Some(per_g)) => format!("counts/{per_g}"),
         (unit, _) => unit.map_or("unknown", AccelUnit::name).to_owned(),
     };
-    let channels = recording.accel.iter().chain(recording.gyro.iter().flatten());
+    let channels = recording
+        .accel
+        .iter()
+        .chain(recording.gyro.iter().flatten());
     let firsts = channels.map(|c| c.first().map_or("-".into(), |v| format!("{v:.4}")));
     Summary {
         rows: recording.rows() as u64,
         columns: firsts.collect::<Vec<_>>().join(" "),
         unit,
         gyro: recording.gyro.is_some(),
-        rate_hz: recording.rate_hz.unwrap_or(0.0),
+        rates_hz: recording.rate_hz.into_iter().collect(),
     }
 }
 
 /// What the program says; the error of a file that it refuses.
 fn inspect(program: &str, file: &Path) -> Result<Summary, String> {
-    let output = Command::new(program).arg("inspect").arg(file).arg("--json").output();
+    let output = Command::new(program)
+        .arg("inspect")
+        .arg(file)
+        .arg("--json")
+        .output();
     let output = output.map_err(|e| e.to_string())?;
     let json: Value = serde_json::from_slice(&output.stdout).map_err(|e| e.to_string())?;
     let Some(recording) = json["recordings"].get(0) else {
-        return Err(json["errors"][0]["message"].as_str().unwrap_or("no recording").to_owned());
+        return Err(json["errors"][0]["message"]
+            .as_str()
+            .unwrap_or("no recording")
+            .to_owned());
     };
     let accel = &recording["accelerometer"];
     let unit = match (accel["unit"].as_str(), accel["lsb_per_g"].as_f64()) {
@@ -98,18 +117,33 @@ fn inspect(program: &str, file: &Path) -> Result<Summary, String> {
         columns: recording["columns"].to_string(),
         unit,
         gyro: !recording["gyroscope"].is_null(),
-        rate_hz: recording["time"]["rate_hz"].as_f64().unwrap_or(0.0),
+        rates_hz: ["median_rate_hz", "mean_rate_hz", "nominal_rate_hz"]
+            .iter()
+            .filter_map(|key| recording["timing"][key].as_f64())
+            .collect(),
     })
 }
 
 impl Summary {
     fn line(&self) -> String {
-        let Summary { rows, unit, gyro, rate_hz, .. } = self;
-        format!("{rows} rows, {unit}, gyroscope {gyro}, {rate_hz:.2} Hz")
+        let Summary {
+            rows,
+            unit,
+            gyro,
+            rates_hz,
+            ..
+        } = self;
+        format!("{rows} rows, {unit}, gyroscope {gyro}, {rates_hz:.2?} Hz")
     }
 
     fn difference(&self, old: &Summary) -> String {
-        let rate_is_equal = (self.rate_hz - old.rate_hz).abs() <= 0.01 * old.rate_hz;
+        let rate_is_equal = match self.rates_hz.first() {
+            Some(rate) => old
+                .rates_hz
+                .iter()
+                .any(|old| (rate - old).abs() <= 0.01 * old),
+            None => old.rates_hz.is_empty(),
+        };
         let is_equal = self.rows == old.rows
             && self.unit == old.unit
             && self.gyro == old.gyro
@@ -118,7 +152,12 @@ impl Summary {
             format!("equal: {}", self.line())
         } else {
             let first = &self.columns;
-            format!("DIFFERS: old {} {}; new {} {first}", old.line(), old.columns, self.line())
+            format!(
+                "DIFFERS: old {} {}; new {} {first}",
+                old.line(),
+                old.columns,
+                self.line()
+            )
         }
     }
 }
