@@ -56,14 +56,14 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions) -> Option<Clock> {
         .unit_s
         .or_else(|| guess_unit_s(start, period, options.rate_hz))?;
     let mut time_s = continued(&stamps, usual, unit_s);
-    let rate_hz = match &coarse {
-        Some(c) => c.rows_per_tick / (usual * unit_s),
+    let (rate_hz, is_even) = match &coarse {
+        Some(c) => (c.rows_per_tick / (usual * unit_s), true),
         None => rate_of(&time_s, usual * unit_s)?,
     };
     let duration_s = time_s.iter().rev().find(|t| t.is_finite())?;
     let slack = coarse.as_ref().map_or(1.5, |c| 1.0 + c.rows_per_tick);
     let missing = duration_s * rate_hz + 1.0 - time_s.len() as f64;
-    let missing = if missing > slack {
+    let missing = if is_even && missing > slack {
         missing.round() as usize
     } else {
         0
@@ -196,17 +196,17 @@ fn continued(stamps: &[f64], usual: f64, unit_s: f64) -> Vec<f64> {
     times_s
 }
 
-/// Mean of regular steps; of bursts and uneven stamps the median over spans.
-fn rate_of(time_s: &[f64], tick_s: f64) -> Option<f64> {
+/// Mean of regular steps; of bursts and uneven stamps the median over spans. True if regular.
+fn rate_of(time_s: &[f64], tick_s: f64) -> Option<(f64, bool)> {
     let is_regular = |s: &f64| (0.4 * tick_s..1.6 * tick_s).contains(s);
     let (sum_s, count) = positive_steps(time_s)
         .filter(is_regular)
-        .fold((0.0, 0), |(sum, n), s| (sum + s, n + 1));
+        .fold((0.0, 0_usize), |(sum, n), s| (sum + s, n + 1));
     if count * 10 >= time_s.len() * 9 || time_s.len() <= 2 * SPAN_ROWS {
-        return (count > 0).then(|| f64::from(count as u32) / sum_s);
+        return (count > 0).then(|| (count as f64 / sum_s, true));
     }
     let spans_s = time_s.windows(SPAN_ROWS + 1).map(|w| w[SPAN_ROWS] - w[0]);
-    Some(SPAN_ROWS as f64 / median(spans_s)?)
+    Some((SPAN_ROWS as f64 / median(spans_s)?, false))
 }
 
 /// Parts the rows of one stamp by the period.
