@@ -15,6 +15,7 @@ pub(crate) enum Kind {
     NoAccelerometer,
     EpochsOfCounts,
     TooFewRows,
+    TooLarge(usize),
 }
 
 impl Error {
@@ -42,6 +43,12 @@ impl Error {
         matches!(self.0, Kind::EpochsOfCounts)
     }
 
+    /// The columns do not fit into the memory that a recording may take.
+    #[must_use]
+    pub fn is_too_large(&self) -> bool {
+        matches!(self.0, Kind::TooLarge(_))
+    }
+
     /// Whether the numbers may be wrapped in words.
     pub(crate) fn may_be_words(&self) -> bool {
         self.is_columns() || self.is_no_table()
@@ -56,6 +63,10 @@ impl fmt::Display for Error {
             Kind::ColumnsUnknown => "names and numbers do not show what the columns hold",
             Kind::NoAccelerometer => "no three columns are named as an accelerometer",
             Kind::EpochsOfCounts => "the file holds activity counts per epoch, not acceleration",
+            Kind::TooLarge(bytes) => {
+                let mib = bytes >> 20;
+                return write!(f, "the columns take more than {mib} MiB: cut the file");
+            }
             Kind::TooFewRows => "fewer than three rows",
         })
     }

@@ -32,6 +32,6 @@ mod text;
 mod units;
 
 pub use error::Error;
-pub use recording::{Note, Recording};
+pub use recording::{Labels, Note, Recording};
 pub use text::{Aside, BATCH_ROWS, Batch, Batches, Column, Format, Reason, Role, sniff};
 pub use units::{AccelUnit, GyroUnit};

@@ -12,12 +12,16 @@ use crate::units::{AccelUnit, GyroUnit, time_scale_s};
 
 /// Bytes of the text that decide on the format.
 const HEAD_BYTES: u64 = 262_144;
+/// Bytes that the columns of a recording may take.
+const MAX_BYTES: usize = 1 << 30;
 
 /// Something about a recording that whoever uses it should know.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Note {
     /// Neither stamps nor head tell the rate
     NoRate,
+    /// Stamps that are no dates we know; the first of them
+    StampsUnread(String),
     /// Stamps off the line of their neighbours, mended
     BadStamps(usize),
     /// Rows that the clock asks for and that are not there
@@ -44,6 +48,7 @@ impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Note::NoRate => write!(f, "the rate is unknown"),
+            Note::StampsUnread(first) => write!(f, "stamps like {first:?} are not understood"),
             Note::BadStamps(n) => write!(f, "{n} stamps off the line of their neighbours"),
             Note::MissingRows(n) => write!(f, "{n} rows are missing by the clock"),
             Note::Sensors(n) => write!(f, "{n} sensors take turns: the first is read"),
@@ -73,6 +78,15 @@ impl fmt::Display for Note {
     }
 }
 
+/// What a column of labels says.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Labels {
+    /// The names, in order of appearance
+    pub names: Vec<String>,
+    /// For each row the number of its name, from 1; 0 for a row without one
+    pub codes: Vec<u8>,
+}
+
 /// Everything that a file holds, in columns, and what was judged of it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Recording {
@@ -88,6 +102,8 @@ pub struct Recording {
     pub gyro_unit: Option<GyroUnit>,
     /// Temperature in °C; NaN where a cell is empty
     pub temperature_c: Option<Vec<f64>>,
+    /// Placement or section of each row
+    pub labels: Option<Labels>,
     /// Rows per second
     pub rate_hz: Option<f64>,
     /// Rows before which the recording breaks
@@ -123,6 +139,9 @@ impl Recording {
         let mut rows = Batch::default();
         for batch in format.batches(Cursor::new(head).chain(text)) {
             rows.append(batch?);
+            if rows.bytes() > MAX_BYTES {
+                return Err(Kind::TooLarge(rows.bytes()).into());
+            }
         }
         Recording::judge(&format, rows)
     }
@@ -159,6 +178,7 @@ impl Recording {
             (Some(clock), _) => clock.time_s,
             (None, Some(rate_hz)) => (0..rows.rows()).map(|row| row as f64 / rate_hz).collect(),
             (None, None) => {
+                notes.extend(unread_stamps(format, &rows));
                 notes.push(Note::NoRate);
                 Vec::new()
             }
@@ -217,6 +237,7 @@ impl Recording {
             gyro,
             gyro_unit,
             temperature_c: find_temperature(format, &mut rows),
+            labels: find_labels(format, &mut rows),
             rate_hz,
             breaks,
             lines: rows.lines,
@@ -349,6 +370,23 @@ fn find_temperature(format: &Format, rows: &mut Batch) -> Option<Vec<f64>> {
     let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != 0.0);
     let found = thermometers.find(|(c, v)| c.role == Role::Temperature && is_alive(v));
     found.map(|(_, values)| std::mem::take(values))
+}
+
+fn find_labels(format: &Format, rows: &mut Batch) -> Option<Labels> {
+    let is_label = |c: &usize| format.columns[*c].role == Role::Label && rows.is_text(*c);
+    let column = (0..format.columns.len()).find(is_label)?;
+    let names = std::mem::take(&mut rows.words[column]);
+    Some(Labels {
+        names,
+        codes: std::mem::take(&mut rows.texts[column]),
+    })
+}
+
+/// A column of time that holds text, where no other column is a clock.
+fn unread_stamps(format: &Format, rows: &Batch) -> Option<Note> {
+    let mut columns = format.columns.iter().zip(&rows.words);
+    let (_, words) = columns.find(|(c, words)| c.role == Role::Time && !words.is_empty())?;
+    words.first().cloned().map(Note::StampsUnread)
 }
 
 fn notes_of_aside(aside: &Aside) -> impl Iterator<Item = Note> + '_ {

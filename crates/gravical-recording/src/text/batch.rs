@@ -71,6 +71,8 @@ pub struct Batch {
     /// Which word of the column stands in the cell, from 1, and 0 for a number; empty for a column
     /// without text
     pub texts: Vec<Vec<u8>>,
+    /// Words of each column of text, up to this batch, in order of appearance
+    pub words: Vec<Vec<String>>,
     /// Number of the line in which each row begins, from 1
     pub lines: Vec<u32>,
     /// Rows before which a repeated header or a line `# gap:` stands
@@ -88,6 +90,7 @@ impl Batch {
         Batch {
             columns: vec![Vec::new(); fields],
             texts: vec![Vec::new(); fields],
+            words: vec![Vec::new(); fields],
             ..Batch::default()
         }
     }
@@ -96,6 +99,14 @@ impl Batch {
     #[must_use]
     pub fn rows(&self) -> usize {
         self.lines.len()
+    }
+
+    /// Bytes that the columns take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let columns: usize = self.columns.iter().map(|c| size_of_val(c.as_slice())).sum();
+        let texts: usize = self.texts.iter().map(Vec::len).sum();
+        columns + texts + size_of_val(self.lines.as_slice())
     }
 
     /// Adds the rows of the batch that follows.
@@ -115,6 +126,7 @@ impl Batch {
                 texts.resize(rows + later_rows, 0);
             }
         }
+        self.words = later.words;
         self.lines.append(&mut later.lines);
         self.breaks.extend(later.breaks.iter().map(|b| b + rows));
         self.blanks.extend(later.blanks.iter().map(|b| b + rows));

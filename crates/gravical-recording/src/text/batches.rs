@@ -49,12 +49,6 @@ impl<'a, R: BufRead> Batches<'a, R> {
         }
     }
 
-    /// Words of each column of text so far; [`Batch::texts`] counts them from 1.
-    #[must_use]
-    pub fn words(&self) -> &[Vec<String>] {
-        &self.words
-    }
-
     /// Reads on until a batch is full and a new row would begin.
     fn read_batch(&mut self) -> io::Result<Option<Batch>> {
         while let Some(line) = self.lines.next()? {
@@ -92,6 +86,7 @@ impl<'a, R: BufRead> Batches<'a, R> {
             .iter_mut()
             .filter(|t| !t.is_empty())
             .for_each(|t| t.resize(rows, 0));
+        batch.words.clone_from(&self.words);
         batch.aside.lines = self.count;
         self.place = None;
         batch

@@ -130,11 +130,7 @@ impl Dialect {
             let Some((fields, score)) = widest else {
                 continue;
             };
-            let is_better = best.is_none_or(|(b, _)| {
-                score.0 > b.0
-                    || score.0 == b.0 && score.1 > b.1 && delimiter != Delimiter::Whitespace
-            });
-            if is_better {
+            if best.is_none_or(|(best_score, _)| score > best_score) {
                 best = Some((
                     score,
                     Dialect {

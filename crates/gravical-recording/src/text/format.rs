@@ -72,11 +72,8 @@ pub fn sniff(head: &str, file_name: &str) -> Result<Format, Error> {
         Ok((_, is_wordy)) if !is_wordy => {}
         Err(e) if !e.may_be_words() => {}
         _ => {
-            let mut formats = [false, true].into_iter().filter_map(|decimal_comma| {
-                let format = Format::sentences(&lines, line_end, decimal_comma)?;
-                format.with_roles(head, file_name).ok()
-            });
-            if let Some((format, _)) = formats.next() {
+            let words = Format::sentences(&lines, line_end);
+            if let Some(Ok((format, _))) = words.map(|f| f.with_roles(head, file_name)) {
                 return Ok(format);
             }
         }
@@ -145,10 +142,10 @@ impl Format {
         Some(format.with_head(lines, head_lines, &first_row))
     }
 
-    fn sentences(lines: &[&str], line_end: u8, decimal_comma: bool) -> Option<Self> {
-        let sentences = Sentences::sniff(lines, decimal_comma)?;
-        let is_first = |l: &&str| sentences.parse(&sentences.normalise(l)).is_some();
-        let head_lines = lines.iter().position(|l| is_first(&l))?;
+    fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
+        let sentences = Sentences::sniff(lines)?;
+        let is_first = |l: &str| sentences.parse(&sentences.normalise(l)).is_some();
+        let head_lines = lines.iter().position(|l| is_first(l))?;
         let names = sentences.names(lines);
         let fields = sentences.slots;
         let mut first_row = vec![String::new(); fields];
@@ -299,14 +296,21 @@ fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
         if parts.len() == dialect.fields + 1 {
             parts.pop_if(|last| last.is_empty());
         }
-        if parts.len() == dialect.fields || parts.len() + 1 == dialect.fields {
-            return Some(parts);
+        let is_own = delimiter == dialect.delimiter;
+        let is_one_short = is_own && parts.len() + 1 == dialect.fields;
+        if parts.len() == dialect.fields || is_one_short {
+            return Some(parts).filter(|p| !is_prose(p, delimiter));
         }
     }
     // Names with blanks in them, set apart by two.
     let parts = text.split("  ").map(str::trim).filter(|f| !f.is_empty());
     let parts: Vec<String> = parts.map(str::to_owned).collect();
     (parts.len() == dialect.fields).then_some(parts)
+}
+
+/// Words of a sentence: `calibrating, keep it still...`.
+fn is_prose(parts: &[String], delimiter: Delimiter) -> bool {
+    delimiter == Delimiter::Whitespace && parts.iter().any(|p| p.ends_with([',', '.', '!', '?']))
 }
 
 fn is_row_of_units(parts: &[String]) -> bool {

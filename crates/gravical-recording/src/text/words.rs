@@ -38,7 +38,8 @@ pub(crate) struct Sentence<'a> {
 
 impl Sentences {
     /// The skeletons that take turns, if there are any beside delimiters.
-    pub(crate) fn sniff(lines: &[&str], decimal_comma: bool) -> Option<Self> {
+    pub(crate) fn sniff(lines: &[&str]) -> Option<Self> {
+        let decimal_comma = has_decimal_commas(lines);
         let mut counts: HashMap<String, (usize, usize)> = HashMap::new();
         let mut order = Vec::new();
         for line in lines
@@ -133,8 +134,8 @@ impl Sentences {
         {
             return names;
         }
-        let is_sentence = |l: &&str| self.parse(&self.normalise(l)).is_some();
-        let first = lines.iter().position(|l| is_sentence(&l)).unwrap_or(0);
+        let is_sentence = |l: &str| self.parse(&self.normalise(l)).is_some();
+        let first = lines.iter().position(|l| is_sentence(l)).unwrap_or(0);
         let header = lines[..first]
             .iter()
             .rev()
@@ -160,6 +161,26 @@ impl Sentences {
         };
         columns.iter().map(is_rising).collect()
     }
+}
+
+/// Whether commas join numbers in pairs only, `ax=0,12; ay=…`, and no number has a point.
+fn has_decimal_commas(lines: &[&str]) -> bool {
+    let mut pairs = 0;
+    for line in lines.iter().take(MAX_LINES) {
+        let (shape, numbers) = skeleton(line);
+        if numbers.iter().any(|n| n.contains('.') && !n.contains(':')) {
+            return false;
+        }
+        let between = shape.split(SLOT).skip(1).zip(numbers.iter().skip(1));
+        let is_joined: Vec<bool> = between
+            .map(|(text, next)| text == "," && next.bytes().all(|b| b.is_ascii_digit()))
+            .collect();
+        if is_joined.windows(2).any(|w| w[0] && w[1]) {
+            return false;
+        }
+        pairs += is_joined.iter().filter(|j| **j).count();
+    }
+    pairs > 0
 }
 
 fn with_points(line: &str, decimal_comma: bool) -> Cow<'_, str> {

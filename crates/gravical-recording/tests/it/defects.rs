@@ -1,9 +1,9 @@
 //! What is wrong with people's files, and what is said of it.
 
 use gravical_recording::judge::Encoding;
-use gravical_recording::{AccelUnit, Note, Reason, Recording, bytes};
+use gravical_recording::{AccelUnit, Error, Note, Reason};
 
-use crate::support::{FACE_ROWS, RATE_HZ, has_rate, is_near, read, six_faces};
+use crate::support::{FACE_ROWS, RATE_HZ, has_rate, is_near, read, six_faces, try_read};
 
 /// Milliseconds and g, the header given.
 fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
@@ -70,6 +70,28 @@ fn clocks_are_dates_steps_and_whole_seconds() {
             stamp(1)
         );
     }
+}
+
+#[test]
+fn stamps_that_are_not_understood_are_quoted() {
+    let text = table("time,ax,ay,az", |k, [x, y, z]| {
+        format!("tick{k},{x:.5},{y:.5},{z:.5}")
+    });
+    let notes = read(&text, "").notes;
+    assert_eq!(
+        notes,
+        [Note::StampsUnread("tick0".to_owned()), Note::NoRate]
+    );
+}
+
+#[test]
+fn labels_are_names_and_codes() {
+    let text = table("ms,ax,ay,az,part", |k, a| {
+        format!("{},pose {}", plain(k, a), k / FACE_ROWS)
+    });
+    let labels = read(&text, "").labels.unwrap();
+    assert_eq!(labels.names.len(), 6);
+    assert_eq!(labels.codes[FACE_ROWS - 1..=FACE_ROWS], [1, 2]);
 }
 
 #[test]
@@ -207,9 +229,8 @@ fn the_head_states_a_rate() {
     assert_eq!(recording.rows(), 6 * FACE_ROWS);
 }
 
-fn refusal(text: &str) -> gravical_recording::Error {
-    let text = bytes::utf8(std::io::Cursor::new(text.to_owned().into_bytes())).unwrap();
-    Recording::read(text, "").unwrap_err()
+fn refusal(text: &str) -> Error {
+    try_read(text.as_bytes().to_vec(), "").unwrap_err()
 }
 
 #[test]

@@ -101,14 +101,136 @@ const FILES: [(&str, usize, AccelUnit, bool, Option<f64>); 13] = [
     ),
 ];
 
+/// The cases that are a reader's.
+const CASES: [(&str, usize, AccelUnit, bool, Option<f64>); 16] = [
+    (
+        "cloud-of-means/acceldata.txt",
+        120,
+        AccelUnit::G,
+        false,
+        None,
+    ),
+    (
+        "coarse-gyro-called-frozen/blackbox.csv",
+        1135,
+        AccelUnit::Counts,
+        true,
+        Some(25.0),
+    ),
+    (
+        "date-stamps-lost/excel_de.csv",
+        1135,
+        AccelUnit::G,
+        false,
+        Some(25.0),
+    ),
+    (
+        "date-stamps-lost/matlab_mobile.csv",
+        1135,
+        AccelUnit::Mps2,
+        false,
+        Some(25.0),
+    ),
+    (
+        "decorated-lines/adafruit_mpu6050.txt",
+        1135,
+        AccelUnit::Mps2,
+        true,
+        None,
+    ),
+    (
+        "decorated-lines/jrowberg_raw.txt",
+        1135,
+        AccelUnit::Counts,
+        true,
+        None,
+    ),
+    (
+        "decorated-lines/key_equals.txt",
+        1135,
+        AccelUnit::G,
+        true,
+        None,
+    ),
+    (
+        "decorated-lines/serial_monitor.txt",
+        1135,
+        AccelUnit::Mps2,
+        true,
+        Some(25.0),
+    ),
+    (
+        "header-in-another-language/phyphox_de.csv",
+        1135,
+        AccelUnit::Mps2,
+        false,
+        Some(25.0),
+    ),
+    (
+        "header-in-another-language/witmotion_cn.csv",
+        1135,
+        AccelUnit::G,
+        true,
+        Some(25.0),
+    ),
+    (
+        "hung-sensor/move_0m7.csv",
+        1061,
+        AccelUnit::Mps2,
+        true,
+        Some(100.0),
+    ),
+    (
+        "mg-called-counts/sensortile.csv",
+        1135,
+        AccelUnit::MilliG,
+        true,
+        Some(25.0),
+    ),
+    (
+        "step-column-named-t/trajectory.csv",
+        1135,
+        AccelUnit::G,
+        false,
+        Some(25.0),
+    ),
+    (
+        "time-10ms/blue_coin.csv",
+        1135,
+        AccelUnit::MilliG,
+        true,
+        Some(25.0),
+    ),
+    (
+        "unsigned-16bit/mpu6050_raw.csv",
+        1135,
+        AccelUnit::Counts,
+        true,
+        Some(25.0),
+    ),
+    (
+        "zeros-over-half/idle_sleep.csv",
+        1235,
+        AccelUnit::G,
+        false,
+        Some(25.0),
+    ),
+];
+
 #[test]
 fn real_recordings_are_read_as_their_owners_describe_them() {
     let Some(data) = std::env::var_os("GRAVICAL_DATA").map(PathBuf::from) else {
         println!("skipped: GRAVICAL_DATA is not set");
         return;
     };
-    for (file, rows, unit, has_gyro, rate_hz) in FILES {
-        let recording = Recording::open(&data.join(file)).unwrap();
+    let cases = CASES.map(|(file, rows, unit, gyro, rate)| {
+        (PathBuf::from("../cases").join(file), rows, unit, gyro, rate)
+    });
+    let files = FILES.map(|(file, rows, unit, gyro, rate)| (file.into(), rows, unit, gyro, rate));
+    for (file, rows, unit, has_gyro, rate_hz) in files.into_iter().chain(cases) {
+        let path = data.join(&file);
+        let file = file.display();
+        let recording = Recording::open(&path).unwrap();
         assert_eq!(recording.rows(), rows, "{file}");
         assert_eq!(
             recording.rows() + recording.aside.total(),

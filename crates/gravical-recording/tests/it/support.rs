@@ -1,6 +1,6 @@
 //! Samples of a sensor on its six faces, and the reader.
 
-use gravical_recording::{Recording, bytes};
+use gravical_recording::{Error, Recording, bytes};
 
 pub const RATE_HZ: f64 = 25.0;
 pub const FACE_ROWS: usize = 50;
@@ -42,7 +42,7 @@ pub fn six_faces(seed: u64) -> Vec<Row> {
         .map(|row| {
             let face = row / FACE_ROWS;
             let mut accel_g = [0.02, -0.04, 0.05].map(|bias| bias + 0.003 * dice.noise());
-            accel_g[face / 2] += if face % 2 == 0 { 1.0 } else { -1.0 };
+            accel_g[face / 2] += if face.is_multiple_of(2) { 1.0 } else { -1.0 };
             let gyro_deg_s = [0.77, -0.31, 1.16].map(|bias| bias + 0.1 * dice.noise());
             Row {
                 accel_g,
@@ -54,17 +54,17 @@ pub fn six_faces(seed: u64) -> Vec<Row> {
 }
 
 pub fn read(text: &str, file_name: &str) -> Recording {
-    read_bytes(text.as_bytes().to_vec(), file_name)
+    try_read(text.as_bytes().to_vec(), file_name).unwrap()
 }
 
-pub fn read_bytes(bytes: Vec<u8>, file_name: &str) -> Recording {
-    let recording =
-        Recording::read(bytes::utf8(std::io::Cursor::new(bytes)).unwrap(), file_name).unwrap();
+pub fn try_read(bytes: Vec<u8>, file_name: &str) -> Result<Recording, Error> {
+    let text = bytes::utf8(std::io::Cursor::new(bytes)).unwrap();
+    let recording = Recording::read(text, file_name)?;
     assert_eq!(
         recording.rows() + recording.aside.total(),
         recording.aside.lines
     );
-    recording
+    Ok(recording)
 }
 
 pub fn is_near(a: f64, b: f64, tolerance: f64) -> bool {

@@ -2,7 +2,7 @@
 
 use gravical_recording::{AccelUnit, Recording};
 
-use crate::support::{Dice, RATE_HZ, Row, has_rate, is_near, read_bytes, six_faces};
+use crate::support::{Dice, RATE_HZ, Row, has_rate, is_near, six_faces, try_read};
 
 const WRITINGS: u64 = 600;
 
@@ -369,10 +369,9 @@ fn the_same_samples_come_out_of_every_writing() {
     for seed in 0..WRITINGS {
         let writing = Writing::random(seed);
         let text = writing.text(&rows);
-        let recording = std::panic::catch_unwind(|| read_bytes(writing.bytes(&text), "data.csv"));
-        let fault = match recording {
+        let fault = match try_read(writing.bytes(&text), "data.csv") {
             Ok(recording) => writing.fault(&rows, &recording),
-            Err(_) => Some("refused".to_owned()),
+            Err(e) => Some(e.to_string()),
         };
         if let Some(fault) = fault {
             let head: String = text.chars().take(160).collect();
