@@ -49,7 +49,7 @@ struct Coarse {
 pub fn clock(mut stamps: Vec<f64>, options: ClockOptions) -> Option<Clock> {
     let usual = median(positive_steps(&stamps))?;
     let bad_stamps = mend(&mut stamps, usual);
-    let coarse = Coarse::detect(&stamps)?;
+    let coarse = Coarse::detect(&stamps);
     let period = coarse.as_ref().map_or(usual, |c| usual / c.rows_per_tick);
     let start = stamps.iter().copied().find(|s| s.is_finite())?;
     let unit_s = options
@@ -84,24 +84,21 @@ fn positive_steps(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
 }
 
 impl Coarse {
-    /// `Some(None)` for stamps that mostly change from row to row; `None` if they never do.
-    fn detect(stamps: &[f64]) -> Option<Option<Self>> {
-        let same = stamps.windows(2).filter(|w| w[0] == w[1]).count();
-        if 2 * same <= stamps.len() {
-            return Some(None);
-        }
+    /// `None` for stamps that change with most rows.
+    fn detect(stamps: &[f64]) -> Option<Self> {
         let changes: Vec<usize> = (1..stamps.len())
             .filter(|i| stamps[*i] != stamps[i - 1])
             .collect();
-        let rows: Vec<f64> = changes.windows(2).map(|w| (w[1] - w[0]) as f64).collect();
-        let middle = median(rows.iter().copied())?;
-        let near = rows
-            .iter()
-            .filter(|r| (**r - middle).abs() <= 1.0 + 0.2 * middle);
-        let (sum, count) = near.fold((0.0, 0.0), |(s, n), r| (s + r, n + 1.0));
-        Some(Some(Coarse {
+        if 2 * (changes.len() + 1) >= stamps.len() {
+            return None;
+        }
+        let rows = changes.windows(2).map(|w| (w[1] - w[0]) as f64);
+        let middle = median(rows.clone())?;
+        let near = rows.filter(|r| (r - middle).abs() <= 1.0 + 0.2 * middle);
+        let (sum, count) = near.fold((0.0, 0.0), |(sum, n), r| (sum + r, n + 1.0));
+        Some(Coarse {
             rows_per_tick: sum / count,
-        }))
+        })
     }
 }
 

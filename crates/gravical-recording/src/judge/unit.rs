@@ -89,25 +89,38 @@ pub fn accel_scale(accel: [&[f64]; 3], claim: Option<AccelUnit>) -> AccelScale {
 
 /// Mean magnitudes of the quietest third of the blocks.
 pub(crate) fn quiet_norms(accel: [&[f64]; 3]) -> Vec<f64> {
-    let n = accel[0].len();
-    let mut blocks: Vec<(f64, f64)> = (0..n)
+    let rows = accel[0].len();
+    let ranges = (0..rows)
         .step_by(BLOCK_ROWS)
-        .filter_map(|from| {
-            let to = (from + BLOCK_ROWS).min(n);
-            let row = |i: usize| accel.map(|c| c[i]);
-            let rows: Vec<[f64; 3]> = (from..to)
-                .map(row)
-                .filter(|v| v.iter().all(|x| x.is_finite()))
-                .collect();
-            let count = rows.len() as f64;
-            let mean = [0, 1, 2].map(|k| rows.iter().map(|v| v[k]).sum::<f64>() / count);
-            let square = |v: &[f64; 3]| (0..3).map(|k| (v[k] - mean[k]).powi(2)).sum::<f64>();
-            let norm = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let variance = rows.iter().map(square).sum::<f64>() / count;
-            (count > 0.0).then(|| (variance, rows.iter().map(norm).sum::<f64>() / count))
-        })
+        .map(|from| from..(from + BLOCK_ROWS).min(rows));
+    let mut blocks: Vec<(f64, f64)> = ranges
+        .filter_map(|r| spread_and_norm(accel.map(|c| &c[r.clone()])))
         .collect();
-    blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    blocks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     blocks.truncate(blocks.len().div_ceil(3));
     blocks.into_iter().map(|b| b.1).collect()
+}
+
+/// Variance over all axes and mean magnitude of the complete rows of a block.
+fn spread_and_norm(block: [&[f64]; 3]) -> Option<(f64, f64)> {
+    let (mut sum, mut squares, mut norms, mut count) = ([0.0; 3], 0.0, 0.0, 0.0);
+    // Sums about the first row lose no digits to a large mean.
+    let mut origin = None;
+    for i in 0..block[0].len() {
+        let row = block.map(|axis| axis[i]);
+        let square: f64 = row.iter().map(|v| v * v).sum();
+        if !square.is_finite() {
+            continue;
+        }
+        let origin = origin.get_or_insert(row);
+        for k in 0..3 {
+            let d = row[k] - origin[k];
+            sum[k] += d;
+            squares += d * d;
+        }
+        norms += square.sqrt();
+        count += 1.0;
+    }
+    let of_means: f64 = sum.iter().map(|s| s * s / count).sum();
+    (count > 0.0).then(|| ((squares - of_means) / count, norms / count))
 }

@@ -134,7 +134,8 @@ impl Format {
             dialect.fields,
         );
         for (column, unit) in format.columns.iter_mut().zip(&header.units) {
-            if column.unit.is_empty() {
+            // `S_Timestamp_CAL` is not in seconds if the row of units says ms.
+            if column.unit.is_empty() || is_unit(unit) {
                 column.unit = unit.to_lowercase();
             }
         }

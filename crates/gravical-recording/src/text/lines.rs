@@ -51,10 +51,10 @@ impl<R: BufRead> Lines<R> {
             searched = self.buffer.len();
             self.fill()?;
         };
-        let line = String::from_utf8_lossy(&self.buffer[start..end]);
-        Ok(Some(match line {
-            Cow::Borrowed(line) => Cow::Borrowed(trim_end(line)),
-            Cow::Owned(line) => Cow::Owned(trim_end(&line).to_owned()),
+        let bytes = &self.buffer[start..end];
+        Ok(Some(match std::str::from_utf8(bytes) {
+            Ok(line) => Cow::Borrowed(trim_end(line)),
+            Err(_) => Cow::Owned(trim_end(&String::from_utf8_lossy(bytes)).to_owned()),
         }))
     }
 

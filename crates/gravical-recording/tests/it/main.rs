@@ -6,5 +6,6 @@ mod defects;
 mod loggers;
 mod properties;
 mod real;
+mod shapes;
 mod support;
 mod writings;

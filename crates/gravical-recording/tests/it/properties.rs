@@ -1,18 +1,21 @@
 //! Whatever the bytes, nothing panics, and rows and lines set aside are all lines.
 
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 
 use gravical_recording::{Recording, bytes};
 use proptest::prelude::*;
 
+use crate::support::six_faces;
+
 /// Reads and counts; the lines of the text are counted anew.
 fn check(input: Vec<u8>) {
+    let utf8 = || bytes::utf8(Cursor::new(input.clone()));
     let mut text = String::new();
-    let mut utf8 = bytes::utf8(Cursor::new(input.clone())).unwrap();
-    if std::io::Read::read_to_string(&mut utf8, &mut text).is_err() {
+    let Ok(mut reader) = utf8() else { return };
+    if reader.read_to_string(&mut text).is_err() {
         return;
     }
-    let utf8 = bytes::utf8(Cursor::new(input)).unwrap();
+    let Ok(utf8) = utf8() else { return };
     if let Ok(recording) = Recording::read(utf8, "any.csv") {
         let end = if text.contains('\n') { '\n' } else { '\r' };
         let lines = text.matches(end).count() + usize::from(!text.ends_with(end));
@@ -29,7 +32,38 @@ fn check(input: Vec<u8>) {
     }
 }
 
+/// Lines of a recording.
+fn lines() -> String {
+    let rows = six_faces(5).into_iter().enumerate().map(|(k, row)| {
+        let ([x, y, z], [gx, gy, gz]) = (row.accel_g, row.gyro_deg_s);
+        format!("{},{x:.4},{y:.4},{z:.4},{gx:.2},{gy:.2},{gz:.2}\n", 40 * k)
+    });
+    format!(
+        "ms,ax (g),ay (g),az (g),gx,gy,gz\n{}",
+        rows.collect::<String>()
+    )
+}
+
+#[test]
+fn what_fuzzing_found_is_counted() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/regressions/reader");
+    for entry in std::fs::read_dir(folder).unwrap() {
+        check(std::fs::read(entry.unwrap().path()).unwrap());
+    }
+}
+
 proptest! {
+    #[test]
+    fn torn_recordings(cuts in proptest::collection::vec((0.0..1.0, 0..200_usize, any::<u8>()), 1..12)) {
+        let mut input = lines().into_bytes();
+        for (at, length, byte) in cuts {
+            let from = (at * input.len() as f64) as usize;
+            let to = (from + length).min(input.len());
+            input.splice(from..to, [byte]);
+        }
+        check(input);
+    }
+
     #[test]
     fn any_bytes(input in proptest::collection::vec(any::<u8>(), 0..600)) {
         check(input);
