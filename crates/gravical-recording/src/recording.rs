@@ -191,20 +191,16 @@ impl Recording {
         if unreadable > 0 {
             notes.push(Note::Unreadable(unreadable));
         }
-        for (mark, reason) in [
-            (
-                judge::mark_zeros as fn(&[&[f64]]) -> Vec<bool>,
-                Reason::Zeros,
-            ),
-            (judge::mark_hung, Reason::Hung),
-        ] {
-            let keep = mark(&slices(&rows, &channels));
-            // A recording that holds nothing else is kept for what it is.
-            if keep.iter().any(|k| *k) {
-                rows.keep(&keep, reason);
-                retain(&mut time_s, &keep);
-            }
+        let keep = judge::mark_zeros(&slices(&rows, &channels));
+        // A recording that holds nothing else is kept for what it is.
+        if keep.iter().any(|k| *k) {
+            rows.keep(&keep, Reason::Zeros);
+            retain(&mut time_s, &keep);
         }
+        let axes = format.accel.map(|c| rows.columns[c].as_slice());
+        let keep = judge::mark_hung(axes, &slices(&rows, &channels[3..]));
+        rows.keep(&keep, Reason::Hung);
+        retain(&mut time_s, &keep);
         let mut accel = format.accel.map(|c| std::mem::take(&mut rows.columns[c]));
         let mut gyro = format
             .gyro

@@ -1,10 +1,18 @@
 //! Rows that are no measurement.
 
+use std::cmp::Reverse;
+
+use gravical_signal::resolution;
+
 use super::cells::median;
 use super::unit::quiet_norms;
 
 /// Rows for which all channels may repeat by chance.
 const MAX_REPEATS: usize = 20;
+/// Rows from which the resolution is taken.
+const RESOLUTION_ROWS: usize = 20_000;
+/// Coarser than this, a MEMS accelerometer at rest may stay at one value: its noise is 1 to 5 mg.
+const MAX_RESOLUTION_G: f64 = 0.002;
 /// Rows of a block whose magnitude tells whether channels are shifted.
 const SLIP_ROWS: usize = 10;
 
@@ -17,30 +25,48 @@ pub fn mark_zeros(channels: &[&[f64]]) -> Vec<bool> {
         .collect()
 }
 
-/// False for the rows of runs in which all channels repeat exactly for longer than chance allows:
-/// a sensor or bus that hung. Where short repeats are common (a logger faster than its sensor)
-/// none is told.
+/// False for the rows of runs in which all channels repeat exactly for longer than noise allows:
+/// a sensor or bus that hung.
+///
+/// Repeats prove nothing, and no row is marked, where they are common between the runs, where
+/// they are most rows (a logger faster than its sensor), and where the accelerometer resolves no
+/// noise.
 #[must_use]
-pub fn mark_hung(channels: &[&[f64]]) -> Vec<bool> {
-    let rows = channels.first().map_or(0, |c| c.len());
-    let repeats = |row: usize| channels.iter().all(|c| c[row] == c[row - 1]);
-    let (mut keep, mut from, mut short) = (vec![true; rows], 0, 0);
+pub fn mark_hung(accel: [&[f64]; 3], gyro: &[&[f64]]) -> Vec<bool> {
+    let rows = accel[0].len();
+    let repeats = |row: usize| accel.iter().chain(gyro).all(|c| c[row] == c[row - 1]);
+    let (mut keep, mut from, mut short, mut long) = (vec![true; rows], 0, 0, 0);
     for row in 1..=rows {
         if row < rows && repeats(row) {
             continue;
         }
         if row - from > MAX_REPEATS {
             keep[from + 1..row].fill(false);
+            long += row - from;
         } else {
             short += row - from - 1;
         }
         from = row;
     }
-    if short * 20 > rows {
+    let is_common = short * 20 > rows - long || long * 2 > rows;
+    if long > 0 && (is_common || !resolves_noise(accel)) {
         vec![true; rows]
     } else {
         keep
     }
+}
+
+/// Whether the steps in which the accelerometer is written are finer than its noise may be.
+fn resolves_noise(accel: [&[f64]; 3]) -> bool {
+    let rows = accel[0].len().min(RESOLUTION_ROWS);
+    let axes = accel.map(|axis| &axis[..rows]);
+    let Some(gravity) = median(quiet_norms(axes)) else {
+        return false;
+    };
+    let steps = axes
+        .iter()
+        .map(|axis| resolution(axis.iter().copied().filter(|v| v.is_finite())));
+    steps.fold(0.0, f64::max) < MAX_RESOLUTION_G * gravity
 }
 
 /// The row from which on the six channels are shifted (a lost byte on the bus): before it only
@@ -50,9 +76,10 @@ pub fn slip(channels: [&[f64]; 6], accel_at: usize) -> Option<usize> {
     let rows = channels[0].len();
     let axes = |shift: usize| [0, 1, 2].map(|i| channels[(accel_at + shift + i) % 6]);
     let gravity = median(quiet_norms(axes(0).map(|c| &c[..rows / 4])))?;
-    (1..6)
-        .filter_map(|shift| slip_by(channels, axes(0), axes(shift), gravity))
-        .max()
+    let slips = (1..6).filter_map(|shift| slip_by(channels, axes(0), axes(shift), gravity));
+    // Of several shifts that fit as often, the one that began first.
+    slips
+        .max_by_key(|(blocks, row)| (*blocks, Reverse(*row)))
         .map(|s| s.1)
 }
 

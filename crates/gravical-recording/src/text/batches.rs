@@ -15,6 +15,13 @@ pub const BATCH_ROWS: usize = 65_536;
 /// From here on a column of text holds no labels; its further words are one.
 pub(crate) const MANY_WORDS: u8 = 32;
 
+impl Format {
+    /// Reads a text from its first line on in batches of [`BATCH_ROWS`](crate::BATCH_ROWS).
+    pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<'_, R> {
+        Batches::new(self, bytes)
+    }
+}
+
 /// Iterates over the batches of a text; made by [`Format::batches`].
 pub struct Batches<'a, R> {
     format: &'a Format,

@@ -136,6 +136,40 @@ fn a_hung_sensor_is_set_aside_and_leaves_a_break() {
 }
 
 #[test]
+fn values_that_repeat_by_rounding_or_slow_updates_are_kept() {
+    let coarse = table("ms,ax,ay,az", |k, [x, y, z]| {
+        format!("{},{x:.2},{y:.2},{z:.2}", 40 * k)
+    });
+    let rows = six_faces(3);
+    let slow = table("ms,ax,ay,az", |k, _| plain(k, rows[k / 25 * 25].accel_g));
+    for text in [coarse, slow] {
+        assert_eq!(read(&text, "").aside.count(Reason::Hung), 0);
+    }
+}
+
+#[test]
+fn channels_that_slip_by_a_word_end_the_recording() {
+    const SLIP: usize = 75;
+    let rows = six_faces(3);
+    let lines = (5..rows.len() - 5).map(|k| {
+        // Turns take eleven rows, a slip takes one.
+        let window = &rows[k - 5..=k + 5];
+        let mean = |axis: usize| window.iter().map(|r| r.accel_g[axis]).sum::<f64>() / 11.0;
+        let [x, y, z] = [0, 1, 2].map(|axis| mean(axis) * 16_384.0);
+        let [gx, gy, gz] = rows[k].gyro_deg_s.map(|w| w * 131.0);
+        let words = if k < SLIP {
+            [x, y, z, gx, gy, gz]
+        } else {
+            [gz, x, y, z, gx, gy]
+        };
+        let [a, b, c, d, e, f] = words.map(f64::round);
+        format!("{},{a},{b},{c},{d},{e},{f}\n", 40 * k)
+    });
+    let text = format!("ms,ax,ay,az,gx,gy,gz\n{}", lines.collect::<String>());
+    assert_eq!(read(&text, "").rows(), SLIP - 5);
+}
+
+#[test]
 fn rows_that_were_not_read_are_set_aside() {
     let text = table("ms,ax,ay,az", |k, a| {
         plain(k, if k % 5 < 3 { [0.0; 3] } else { a })
