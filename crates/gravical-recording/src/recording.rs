@@ -1,7 +1,7 @@
 //! A recording: one batch that holds everything, and what was judged of it.
 
 use std::fmt;
-use std::io::{Cursor, Read};
+use std::io::{BufRead, Cursor, Read};
 use std::path::Path;
 
 use crate::bytes;
@@ -132,7 +132,7 @@ impl Recording {
     /// # Errors
     ///
     /// Reading fails, or there are no samples of an accelerometer.
-    pub fn read(mut text: impl std::io::BufRead, file_name: &str) -> Result<Self, Error> {
+    pub fn read(mut text: impl BufRead, file_name: &str) -> Result<Self, Error> {
         let mut head = Vec::new();
         text.by_ref().take(HEAD_BYTES).read_to_end(&mut head)?;
         let format = sniff(&whole_lines(&head), file_name)?;
@@ -160,47 +160,9 @@ impl Recording {
         if rows.rows() < 3 {
             return Err(Kind::TooFewRows.into());
         }
-        let clock = find_clock(format, &rows);
-        let rate_hz = clock.as_ref().map(|c| c.rate_hz).or(format.rate_hz);
-        notes.extend(
-            clock
-                .as_ref()
-                .filter(|c| c.bad_stamps > 0)
-                .map(|c| Note::BadStamps(c.bad_stamps)),
-        );
-        notes.extend(
-            clock
-                .as_ref()
-                .filter(|c| c.missing > 0)
-                .map(|c| Note::MissingRows(c.missing)),
-        );
-        let mut time_s = match (clock, rate_hz) {
-            (Some(clock), _) => clock.time_s,
-            (None, Some(rate_hz)) => (0..rows.rows()).map(|row| row as f64 / rate_hz).collect(),
-            (None, None) => {
-                notes.extend(unread_stamps(format, &rows));
-                notes.push(Note::NoRate);
-                Vec::new()
-            }
-        };
-        let channels = format.channels();
-        let unreadable = channels
-            .iter()
-            .map(|c| rows.texts[*c].iter().filter(|t| **t > 0).count())
-            .sum();
-        if unreadable > 0 {
-            notes.push(Note::Unreadable(unreadable));
-        }
-        let keep = judge::mark_zeros(&slices(&rows, &channels));
-        // A recording that holds nothing else is kept for what it is.
-        if keep.iter().any(|k| *k) {
-            rows.keep(&keep, Reason::Zeros);
-            retain(&mut time_s, &keep);
-        }
-        let axes = format.accel.map(|c| rows.columns[c].as_slice());
-        let keep = judge::mark_hung(axes, &slices(&rows, &channels[3..]));
-        rows.keep(&keep, Reason::Hung);
-        retain(&mut time_s, &keep);
+        let (mut time_s, rate_hz) = judge_clock(format, &rows, &mut notes);
+        notes.extend(unreadable_cells(format, &rows));
+        set_aside_defects(format, &mut rows, &mut time_s);
         let mut accel = format.accel.map(|c| std::mem::take(&mut rows.columns[c]));
         let mut gyro = format
             .gyro
@@ -213,17 +175,16 @@ impl Recording {
             let channels = accel.iter_mut().chain(gyro.iter_mut().flatten());
             channels.chain([&mut time_s]).for_each(|c| c.truncate(row));
         }
-        accel.iter_mut().for_each(|c| {
-            judge::hold_slow(c);
-        });
-        let accel_scale = judge_unit(format, &accel, encoding, &mut notes);
-        let gyro_unit = format
-            .gyro
-            .and_then(|g| GyroUnit::parse(&format.columns[g[0]].unit));
-        let breaks = judge::breaks(&time_s, rate_hz, &rows.breaks, &rows.blanks, rows.rows());
-        if format.columns[format.accel[0]].is_linear {
-            notes.push(Note::Linear);
+        for axis in &mut accel {
+            judge::hold_slow(axis);
         }
+        let accel_scale = judge_unit(format, &accel, encoding, &mut notes);
+        let breaks = judge::breaks(&time_s, rate_hz, &rows.breaks, &rows.blanks, rows.rows());
+        notes.extend(
+            format.columns[format.accel[0]]
+                .is_linear
+                .then_some(Note::Linear),
+        );
         notes.extend((rows.rejected > 0).then_some(Note::Rejected(rows.rejected)));
         notes.extend(notes_of_aside(&rows.aside));
         Ok(Recording {
@@ -231,7 +192,9 @@ impl Recording {
             accel,
             accel_scale,
             gyro,
-            gyro_unit,
+            gyro_unit: format
+                .gyro
+                .and_then(|g| GyroUnit::parse(&format.columns[g[0]].unit)),
             temperature_c: find_temperature(format, &mut rows),
             labels: find_labels(format, &mut rows),
             rate_hz,
@@ -274,6 +237,45 @@ fn keep_first_sensor(rows: &mut Batch, column: usize) {
             .collect(),
     };
     rows.keep(&keep, Reason::OtherSensor);
+}
+
+/// Times of the rows and their rate: by the stamps, else by the rate that the head states.
+fn judge_clock(format: &Format, rows: &Batch, notes: &mut Vec<Note>) -> (Vec<f64>, Option<f64>) {
+    if let Some(clock) = find_clock(format, rows) {
+        notes.extend((clock.bad_stamps > 0).then_some(Note::BadStamps(clock.bad_stamps)));
+        notes.extend((clock.missing > 0).then_some(Note::MissingRows(clock.missing)));
+        return (clock.time_s, Some(clock.rate_hz));
+    }
+    notes.extend(unread_stamps(format, rows));
+    if let Some(rate_hz) = format.rate_hz {
+        return (
+            (0..rows.rows()).map(|row| row as f64 / rate_hz).collect(),
+            Some(rate_hz),
+        );
+    }
+    notes.push(Note::NoRate);
+    (Vec::new(), None)
+}
+
+fn unreadable_cells(format: &Format, rows: &Batch) -> Option<Note> {
+    let texts = format.channels().into_iter().flat_map(|c| &rows.texts[c]);
+    let count = texts.filter(|t| **t > 0).count();
+    (count > 0).then_some(Note::Unreadable(count))
+}
+
+/// Sets rows aside that were not read, or repeat because the sensor hung.
+fn set_aside_defects(format: &Format, rows: &mut Batch, time_s: &mut Vec<f64>) {
+    let channels = format.channels();
+    let keep = judge::mark_zeros(&slices(rows, &channels));
+    // A recording that holds nothing else is kept for what it is.
+    if keep.contains(&true) {
+        rows.keep(&keep, Reason::Zeros);
+        retain(time_s, &keep);
+    }
+    let axes = format.accel.map(|c| rows.columns[c].as_slice());
+    let keep = judge::mark_hung(axes, &slices(rows, &channels[3..]));
+    rows.keep(&keep, Reason::Hung);
+    retain(time_s, &keep);
 }
 
 /// The column of time that rises most often and most evenly; steps only if there is no other.
