@@ -280,7 +280,7 @@ fn set_aside_defects(format: &Format, rows: &mut Batch, time_s: &mut Vec<f64>) {
 
 /// The column of time that rises most often and most evenly; steps only if there is no other.
 fn find_clock(format: &Format, rows: &Batch) -> Option<Clock> {
-    let mut best: Option<(f64, Vec<f64>, Option<f64>)> = None;
+    let mut candidates = Vec::new();
     for (column, values) in format.columns.iter().zip(&rows.columns) {
         let is_step = match column.role {
             Role::Time => !column.is_dated && judge::holds_steps(values),
@@ -292,20 +292,21 @@ fn find_clock(format: &Format, rows: &Batch) -> Option<Clock> {
         } else {
             values.clone()
         };
-        let Some(score) = judge::steadiness(&stamps) else {
-            continue;
+        let unit_s = if column.is_dated {
+            Some(1.0)
+        } else {
+            time_scale_s(&column.unit)
         };
-        let score = if is_step { score - 1.0 } else { score };
-        if best.as_ref().is_none_or(|b| score >= b.0) {
-            let unit_s = if column.is_dated {
-                Some(1.0)
-            } else {
-                time_scale_s(&column.unit)
-            };
-            best = Some((score, stamps, unit_s));
-        }
+        candidates.push((is_step, stamps, unit_s));
     }
-    let (_, stamps, unit_s) = best?;
+    if candidates.len() > 1 {
+        // The last of equals: files begin with the coarser clock.
+        let score = |(is_step, stamps, _): &(bool, Vec<f64>, _)| {
+            judge::steadiness(stamps).map_or(f64::MIN, |s| if *is_step { s - 1.0 } else { s })
+        };
+        candidates.sort_by(|a, b| score(a).total_cmp(&score(b)));
+    }
+    let (_, stamps, unit_s) = candidates.pop()?;
     judge::clock(
         stamps,
         ClockOptions {

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use memchr::memchr;
+
 use super::number::parse_cell;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -22,7 +24,7 @@ pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
     Fields {
         rest: Some(line),
         delimiter,
-        has_quotes: line.contains('"'),
+        has_quotes: memchr(b'"', line.as_bytes()).is_some(),
     }
 }
 
@@ -45,11 +47,15 @@ impl<'a> Iterator for Fields<'a> {
                 Some(&rest[..end.unwrap_or(rest.len())]).filter(|f| !f.is_empty())
             }
             Delimiter::Byte(delimiter) => {
-                let mut quoted = false;
-                let end = rest.bytes().position(|b| {
-                    quoted ^= self.has_quotes && b == b'"';
-                    b == delimiter && !quoted
-                });
+                let end = if self.has_quotes {
+                    let mut quoted = false;
+                    rest.bytes().position(|b| {
+                        quoted ^= b == b'"';
+                        b == delimiter && !quoted
+                    })
+                } else {
+                    rest.bytes().position(|b| b == delimiter)
+                };
                 self.rest = end.map(|end| &rest[end + 1..]);
                 let field = trim(&rest[..end.unwrap_or(rest.len())]);
                 Some(if self.has_quotes {
@@ -64,7 +70,13 @@ impl<'a> Iterator for Fields<'a> {
 
 /// Without blanks, and without the NUL bytes that a torn write leaves.
 fn trim(field: &str) -> &str {
-    field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0')
+    let is_edge = |b: &u8| b.is_ascii_whitespace() || *b == 0;
+    let bytes = field.as_bytes();
+    if bytes.first().is_some_and(is_edge) || bytes.last().is_some_and(is_edge) {
+        field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0')
+    } else {
+        field
+    }
 }
 
 /// Counts of fields, finite numbers and texts of a line.
