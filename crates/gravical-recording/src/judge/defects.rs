@@ -74,40 +74,42 @@ fn resolves_noise(accel: [&[f64]; 3]) -> bool {
 #[must_use]
 pub fn slip(channels: [&[f64]; 6], accel_at: usize) -> Option<usize> {
     let rows = channels[0].len();
-    let axes = |shift: usize| [0, 1, 2].map(|i| channels[(accel_at + shift + i) % 6]);
-    let gravity = median(quiet_norms(axes(0).map(|c| &c[..rows / 4])))?;
-    let slips = (1..6).filter_map(|shift| slip_by(channels, axes(0), axes(shift), gravity));
+    let named = [0, 1, 2].map(|i| &channels[accel_at + i][..rows / 4]);
+    let gravity = median(quiet_norms(named))?;
+    let blocks: Vec<[f64; 6]> = (0..rows / SLIP_ROWS)
+        .map(|b| channels.map(|c| mean_square(&c[SLIP_ROWS * b..][..SLIP_ROWS])))
+        .collect();
+    let axes = |shift: usize| [0, 1, 2].map(|i| (accel_at + shift + i) % 6);
+    // Relative error of the magnitude of gravity in three channels of each block.
+    let errors = |shift: usize| -> Vec<f64> {
+        let norm = |block: &[f64; 6]| axes(shift).iter().map(|c| block[*c]).sum::<f64>().sqrt();
+        blocks
+            .iter()
+            .map(|b| (norm(b) / gravity - 1.0).abs())
+            .collect()
+    };
+    let named = errors(0);
+    let slips = (1..6).filter_map(|shift| slip_by(channels, &named, &errors(shift)));
     // Of several shifts that fit as often, the one that began first.
     slips
         .max_by_key(|(blocks, row)| (*blocks, Reverse(*row)))
         .map(|s| s.1)
 }
 
-/// Number of shifted blocks, and the row from which on the channels are shifted.
-fn slip_by(
-    channels: [&[f64]; 6],
-    named: [&[f64]; 3],
-    shifted: [&[f64]; 3],
-    gravity: f64,
-) -> Option<(usize, usize)> {
-    let norm =
-        |axes: [&[f64]; 3], row: usize| axes.iter().map(|c| c[row].powi(2)).sum::<f64>().sqrt();
-    let error = |axes: [&[f64]; 3], block: usize| {
-        let rows = SLIP_ROWS * block..SLIP_ROWS * (block + 1);
-        let middle = median(rows.map(|row| norm(axes, row)));
-        middle.map_or(f64::MAX, |m| (m / gravity - 1.0).abs())
-    };
-    let blocks = channels[0].len() / SLIP_ROWS;
-    let fits: Vec<(bool, bool)> = (0..blocks)
-        .map(|b| {
-            let (named, shifted) = (error(named, b), error(shifted, b));
-            (named < 0.1 && shifted > 0.2, named > 0.2 && shifted < 0.1)
-        })
-        .collect();
-    let count = fits.iter().filter(|f| f.1).count();
-    let first = fits.iter().position(|f| f.1)?;
-    let last = fits[..first].iter().rposition(|f| f.0)?;
-    let stays = fits[first..].iter().filter(|f| f.0).count() * 20 <= count;
+fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
+}
+
+/// Number of shifted blocks, and the row from which on the channels are shifted, by the errors of
+/// gravity in the named and in the shifted channels.
+fn slip_by(channels: [&[f64]; 6], named: &[f64], shifted: &[f64]) -> Option<(usize, usize)> {
+    let is_named = |b: &usize| named[*b] < 0.1 && shifted[*b] > 0.2;
+    let is_shifted = |b: &usize| named[*b] > 0.2 && shifted[*b] < 0.1;
+    let blocks = named.len();
+    let count = (0..blocks).filter(is_shifted).count();
+    let first = (0..blocks).find(is_shifted)?;
+    let last = (0..first).rev().find(is_named)?;
+    let stays = (first..blocks).filter(is_named).count() * 20 <= count;
     let jump = |row: usize| {
         channels
             .iter()
