@@ -42,17 +42,22 @@ pub fn utf8(reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
 }
 
 fn decode(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
-    let mut head = Vec::new();
-    reader
-        .by_ref()
-        .take(HEAD_BYTES as u64)
-        .read_to_end(&mut head)?;
+    let head = read_head(&mut reader, HEAD_BYTES)?;
     let decoder = DecodeReaderBytesBuilder::new()
         .encoding(Some(encoding(&head)))
         .bom_override(true)
         .strip_bom(true)
         .build(io::Cursor::new(head).chain(reader));
     Ok(Box::new(BufReader::with_capacity(HEAD_BYTES, decoder)))
+}
+
+/// The first bytes of a stream. Data that ends within its compression yields what it holds.
+pub(crate) fn read_head(reader: &mut impl Read, bytes: usize) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    match reader.take(bytes as u64).read_to_end(&mut head) {
+        Err(e) if e.kind() != io::ErrorKind::UnexpectedEof || head.is_empty() => Err(e),
+        _ => Ok(head),
+    }
 }
 
 fn encoding(head: &[u8]) -> &'static Encoding {

@@ -14,7 +14,6 @@ pub(crate) enum Kind {
     ColumnsUnknown,
     NoAccelerometer,
     EpochsOfCounts,
-    TooFewRows,
     TooLarge(usize),
 }
 
@@ -28,7 +27,7 @@ impl Error {
     /// The file holds no rows of numbers.
     #[must_use]
     pub fn is_no_table(&self) -> bool {
-        matches!(self.0, Kind::NoTable | Kind::TooFewRows)
+        matches!(self.0, Kind::NoTable)
     }
 
     /// The columns must be named.
@@ -67,7 +66,6 @@ impl fmt::Display for Error {
                 let mib = bytes >> 20;
                 return write!(f, "the columns take more than {mib} MiB: cut the file");
             }
-            Kind::TooFewRows => "fewer than three rows",
         })
     }
 }

@@ -1,7 +1,7 @@
 //! A recording: one batch that holds everything, and what was judged of it.
 
 use std::fmt;
-use std::io::{BufRead, Cursor, Read};
+use std::io::{BufRead, Cursor, ErrorKind, Read};
 use std::path::Path;
 
 use crate::bytes;
@@ -11,7 +11,7 @@ use crate::text::{Aside, Batch, Format, Reason, Role, retain, sensor_codes, snif
 use crate::units::{AccelUnit, GyroUnit, time_scale_s};
 
 /// Bytes of the text that decide on the format.
-const HEAD_BYTES: u64 = 262_144;
+const HEAD_BYTES: usize = 262_144;
 /// Bytes that the columns of a recording may take.
 const MAX_BYTES: usize = 1 << 30;
 
@@ -40,6 +40,8 @@ pub enum Note {
     UnitContradicted(AccelUnit, Option<AccelUnit>),
     /// Neither head nor gravity show the unit
     UnitUnknown,
+    /// The file ends within its compression
+    CutOff,
     /// The acceleration is one from which gravity was removed
     Linear,
 }
@@ -73,6 +75,7 @@ impl fmt::Display for Note {
                 write!(f, "the head says {}, gravity does not", claim.name())
             }
             Note::UnitUnknown => write!(f, "the unit of the accelerometer is unknown"),
+            Note::CutOff => write!(f, "the file ends within its compressed data"),
             Note::Linear => write!(f, "gravity was removed from this acceleration"),
         }
     }
@@ -133,32 +136,38 @@ impl Recording {
     ///
     /// Reading fails, or there are no samples of an accelerometer.
     pub fn read(mut text: impl BufRead, file_name: &str) -> Result<Self, Error> {
-        let mut head = Vec::new();
-        text.by_ref().take(HEAD_BYTES).read_to_end(&mut head)?;
+        let head = bytes::read_head(&mut text, HEAD_BYTES)?;
         let format = sniff(&whole_lines(&head), file_name)?;
         let mut rows = Batch::default();
+        let mut is_cut = false;
         for batch in format.batches(Cursor::new(head).chain(text)) {
-            rows.append(batch?);
+            match batch {
+                Ok(batch) => rows.append(batch),
+                Err(e) if e.kind() == ErrorKind::UnexpectedEof && rows.rows() > 0 => is_cut = true,
+                Err(e) => return Err(e.into()),
+            }
             if rows.bytes() > MAX_BYTES {
                 return Err(Kind::TooLarge(rows.bytes()).into());
             }
         }
-        Recording::judge(&format, rows)
+        let mut recording = Recording::judge(&format, rows)?;
+        recording.notes.extend(is_cut.then_some(Note::CutOff));
+        Ok(recording)
     }
 
     /// Judges the rows of a whole file.
     ///
     /// # Errors
     ///
-    /// There are fewer than three rows.
+    /// There are no rows.
     pub fn judge(format: &Format, mut rows: Batch) -> Result<Self, Error> {
         let mut notes = Vec::new();
         if let Some((column, sensors)) = format.sensor {
             keep_first_sensor(&mut rows, column);
             notes.push(Note::Sensors(sensors));
         }
-        if rows.rows() < 3 {
-            return Err(Kind::TooFewRows.into());
+        if rows.rows() == 0 {
+            return Err(Kind::NoTable.into());
         }
         let (mut time_s, rate_hz) = judge_clock(format, &rows, &mut notes);
         notes.extend(unreadable_cells(format, &rows));
@@ -214,7 +223,7 @@ impl Recording {
 
 /// The head as text, without the line that it cuts.
 fn whole_lines(head: &[u8]) -> String {
-    let is_cut = head.len() as u64 == HEAD_BYTES;
+    let is_cut = head.len() == HEAD_BYTES;
     let end = head
         .iter()
         .rposition(|b| is_cut && matches!(b, b'\n' | b'\r'));
@@ -267,11 +276,8 @@ fn unreadable_cells(format: &Format, rows: &Batch) -> Option<Note> {
 fn set_aside_defects(format: &Format, rows: &mut Batch, time_s: &mut Vec<f64>) {
     let channels = format.channels();
     let keep = judge::mark_zeros(&slices(rows, &channels));
-    // A recording that holds nothing else is kept for what it is.
-    if keep.contains(&true) {
-        rows.keep(&keep, Reason::Zeros);
-        retain(time_s, &keep);
-    }
+    rows.keep(&keep, Reason::Zeros);
+    retain(time_s, &keep);
     let axes = format.accel.map(|c| rows.columns[c].as_slice());
     let keep = judge::mark_hung(axes, &slices(rows, &channels[3..]));
     rows.keep(&keep, Reason::Hung);

@@ -6,6 +6,8 @@ use super::cells::{median, trend};
 
 /// Rates of recordings, Hz.
 const RATES_HZ: std::ops::Range<f64> = 0.9..20_000.0;
+/// Rates beyond which stamps or their unit are wrong, Hz.
+const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-5..1e6;
 /// Seconds since 1970 of a recording: the years 2000 to 2100.
 const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
@@ -71,7 +73,7 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions) -> Option<Clock> {
     if coarse.is_some() {
         spread_ticks(&mut time_s, 1.0 / rate_hz);
     }
-    (rate_hz.is_finite() && rate_hz > 0.0).then_some(Clock {
+    POSSIBLE_RATES_HZ.contains(&rate_hz).then_some(Clock {
         time_s,
         rate_hz,
         missing,

@@ -36,6 +36,7 @@ pub struct Batches<'a, R> {
     has_break: bool,
     /// Place of the last line within its row.
     place: Option<usize>,
+    error: Option<io::Error>,
     is_done: bool,
 }
 
@@ -52,13 +53,23 @@ impl<'a, R: BufRead> Batches<'a, R> {
             has_blank: false,
             has_break: false,
             place: None,
+            error: None,
             is_done: false,
         }
     }
 
     /// Reads on until a batch is full and a new row would begin.
     fn read_batch(&mut self) -> io::Result<Option<Batch>> {
-        while let Some(line) = self.lines.next()? {
+        while self.error.is_none() {
+            let line = match self.lines.next() {
+                Ok(Some(line)) => line,
+                Ok(None) => break,
+                // What was read before the error is a batch of its own.
+                Err(e) => {
+                    self.error = Some(e);
+                    break;
+                }
+            };
             self.count += 1;
             let parser = RowParser {
                 format: self.format,
@@ -80,9 +91,12 @@ impl<'a, R: BufRead> Batches<'a, R> {
                 return Ok(Some(self.finish_batch()));
             }
         }
-        self.is_done = true;
         let is_empty = self.batch.rows() == 0 && self.batch.aside.total() == 0;
-        Ok((!is_empty).then(|| self.finish_batch()))
+        if !is_empty {
+            return Ok(Some(self.finish_batch()));
+        }
+        self.is_done = true;
+        self.error.take().map_or(Ok(None), Err)
     }
 
     fn finish_batch(&mut self) -> Batch {
@@ -108,7 +122,6 @@ impl<R: BufRead> Iterator for Batches<'_, R> {
             return None;
         }
         let batch = self.read_batch();
-        self.is_done |= batch.is_err();
         batch.transpose()
     }
 }

@@ -9,6 +9,9 @@ use crate::judge::{accel_scale, median};
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
 
+/// Rows of each sensor from which on several are told apart.
+const MIN_TURNS: usize = 4;
+
 /// Assigns roles, by the names in the format and the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
     let is_gyro_file = file_name.to_lowercase().contains("gyr");
@@ -161,7 +164,8 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
     let rows = sample.rows();
     (0..format.columns.len()).find_map(|c| {
         let is_text = sample.is_text(c) && !matches!(format.layout, Layout::Sentences(_));
-        if format.is_axis(c) || format.columns[c].role != Role::Other && !is_text {
+        let role = format.columns[c].role;
+        if format.is_axis(c) || role == Role::Label || role != Role::Other && !is_text {
             return None;
         }
         let values = sensor_codes(sample, c)?;
@@ -170,9 +174,10 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
             counts[usize::from(*v)] += 1;
         }
         let kinds = counts.iter().filter(|k| **k > 0).count();
-        let is_even = counts
-            .iter()
-            .all(|k| *k == 0 || (*k * kinds).abs_diff(rows) * 5 <= rows);
+        let is_even = rows >= MIN_TURNS * kinds
+            && counts
+                .iter()
+                .all(|k| *k == 0 || (*k * kinds).abs_diff(rows) * 5 <= rows);
         let changes = values.windows(2).filter(|w| w[0] != w[1]).count();
         let takes_turns = (2..=8).contains(&kinds) && is_even && changes * 5 >= rows * 4;
         let is_named = || {

@@ -1,5 +1,9 @@
 //! What is wrong with people's files, and what is said of it.
 
+use std::io::Write;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use gravical_recording::judge::Encoding;
 use gravical_recording::{AccelUnit, Error, Note, Reason};
 
@@ -261,6 +265,27 @@ fn the_head_states_a_rate() {
     assert!(has_rate(&recording, RATE_HZ));
     assert_eq!(recording.accel_scale.counts_per_g, Some(64.0));
     assert_eq!(recording.rows(), 6 * FACE_ROWS);
+}
+
+#[test]
+fn a_few_labelled_means_are_rows() {
+    let text = "label,ax,ay,az\n-x,-9.4,-0.3,0.9\n+x,10.2,0.0,-0.1\n-y,0.5,-10.0,0.4\n";
+    let recording = read(text, "");
+    assert_eq!(recording.rows(), 3);
+    assert_eq!(recording.labels.unwrap().names, ["-x", "+x", "-y"]);
+}
+
+#[test]
+fn a_download_cut_off_yields_what_it_holds() {
+    let mut packer = GzEncoder::new(Vec::new(), Compression::default());
+    packer
+        .write_all(table("ms,ax,ay,az", plain).as_bytes())
+        .unwrap();
+    let mut packed = packer.finish().unwrap();
+    packed.truncate(packed.len() / 2);
+    let recording = try_read(packed, "").unwrap();
+    assert!(recording.rows() > 50);
+    assert!(recording.notes.contains(&Note::CutOff));
 }
 
 fn refusal(text: &str) -> Error {
