@@ -55,14 +55,11 @@ impl fmt::Display for Note {
             Note::MissingRows(n) => write!(f, "{n} rows are missing by the clock"),
             Note::Sensors(n) => write!(f, "{n} sensors take turns: the first is read"),
             Note::SetAside(reason, n, line) => {
-                write!(
-                    f,
-                    "{n} lines set aside ({reason:?}), the first is line {line}"
-                )
+                write!(f, "{n} lines {reason}; the first is line {line}")
             }
             Note::Rejected(n) => write!(f, "{n} samples rejected by the logger"),
             Note::Unreadable(n) => write!(f, "{n} cells of the channels hold text"),
-            Note::Encoded(encoding) => write!(f, "numbers decoded: {encoding:?}"),
+            Note::Encoded(encoding) => write!(f, "{encoding}"),
             Note::UnitContradicted(claim, Some(unit)) => {
                 write!(
                     f,

@@ -1,5 +1,7 @@
 //! Integers of 16 bits that were printed as unsigned.
 
+use std::fmt;
+
 /// How numbers of the converter were written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Encoding {
@@ -7,6 +9,15 @@ pub enum Encoding {
     TwosComplement,
     /// 32768 is 0
     OffsetBinary,
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Encoding::TwosComplement => "unsigned numbers of 16 bits: 65535 is -1",
+            Encoding::OffsetBinary => "unsigned numbers of 16 bits: 32768 is 0",
+        })
+    }
 }
 
 /// Undoes an encoding of all channels, if the accelerometer shows one.

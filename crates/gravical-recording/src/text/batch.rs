@@ -1,6 +1,7 @@
 //! Rows as columns.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// Why a line holds no row of the recording, or a row no measurement.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -25,6 +26,23 @@ pub enum Reason {
     Hung,
     /// Channels shifted by one or more places
     Slipped,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Reason::Blank => "blank",
+            Reason::Head => "above the first row",
+            Reason::Comment => "comments",
+            Reason::Width => "with more or fewer fields than a row",
+            Reason::NoNumbers => "without the numbers of a row",
+            Reason::Continuation => "that continue a row",
+            Reason::OtherSensor => "of other sensors",
+            Reason::Zeros => "of zeros: the sensor was not read",
+            Reason::Hung => "that repeat exactly: sensor or bus hung",
+            Reason::Slipped => "whose channels are shifted",
+        })
+    }
 }
 
 /// Counts of the lines that hold no row; with the rows they are all lines.
