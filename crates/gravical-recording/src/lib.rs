@@ -27,11 +27,13 @@
 pub mod bytes;
 mod error;
 pub mod judge;
+mod note;
 mod recording;
 mod text;
 mod units;
 
 pub use error::Error;
-pub use recording::{Labels, Note, Recording};
+pub use note::Note;
+pub use recording::{Labels, Recording};
 pub use text::{Aside, BATCH_ROWS, Batch, Batches, Column, Format, Reason, Role, sniff};
 pub use units::{AccelUnit, GyroUnit};

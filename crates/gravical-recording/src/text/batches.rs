@@ -175,13 +175,15 @@ impl RowParser<'_> {
     fn read_fields(mut self, line: &str, dialect: Dialect) {
         self.values.clear();
         let mut has_text = false;
-        for (c, field) in fields(line, dialect.delimiter).enumerate() {
-            let is_read = self.format.is_read.get(c).copied().unwrap_or(false);
-            let value = if is_read {
-                parse_cell(field, dialect.decimal_comma)
+        let mut cells = fields(line, dialect.delimiter);
+        loop {
+            let is_read = self.format.is_read.get(self.values.len()).copied();
+            let cell = if is_read == Some(true) {
+                cells.next_cell(dialect.decimal_comma)
             } else {
-                Some(f64::NAN)
+                cells.next().map(|_| Some(f64::NAN))
             };
+            let Some(value) = cell else { break };
             has_text |= value.is_none();
             self.values.push(value);
         }

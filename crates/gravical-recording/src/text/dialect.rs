@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use memchr::memchr;
 
-use super::number::parse_cell;
+use super::number::{finite, parse_cell};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Delimiter {
@@ -32,6 +32,21 @@ pub(crate) struct Fields<'a> {
     rest: Option<&'a str>,
     delimiter: Delimiter,
     has_quotes: bool,
+}
+
+impl Fields<'_> {
+    /// The next field as [`parse_cell`] reads it; mostly a number that ends at the delimiter.
+    pub(crate) fn next_cell(&mut self, decimal_comma: bool) -> Option<Option<f64>> {
+        if let Delimiter::Byte(delimiter) = self.delimiter
+            && let Some(rest) = self.rest
+            && let Ok((value, n)) = fast_float2::parse_partial(rest)
+            && rest.as_bytes().get(n).is_none_or(|b| *b == delimiter)
+        {
+            self.rest = rest.get(n + 1..);
+            return Some(Some(finite(value)));
+        }
+        self.next().map(|field| parse_cell(field, decimal_comma))
+    }
 }
 
 impl<'a> Iterator for Fields<'a> {

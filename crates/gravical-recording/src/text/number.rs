@@ -5,8 +5,7 @@
 /// A date counts as seconds since 1970, a time of day as seconds since midnight.
 pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     if let Ok(value) = fast_float2::parse::<f64, _>(field) {
-        // Beyond is no measurement but a torn exponent.
-        return Some(if value.abs() < 1e100 { value } else { f64::NAN });
+        return Some(finite(value));
     }
     if is_missing(field) {
         return Some(f64::NAN);
@@ -21,6 +20,11 @@ pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
         return parse_cell(rest, decimal_comma).map(|v| -v);
     }
     parse_date(field)
+}
+
+/// NaN for what is no measurement: infinity, or a torn exponent.
+pub(crate) fn finite(value: f64) -> f64 {
+    if value.abs() < 1e100 { value } else { f64::NAN }
 }
 
 fn is_missing(field: &str) -> bool {
