@@ -5,6 +5,9 @@ use crate::units::is_unit;
 /// Stands for a number in a skeleton.
 pub(crate) const SLOT: char = '\u{1}';
 
+/// Characters of the longest date, time or unit: lines without end take no longer for it.
+const MAX_WORD: usize = 32;
+
 /// The line with [`SLOT`] for each number, and the numbers. Blanks beside a number do not count.
 pub(crate) fn skeleton(line: &str) -> (String, Vec<&str>) {
     let line = without_checksum(line);
@@ -45,9 +48,13 @@ fn without_checksum(line: &str) -> &str {
 
 /// Whether a word that is no unit follows without a blank: `2nd`.
 fn is_glued(rest: &str) -> bool {
-    let end = rest.find(|c: char| c.is_whitespace() || ",;|)]}".contains(c));
-    let word = &rest[..end.unwrap_or(rest.len())];
-    word.starts_with(|c: char| c.is_alphanumeric() || c == '_') && !is_unit(word)
+    let is_end = |(_, c): &(usize, char)| c.is_whitespace() || ",;|)]}".contains(*c);
+    let end = rest.char_indices().take(MAX_WORD).find(is_end);
+    let is_word = rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+    match end {
+        Some((end, _)) => is_word && !is_unit(&rest[..end]),
+        None => is_word && (rest.len() > MAX_WORD || !is_unit(rest)),
+    }
 }
 
 /// Whether there is more between the slots than delimiters and fields of text.
@@ -77,6 +84,7 @@ fn number_length(text: &str) -> Option<usize> {
     }
     let day = bytes
         .iter()
+        .take(MAX_WORD)
         .take_while(|b| b.is_ascii_digit() || b"-/.".contains(b))
         .count();
     if (8..=10).contains(&day)
@@ -113,6 +121,7 @@ fn number_length(text: &str) -> Option<usize> {
 fn time_length(bytes: &[u8]) -> Option<usize> {
     let n = bytes
         .iter()
+        .take(MAX_WORD)
         .take_while(|b| b.is_ascii_digit() || **b == b':')
         .count();
     let lengths: Vec<usize> = bytes[..n].split(|b| *b == b':').map(<[u8]>::len).collect();

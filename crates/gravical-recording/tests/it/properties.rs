@@ -45,6 +45,13 @@ fn lines() -> String {
 }
 
 #[test]
+fn lines_without_end_take_no_longer_for_it() {
+    for piece in ["1:", "1x-", "1-", "a1.", "\"1", "1,"] {
+        check(piece.repeat(100_000).into_bytes());
+    }
+}
+
+#[test]
 fn what_fuzzing_found_is_counted() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/regressions/reader");
     for entry in std::fs::read_dir(folder).unwrap() {
