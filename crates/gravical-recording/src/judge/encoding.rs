@@ -1,0 +1,60 @@
+//! Integers of 16 bits that were printed as unsigned.
+
+use std::fmt;
+
+/// How numbers of the converter were written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Encoding {
+    /// 65535 is −1
+    TwosComplement,
+    /// 32768 is 0
+    OffsetBinary,
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Encoding::TwosComplement => "unsigned numbers of 16 bits: 65535 is -1",
+            Encoding::OffsetBinary => "unsigned numbers of 16 bits: 32768 is 0",
+        })
+    }
+}
+
+/// Undoes an encoding of all channels, if the accelerometer shows one.
+pub fn decode(accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> Option<Encoding> {
+    let is_unsigned = |v: &f64| v.fract() == 0.0 && (0.0..65_536.0).contains(v);
+    if !accel.iter().flatten().all(is_unsigned) {
+        return None;
+    }
+    let has_high = accel.iter().flatten().any(|v| *v >= 45_056.0);
+    // Between ±1.25 g of a range of 2 g nothing lies beyond 20,480.
+    if has_high
+        && accel
+            .iter()
+            .all(|c| share_within(c, 20_480.0, 45_056.0) < 0.02)
+    {
+        let gyro = gyro
+            .into_iter()
+            .flatten()
+            .filter(|c| c.iter().all(is_unsigned));
+        let channels = accel.iter_mut().chain(gyro);
+        channels
+            .flatten()
+            .filter(|v| **v > 32_767.0)
+            .for_each(|v| *v -= 65_536.0);
+        return Some(Encoding::TwosComplement);
+    }
+    if accel
+        .iter()
+        .all(|c| share_within(c, 12_288.0, 53_248.0) > 0.5)
+    {
+        accel.iter_mut().flatten().for_each(|v| *v -= 32_768.0);
+        return Some(Encoding::OffsetBinary);
+    }
+    None
+}
+
+fn share_within(column: &[f64], low: f64, high: f64) -> f64 {
+    let within = column.iter().filter(|v| (low..high).contains(*v)).count();
+    within as f64 / column.len() as f64
+}

@@ -1,0 +1,22 @@
+//! The only place that knows text: a head to a [`Format`], lines to [`Batch`]es.
+
+mod batch;
+mod batches;
+mod dialect;
+mod format;
+mod header;
+mod lines;
+mod names;
+mod number;
+mod roles;
+mod slots;
+mod sniff;
+mod words;
+
+pub(crate) use batch::retain;
+pub use batch::{Aside, Batch, Reason};
+pub use batches::{BATCH_ROWS, Batches};
+pub use format::Format;
+pub use names::{Column, Role};
+pub(crate) use roles::sensor_codes;
+pub use sniff::sniff;

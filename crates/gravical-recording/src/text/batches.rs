@@ -1,0 +1,263 @@
+//! Lines to batches.
+
+use std::io::{self, BufRead};
+
+use super::batch::{Batch, Reason};
+use super::dialect::{Dialect, fields, is_blank, is_comment};
+use super::format::{Format, Layout};
+use super::lines::Lines;
+use super::number::parse_cell;
+use super::words::Sentences;
+
+/// Rows of a batch.
+pub const BATCH_ROWS: usize = 65_536;
+
+/// From here on a column of text holds no labels; its further words are one.
+pub(crate) const MANY_WORDS: u8 = 32;
+
+impl Format {
+    /// Reads a text from its first line on in batches of [`BATCH_ROWS`](crate::BATCH_ROWS).
+    pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<'_, R> {
+        Batches::new(self, bytes)
+    }
+}
+
+/// Iterates over the batches of a text; made by [`Format::batches`].
+pub struct Batches<'a, R> {
+    format: &'a Format,
+    lines: Lines<R>,
+    /// Lines read.
+    count: usize,
+    batch: Batch,
+    /// Words of each column, in order of appearance.
+    words: Vec<Vec<String>>,
+    values: Vec<Option<f64>>,
+    has_blank: bool,
+    has_break: bool,
+    /// Place of the last line within its row.
+    place: Option<usize>,
+    error: Option<io::Error>,
+    is_done: bool,
+}
+
+impl<'a, R: BufRead> Batches<'a, R> {
+    pub(crate) fn new(format: &'a Format, bytes: R) -> Self {
+        let fields = format.columns.len();
+        Batches {
+            format,
+            lines: Lines::new(bytes, format.line_end),
+            count: 0,
+            batch: Batch::new(fields),
+            words: vec![Vec::new(); fields],
+            values: Vec::with_capacity(fields),
+            has_blank: false,
+            has_break: false,
+            place: None,
+            error: None,
+            is_done: false,
+        }
+    }
+
+    /// Reads on until a batch is full and a new row would begin.
+    fn read_batch(&mut self) -> io::Result<Option<Batch>> {
+        while self.error.is_none() {
+            let line = match self.lines.next() {
+                Ok(Some(line)) => line,
+                Ok(None) => break,
+                // What was read before the error is a batch of its own.
+                Err(e) => {
+                    self.error = Some(e);
+                    break;
+                }
+            };
+            self.count += 1;
+            let parser = RowParser {
+                format: self.format,
+                line_number: self.count,
+                batch: &mut self.batch,
+                words: &mut self.words,
+                values: &mut self.values,
+                has_blank: &mut self.has_blank,
+                has_break: &mut self.has_break,
+                place: &mut self.place,
+            };
+            parser.read(&line);
+            // The lines of a row that has begun belong to its batch.
+            let is_whole = matches!(self.format.layout, Layout::Table(_))
+                || self
+                    .place
+                    .is_none_or(|p| self.format.layout.last_place() == p);
+            if self.batch.rows() >= BATCH_ROWS && is_whole {
+                return Ok(Some(self.finish_batch()));
+            }
+        }
+        let is_empty = self.batch.rows() == 0 && self.batch.aside.total() == 0;
+        if !is_empty {
+            return Ok(Some(self.finish_batch()));
+        }
+        self.is_done = true;
+        self.error.take().map_or(Ok(None), Err)
+    }
+
+    fn finish_batch(&mut self) -> Batch {
+        let mut batch = std::mem::replace(&mut self.batch, Batch::new(self.format.columns.len()));
+        let rows = batch.rows();
+        batch
+            .texts
+            .iter_mut()
+            .filter(|t| !t.is_empty())
+            .for_each(|t| t.resize(rows, 0));
+        batch.words.clone_from(&self.words);
+        batch.aside.lines = self.count;
+        self.place = None;
+        batch
+    }
+}
+
+impl<R: BufRead> Iterator for Batches<'_, R> {
+    type Item = io::Result<Batch>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.is_done {
+            return None;
+        }
+        let batch = self.read_batch();
+        batch.transpose()
+    }
+}
+
+/// One line on its way into the batch.
+struct RowParser<'a> {
+    format: &'a Format,
+    line_number: usize,
+    batch: &'a mut Batch,
+    words: &'a mut [Vec<String>],
+    values: &'a mut Vec<Option<f64>>,
+    has_blank: &'a mut bool,
+    has_break: &'a mut bool,
+    place: &'a mut Option<usize>,
+}
+
+impl RowParser<'_> {
+    fn read(mut self, line: &str) {
+        if self.line_number <= self.format.head_lines {
+            return self.set_aside(Reason::Head);
+        }
+        if is_blank(line) {
+            *self.has_blank = true;
+            return self.set_aside(Reason::Blank);
+        }
+        if is_comment(line) {
+            self.read_comment(line);
+            return self.set_aside(Reason::Comment);
+        }
+        match &self.format.layout {
+            Layout::Table(dialect) => self.read_fields(line, *dialect),
+            Layout::Sentences(sentences) => self.read_sentence(line, sentences),
+        }
+    }
+
+    fn set_aside(&mut self, reason: Reason) {
+        self.batch.aside.add(reason, self.line_number);
+    }
+
+    /// `# gap: …` and `# rejected: 3`, as our logger writes them.
+    fn read_comment(&mut self, line: &str) {
+        let text = line.trim_start_matches(['#', '%', '/', ' ']);
+        if text.starts_with("gap:") {
+            *self.has_break = true;
+        } else if let Some(rest) = text.strip_prefix("rejected:") {
+            let count = rest.split_whitespace().next().and_then(|n| n.parse().ok());
+            self.batch.rejected += count.unwrap_or(1);
+        }
+    }
+
+    fn read_fields(mut self, line: &str, dialect: Dialect) {
+        self.values.clear();
+        let mut has_text = false;
+        let mut cells = fields(line, dialect.delimiter);
+        loop {
+            let is_read = self.format.is_read.get(self.values.len()).copied();
+            let cell = if is_read == Some(true) {
+                cells.next_cell(dialect.decimal_comma)
+            } else {
+                cells.next().map(|_| Some(f64::NAN))
+            };
+            let Some(value) = cell else { break };
+            has_text |= value.is_none();
+            self.values.push(value);
+        }
+        if self.values.len() != dialect.fields {
+            return self.set_aside(Reason::Width);
+        }
+        if !self.values.iter().flatten().any(|v| v.is_finite()) {
+            *self.has_break |= has_text;
+            return self.set_aside(Reason::NoNumbers);
+        }
+        self.begin_row();
+        for (c, value) in self
+            .values
+            .iter()
+            .enumerate()
+            .filter(|(c, _)| self.format.is_read[*c])
+        {
+            self.batch.columns[c].push(value.unwrap_or(f64::NAN));
+        }
+        if has_text {
+            for (c, field) in fields(line, dialect.delimiter).enumerate() {
+                if self.values[c].is_none() {
+                    self.push_word(c, field);
+                }
+            }
+        }
+    }
+
+    fn push_word(&mut self, column: usize, word: &str) {
+        let known = &mut self.words[column];
+        let at = known.iter().position(|w| w == word).unwrap_or(known.len());
+        if at == known.len() && at < usize::from(MANY_WORDS) {
+            known.push(word.to_owned());
+        }
+        let code = u8::try_from(at + 1).unwrap_or(MANY_WORDS).min(MANY_WORDS);
+        let texts = &mut self.batch.texts[column];
+        texts.resize(self.batch.lines.len() - 1, 0);
+        texts.push(code);
+    }
+
+    fn read_sentence(mut self, line: &str, sentences: &Sentences) {
+        let line = sentences.normalise(line);
+        let Some(sentence) = sentences.parse(&line) else {
+            return self.set_aside(Reason::NoNumbers);
+        };
+        if self.place.is_none_or(|last| sentence.place <= last) {
+            self.begin_row();
+            let columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
+            columns
+                .filter(|(_, is_read)| **is_read)
+                .for_each(|(c, _)| c.push(f64::NAN));
+        } else {
+            *self.has_blank = false;
+            self.set_aside(Reason::Continuation);
+        }
+        *self.place = Some(sentence.place);
+        for (k, number) in sentence.numbers.iter().enumerate() {
+            let cell = self.batch.columns[sentence.first_slot + k].last_mut();
+            if let (Some(cell), Some(value)) = (cell, parse_cell(number, false)) {
+                *cell = value;
+            }
+        }
+    }
+
+    fn begin_row(&mut self) {
+        let row = self.batch.rows();
+        if std::mem::take(self.has_break) {
+            self.batch.breaks.push(row);
+        }
+        if std::mem::take(self.has_blank) {
+            self.batch.blanks.push(row);
+        }
+        self.batch
+            .lines
+            .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
+    }
+}

@@ -1,0 +1,182 @@
+//! How the fields of a line are parted.
+
+use std::collections::BTreeMap;
+
+use memchr::memchr;
+
+use super::number::{finite, parse_cell};
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Delimiter {
+    Byte(u8),
+    Whitespace,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Dialect {
+    pub delimiter: Delimiter,
+    pub decimal_comma: bool,
+    pub fields: usize,
+}
+
+/// The fields of a line, without blanks and quotes around them.
+pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
+    Fields {
+        rest: Some(line),
+        delimiter,
+        has_quotes: memchr(b'"', line.as_bytes()).is_some(),
+    }
+}
+
+pub(crate) struct Fields<'a> {
+    rest: Option<&'a str>,
+    delimiter: Delimiter,
+    has_quotes: bool,
+}
+
+impl Fields<'_> {
+    /// The next field as [`parse_cell`] reads it; mostly a number that ends at the delimiter.
+    pub(crate) fn next_cell(&mut self, decimal_comma: bool) -> Option<Option<f64>> {
+        if let Delimiter::Byte(delimiter) = self.delimiter
+            && let Some(rest) = self.rest
+            && let Ok((value, n)) = fast_float2::parse_partial(rest)
+            && rest.as_bytes().get(n).is_none_or(|b| *b == delimiter)
+        {
+            self.rest = rest.get(n + 1..);
+            return Some(Some(finite(value)));
+        }
+        self.next().map(|field| parse_cell(field, decimal_comma))
+    }
+}
+
+impl<'a> Iterator for Fields<'a> {
+    type Item = &'a str;
+
+    fn next(&mut self) -> Option<&'a str> {
+        let rest = self.rest?;
+        match self.delimiter {
+            Delimiter::Whitespace => {
+                let rest = rest.trim_ascii_start();
+                let end = rest.bytes().position(|b| b.is_ascii_whitespace());
+                self.rest = end.map(|end| &rest[end..]);
+                Some(&rest[..end.unwrap_or(rest.len())]).filter(|f| !f.is_empty())
+            }
+            Delimiter::Byte(delimiter) => {
+                let end = if self.has_quotes {
+                    let mut quoted = false;
+                    rest.bytes().position(|b| {
+                        quoted ^= b == b'"';
+                        b == delimiter && !quoted
+                    })
+                } else {
+                    rest.bytes().position(|b| b == delimiter)
+                };
+                self.rest = end.map(|end| &rest[end + 1..]);
+                let field = trim(&rest[..end.unwrap_or(rest.len())]);
+                Some(if self.has_quotes {
+                    trim(field.trim_matches('"'))
+                } else {
+                    field
+                })
+            }
+        }
+    }
+}
+
+/// Without blanks, and without the NUL bytes that a torn write leaves.
+fn trim(field: &str) -> &str {
+    let is_edge = |b: &u8| b.is_ascii_whitespace() || *b == 0;
+    let bytes = field.as_bytes();
+    if bytes.first().is_some_and(is_edge) || bytes.last().is_some_and(is_edge) {
+        field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0')
+    } else {
+        field
+    }
+}
+
+/// Counts of fields, finite numbers and texts of a line.
+#[derive(Default)]
+struct Tally {
+    fields: usize,
+    numbers: usize,
+    texts: usize,
+}
+
+impl Tally {
+    fn count(line: &str, delimiter: Delimiter, decimal_comma: bool) -> Self {
+        let mut tally = Tally::default();
+        for field in fields(line, delimiter) {
+            tally.fields += 1;
+            match parse_cell(field, decimal_comma) {
+                Some(v) if v.is_finite() => tally.numbers += 1,
+                Some(_) => {}
+                None => tally.texts += 1,
+            }
+        }
+        tally
+    }
+
+    fn is_row(&self) -> bool {
+        self.numbers >= 3 || self.numbers >= 2 && self.numbers > self.texts
+    }
+}
+
+impl Dialect {
+    pub(crate) fn is_row(self, line: &str) -> bool {
+        let tally = Tally::count(line, self.delimiter, self.decimal_comma);
+        tally.fields == self.fields && tally.is_row() && !is_comment(line)
+    }
+
+    /// The delimiter and decimal sign under which most lines are rows of one width.
+    pub(crate) fn sniff(lines: &[&str]) -> Option<Dialect> {
+        const CANDIDATES: [(Delimiter, bool); 8] = [
+            (Delimiter::Byte(b','), false),
+            (Delimiter::Byte(b';'), false),
+            (Delimiter::Byte(b'\t'), false),
+            (Delimiter::Byte(b'|'), false),
+            (Delimiter::Whitespace, false),
+            (Delimiter::Byte(b';'), true),
+            (Delimiter::Byte(b'\t'), true),
+            (Delimiter::Whitespace, true),
+        ];
+        let mut best: Option<((usize, usize), Dialect)> = None;
+        for (delimiter, decimal_comma) in CANDIDATES {
+            // Rows and numbers of each width.
+            let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+            for line in lines.iter().filter(|l| !is_comment(l)) {
+                let tally = Tally::count(line, delimiter, decimal_comma);
+                if tally.fields >= 3 && tally.is_row() {
+                    let entry = widths.entry(tally.fields).or_default();
+                    entry.0 += 1;
+                    entry.1 += tally.numbers;
+                }
+            }
+            let widest = widths
+                .into_iter()
+                .max_by_key(|(fields, score)| (score.0, *fields));
+            let Some((fields, score)) = widest else {
+                continue;
+            };
+            if best.is_none_or(|(best_score, _)| score > best_score) {
+                best = Some((
+                    score,
+                    Dialect {
+                        delimiter,
+                        decimal_comma,
+                        fields,
+                    },
+                ));
+            }
+        }
+        best.map(|b| b.1)
+    }
+}
+
+pub(crate) fn is_comment(line: &str) -> bool {
+    line.starts_with(['#', '%']) || line.starts_with("//")
+}
+
+/// A line without a letter or digit parts blocks of rows.
+pub(crate) fn is_blank(line: &str) -> bool {
+    !line.bytes().any(|b| b.is_ascii_alphanumeric() || b >= 0x80)
+}

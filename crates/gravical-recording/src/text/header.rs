@@ -1,0 +1,115 @@
+//! Names and units of the columns, from the lines above the rows.
+
+use super::dialect::{Delimiter, Dialect, fields};
+use super::number::parse_cell;
+use super::roles::is_counter;
+use crate::units::{AccelUnit, GyroUnit, is_unit};
+
+/// Rows by which a column without a name is told.
+const ROWS: usize = 400;
+
+/// Names and units of the columns, from the lines above the rows.
+pub(crate) struct Header {
+    pub names: Vec<String>,
+    pub units: Vec<String>,
+}
+
+impl Header {
+    pub(crate) fn parse(above: &[&str], rows: &[&str], dialect: Dialect) -> Self {
+        let parts = |i: usize| header_fields(above[i], dialect);
+        let mut end = above.len();
+        let mut units = Vec::new();
+        while end > 1
+            && let Some(row) = parts(end - 1).filter(|f| is_row_of_units(f))
+            && parts(end - 2).is_some()
+        {
+            let has_unit =
+                |u: &String| AccelUnit::parse(u).is_some() || GyroUnit::parse(u).is_some();
+            if row.iter().any(has_unit) {
+                units = row;
+            }
+            end -= 1;
+        }
+        let has_letter = |n: &&String| n.chars().any(char::is_alphabetic);
+        let is_named = |f: &Vec<String>| f.iter().filter(has_letter).count() * 2 > f.len();
+        let names = end
+            .checked_sub(1)
+            .and_then(parts)
+            .filter(is_named)
+            .unwrap_or_default();
+        let mut header = Header { names, units };
+        if end > 1
+            && let Some(upper) = parts(end - 2)
+        {
+            header.join(&upper);
+        }
+        header.fill_up(rows, dialect);
+        header
+    }
+
+    /// A header of two rows: sensor above, axis below, each more than once.
+    fn join(&mut self, upper: &[String]) {
+        let repeats = |f: &[String]| f.iter().enumerate().any(|(i, n)| f[..i].contains(n));
+        if upper.len() == self.names.len() && repeats(upper) && repeats(&self.names) {
+            for (name, upper) in self.names.iter_mut().zip(upper) {
+                *name = format!("{upper}.{name}");
+            }
+        }
+    }
+
+    /// A header one name short: an index without a name, or a delimiter at the end of the rows.
+    fn fill_up(&mut self, rows: &[&str], dialect: Dialect) {
+        if self.names.is_empty() || self.names.len() >= dialect.fields {
+            return;
+        }
+        let mut is_open = true;
+        let mut index = Vec::new();
+        for row in rows.iter().filter(|l| dialect.is_row(l)).take(ROWS) {
+            let cells: Vec<&str> = fields(row, dialect.delimiter).collect();
+            is_open &= cells.last().is_some_and(|f| f.is_empty());
+            index.extend(parse_cell(cells[0], dialect.decimal_comma));
+        }
+        let is_index = !is_open && is_counter(&index);
+        self.names
+            .insert(if is_index { 0 } else { dialect.fields - 1 }, String::new());
+    }
+}
+
+/// The fields of a line of the header, which may have another delimiter than the rows.
+fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
+    let text = line.trim_start_matches(['#', '%', '/', ' ']);
+    let delimiters = [
+        dialect.delimiter,
+        Delimiter::Byte(b'\t'),
+        Delimiter::Byte(b','),
+        Delimiter::Byte(b';'),
+    ];
+    for delimiter in delimiters {
+        let mut parts: Vec<String> = fields(text, delimiter).map(str::to_owned).collect();
+        if parts.len() == dialect.fields + 1 {
+            parts.pop_if(|last| last.is_empty());
+        }
+        let is_own = delimiter == dialect.delimiter;
+        let is_one_short = is_own && parts.len() + 1 == dialect.fields;
+        if parts.len() == dialect.fields || is_one_short {
+            return Some(parts).filter(|p| !is_prose(p, delimiter));
+        }
+    }
+    // Names with blanks in them, set apart by two.
+    let parts = text.split("  ").map(str::trim).filter(|f| !f.is_empty());
+    let parts: Vec<String> = parts.map(str::to_owned).collect();
+    (parts.len() == dialect.fields).then_some(parts)
+}
+
+/// Words of a sentence: `calibrating, keep it still...`.
+fn is_prose(parts: &[String], delimiter: Delimiter) -> bool {
+    delimiter == Delimiter::Whitespace && parts.iter().any(|p| p.ends_with([',', '.', '!', '?']))
+}
+
+fn is_row_of_units(parts: &[String]) -> bool {
+    const OTHERS: [&str; 8] = ["CAL", "mV", "kPa", "n/a", "uT", "uS", "kOhms", "local_flux"];
+    let is_known = |u: &&String| {
+        u.is_empty() || is_unit(u) || OTHERS.contains(&u.as_str()) || *u == "no_units"
+    };
+    parts.iter().filter(is_known).count() * 10 >= parts.len() * 7
+}

@@ -1,0 +1,324 @@
+//! What the name of a column says.
+
+use crate::units::{AccelUnit, GyroUnit, is_celsius};
+
+/// What a column holds. Axes are 0, 1, 2 for x, y, z.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Role {
+    /// Time of the row
+    Time,
+    /// Time since the row before
+    Step,
+    /// Specific force along an axis
+    Accel(usize),
+    /// Angular rate about an axis
+    Gyro(usize),
+    /// Temperature
+    Temperature,
+    /// Name of the placement or section
+    Label,
+    /// Anything else
+    Other,
+}
+
+/// A column as its name, or the row of units, describes it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Column {
+    /// What it holds
+    pub role: Role,
+    /// Unit as written, lower case; empty if none is given
+    pub unit: String,
+    /// Words of the name beside quantity and axis: tells several sensors apart
+    pub sensor: String,
+    /// Acceleration from which gravity was removed
+    pub is_linear: bool,
+    /// The cells are dates or times of day, which count in seconds
+    pub is_dated: bool,
+}
+
+const ACCEL: &[&str] = &["a", "ac", "acc", "accl", "acce", "xl", "alpha"];
+const GYRO: &[&str] = &[
+    "g", "gy", "gyr", "w", "omega", "rate", "rot", "rotation", "angular",
+];
+const TIME: &[&str] = &[
+    "t",
+    "ts",
+    "time",
+    "stamp",
+    "timestamp",
+    "timestamps",
+    "epoch",
+    "epoc",
+    "clock",
+    "elapsed",
+    "gpst",
+    "date",
+    "datetime",
+    "utc",
+    "millis",
+    "micros",
+    "seconds",
+    "us",
+    "ms",
+    "ns",
+    "s",
+];
+const TIME_UNITS: &[&str] = &[
+    "us", "ms", "ns", "s", "nanosec", "micros", "millis", "seconds",
+];
+const STEP: &[&str] = &["dt", "delta", "deltat", "diff"];
+const LABEL: &[&str] = &["label", "part", "section", "pose", "face", "placement"];
+/// Words of quantities that have axes too, or belong to a result.
+const FOREIGN: &[&str] = &[
+    "mag",
+    "magnetometer",
+    "baro",
+    "pressure",
+    "quat",
+    "orientation",
+    "euler",
+    "cov",
+    "covariance",
+    "pos",
+    "vel",
+    "gravity",
+    "std",
+    "sd",
+    "variance",
+    "velocity3d",
+    "position3d",
+    "true",
+];
+const UNIT_WORDS: &[&str] = &[
+    "g", "mg", "mps2", "ms2", "m", "s2", "rad", "deg", "dps", "s", "ms", "us", "ns", "c", "counts",
+    "cal", "2",
+];
+
+/// `accX_raw` → `acc`, `x`, `raw`.
+pub(crate) fn words(name: &str) -> Vec<String> {
+    let mut out = vec![String::new()];
+    let mut before = ' ';
+    for c in name.chars() {
+        let begins = c.is_uppercase() && before.is_lowercase()
+            || c.is_ascii_digit() && before.is_alphabetic();
+        if !c.is_alphanumeric() || begins {
+            out.push(String::new());
+        }
+        if c.is_alphanumeric()
+            && let Some(word) = out.last_mut()
+        {
+            word.extend(c.to_lowercase());
+        }
+        before = c;
+    }
+    out.retain(|w| !w.is_empty());
+    out
+}
+
+pub(crate) fn axis(word: &str) -> Option<usize> {
+    ["x", "y", "z"].iter().position(|a| *a == word)
+}
+
+/// The sensor that a word names: `Accel(0)` or `Gyro(0)`, to be given its axis.
+fn sensor(word: &str) -> Option<fn(usize) -> Role> {
+    if ACCEL.contains(&word) || word.starts_with("accel") {
+        Some(Role::Accel)
+    } else if GYRO.contains(&word) || word.starts_with("gyro") || word.starts_with("angularvel") {
+        Some(Role::Gyro)
+    } else {
+        None
+    }
+}
+
+pub(crate) fn names_sensor(word: &str) -> bool {
+    sensor(word).is_some()
+}
+
+/// Name and unit in brackets: `accX (g)` → `accX `, `g`.
+fn split_unit(name: &str) -> (String, String) {
+    match (name.find(['(', '[']), name.rfind([')', ']'])) {
+        (Some(a), Some(b)) if b > a => (
+            format!("{} {}", &name[..a], &name[b + 1..]),
+            name[a + 1..b].to_lowercase(),
+        ),
+        _ => (name.to_owned(), String::new()),
+    }
+}
+
+impl Column {
+    fn new(role: Role, unit: String) -> Self {
+        Column {
+            role,
+            unit,
+            sensor: String::new(),
+            is_linear: false,
+            is_dated: false,
+        }
+    }
+
+    /// What a name says by known words.
+    pub(crate) fn from_name(name: &str) -> Self {
+        let (outside, unit) = split_unit(name);
+        let words = words(&outside);
+        if words.iter().any(|w| FOREIGN.contains(&w.as_str())) {
+            return Column::new(Role::Other, unit);
+        }
+        let linear = words
+            .iter()
+            .any(|w| matches!(w.as_str(), "linear" | "lin" | "user" | "free"))
+            && !words.iter().any(|w| w == "field")
+            && !outside.contains(['_', '.']);
+        let found = axis_in_word(&words, &unit).or_else(|| axis_apart(&words, &unit));
+        match found {
+            Some(column) => Column {
+                is_linear: linear,
+                ..column
+            },
+            None if words.iter().any(|w| axis(w).is_some()) => Column::new(Role::Other, unit),
+            None => without_axis(&words, unit),
+        }
+    }
+}
+
+/// `ax`, `gyroz`, `gFx`, `zacc`: sensor and axis in one word.
+fn axis_in_word(words: &[String], unit: &str) -> Option<Column> {
+    for at in (0..words.len()).rev() {
+        let word = &words[at];
+        if words.get(at + 1).is_some_and(|next| axis(next).is_some()) {
+            continue; // `GyX` is no `gy`
+        }
+        let last_at = word.char_indices().next_back()?.0;
+        let (stem, last) = word.split_at(last_at);
+        let is_g_force = stem == "gf" || stem == "f" && at > 0 && words[at - 1] == "g";
+        let role = if is_g_force {
+            Some(Role::Accel as fn(usize) -> Role)
+        } else {
+            sensor(stem)
+        };
+        if let (Some(axis), Some(role)) = (axis(last), role) {
+            let rest: Vec<&str> = words
+                .iter()
+                .filter(|w| *w != word && *w != "g")
+                .map(String::as_str)
+                .collect();
+            let sensor = rest.join(" ");
+            return Some(Column {
+                sensor,
+                ..Column::new(role(axis), unit.to_owned())
+            });
+        }
+    }
+    None
+}
+
+/// The axis as a word of its own, as an index in brackets, or as the last digit.
+fn axis_apart(words: &[String], unit: &str) -> Option<Column> {
+    let index = unit.parse::<usize>().ok().filter(|i| *i < 3);
+    let (at, axis) = if let Some(at) = words.iter().rposition(|w| axis(w).is_some()) {
+        (at, axis(&words[at])?)
+    } else if let Some(index) = index {
+        (words.len(), index)
+    } else {
+        let digit = words.last()?.parse().ok().filter(|i| *i < 3)?;
+        (words.len() - 1, digit)
+    };
+    // A single letter is a sensor only before its axis: `x_g` is in g.
+    let (named_at, role) = (0..words.len())
+        .filter(|k| *k < at || *k != at && words[*k].len() > 1)
+        .filter_map(|k| Some((k, sensor(&words[k])?)))
+        .max_by_key(|(k, _)| words[*k].len())?;
+    let rest = words
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| *k != at && *k != named_at);
+    let (units, others): (Vec<&str>, Vec<&str>) = rest
+        .map(|(_, w)| w.as_str())
+        .partition(|w| UNIT_WORDS.contains(w));
+    let unit = if unit.is_empty() || index.is_some() {
+        units.join("/")
+    } else {
+        unit.to_owned()
+    };
+    Some(Column {
+        sensor: others.join(" "),
+        ..Column::new(role(axis), unit)
+    })
+}
+
+fn without_axis(words: &[String], unit: String) -> Column {
+    let has = |list: &[&str]| words.iter().any(|w| list.contains(&w.as_str()));
+    let is_temperature = has(&["temperature", "tmp"]) || words.iter().any(|w| w.ends_with("temp"));
+    let role = match () {
+        _ if has(STEP) => Role::Step,
+        _ if has(TIME) || words.iter().any(|w| w.contains("time") && w != "uptime") => Role::Time,
+        _ if is_temperature || is_celsius(&unit) => Role::Temperature,
+        _ if has(LABEL) => Role::Label,
+        _ => Role::Other,
+    };
+    let unit = if unit.is_empty() {
+        words
+            .iter()
+            .filter_map(|w| time_unit(w))
+            .collect::<Vec<_>>()
+            .join(" ")
+    } else {
+        unit
+    };
+    Column::new(role, unit)
+}
+
+/// `us` of `us`, `timeus` and `ustime`.
+fn time_unit(word: &str) -> Option<&'static str> {
+    TIME_UNITS.iter().copied().find(|unit| {
+        word == *unit
+            || word.strip_prefix("time") == Some(unit)
+            || word.strip_suffix("time") == Some(unit)
+    })
+}
+
+/// What unit and last letter say where no word is known: `Beschleunigung x (m/s^2)`, `x_g`.
+pub(crate) fn role_from_unit(name: &str, unit: &str, is_gyro_file: bool) -> Option<Role> {
+    let (outside, _) = split_unit(name);
+    let mut words = words(&outside);
+    if words.iter().any(|w| FOREIGN.contains(&w.as_str())) {
+        return None;
+    }
+    let mut unit = unit.to_owned();
+    while words.len() > 1
+        && let Some(word) = words.pop_if(|w| UNIT_WORDS.contains(&w.as_str()) || w == "axis")
+    {
+        if unit.is_empty() && word != "axis" {
+            unit = word;
+        }
+    }
+    let last = words.last()?;
+    let axis = axis(&last[last.char_indices().next_back()?.0..])?;
+    let is_bare = words.len() == 1 && last.len() == 1;
+    let is_axis_word = last.len() == 1 || !last.is_ascii();
+    let is_accel = AccelUnit::parse(&unit).is_some();
+    match () {
+        _ if is_axis_word && !is_accel && GyroUnit::parse(&unit).is_some() => {
+            Some(Role::Gyro(axis))
+        }
+        _ if is_bare && is_gyro_file => Some(Role::Gyro(axis)),
+        _ if is_bare || is_accel && is_axis_word => Some(Role::Accel(axis)),
+        _ => None,
+    }
+}
+
+/// Rate that the lines above the rows state: `Sample Rate: 128 Hz`.
+pub(crate) fn stated_rate_hz(metadata: &[String]) -> Option<f64> {
+    const RATE: [&str; 6] = ["rate", "fs", "odr", "at", "frequency", "sampling"];
+    metadata.iter().find_map(|line| {
+        let line = line.to_lowercase();
+        let words: Vec<&str> = line
+            .split(|c: char| !(c.is_alphanumeric() || c == '.'))
+            .filter(|w| !w.is_empty())
+            .collect();
+        let at = words.iter().position(|w| RATE.contains(w))?;
+        let is_rate = line.contains("hz") || matches!(words[at], "rate" | "fs");
+        let number = |w: &&str| w.trim_end_matches("hz").parse::<f64>().ok();
+        let value = words[at + 1..].iter().take(3).find_map(number);
+        value.filter(|rate| is_rate && *rate > 0.01 && *rate < 1e6)
+    })
+}

@@ -1,0 +1,183 @@
+//! One cell: a number, a date, nothing, or text.
+
+/// Value of a cell: NaN where it is empty or not finite, `None` where it is text.
+///
+/// A date counts as seconds since 1970, a time of day as seconds since midnight.
+pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
+    if let Ok(value) = fast_float2::parse::<f64, _>(field) {
+        return Some(finite(value));
+    }
+    if is_missing(field) {
+        return Some(f64::NAN);
+    }
+    if decimal_comma
+        && field.contains(',')
+        && let Some(value) = parse_with_comma(field)
+    {
+        return Some(value);
+    }
+    if let Some(rest) = field.strip_prefix('\u{2212}') {
+        return parse_cell(rest, decimal_comma).map(|v| -v);
+    }
+    parse_date(field)
+}
+
+/// NaN for what is no measurement: infinity, or a torn exponent.
+pub(crate) fn finite(value: f64) -> f64 {
+    if value.abs() < 1e100 { value } else { f64::NAN }
+}
+
+fn is_missing(field: &str) -> bool {
+    const MISSING: [&str; 6] = ["na", "n/a", "null", "none", "-", "ovf"];
+    field.is_empty() || field.len() <= 4 && MISSING.iter().any(|m| field.eq_ignore_ascii_case(m))
+}
+
+fn parse_with_comma(field: &str) -> Option<f64> {
+    let mut buffer = [0; 40];
+    let text = buffer.get_mut(..field.len())?;
+    text.copy_from_slice(field.as_bytes());
+    *text.iter_mut().find(|b| **b == b',')? = b'.';
+    fast_float2::parse(&*text).ok()
+}
+
+/// Seconds since 1970, or since midnight for a time of day (`mm:ss.f` counts from the hour).
+fn parse_date(text: &str) -> Option<f64> {
+    if !text.as_bytes().first()?.is_ascii_digit() || !text.contains(':') {
+        return None;
+    }
+    let (day, time) = match text.split_once(['T', ' ']) {
+        Some((day, time)) if day.len() > 5 && !day.contains(':') => (Some(day), time),
+        _ => (None, text),
+    };
+    let zone_at = time
+        .find(['Z', '+', '-', 'A', 'P', 'a', 'p'])
+        .unwrap_or(time.len());
+    let (clock, zone) = time.split_at(zone_at);
+    if !zone
+        .chars()
+        .all(|c| c.is_ascii_digit() || "Z+-:AaPpMm. ".contains(c))
+    {
+        return None;
+    }
+    let (h, m, s) = parse_clock(clock.trim())?;
+    let h = match zone.as_bytes() {
+        [b'a' | b'A', ..] => h % 12.0,
+        [b'p' | b'P', ..] => h % 12.0 + 12.0,
+        _ => h % 24.0,
+    };
+    Some(day.map_or(Some(0.0), parse_day)? + h * 3600.0 + m * 60.0 + s)
+}
+
+/// `h:m:s.f`, `h:m:s:ffff` (fraction behind a colon), `m:s.f` or `h:m`.
+fn parse_clock(text: &str) -> Option<(f64, f64, f64)> {
+    let (whole, fraction) = match text.rsplit_once(['.', ',']) {
+        Some(parts) => parts,
+        None if text.matches(':').count() == 3 => text.rsplit_once(':')?,
+        None => (text, ""),
+    };
+    let mut parts = [0.0; 3];
+    let mut count = 0;
+    for part in whole.split(':') {
+        *parts.get_mut(count)? = f64::from(part.parse::<u32>().ok()?);
+        count += 1;
+    }
+    let fraction_s = match fraction {
+        "" => 0.0,
+        f if f.bytes().all(|b| b.is_ascii_digit()) => {
+            f.parse::<f64>().ok()? / 10_f64.powi(i32::try_from(f.len()).ok()?)
+        }
+        _ => return None,
+    };
+    match count {
+        3 => Some((parts[0], parts[1], parts[2] + fraction_s)),
+        2 if !fraction.is_empty() => Some((0.0, parts[0], parts[1] + fraction_s)),
+        2 => Some((parts[0], parts[1], 0.0)),
+        _ => None,
+    }
+}
+
+/// Seconds from 1970 to a day: `2024-3-1`, `1.3.2024`, `3/1/2024` (month first unless it cannot
+/// be), `01-Mar-2024`.
+fn parse_day(day: &str) -> Option<f64> {
+    let mut parts = [0; 3];
+    let mut count = 0;
+    let mut has_name = false;
+    for part in day.split(['-', '/', '.']) {
+        *parts.get_mut(count)? = match part.parse::<u16>() {
+            Ok(n) => i64::from(n),
+            Err(_) => {
+                has_name = true;
+                month(part)?
+            }
+        };
+        count += 1;
+    }
+    let [a, b, c] = parts;
+    let (year, month, day) = match () {
+        _ if count < 3 => return None,
+        _ if a > 31 => (a, b, c),
+        _ if a > 12 || has_name || day.contains('.') => (c, b, a),
+        _ => (c, a, b),
+    };
+    // Days of the civil calendar, years beginning in March (Hinnant, chrono-compatible algorithms).
+    let (year, month) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
+    let days = 365 * year + year / 4 - year / 100 + year / 400 + (month * 306 + 5) / 10 + day - 1;
+    Some((days - 719_468) as f64 * 86_400.0)
+}
+
+fn month(name: &str) -> Option<i64> {
+    const MONTHS: [&str; 12] = [
+        "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
+    ];
+    let word: String = name.to_lowercase().chars().take(3).collect();
+    let word = match word.as_str() {
+        "mär" | "mrz" => "mar",
+        "mai" => "may",
+        "okt" => "oct",
+        "dez" => "dec",
+        word => word,
+    };
+    MONTHS.iter().position(|m| *m == word).map(|m| m as i64 + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_numbers_dates_nothing_or_text() {
+        for (text, value) in [
+            ("-0.50", -0.5),
+            ("+1", 1.0),
+            (".5", 0.5),
+            ("1.4e+3", 1400.0),
+            ("\u{2212}2", -2.0),
+            ("1970-01-02T00:00:01.25Z", 86_401.25),
+            ("01-Mar-2024 10:00:00.040", 1_709_287_200.04),
+            ("1.3.2024 10:00:00,040", 1_709_287_200.04),
+            ("3/1/2024 10:00:00 PM", 1_709_330_400.0),
+            ("11:41:59:3050", 42_119.305),
+            ("00:01,04", 1.04),
+        ] {
+            assert_eq!(parse_cell(text, false), Some(value), "{text}");
+        }
+        assert_eq!(parse_cell("-3,25", true), Some(-3.25));
+        for text in ["", "NaN", "null", "inf", "1e300"] {
+            assert!(parse_cell(text, false).is_some_and(f64::is_nan), "{text}");
+        }
+        for text in [
+            "ax",
+            "1.5.2",
+            "-3,25",
+            "12:xx",
+            "99999-1-1 1:1:1",
+            "1-1-1-1 1:1",
+        ] {
+            assert_eq!(parse_cell(text, false), None, "{text}");
+        }
+    }
+}

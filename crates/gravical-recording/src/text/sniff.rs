@@ -1,0 +1,156 @@
+//! From the head of a file to its format.
+
+use super::batch::Batch;
+use super::batches::MANY_WORDS;
+use super::dialect::{Dialect, fields, is_blank};
+use super::format::{Format, Layout};
+use super::header::Header;
+use super::lines::trim_end;
+use super::names::stated_rate_hz;
+use super::number::parse_cell;
+use super::roles;
+use super::words::Sentences;
+use crate::error::{Error, Kind};
+use crate::units::is_unit;
+
+/// Lines by which the dialect is told.
+const DIALECT_LINES: usize = 400;
+
+/// Reads the head of a file, as UTF-8; the name of the file may tell the sensor.
+///
+/// # Errors
+///
+/// There is no table of samples, its columns are not understood, there is no accelerometer, or the
+/// file holds counts per epoch.
+pub fn sniff(head: &str, file_name: &str) -> Result<Format, Error> {
+    let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
+    let lines: Vec<&str> = head.split(char::from(line_end)).map(trim_end).collect();
+    let table = Format::table(&lines, line_end)
+        .ok_or_else(|| Kind::NoTable.into())
+        .and_then(|format| format.with_roles(head, file_name));
+    match &table {
+        Ok((_, is_wordy)) if !is_wordy => {}
+        Err(e) if !e.may_be_words() => {}
+        _ => {
+            let words = Format::sentences(&lines, line_end);
+            if let Some(Ok((format, _))) = words.map(|f| f.with_roles(head, file_name)) {
+                return Ok(format);
+            }
+        }
+    }
+    table.map(|(format, _)| format)
+}
+
+impl Format {
+    fn with_head(mut self, lines: &[&str], head_lines: usize, first_row: &[&str]) -> Self {
+        self.head_lines = head_lines;
+        self.metadata = lines[..head_lines]
+            .iter()
+            .map(|l| (*l).to_owned())
+            .collect();
+        self.rate_hz = stated_rate_hz(&self.metadata);
+        for (column, cell) in self.columns.iter_mut().zip(first_row) {
+            column.is_dated = cell.contains(':');
+        }
+        self
+    }
+
+    fn table(lines: &[&str], line_end: u8) -> Option<Self> {
+        let head = &lines[..lines.len().min(DIALECT_LINES)];
+        let dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
+        let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
+        let above: Vec<&str> = lines[..head_lines]
+            .iter()
+            .copied()
+            .filter(|l| !is_blank(l))
+            .collect();
+        let header = Header::parse(&above, &lines[head_lines..], dialect);
+        let mut format = Format::new(
+            Layout::Table(dialect),
+            line_end,
+            header.names,
+            dialect.fields,
+        );
+        for (column, unit) in format.columns.iter_mut().zip(&header.units) {
+            // `S_Timestamp_CAL` is not in seconds if the row of units says ms.
+            if column.unit.is_empty() || is_unit(unit) {
+                column.unit = unit.to_lowercase();
+            }
+        }
+        let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
+        Some(format.with_head(lines, head_lines, &first_row))
+    }
+
+    fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
+        let sentences = Sentences::sniff(lines)?;
+        let is_first = |l: &str| sentences.parse(&sentences.normalise(l)).is_some();
+        let head_lines = lines.iter().position(|l| is_first(l))?;
+        let names = sentences.names(lines);
+        let fields = sentences.slots;
+        let mut first_row = vec![String::new(); fields];
+        for line in lines[head_lines..].iter().take(1 + sentences.last_place()) {
+            let line = sentences.normalise(line);
+            let Some(sentence) = sentences.parse(&line) else {
+                continue;
+            };
+            for (k, number) in sentence.numbers.iter().enumerate() {
+                first_row[sentence.first_slot + k] = (*number).to_owned();
+            }
+        }
+        let names = if names.iter().all(String::is_empty) {
+            Vec::new()
+        } else {
+            names
+        };
+        let format = Format::new(Layout::Sentences(sentences), line_end, names, fields);
+        let first_row: Vec<&str> = first_row.iter().map(String::as_str).collect();
+        Some(format.with_head(lines, head_lines, &first_row))
+    }
+
+    /// Assigns roles by names and by the rows of the head. True if a column of text always
+    /// differs: perhaps numbers wrapped in words.
+    fn with_roles(mut self, head: &str, file_name: &str) -> Result<(Self, bool), Error> {
+        if counts_epochs(&self.metadata) {
+            return Err(Kind::EpochsOfCounts.into());
+        }
+        let sample = self.batches(head.as_bytes()).next().transpose();
+        let mut sample = sample.ok().flatten().ok_or(Kind::NoTable)?;
+        if let Some(rate_hz) = start_and_rate(&sample) {
+            self.rate_hz = Some(rate_hz);
+            self.head_lines = sample.lines[1] as usize;
+            let sample_again = self.batches(head.as_bytes()).next().transpose();
+            sample = sample_again.ok().flatten().ok_or(Kind::NoTable)?;
+        }
+        let is_wordy = sample.texts.iter().any(|t| t.contains(&MANY_WORDS));
+        roles::assign(&mut self, &sample, file_name)?;
+        self.is_read = (0..self.columns.len()).map(|c| self.asks_for(c)).collect();
+        Ok((self, is_wordy))
+    }
+}
+
+/// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`.
+fn counts_epochs(metadata: &[String]) -> bool {
+    metadata
+        .iter()
+        .filter(|l| l.to_lowercase().contains("epoch"))
+        .any(|line| {
+            let words = line
+                .split([' ', ',', ';', '\t'])
+                .filter(|w| w.contains(':'));
+            words.filter_map(|w| parse_cell(w, false)).any(|s| s > 0.0)
+        })
+}
+
+/// Empatica: the start in all columns, then the rate in all columns. Returns the rate in Hz.
+fn start_and_rate(sample: &Batch) -> Option<f64> {
+    let common = |row: usize| {
+        let first = sample.columns.first()?.get(row)?;
+        sample
+            .columns
+            .iter()
+            .all(|c| c.get(row) == Some(first))
+            .then_some(*first)
+    };
+    let (start_s, rate_hz) = (common(0)?, common(1)?);
+    (start_s > 1e9 && rate_hz > 0.0 && sample.rows() > 2).then_some(rate_hz)
+}

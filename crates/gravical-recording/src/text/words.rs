@@ -1,0 +1,344 @@
+//! Numbers wrapped in words: a logger that prints sentences.
+//!
+//! The constant text of a line is its skeleton; lines of one to four skeletons take turns. Each
+//! number is a slot, and a slot is a column named by the words before it.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use super::names::{Column, Role, axis, names_sensor, words};
+use super::number::parse_cell;
+use super::slots::{SLOT, is_decorated, skeleton};
+use crate::units::is_unit;
+
+/// Lines of which the skeletons are counted.
+const MAX_LINES: usize = 4000;
+/// Rows that tell a clock from a count of measurement.
+const RISING_ROWS: usize = 200;
+
+/// Lines with words.
+#[derive(Clone, Debug)]
+pub(crate) struct Sentences {
+    /// Skeletons of the lines of a row, in order, with the first slot of each.
+    cycle: Vec<(String, usize)>,
+    /// Skeletons that stand for the first: only their words differ.
+    variants: Vec<String>,
+    /// Commas within numbers are points: `ax=0,12; ay=…`.
+    decimal_comma: bool,
+    pub slots: usize,
+}
+
+/// What a line with words holds.
+pub(crate) struct Sentence<'a> {
+    /// Place of the line within its row.
+    pub place: usize,
+    pub first_slot: usize,
+    pub numbers: Vec<&'a str>,
+}
+
+impl Sentences {
+    /// The skeletons that take turns, if there are any beside delimiters.
+    pub(crate) fn sniff(lines: &[&str]) -> Option<Self> {
+        let decimal_comma = has_decimal_commas(lines);
+        let mut counts: HashMap<String, (usize, usize)> = HashMap::new();
+        let mut order = Vec::new();
+        for line in lines
+            .iter()
+            .filter(|l| !l.trim().is_empty())
+            .take(MAX_LINES)
+        {
+            let line = with_points(line, decimal_comma);
+            let (shape, numbers) = skeleton(&line);
+            if !numbers.is_empty() {
+                counts.entry(shape.clone()).or_insert((0, order.len())).0 += 1;
+            }
+            order.push(shape);
+        }
+        let most = counts.values().map(|c| c.0).max()?;
+        let mut shapes: Vec<(usize, String)> = counts
+            .into_iter()
+            .filter(|(_, (count, _))| *count * 2 > most && *count > 2)
+            .map(|(shape, (_, first))| (first, shape))
+            .collect();
+        shapes.sort_unstable();
+        let mut shapes: Vec<String> = shapes.into_iter().map(|s| s.1).collect();
+        let is_cycle = (1..=4).contains(&shapes.len())
+            && most * shapes.len() * 5 >= order.len()
+            && shapes.iter().any(|s| is_decorated(s));
+        if !is_cycle {
+            return None;
+        }
+        // Shapes that do not take turns are one shape whose words change.
+        let turns: Vec<usize> = order
+            .iter()
+            .filter_map(|s| shapes.iter().position(|c| c == s))
+            .collect();
+        let repeats = turns.windows(2).filter(|w| w[0] == w[1]).count();
+        let variants = if repeats * 2 > turns.len() {
+            shapes.split_off(1)
+        } else {
+            Vec::new()
+        };
+        let mut slots = 0;
+        let cycle = shapes
+            .into_iter()
+            .map(|shape| {
+                let first = slots;
+                slots += shape.matches(SLOT).count();
+                (shape, first)
+            })
+            .collect();
+        Some(Sentences {
+            cycle,
+            variants,
+            decimal_comma,
+            slots,
+        })
+    }
+
+    /// Place of the last line of a row.
+    pub(crate) fn last_place(&self) -> usize {
+        self.cycle.len() - 1
+    }
+
+    /// Place and numbers of a line; `None` for a line of another skeleton.
+    pub(crate) fn parse<'a>(&self, line: &'a str) -> Option<Sentence<'a>> {
+        let (shape, numbers) = skeleton(line);
+        let place = self.cycle.iter().position(|c| c.0 == shape);
+        let place = place.or_else(|| self.variants.contains(&shape).then_some(0))?;
+        let first_slot = self.cycle[place].1;
+        let end = self.cycle.get(place + 1).map_or(self.slots, |c| c.1);
+        (numbers.len() == end - first_slot).then_some(Sentence {
+            place,
+            first_slot,
+            numbers,
+        })
+    }
+
+    /// The line with points for commas within numbers, where the logger writes those.
+    pub(crate) fn normalise<'a>(&self, line: &'a str) -> Cow<'a, str> {
+        with_points(line, self.decimal_comma)
+    }
+
+    /// Names of the slots: by the words before them, else by a line above the rows.
+    pub(crate) fn names(&self, lines: &[&str]) -> Vec<String> {
+        let rising = self.rising(lines);
+        let mut names = Vec::new();
+        for (k, (shape, first)) in self.cycle.iter().enumerate() {
+            let end = self.cycle.get(k + 1).map_or(self.slots, |c| c.1);
+            names.extend(slot_names(shape, &rising[*first..end]));
+        }
+        if names
+            .iter()
+            .any(|n| matches!(Column::from_name(n).role, Role::Accel(_)))
+        {
+            return names;
+        }
+        let is_sentence = |l: &str| self.parse(&self.normalise(l)).is_some();
+        let first = lines.iter().position(|l| is_sentence(l)).unwrap_or(0);
+        let header = lines[..first]
+            .iter()
+            .rev()
+            .find_map(|l| names_in_line(l, names.len()));
+        header.unwrap_or(names)
+    }
+
+    /// Slots whose numbers never fall and rise often: clocks.
+    fn rising(&self, lines: &[&str]) -> Vec<bool> {
+        let mut columns = vec![Vec::new(); self.slots];
+        for line in lines.iter().take(RISING_ROWS * self.cycle.len()) {
+            let line = self.normalise(line);
+            let Some(sentence) = self.parse(&line) else {
+                continue;
+            };
+            for (k, number) in sentence.numbers.iter().enumerate() {
+                columns[sentence.first_slot + k].extend(parse_cell(number, false));
+            }
+        }
+        let is_rising = |v: &Vec<f64>| {
+            v.windows(2).all(|w| w[1] >= w[0])
+                && v.windows(2).filter(|w| w[1] > w[0]).count() * 10 >= v.len()
+        };
+        columns.iter().map(is_rising).collect()
+    }
+}
+
+/// Whether commas join numbers in pairs only, `ax=0,12; ay=…`, and no number has a point.
+fn has_decimal_commas(lines: &[&str]) -> bool {
+    let mut pairs = 0;
+    for line in lines.iter().take(MAX_LINES) {
+        let (shape, numbers) = skeleton(line);
+        if numbers.iter().any(|n| n.contains('.') && !n.contains(':')) {
+            return false;
+        }
+        let between = shape.split(SLOT).skip(1).zip(numbers.iter().skip(1));
+        let is_joined: Vec<bool> = between
+            .map(|(text, next)| text == "," && next.bytes().all(|b| b.is_ascii_digit()))
+            .collect();
+        if is_joined.windows(2).any(|w| w[0] && w[1]) {
+            return false;
+        }
+        pairs += is_joined.iter().filter(|j| **j).count();
+    }
+    pairs > 0
+}
+
+fn with_points(line: &str, decimal_comma: bool) -> Cow<'_, str> {
+    if !decimal_comma || !line.contains(',') {
+        return Cow::Borrowed(line);
+    }
+    let bytes = line.as_bytes();
+    let is_digit = |i: usize| bytes.get(i).is_some_and(u8::is_ascii_digit);
+    let point = |(i, c): (usize, char)| {
+        if c == ',' && i > 0 && is_digit(i - 1) && is_digit(i + 1) {
+            '.'
+        } else {
+            c
+        }
+    };
+    line.char_indices().map(point).collect::<String>().into()
+}
+
+/// A line above the rows whose last words (all, or all but the stamp's) name an accelerometer.
+fn names_in_line(line: &str, slots: usize) -> Option<Vec<String>> {
+    let words: Vec<&str> = line
+        .split([',', ';', '\t', '|', ' '])
+        .map(str::trim)
+        .filter(|w| !w.is_empty())
+        .collect();
+    [slots, slots - 1].into_iter().find_map(|count| {
+        let names = &words[words.len().checked_sub(count)?..];
+        let is_accel = |w: &&&str| matches!(Column::from_name(w).role, Role::Accel(_));
+        let mut out = vec!["time".to_owned(); slots - count];
+        out.extend(names.iter().map(|w| (*w).to_owned()));
+        (names.iter().filter(is_accel).count() >= 3).then_some(out)
+    })
+}
+
+/// `, Acc (mg) [` → `Acc (mg)`: words, and units in brackets.
+fn label(text: &str) -> String {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let close = match c {
+            '(' => rest.find(')'),
+            '[' => rest.find(']'),
+            _ => None,
+        };
+        if let Some(end) = close
+            && rest[..end].chars().any(char::is_alphabetic)
+        {
+            out.push_str(&format!(" ({})", &rest[1..end]));
+            rest = &rest[end + 1..];
+            continue;
+        }
+        out.push(if c.is_alphanumeric() || "_/.°²".contains(c) {
+            c
+        } else {
+            ' '
+        });
+        rest = &rest[c.len_utf8()..];
+    }
+    let words = out
+        .split_whitespace()
+        .filter(|w| w.chars().any(char::is_alphanumeric));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// Names the slots of a skeleton.
+///
+/// `Acceleration X: #, Y: #` and `a/g: # # # # # #` name more slots than one: the words stay in
+/// force until their three axes are used up. A unit behind a slot holds for the slots before it
+/// that share its words.
+fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
+    let pieces: Vec<&str> = skeleton.split(SLOT).collect();
+    let mut names = Vec::new();
+    let mut units = vec![String::new(); rising.len()];
+    let mut groups = Vec::new();
+    // Words in force, and how many axes of theirs are used up.
+    let (mut heads, mut used, mut group) = (Vec::new(), 0, 0);
+    for (slot, is_rising) in rising.iter().enumerate() {
+        let (unit, text) = leading_unit(pieces[slot], slot > 0);
+        if slot > 0 {
+            units[slot - 1] = unit.to_owned();
+        }
+        let words = label(last_clause(text));
+        let lone_axis = axis(&words.to_lowercase());
+        if !words.is_empty() && lone_axis.is_none() {
+            (heads, used) = heads_of(&words);
+            group += 1;
+        }
+        groups.push(group);
+        used = lone_axis.unwrap_or(used);
+        names.push(match heads.get(used / 3) {
+            Some(_) if *is_rising => "time".to_owned(),
+            Some(head) => {
+                used += 1;
+                format!("{head} {}", ["x", "y", "z"][(used - 1) % 3])
+            }
+            None if *is_rising && words.len() < 2 => "time".to_owned(),
+            None => words,
+        });
+    }
+    if let Some(last) = units.last_mut() {
+        *last = leading_unit(pieces[rising.len()], true).0.to_owned();
+    }
+    for slot in (0..rising.len()).rev() {
+        if units[slot].is_empty() && groups.get(slot + 1) == Some(&groups[slot]) {
+            units[slot] = units[slot + 1].clone();
+        }
+        if !units[slot].is_empty() && !names[slot].is_empty() && !names[slot].contains('(') {
+            names[slot] = format!("{} ({})", names[slot], units[slot]);
+        }
+    }
+    names
+}
+
+/// The words that name sensors, and the axis with which they begin.
+fn heads_of(label: &str) -> (Vec<String>, usize) {
+    let names = |part: &str| words(part).iter().any(|w| names_sensor(w));
+    let last = label.split_whitespace().last().unwrap_or_default();
+    match Column::from_name(label).role {
+        Role::Accel(i) | Role::Gyro(i) if axis(&last.to_lowercase()).is_some() => {
+            (vec![label[..label.len() - last.len()].trim().to_owned()], i)
+        }
+        Role::Other | Role::Temperature | Role::Label => {
+            // `a/g`: one after the other; `acc/mg`, `Acc (m/s^2)`: one with its unit.
+            let parts: Vec<&str> = label.split('/').collect();
+            if !label.contains('(') && parts.iter().all(|p| names(p)) {
+                (parts.iter().map(|p| (*p).to_owned()).collect(), 0)
+            } else if names(label) {
+                (vec![label.to_owned()], 0)
+            } else {
+                (Vec::new(), 0)
+            }
+        }
+        _ => (Vec::new(), 0),
+    }
+}
+
+/// `rest: ax=` → `ax=`, if the words behind the colon name an axis by themselves.
+fn last_clause(text: &str) -> &str {
+    let clause = text
+        .trim_end_matches([':', '=', ' ', '"', '\''])
+        .rsplit(':')
+        .next();
+    let clause = clause.unwrap_or_default();
+    match Column::from_name(&label(clause)).role {
+        Role::Accel(_) | Role::Gyro(_) => clause,
+        _ => text,
+    }
+}
+
+/// The unit with which the text behind a number begins, and what follows it.
+fn leading_unit(piece: &str, is_behind_number: bool) -> (&str, &str) {
+    let text = piece.trim_start_matches([')', ']', ' ']);
+    let end = text
+        .find([',', ';', '|', ' ', ')', ']', '}'])
+        .unwrap_or(text.len());
+    if is_behind_number && is_unit(&text[..end]) {
+        (&text[..end], &text[end..])
+    } else {
+        ("", piece)
+    }
+}

@@ -1,0 +1,305 @@
+//! What is wrong with people's files, and what is said of it.
+
+use std::io::Write;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use gravical_recording::judge::Encoding;
+use gravical_recording::{AccelUnit, Error, Note, Reason};
+
+use crate::support::{FACE_ROWS, RATE_HZ, has_rate, is_near, read, six_faces, try_read};
+
+/// Milliseconds and g, the header given.
+fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
+    let rows = six_faces(3)
+        .into_iter()
+        .enumerate()
+        .map(|(k, r)| cells(k, r.accel_g) + "\n");
+    format!("{header}\n{}", rows.collect::<String>())
+}
+
+fn plain(k: usize, [x, y, z]: [f64; 3]) -> String {
+    format!("{},{x:.5},{y:.5},{z:.5}", 40 * k)
+}
+
+#[test]
+fn a_stated_unit_holds_against_a_bias_of_the_sensor() {
+    let text = table("T [ms],AccX [mg],AccY [mg],AccZ [mg]", |k, a| {
+        let [x, y, z] = a.map(|g| (g * 1019.0).round());
+        format!("{},{x},{y},{z}", 40 * k)
+    });
+    assert_eq!(read(&text, "").accel_scale.unit, Some(AccelUnit::MilliG));
+}
+
+#[test]
+fn a_stated_unit_that_gravity_excludes_is_contradicted() {
+    let text = table("t (ms),ax (m/s^2),ay (m/s^2),az (m/s^2)", plain);
+    let recording = read(&text, "");
+    assert_eq!(recording.accel_scale.unit, Some(AccelUnit::G));
+    let note = Note::UnitContradicted(AccelUnit::Mps2, Some(AccelUnit::G));
+    assert!(recording.notes.contains(&note));
+}
+
+#[test]
+fn a_number_in_brackets_belongs_to_the_unit_of_time() {
+    let text = table("Time [10ms],AccX [g],AccY [g],AccZ [g]", |k, [x, y, z]| {
+        format!("{},{x:.5},{y:.5},{z:.5}", 4 * k)
+    });
+    assert!(has_rate(&read(&text, ""), RATE_HZ));
+}
+
+#[test]
+fn clocks_are_dates_steps_and_whole_seconds() {
+    for stamp in [
+        (|k| format!("01-Mar-2024 10:00:{:06.3}", k as f64 / RATE_HZ)) as fn(usize) -> String,
+        |k| format!("00:{:05.2}", k as f64 / RATE_HZ),
+        |k| format!("{}", 39 + k % 3),
+        |k| format!("10:00:{:02}", k / 25),
+        |k| format!("{}", (65_400 + 40 * k) % 65_536),
+    ] {
+        let text = table("t,ax,ay,az", |k, [x, y, z]| {
+            format!("{},{x:.5},{y:.5},{z:.5}", stamp(k))
+        });
+        let recording = read(&text, "");
+        assert!(
+            has_rate(&recording, RATE_HZ),
+            "{}: {:?}",
+            stamp(1),
+            recording.rate_hz
+        );
+        let steps = recording.time_s.windows(2).map(|w| w[1] - w[0]);
+        assert!(
+            steps.into_iter().all(|s| is_near(s, 0.04, 0.01)),
+            "{}",
+            stamp(1)
+        );
+    }
+}
+
+#[test]
+fn stamps_that_are_not_understood_are_quoted() {
+    let text = table("time,ax,ay,az", |k, [x, y, z]| {
+        format!("tick{k},{x:.5},{y:.5},{z:.5}")
+    });
+    let notes = read(&text, "").notes;
+    assert_eq!(
+        notes,
+        [Note::StampsUnread("tick0".to_owned()), Note::NoRate]
+    );
+}
+
+#[test]
+fn labels_are_names_and_codes() {
+    let text = table("ms,ax,ay,az,part", |k, a| {
+        format!("{},pose {}", plain(k, a), k / FACE_ROWS)
+    });
+    let labels = read(&text, "").labels.unwrap();
+    assert_eq!(labels.names.len(), 6);
+    assert_eq!(labels.codes[FACE_ROWS - 1..=FACE_ROWS], [1, 2]);
+}
+
+#[test]
+fn one_bad_stamp_is_mended_and_missing_rows_are_counted() {
+    let text = table("ms,ax,ay,az", |k, [x, y, z]| {
+        let late = if k >= 200 { 400 } else { 0 };
+        let stamp = if k == 77 { 999_999 } else { 40 * k + late };
+        format!("{stamp},{x:.5},{y:.5},{z:.5}")
+    });
+    let recording = read(&text, "");
+    assert!(has_rate(&recording, RATE_HZ));
+    assert!(
+        recording.notes.contains(&Note::BadStamps(1)),
+        "{:?}",
+        recording.notes
+    );
+    assert!(
+        recording.notes.contains(&Note::MissingRows(10)),
+        "{:?}",
+        recording.notes
+    );
+    assert_eq!(recording.breaks, [200]);
+    assert!(is_near(recording.time_s[77], 3.08, 1e-9));
+}
+
+#[test]
+fn a_hung_sensor_is_set_aside_and_leaves_a_break() {
+    let rows = six_faces(3);
+    let held = plain(0, rows[60].accel_g);
+    let text = table("ms,ax,ay,az", |k, a| {
+        let cells = plain(k, a);
+        let values = if (60..120).contains(&k) {
+            &held
+        } else {
+            &cells
+        };
+        format!("{},{}", 40 * k, values.split_once(',').unwrap().1)
+    });
+    let recording = read(&text, "");
+    assert_eq!(recording.aside.count(Reason::Hung), 59);
+    assert_eq!(recording.breaks, [61]);
+}
+
+#[test]
+fn values_that_repeat_by_rounding_or_slow_updates_are_kept() {
+    let coarse = table("ms,ax,ay,az", |k, [x, y, z]| {
+        format!("{},{x:.2},{y:.2},{z:.2}", 40 * k)
+    });
+    let rows = six_faces(3);
+    let slow = table("ms,ax,ay,az", |k, _| plain(k, rows[k / 25 * 25].accel_g));
+    for text in [coarse, slow] {
+        assert_eq!(read(&text, "").aside.count(Reason::Hung), 0);
+    }
+}
+
+#[test]
+fn channels_that_slip_by_a_word_end_the_recording() {
+    const SLIP: usize = 75;
+    let rows = six_faces(3);
+    let lines = (5..rows.len() - 5).map(|k| {
+        // Turns take eleven rows, a slip takes one.
+        let window = &rows[k - 5..=k + 5];
+        let mean = |axis: usize| window.iter().map(|r| r.accel_g[axis]).sum::<f64>() / 11.0;
+        let [x, y, z] = [0, 1, 2].map(|axis| mean(axis) * 16_384.0);
+        let [gx, gy, gz] = rows[k].gyro_deg_s.map(|w| w * 131.0);
+        let words = if k < SLIP {
+            [x, y, z, gx, gy, gz]
+        } else {
+            [gz, x, y, z, gx, gy]
+        };
+        let [a, b, c, d, e, f] = words.map(f64::round);
+        format!("{},{a},{b},{c},{d},{e},{f}\n", 40 * k)
+    });
+    let text = format!("ms,ax,ay,az,gx,gy,gz\n{}", lines.collect::<String>());
+    assert_eq!(read(&text, "").rows(), SLIP - 5);
+}
+
+#[test]
+fn rows_that_were_not_read_are_set_aside() {
+    let text = table("ms,ax,ay,az", |k, a| {
+        plain(k, if k % 5 < 3 { [0.0; 3] } else { a })
+    });
+    let recording = read(&text, "");
+    assert_eq!(recording.aside.count(Reason::Zeros), 6 * FACE_ROWS * 3 / 5);
+    assert_eq!(recording.accel_scale.unit, Some(AccelUnit::G));
+}
+
+#[test]
+fn unsigned_integers_are_decoded() {
+    let text = table("t_ms,ax,ay,az", |k, a| {
+        let [x, y, z] = a.map(|g| (g * 16_384.0).round() as i64 as u16);
+        format!("{},{x},{y},{z}", 40 * k)
+    });
+    let recording = read(&text, "");
+    assert!(
+        recording
+            .notes
+            .contains(&Note::Encoded(Encoding::TwosComplement))
+    );
+    assert_eq!(recording.accel_scale.counts_per_g, Some(16_384.0));
+    assert!(recording.accel[0][FACE_ROWS] < -15_000.0);
+}
+
+#[test]
+fn sensors_that_take_turns_are_told_apart() {
+    let text = table("TimeUS,I,AccX,AccY,AccZ", |k, [x, y, z]| {
+        let t = 40_000 * k;
+        format!("{t},0,{x:.5},{y:.5},{z:.5}\n{t},1,{z:.5},{x:.5},{y:.5}")
+    });
+    let recording = read(&text, "");
+    assert_eq!(recording.rows(), 6 * FACE_ROWS);
+    assert!(recording.notes.contains(&Note::Sensors(2)));
+    assert!(has_rate(&recording, RATE_HZ));
+    assert!(is_near(recording.accel[0][0], 1.02, 0.01));
+}
+
+#[test]
+fn a_dead_thermometer_loses() {
+    let text = table("ms,AHT_tmp[C],ax,ay,az,gtemp", |k, a| {
+        let (stamp, values) = plain(k, a)
+            .split_once(',')
+            .map(|(s, v)| (s.into(), v.into()))
+            .unwrap();
+        let (stamp, values): (String, String) = (stamp, values);
+        format!("{stamp},0.00,{values},40.5")
+    });
+    assert_eq!(read(&text, "").temperature_c.unwrap()[0], 40.5);
+}
+
+#[test]
+fn other_languages_are_understood_by_unit_and_last_letter() {
+    let header =
+        "Zeit (ms),Beschleunigung x (m/s^2),Beschleunigung y (m/s^2),Beschleunigung z (m/s^2)";
+    let text = table(header, |k, a| plain(k, a.map(|g| g * 9.80665)));
+    assert_eq!(read(&text, "").accel_scale.unit, Some(AccelUnit::Mps2));
+    let text = table("时间(ms),加速度X(g),加速度Y(g),加速度Z(g)", plain);
+    assert!(has_rate(&read(&text, ""), RATE_HZ));
+}
+
+#[test]
+fn comments_of_the_logger_are_breaks_and_counts() {
+    let text = table("ms,ax,ay,az", |k, a| match k {
+        100 => format!("# gap: 2.5 s at 4.0\n{}", plain(k, a)),
+        120 => format!("# rejected: 3 samples\n{}", plain(k, a)),
+        _ => plain(k, a),
+    });
+    let recording = read(&text, "");
+    assert_eq!(recording.breaks, [100]);
+    assert!(recording.notes.contains(&Note::Rejected(3)));
+    assert_eq!(recording.aside.count(Reason::Comment), 2);
+}
+
+#[test]
+fn the_head_states_a_rate() {
+    let head = "------ Data File Created By ActiGraph at 25 Hz Filter Normal ------\nSerial: 1\n";
+    let text = table(
+        "Accelerometer X,Accelerometer Y,Accelerometer Z",
+        |_, [x, y, z]| format!("{x:.3},{y:.3},{z:.3}"),
+    );
+    assert!(has_rate(&read(&format!("{head}{text}"), ""), RATE_HZ));
+    let head = "1617000000.00,1617000000.00,1617000000.00\n25.0,25.0,25.0";
+    let text = table(head, |_, a| {
+        let [x, y, z] = a.map(|g| (g * 64.0).round());
+        format!("{x},{y},{z}")
+    });
+    let recording = read(&text, "ACC.csv");
+    assert!(has_rate(&recording, RATE_HZ));
+    assert_eq!(recording.accel_scale.counts_per_g, Some(64.0));
+    assert_eq!(recording.rows(), 6 * FACE_ROWS);
+}
+
+#[test]
+fn a_few_labelled_means_are_rows() {
+    let text = "label,ax,ay,az\n-x,-9.4,-0.3,0.9\n+x,10.2,0.0,-0.1\n-y,0.5,-10.0,0.4\n";
+    let recording = read(text, "");
+    assert_eq!(recording.rows(), 3);
+    assert_eq!(recording.labels.unwrap().names, ["-x", "+x", "-y"]);
+}
+
+#[test]
+fn a_download_cut_off_yields_what_it_holds() {
+    let mut packer = GzEncoder::new(Vec::new(), Compression::default());
+    packer
+        .write_all(table("ms,ax,ay,az", plain).as_bytes())
+        .unwrap();
+    let mut packed = packer.finish().unwrap();
+    packed.truncate(packed.len() / 2);
+    let recording = try_read(packed, "").unwrap();
+    assert!(recording.rows() > 50);
+    assert!(recording.notes.contains(&Note::CutOff));
+}
+
+fn refusal(text: &str) -> Error {
+    try_read(text.as_bytes().to_vec(), "").unwrap_err()
+}
+
+#[test]
+fn what_holds_no_samples_is_refused_with_the_reason() {
+    assert!(refusal("").is_no_table());
+    assert!(refusal("Dear diary,\ntoday I fell down the stairs.\n").is_no_table());
+    assert!(refusal("a,b,c\n1,2,3\n2,3,4\n5,3,2\n").is_columns());
+    let epochs = table(
+        "Epoch Period (hh:mm:ss) 00:00:15\nAxis1,Axis2,Axis3",
+        |_, _| "3,5,8".into(),
+    );
+    assert!(refusal(&epochs).is_epochs_of_counts());
+}

@@ -1,0 +1,11 @@
+//! What a user sees of a reader: files in, columns and notes out.
+// The exemption of tests in clippy.toml does not reach helpers outside #[test].
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod defects;
+mod loggers;
+mod properties;
+mod real;
+mod shapes;
+mod support;
+mod writings;

@@ -1,0 +1,79 @@
+//! Samples of a sensor on its six faces, and the reader.
+
+use gravical_recording::{Error, Recording, bytes};
+
+pub const RATE_HZ: f64 = 25.0;
+pub const FACE_ROWS: usize = 50;
+
+/// Numbers that look random (Knuth's linear congruential generator).
+pub struct Dice(u64);
+
+impl Dice {
+    pub fn new(seed: u64) -> Self {
+        let mut dice = Dice(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        dice.below(2);
+        dice
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (self.0 >> 33) as usize % n
+    }
+
+    pub fn noise(&mut self) -> f64 {
+        self.below(2001) as f64 / 1000.0 - 1.0
+    }
+}
+
+/// One row: specific force in g, angular rate in °/s, temperature in °C.
+pub struct Row {
+    pub accel_g: [f64; 3],
+    pub gyro_deg_s: [f64; 3],
+    pub temperature_c: f64,
+}
+
+/// The sensor lies on its six faces for two seconds each.
+pub fn six_faces(seed: u64) -> Vec<Row> {
+    let mut dice = Dice::new(seed);
+    (0..6 * FACE_ROWS)
+        .map(|row| {
+            let face = row / FACE_ROWS;
+            let mut accel_g = [0.02, -0.04, 0.05].map(|bias| bias + 0.003 * dice.noise());
+            accel_g[face / 2] += if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let gyro_deg_s = [0.77, -0.31, 1.16].map(|bias| bias + 0.1 * dice.noise());
+            Row {
+                accel_g,
+                gyro_deg_s,
+                temperature_c: 27.0 + row as f64 * 0.001,
+            }
+        })
+        .collect()
+}
+
+pub fn read(text: &str, file_name: &str) -> Recording {
+    try_read(text.as_bytes().to_vec(), file_name).unwrap()
+}
+
+pub fn try_read(bytes: Vec<u8>, file_name: &str) -> Result<Recording, Error> {
+    let text = bytes::utf8(std::io::Cursor::new(bytes)).unwrap();
+    let recording = Recording::read(text, file_name)?;
+    assert_eq!(
+        recording.rows() + recording.aside.total(),
+        recording.aside.lines
+    );
+    Ok(recording)
+}
+
+pub fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance
+}
+
+/// Whether the rates agree to one percent.
+pub fn has_rate(recording: &Recording, rate_hz: f64) -> bool {
+    recording
+        .rate_hz
+        .is_some_and(|r| is_near(r, rate_hz, 0.01 * rate_hz))
+}
