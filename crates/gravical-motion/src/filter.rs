@@ -249,11 +249,7 @@ impl Filter {
             }
             Action::Stance => {
                 self.settle();
-                let mut measurement = self.velocity_measurement(STANCE_SPEED_MPS);
-                // Rows that say nothing.
-                for c in 3..9 {
-                    measurement.noise[(c, c)] = 1.0;
-                }
+                let measurement = self.stance_measurement();
                 self.update(&measurement, records);
             }
             Action::Halt { to } => self.halt(model, *to, records),
@@ -431,6 +427,16 @@ impl Filter {
             measurement.h[(c, VELOCITY + c)] = 1.0;
             measurement.innovation[c] = -self.nominal.velocity[c];
             measurement.noise[(c, c)] = speed_sd_mps.powi(2);
+        }
+        measurement
+    }
+
+    /// What a stance says.
+    pub fn stance_measurement(&self) -> Measurement {
+        let mut measurement = self.velocity_measurement(STANCE_SPEED_MPS);
+        // Rows that say nothing.
+        for c in 3..9 {
+            measurement.noise[(c, c)] = 1.0;
         }
         measurement
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::closure::{Closure, REST_SPEED_MPS, closure, enlargement};
+use crate::closure::{Closure, REST_SPEED_MPS, closure, enlargement, step_enlargement};
 use crate::filter::{Action, Filter, Model, Record};
 use crate::noise::{Density, tremor};
 use crate::result::{Bounds, Budget, Move, PathNode, array, rows};
@@ -172,17 +172,26 @@ impl Leg<'_> {
         let inflation = rectified(mean_square, model.directions.rate_sd);
         tape.run(model, filter, Action::StartMove(self.number));
         tape.run(model, filter, Action::InflateRateBias(inflation));
-        for &stance in self.stances.iter().chain([&end]) {
+        let advance = |tape: &mut Tape, filter: &mut Filter, stance: usize, excess: Density| {
             while filter.at < stance {
                 // In parts, so that a checkpoint may stand between them.
                 let to = stance.min(filter.at + node * CHECKPOINT_NODES);
-                let excess = *excess;
                 tape.run(model, filter, Action::Propagate { to, node, excess });
             }
-            if stance < end {
-                tape.run(model, filter, Action::Stance);
+        };
+        for &stance in self.stances {
+            let (mark, before) = (tape.mark(), filter.clone());
+            advance(tape, filter, stance, *excess);
+            let seconds = samples.time_s[stance] - samples.time_s[before.at];
+            if let Some(more) = step_enlargement(model, filter, seconds) {
+                tape.rewind(mark);
+                *filter = before;
+                let force = excess.force + more.force;
+                advance(tape, filter, stance, Density { force, ..*excess });
             }
+            tape.run(model, filter, Action::Stance);
         }
+        advance(tape, filter, end, *excess);
         tape.run(model, filter, Action::InflateRateBias(inflation));
         tape.run(model, filter, Action::EndMove);
     }
