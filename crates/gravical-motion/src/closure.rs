@@ -15,7 +15,7 @@ pub(crate) const REST_SPEED_MPS: f64 = 0.001;
 const MAX_VELOCITY_CHI2: f64 = 11.3;
 const MAX_TILT_CHI2: f64 = 16.0;
 /// χ² of the velocity at a stance (3) that a step may have: a quarter of good ones have more, and lose nothing
-/// by more noise. With the limit of moves strides of the gait example are 7 cm short in place of 5 and 1.
+/// by more noise: strides of the gait example are nearer to the cameras than with the limit of moves.
 const MAX_STEP_CHI2: f64 = 4.0;
 /// What the enlarged covariance makes of them: the median by chance.
 const USUAL_VELOCITY_CHI2: f64 = 2.0;
@@ -120,11 +120,7 @@ pub(crate) fn enlargement(
 /// The density that makes the velocity at a stance one of chance, in a step that took `seconds`: a foot that
 /// strikes is out of range, or between two samples, for a moment. Without it such errors, which are alike in
 /// all steps, are taken for the scale of the sensor. None if it is one.
-pub(crate) fn step_enlargement(
-    model: &Model<'_>,
-    filter: &Filter,
-    seconds: f64,
-) -> Option<Density> {
+pub(crate) fn step_enlargement(filter: &Filter, seconds: f64) -> Option<Density> {
     let innovation = Innovation::new(&filter.covariance_here(), &filter.stance_measurement());
     (innovation.chi2::<3>(0, 0.0) > MAX_STEP_CHI2).then(|| {
         let variance = solve_falling(|v| innovation.chi2::<3>(0, v), USUAL_VELOCITY_CHI2);

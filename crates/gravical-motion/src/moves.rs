@@ -183,7 +183,7 @@ impl Leg<'_> {
             let (mark, before) = (tape.mark(), filter.clone());
             advance(tape, filter, stance, *excess);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
-            if let Some(more) = step_enlargement(model, filter, seconds) {
+            if let Some(more) = step_enlargement(filter, seconds) {
                 tape.rewind(mark);
                 *filter = before;
                 let force = excess.force + more.force;

@@ -119,8 +119,14 @@ pub fn bridge_odd(
         .copied()
         .find(|r| (largest / r - 1.0).abs() < RANGE_TOLERANCE);
     let mut out = Vec::new();
+    let read = [0, 1, 2].map(|axis| {
+        values[..count]
+            .iter()
+            .map(|v| v[axis])
+            .collect::<Vec<f64>>()
+    });
     for axis in 0..3 {
-        let mut column: Vec<f64> = values[..count].iter().map(|v| v[axis]).collect();
+        let mut column = read[axis].clone();
         let mut i = 2;
         while i + 6 < count {
             let clipped = clipped_rows(&column, i, range);
@@ -130,7 +136,11 @@ pub fn bridge_odd(
                 (BridgeKind::Spiked, spiked_rows(&column, i, min_spike))
             };
             let rows = i..i + run;
-            if run == 0 || rows.end + 1 >= count {
+            let others = (0..3).filter(|other| *other != axis);
+            let is_knock = kind == BridgeKind::Spiked
+                && run > 0
+                && others.into_iter().any(|other| jumps(&read[other], &rows));
+            if run == 0 || is_knock || rows.end + 1 >= count {
                 i += 1;
                 continue;
             }
@@ -181,6 +191,14 @@ fn spiked_rows(column: &[f64], i: usize, min_spike: f64) -> usize {
             && scatter(column, &(i..after)) * SPIKE_OVER_SCATTER < height
     };
     (1..=MAX_SPIKE_ROWS).find(is_spike).unwrap_or(0)
+}
+
+/// True if a channel steps out of the scatter near `rows` there, too: a knock, or a foot that strikes, is felt
+/// along all axes.
+fn jumps(column: &[f64], rows: &Range<usize>) -> bool {
+    let near = column[rows.start - 1..=rows.end].windows(2);
+    let steps = near.map(|w| (w[1] - w[0]).abs());
+    steps.fold(0.0, f64::max) > SPIKE_OVER_SCATTER * scatter(column, rows)
 }
 
 /// Follows the slopes on both sides (cubic Hermite), at least the range; what its mean may be off.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gravical_motion::{Bounds, Motion, MotionOptions, Move, Stepper, estimate_motion};
 
-use crate::study::unbridged;
+use crate::study::{options, unbridged};
 
 const G: f64 = 9.80665;
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -138,6 +138,52 @@ fn walks_close_as_samples_come() {
         let last = states.last().unwrap().position_m;
         let node = motion.path.last().unwrap().position_m;
         assert!(norm([0, 1, 2].map(|c| last[c] - node[c])) < 1e-9);
+    }
+}
+
+/// Strides of both feet between moments at which the foot stands, beside an optical heel marker.
+#[test]
+fn strides_are_those_of_the_cameras() {
+    let folder = "gaitmap-example";
+    let Some(rows_of_both) = rows(&format!("{folder}/imu_sample.csv.gz")) else {
+        return;
+    };
+    let mocap = rows(&format!("{folder}/mocap_sample.csv.gz")).unwrap();
+    let events = rows(&format!("{folder}/stride_events_sample.csv.gz")).unwrap();
+    // Left and right: columns of the sensor and of the heel; strides of the left foot come first.
+    let second = (1..events.len())
+        .find(|i| events[*i][2] < events[i - 1][2])
+        .unwrap();
+    for (foot, heel, strides) in [(0, 7, &events[..second]), (1, 10, &events[second..])] {
+        let time_s: Vec<f64> = (0..rows_of_both.len() - 1)
+            .map(|i| i as f64 / 204.8)
+            .collect();
+        let axes = |first: usize, unit: f64| -> Vec<[f64; 3]> {
+            let rows = rows_of_both[1..].iter();
+            rows.map(|r| [0, 2, 4].map(|c| r[first + foot + c] * unit))
+                .collect()
+        };
+        let samples = unbridged(&time_s, &axes(1, 1.0), &axes(7, DEG));
+        let motion = estimate_motion(&samples, &options());
+        let path: Vec<[f64; 3]> = motion.states(&samples).map(|s| s.position_m).collect();
+        let stands: Vec<f64> = strides.iter().map(|s| s[6]).collect();
+        let level = |a: &[f64], b: &[f64]| (b[0] - a[0]).hypot(b[1] - a[1]);
+        let errors: Vec<f64> = stands
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] < 400.0)
+            .filter_map(|pair| {
+                let [a, b] = [pair[0], pair[1]].map(|at| at as usize);
+                let heel_at =
+                    |at: f64| Some(&mocap.get(1 + (at / 2.048) as usize)?[heel..heel + 2]);
+                let truth = level(heel_at(pair[0])?, heel_at(pair[1])?) * 1e-3;
+                let error = level(&path[a], &path[b]) - truth;
+                error.is_finite().then_some(error)
+            })
+            .collect();
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let sd = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / errors.len() as f64;
+        assert!(errors.len() > 20, "{foot}");
+        assert!(mean.abs() < 0.08 && sd.sqrt() < 0.06, "{foot}: {mean} {sd}");
     }
 }
 
