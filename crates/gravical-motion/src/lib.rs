@@ -16,7 +16,7 @@
 //! # Example
 //!
 //! ```
-//! use gravical_motion::{MotionOptions, Samples, Verdict, estimate_motion, resolutions};
+//! use gravical_motion::{MotionOptions, Samples, estimate_motion, resolutions};
 //!
 //! // Five seconds on a table, written in steps of 0.01 m/s².
 //! let time_s: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.01).collect();
@@ -24,7 +24,7 @@
 //! let force: Vec<[f64; 3]> = (0..500).map(|i| [dither(i), dither(i + 3), 9.81 + dither(i + 1)]).collect();
 //! let samples = Samples::new(&time_s, &force, &[], Vec::new(), resolutions(&force, &[]));
 //! let motion = estimate_motion(&samples, &MotionOptions::default());
-//! assert_eq!(motion.verdict(), Verdict::AtRest);
+//! assert_eq!((motion.rests, motion.moves.len()), (vec![0..500], 0));
 //! ```
 #![deny(missing_docs)]
 
@@ -52,7 +52,7 @@ pub use closure::Closure;
 pub use estimate::{estimate_motion, estimate_motion_between};
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd, hung_rows};
 pub use options::{CalibrationUncertainty, ForceDirection, MotionOptions, RestNoise};
-pub use result::{Bounds, Budget, Motion, Move, PathNode, Verdict};
+pub use result::{Bounds, Budget, Motion, Move, PathNode};
 pub use samples::{Samples, Unusable, resolutions};
 pub use states::SampleState;
 pub use stepper::Stepper;

@@ -157,7 +157,7 @@ impl Leg<'_> {
                     excess.force += more.force;
                     excess.rate += more.rate;
                 }
-                _ => return (trial, self.result(model, span, closed, &excess)),
+                _ => return (trial, self.result(model, span, closed)),
             }
         }
     }
@@ -197,13 +197,7 @@ impl Leg<'_> {
     }
 
     /// What is known of the move without its displacement.
-    pub fn result(
-        &self,
-        model: &Model<'_>,
-        span: Range<usize>,
-        closure: Option<Closure>,
-        excess: &Density,
-    ) -> Move {
+    pub fn result(&self, model: &Model<'_>, span: Range<usize>, closure: Option<Closure>) -> Move {
         let samples = model.samples;
         Move {
             duration_s: samples.time_s[span.end] - samples.time_s[span.start],
@@ -213,11 +207,9 @@ impl Leg<'_> {
             bounds: self.bounds,
             closure,
             stances: self.stances.len(),
-            gap: samples.gaps(&span).next().is_some(),
             unusable: samples.unusable(&span),
             clipped: 0,
             spiked: 0,
-            excess_noise: [excess.force.max().sqrt(), excess.rate.max().sqrt()],
             samples: span,
         }
     }

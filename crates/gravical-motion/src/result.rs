@@ -110,14 +110,10 @@ pub struct Move {
     pub closure: Option<Closure>,
     /// Steps of a foot in it that ended its drift.
     pub stances: usize,
-    /// True if there is a gap in it.
-    pub gap: bool,
     /// Runs of clipped and of spiked rows in it.
     pub clipped: usize,
     /// See `clipped`.
     pub spiked: usize,
-    /// Roughness beyond the rests, √density of force (m/s²)√s and rate rad/√s, largest axis.
-    pub excess_noise: [f64; 2],
     pub(crate) unusable: Option<Unusable>,
 }
 
@@ -126,13 +122,6 @@ impl Move {
     #[must_use]
     pub fn sd_m(&self) -> [f64; 3] {
         deviations(&self.covariance_m2)
-    }
-
-    /// True if both ends are at rest, nothing is missing, and the model held.
-    #[must_use]
-    pub fn is_undisturbed(&self) -> bool {
-        let held = self.closure.is_some_and(|c| !c.enlarged);
-        self.bounds == Bounds::Closed && held && !self.gap && self.clipped == 0
     }
 
     /// Why its displacement is not known; none if it is, to its covariance.
@@ -221,43 +210,7 @@ pub struct Motion {
     pub path: Vec<PathNode>,
 }
 
-/// What a recording shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// No rest: nothing to integrate from.
-    NoRest,
-    /// It does not move.
-    AtRest,
-    /// Every move lies between rests.
-    Bounded,
-    /// Some moves do.
-    PartlyOpen,
-    /// No move does.
-    Open,
-}
-
 impl Motion {
-    /// What the recording shows.
-    #[must_use]
-    pub fn verdict(&self) -> Verdict {
-        let closed = self
-            .moves
-            .iter()
-            .filter(|m| m.bounds == Bounds::Closed)
-            .count();
-        if self.rests.is_empty() {
-            Verdict::NoRest
-        } else if self.moves.is_empty() {
-            Verdict::AtRest
-        } else if closed == self.moves.len() {
-            Verdict::Bounded
-        } else if closed > 0 {
-            Verdict::PartlyOpen
-        } else {
-            Verdict::Open
-        }
-    }
-
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
     /// a matched filter sees it at 10 σ. None without rests, and for durations that no filter looks for. It
     /// does not hold where the rests were given, nor in a causal run.
@@ -271,35 +224,5 @@ impl Motion {
             .fold(0.0, f64::max);
         let displacement = VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt();
         SEARCHED_S.contains(&duration_s).then_some(displacement)
-    }
-
-    /// Position and its standard deviations at `time_s` (cubic between nodes, whose times are those of
-    /// `sample_time_s`), m; none without a path.
-    #[must_use]
-    pub fn position_at(&self, time_s: f64, sample_time_s: &[f64]) -> Option<([f64; 3], [f64; 3])> {
-        let at = |node: &PathNode| sample_time_s.get(node.sample).copied().unwrap_or(f64::NAN);
-        let after = self.path.partition_point(|n| at(n) <= time_s);
-        let (a, b) = match (
-            after.checked_sub(1).and_then(|k| self.path.get(k)),
-            self.path.get(after),
-        ) {
-            (Some(a), Some(b)) => (a, b),
-            (one, other) => {
-                let node = one.or(other)?;
-                return Some((node.position_m, node.position_sd_m));
-            }
-        };
-        let seconds = at(b) - at(a);
-        let u = (time_s - at(a)) / seconds;
-        let position = std::array::from_fn(|c| {
-            let (p, q) = (a.position_m[c], b.position_m[c]);
-            let (v, w) = (a.velocity_mps[c] * seconds, b.velocity_mps[c] * seconds);
-            let bow = (v - (q - p)) * (1.0 - u) - (w - (q - p)) * u;
-            p + (q - p) * u + u * (1.0 - u) * bow
-        });
-        let sd = std::array::from_fn(|c| {
-            a.position_sd_m[c] + (b.position_sd_m[c] - a.position_sd_m[c]) * u
-        });
-        Some((position, sd))
     }
 }

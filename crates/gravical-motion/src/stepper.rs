@@ -646,8 +646,7 @@ impl Stepper {
                 };
                 let start = live.start.saturating_sub(self.forgotten);
                 if live.start < count - 1 {
-                    let excess = model.noise.excess(start, last);
-                    let mut one = leg.result(&model, start..last, None, &excess);
+                    let mut one = leg.result(&model, start..last, None);
                     take_displacement(&model, &mut filter, &mut one);
                     one.samples = live.start..count - 1;
                     motion.moves.push(one);

@@ -136,7 +136,7 @@ fn results_agree_with_each_other() {
         moves: 3,
         ..Scene::new(13, Trouble::Wobble(0.1))
     };
-    let (recording, motion) = estimate(&scene, &options());
+    let (_, motion) = estimate(&scene, &options());
     let mut sum = [0.0; 3];
     for one in &motion.moves {
         (0..3).for_each(|c| sum[c] += one.displacement_m[c]);
@@ -159,14 +159,6 @@ fn results_agree_with_each_other() {
             .iter()
             .all(|n| (n.attitude.iter().map(|q| q * q).sum::<f64>() - 1.0).abs() < 1e-9)
     );
-    // Half way of a move it is half way.
-    let (from, to) = recording.moves_s[0];
-    let (middle, _) = motion
-        .position_at(0.5 * (from + to), &recording.time_s)
-        .unwrap();
-    let half = recording.displacement * 0.5;
-    assert_near(middle, [half.x, half.y, half.z], 0.02);
-    assert!(motion.position_at(1e9, &recording.time_s).is_some());
 }
 
 fn number() -> impl Strategy<Value = f64> {
@@ -218,6 +210,6 @@ proptest! {
             }
             stepper.push(*t, force[i], rate.get(i).copied());
         }
-        let _ = (motion.verdict(), motion.hidden_displacement_m(1.0), motion.position_at(odd, samples.time_s()));
+        let _ = motion.hidden_displacement_m(odd);
     }
 }
