@@ -101,6 +101,8 @@ fn a_lift_goes_up_a_skyscraper() {
     close(ride["peak_speed_mps"].as_f64().unwrap(), 4.0, 0.12);
     let sigma = ride["sigma_m"][2].as_f64().unwrap();
     assert!((1.0..6.0).contains(&sigma), "{sigma}");
+    let error = ride["displacement_m"][2].as_f64().unwrap() - 74.3;
+    assert!(error.abs() < 2.0 * sigma, "{error} ± {sigma}");
     for kind in ["no-gyro", "gravity-off"] {
         finding(&result, kind);
     }

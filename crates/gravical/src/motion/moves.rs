@@ -1,0 +1,163 @@
+//! What an estimate says of the moves, of the end of the recording, and of what may hide in a rest.
+
+use gravical_core::matrix3::norm;
+use gravical_motion::Bounds;
+
+use super::estimate::Estimate;
+use super::options::MotionOptions;
+use super::result::{Budget, Closure, Ends, FinalState, Move, VisibleMove};
+use super::words;
+
+/// Durations that visible moves are reported of, s.
+const REPORTED_S: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// An only rest that is shorter, s, cannot be told from a part of the move, nor does it tell a bias.
+const LONE_REST_S: f64 = 1.0;
+
+/// The moves of an estimate.
+pub(super) fn moves(
+    own: &Estimate,
+    uncalibrated: Option<&Estimate>,
+    options: &MotionOptions,
+) -> Vec<Move> {
+    let t = own.samples.time_s();
+    if own.report.is_some() {
+        let last = t.len() - 1;
+        let mut moves = vec![Move::new(t[0]..t[last], Ends::Free)];
+        measure_paths(own, &mut moves);
+        moves[0].displacement_m = displacement(own);
+        moves[0].uncalibrated_m = uncalibrated.and_then(displacement);
+        return moves;
+    }
+    let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
+    let mut moves = Vec::with_capacity(own.motion.moves.len());
+    for m in &own.motion.moves {
+        let ends = match m.bounds {
+            Bounds::Closed => Ends::RestToRest,
+            Bounds::OpenEnd => Ends::FromRest,
+            Bounds::OpenStart => Ends::ToRest,
+            Bounds::Open => Ends::Free,
+        };
+        let mut one = Move::new(t[m.samples.start]..t[m.samples.end], ends);
+        one.stances = m.stances;
+        one.replaced = m.clipped + m.spiked;
+        one.closure = m.closure.map(|c| Closure {
+            velocity_chi2: c.velocity_chi2,
+            tilt_chi2: c.tilt_chi2,
+            widened: c.enlarged,
+        });
+        one.unusable = m
+            .unusable()
+            .map(words::unusable)
+            .or_else(|| unconfirmed(own, m, options));
+        if one.unusable.is_none() {
+            let middle = (m.samples.start + m.samples.end) / 2;
+            let other = others.iter().find(|o| o.samples.contains(&middle));
+            let v0 = own.v0_mps();
+            let carried =
+                |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
+            one.displacement_m = Some(carried(m.displacement_m));
+            one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
+            one.sigma_m = options.bands.then(|| m.sd_m());
+            one.budget_m = (options.bands && !options.causal).then_some(Budget {
+                noise: m.budget.noise_m,
+                calibration: m.budget.calibration_m,
+                attitude: m.budget.attitude_m,
+            });
+        }
+        moves.push(one);
+    }
+    measure_paths(own, &mut moves);
+    moves
+}
+
+/// From the first sample to the last, m.
+fn displacement(estimate: &Estimate) -> Option<[f64; 3]> {
+    let from = estimate.states().next()?.position_m;
+    let to = estimate.states().last()?.position_m;
+    Some(std::array::from_fn(|c| to[c] - from[c]))
+}
+
+/// Why the only rest of a recording says nothing of a move: it may be constant speed.
+fn unconfirmed(
+    own: &Estimate,
+    m: &gravical_motion::Move,
+    options: &MotionOptions,
+) -> Option<String> {
+    let [only] = &own.motion.rests[..] else {
+        return None;
+    };
+    let t = own.samples.time_s();
+    let rest_s = t[only.end - 1] - t[only.start];
+    let is_short = rest_s < LONE_REST_S && m.stances == 0 && options.rests_s.is_none();
+    is_short.then(|| words::lone_rest(rest_s))
+}
+
+/// Peak speed and length of the path of each move.
+fn measure_paths(own: &Estimate, moves: &mut [Move]) {
+    let t = own.samples.time_s();
+    let mut next = 0;
+    let mut last: Option<(f64, f64)> = None;
+    for (state, &t_s) in own.states().zip(t) {
+        let speed = norm(&state.velocity_mps);
+        while moves.get(next).is_some_and(|m| m.end_s < t_s) {
+            next += 1;
+        }
+        if let Some(one) = moves
+            .get_mut(next)
+            .filter(|m| m.start_s <= t_s && m.unusable.is_none())
+        {
+            let peak = one.peak_speed_mps.get_or_insert(0.0);
+            *peak = peak.max(speed);
+            let path = one.path_m.get_or_insert(0.0);
+            if let Some((before_s, before)) = last.filter(|(before_s, _)| *before_s >= one.start_s)
+            {
+                *path += 0.5 * (before + speed) * (t_s - before_s);
+            }
+        }
+        last = Some((t_s, speed));
+    }
+}
+
+/// The end of the recording.
+pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
+    let is_known = moves.iter().all(|m| m.unusable.is_none());
+    let ends_unknown = |t_s: &f64| {
+        moves
+            .iter()
+            .any(|m| m.unusable.is_some() && m.end_s == *t_s)
+    };
+    let last = own.states().last();
+    let last = last.filter(|s| s.position_m.iter().all(|v| v.is_finite()));
+    FinalState {
+        position_m: last.filter(|_| is_known).map(|s| s.position_m),
+        sigma_m: last
+            .filter(|s| {
+                let bands = options.bands && s.position_sd_m.iter().all(|v| v.is_finite());
+                // At rest it is what may hide in the rest, not the noise.
+                is_known && bands && !moves.is_empty()
+            })
+            .map(|s| s.position_sd_m),
+        velocity_mps: last
+            .filter(|_| !own.samples.time_s().last().is_some_and(ends_unknown))
+            .map(|s| s.velocity_mps),
+    }
+}
+
+/// How far a move has to go to be seen, for durations that fit into the longest rest.
+pub(super) fn visible_moves(own: &Estimate, options: &MotionOptions) -> Vec<VisibleMove> {
+    if options.rests_s.is_some() || options.causal {
+        return Vec::new();
+    }
+    let t = own.samples.time_s();
+    let rests = own.motion.rests.iter();
+    let longest_s = rests.map(|r| t[r.end - 1] - t[r.start]).fold(0.0, f64::max);
+    let fits = REPORTED_S.into_iter().filter(|s| *s <= longest_s);
+    fits.filter_map(|seconds| {
+        let distance_m = own.motion.hidden_displacement_m(seconds)?;
+        Some(VisibleMove {
+            seconds,
+            distance_m,
+        })
+    })
+    .collect()
+}
