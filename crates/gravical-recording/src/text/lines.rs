@@ -28,8 +28,8 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// The next line, without its end and blanks before it.
-    pub(crate) fn next(&mut self) -> io::Result<Option<Cow<'_, str>>> {
+    /// The next line, without its end and blanks before it, and whether NUL bytes were removed.
+    pub(crate) fn next(&mut self) -> io::Result<Option<(Cow<'_, str>, bool)>> {
         let mut searched = self.at;
         let (start, end) = loop {
             if let Some(n) = memchr(self.line_end, &self.buffer[searched..]) {
@@ -52,10 +52,16 @@ impl<R: BufRead> Lines<R> {
             self.fill()?;
         };
         let bytes = &self.buffer[start..end];
-        Ok(Some(match std::str::from_utf8(bytes) {
+        if memchr(0, bytes).is_some() {
+            let text: Vec<u8> = bytes.iter().copied().filter(|b| *b != 0).collect();
+            let line = trim_end(&String::from_utf8_lossy(&text)).to_owned();
+            return Ok(Some((Cow::Owned(line), true)));
+        }
+        let line = match std::str::from_utf8(bytes) {
             Ok(line) => Cow::Borrowed(trim_end(line)),
             Err(_) => Cow::Owned(trim_end(&String::from_utf8_lossy(bytes)).to_owned()),
-        }))
+        };
+        Ok(Some((line, false)))
     }
 
     fn fill(&mut self) -> io::Result<()> {

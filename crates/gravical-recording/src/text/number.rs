@@ -19,7 +19,7 @@ pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     if let Some(rest) = field.strip_prefix('\u{2212}') {
         return parse_cell(rest, decimal_comma).map(|v| -v);
     }
-    parse_date(field)
+    parse_date(field, false)
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
@@ -41,7 +41,7 @@ fn parse_with_comma(field: &str) -> Option<f64> {
 }
 
 /// Seconds since 1970, or since midnight for a time of day (`mm:ss.f` counts from the hour).
-fn parse_date(text: &str) -> Option<f64> {
+pub(crate) fn parse_date(text: &str, is_day_first: bool) -> Option<f64> {
     if !text.as_bytes().first()?.is_ascii_digit() || !text.contains(':') {
         return None;
     }
@@ -65,7 +65,7 @@ fn parse_date(text: &str) -> Option<f64> {
         [b'p' | b'P', ..] => h % 12.0 + 12.0,
         _ => h % 24.0,
     };
-    Some(day.map_or(Some(0.0), parse_day)? + h * 3600.0 + m * 60.0 + s)
+    Some(day.map_or(Some(0.0), |d| parse_day(d, is_day_first))? + h * 3600.0 + m * 60.0 + s)
 }
 
 /// `h:m:s.f`, `h:m:s:ffff` (fraction behind a colon), `m:s.f` or `h:m`.
@@ -98,7 +98,7 @@ fn parse_clock(text: &str) -> Option<(f64, f64, f64)> {
 
 /// Seconds from 1970 to a day: `2024-3-1`, `1.3.2024`, `3/1/2024` (month first unless it cannot
 /// be), `01-Mar-2024`.
-fn parse_day(day: &str) -> Option<f64> {
+fn parse_day(day: &str, is_day_first: bool) -> Option<f64> {
     let mut parts = [0; 3];
     let mut count = 0;
     let mut has_name = false;
@@ -116,7 +116,7 @@ fn parse_day(day: &str) -> Option<f64> {
     let (year, month, day) = match () {
         _ if count < 3 => return None,
         _ if a > 31 => (a, b, c),
-        _ if a > 12 || has_name || day.contains('.') => (c, b, a),
+        _ if a > 12 || has_name || day.contains('.') || is_day_first => (c, b, a),
         _ => (c, a, b),
     };
     // Days of the civil calendar, years beginning in March (Hinnant, chrono-compatible algorithms).

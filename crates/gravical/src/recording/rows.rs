@@ -560,7 +560,7 @@ impl<S: Source> Rows<S> {
         if !self.unresolved.is_empty() {
             zeros.push(
                 Finding::new(
-                    FindingKind::ZeroTail,
+                    FindingKind::ZeroRows,
                     format!(
                         "all channels are zero in the last {} rows: too many to hold in memory, so they count as rows",
                         self.unresolved.count()
@@ -707,7 +707,7 @@ mod tests {
         let done = some.finish().unwrap();
         // They do not count as half of the rows, which would make zero a valid reading.
         assert!(done.summary.facts.cells == CellRules::default());
-        let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
+        let tail = done.zeros.iter().find(|f| f.kind == "zero-rows").unwrap();
         assert_eq!((tail.count, &tail.lines[..]), (40, &[[51, 90]][..]));
         // With all rows in memory there is no limit.
         let mut some = rows(&list);
@@ -719,7 +719,7 @@ mod tests {
         some.hold_at_most(10);
         assert_eq!(returned(&mut some).len(), 90);
         let done = some.finish().unwrap();
-        let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
+        let tail = done.zeros.iter().find(|f| f.kind == "zero-rows").unwrap();
         assert_eq!(tail.lines, [[72, 90]]);
         // A later row ends the tail.
         list.push(STILL);
@@ -727,6 +727,6 @@ mod tests {
         some.hold_at_most(10);
         assert_eq!(returned(&mut some).len(), 91);
         let done = some.finish().unwrap();
-        assert!(!done.zeros.iter().any(|f| f.kind == "zero-tail"));
+        assert!(!done.zeros.iter().any(|f| f.message.contains("too many")));
     }
 }

@@ -21,9 +21,9 @@ use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{
     BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, untimed,
 };
-use super::unit_choice::{UnitDoubt, decide_accel};
+use super::unit_choice::decide_accel;
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
-use super::{POSSIBLE_C, ReadOptions, Recording};
+use super::{POSSIBLE_C, ReadOptions, Recording, UnitDoubt};
 use crate::finding::{Finding, FindingKind};
 use crate::resolution::AxisValues;
 use crate::stats::{Thinned, median};

@@ -58,6 +58,18 @@ pub(super) fn is_one(head: &[u8]) -> bool {
     axivity::is_one(head)
 }
 
+/// True if the file at `path`, plain or packed, is a `.cwa` file.
+///
+/// # Errors
+///
+/// As [`open`](super::open::open).
+pub(crate) fn is_file(path: &Path) -> Result<bool> {
+    let input = super::open::open(path, &super::ReadOptions::default())?;
+    let head = super::open::peek(input.reader, MAGIC);
+    let (head, _) = head.map_err(|e| Error::io(path, e))?;
+    Ok(is_one(&head))
+}
+
 /// Length of the complete blocks of `head`, the beginning of a file.
 pub(super) fn complete_blocks(head: &[u8]) -> usize {
     let Ok(mut blocks) = axivity::Blocks::new(head) else {
