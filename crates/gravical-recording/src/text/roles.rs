@@ -254,6 +254,8 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
     let mut thermometer = None;
     let (first, second) = match (n - usize::from(is_open)).checked_sub(from)? {
         3 => return Some((axes(0), None)),
+        // Which of four numbers would be the stamp?
+        4 if format.options.is_gyroscope => return None,
         4 => {
             format.columns[from + 3].role = Role::Temperature;
             return Some((axes(0), None));
