@@ -44,11 +44,12 @@ pub use error::Error;
 pub use judge::UnitDoubt;
 pub use note::{Note, NoteKind};
 pub use options::{ColumnChoice, ColumnsSpec, POSSIBLE, ReadOptions};
-pub use recording::{CALIBRATED, Labels, Recording, Timing};
+pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, whole_lines};
 pub use spans::{LineSpans, format_spans};
 pub use table::{TableColumn, table_channels};
 pub use text::{
     Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, Format, Reason, Role, is_prose, sniff,
+    sniff_table,
 };
 pub use time_unit::TimeUnit;
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};

@@ -19,4 +19,4 @@ pub use batches::{BATCH_ROWS, Batches};
 pub use format::Format;
 pub use names::{Column, Role};
 pub(crate) use number::parse_date;
-pub use sniff::{is_prose, sniff};
+pub use sniff::{is_prose, sniff, sniff_table};
