@@ -7,6 +7,7 @@
 //! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
 //! 4. [`judge`]: functions over slices: clock, unit, encodings, defects, breaks.
 //! 5. [`Recording`]: one batch that holds everything, and what was judged of it.
+//! 6. [`write`]: batches to a table, other columns copied from the text of the rows.
 //!
 //! Rows and lines set aside ([`Aside`]) are all lines, always.
 //!
@@ -27,13 +28,16 @@
 pub mod bytes;
 mod error;
 pub mod judge;
+mod later;
 mod note;
 mod recording;
 mod text;
 mod units;
+pub mod write;
 
 pub use error::Error;
+pub use later::{Channels, Contradicted, Contradiction, Later};
 pub use note::Note;
 pub use recording::{Labels, Recording};
-pub use text::{Aside, BATCH_ROWS, Batch, Batches, Column, Format, Reason, Role, sniff};
+pub use text::{Aside, BATCH_ROWS, Batch, Batches, Column, Format, Reason, Role, RowTexts, sniff};
 pub use units::{AccelUnit, GyroUnit};

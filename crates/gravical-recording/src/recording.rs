@@ -33,6 +33,8 @@ pub struct Recording {
     pub accel: [Vec<f64>; 3],
     /// Its unit, with the nominal scale
     pub accel_scale: AccelScale,
+    /// How the numbers were written, where it was undone
+    pub encoding: Option<Encoding>,
     /// Angular rate in the unit of the file
     pub gyro: Option<[Vec<f64>; 3]>,
     /// Its unit, where the head gives it
@@ -134,11 +136,13 @@ impl Recording {
             time_s,
             accel,
             accel_scale,
+            encoding,
             gyro,
             gyro_unit: format
                 .gyro
                 .and_then(|g| GyroUnit::parse(&format.columns[g[0]].unit)),
-            temperature_c: find_temperature(format, &mut rows),
+            temperature_c: find_thermometer(format, &rows)
+                .map(|c| std::mem::take(&mut rows.columns[c])),
             labels: find_labels(format, &mut rows),
             rate_hz,
             breaks,
@@ -164,7 +168,7 @@ fn whole_lines(head: &[u8]) -> String {
     String::from_utf8_lossy(&head[..end.map_or(head.len(), |e| e + 1)]).into_owned()
 }
 
-fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
+pub(crate) fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
     columns
         .iter()
         .map(|c| rows.columns[*c].as_slice())
@@ -257,7 +261,7 @@ fn find_clock(format: &Format, rows: &Batch) -> Option<Clock> {
 }
 
 /// Accelerometer and gyroscope that stand side by side may be shifted against their names.
-fn slipped_row(
+pub(crate) fn slipped_row(
     format: &Format,
     accel: &[Vec<f64>; 3],
     gyro: Option<&[Vec<f64>; 3]>,
@@ -304,11 +308,10 @@ fn judge_unit(
 }
 
 /// The first thermometer that lives: one that stays at zero loses.
-fn find_temperature(format: &Format, rows: &mut Batch) -> Option<Vec<f64>> {
-    let mut thermometers = format.columns.iter().zip(&mut rows.columns);
+pub(crate) fn find_thermometer(format: &Format, rows: &Batch) -> Option<usize> {
+    let mut columns = format.columns.iter().zip(&rows.columns);
     let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != 0.0);
-    let found = thermometers.find(|(c, v)| c.role == Role::Temperature && is_alive(v));
-    found.map(|(_, values)| std::mem::take(values))
+    columns.position(|(c, v)| c.role == Role::Temperature && is_alive(v))
 }
 
 fn find_labels(format: &Format, rows: &mut Batch) -> Option<Labels> {

@@ -14,9 +14,11 @@ mod sniff;
 mod words;
 
 pub(crate) use batch::retain;
-pub use batch::{Aside, Batch, Reason};
+pub use batch::{Aside, Batch, Reason, RowTexts};
 pub use batches::{BATCH_ROWS, Batches};
+pub(crate) use dialect::Delimiter;
 pub use format::Format;
+pub(crate) use format::Layout;
 pub use names::{Column, Role};
 pub(crate) use roles::sensor_codes;
 pub use sniff::sniff;

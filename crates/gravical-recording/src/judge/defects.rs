@@ -60,7 +60,7 @@ pub fn mark_hung(accel: [&[f64]; 3], gyro: &[&[f64]]) -> Vec<bool> {
 }
 
 /// Whether the steps in which the accelerometer is written are finer than its noise may be.
-fn resolves_noise(accel: [&[f64]; 3]) -> bool {
+pub(crate) fn resolves_noise(accel: [&[f64]; 3]) -> bool {
     let rows = accel[0].len().min(RESOLUTION_ROWS);
     let axes = accel.map(|axis| &axis[..rows]);
     let Some(gravity) = median(quiet_norms(axes)) else {

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use memchr::memchr;
+
 /// Why a line holds no row of the recording, or a row no measurement.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Reason {
@@ -101,6 +103,37 @@ pub struct Batch {
     pub rejected: usize,
     /// Lines without a row
     pub aside: Aside,
+    /// Text of each row, where it was asked for
+    pub text: RowTexts,
+}
+
+/// Text of the rows of a batch, from which columns are copied.
+///
+/// A row of a table is its line, without its end and without NUL bytes. Of a row that is wrapped
+/// in words it is the text of its numbers, parted by commas.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct RowTexts {
+    bytes: Vec<u8>,
+    ends: Vec<usize>,
+}
+
+impl RowTexts {
+    pub(crate) fn push(&mut self, line: &str) {
+        if memchr(0, line.as_bytes()).is_some() {
+            self.bytes.extend(line.bytes().filter(|b| *b != 0));
+        } else {
+            self.bytes.extend_from_slice(line.as_bytes());
+        }
+        self.ends.push(self.bytes.len());
+    }
+
+    /// Text of each row.
+    pub fn iter(&self) -> impl Iterator<Item = &[u8]> {
+        let starts = [0].into_iter().chain(self.ends.iter().copied());
+        starts
+            .zip(&self.ends)
+            .map(|(from, to)| &self.bytes[from..*to])
+    }
 }
 
 impl Batch {
@@ -127,9 +160,10 @@ impl Batch {
         columns + texts + size_of_val(self.lines.as_slice())
     }
 
-    /// Adds the rows of the batch that follows.
+    /// Adds the rows of the batch that follows, without their text.
     pub fn append(&mut self, mut later: Batch) {
         let (rows, later_rows) = (self.rows(), later.rows());
+        (self.text, later.text) = Default::default();
         if rows == 0 && self.aside.lines == 0 {
             *self = later;
             return;

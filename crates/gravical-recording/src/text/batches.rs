@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead};
 
-use super::batch::{Batch, Reason};
+use super::batch::{Batch, Reason, RowTexts};
 use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
 use super::lines::Lines;
@@ -36,6 +36,10 @@ pub struct Batches<'a, R> {
     has_break: bool,
     /// Place of the last line within its row.
     place: Option<usize>,
+    /// The rows keep their text.
+    keeps_text: bool,
+    /// Text of the numbers of the row that is being read from sentences.
+    slots: Vec<String>,
     error: Option<io::Error>,
     is_done: bool,
 }
@@ -53,9 +57,18 @@ impl<'a, R: BufRead> Batches<'a, R> {
             has_blank: false,
             has_break: false,
             place: None,
+            keeps_text: false,
+            slots: vec![String::new(); fields],
             error: None,
             is_done: false,
         }
+    }
+
+    /// Keeps the text of the rows in [`Batch::text`].
+    #[must_use]
+    pub fn with_text(mut self) -> Self {
+        self.keeps_text = true;
+        self
     }
 
     /// Reads on until a batch is full and a new row would begin.
@@ -80,6 +93,8 @@ impl<'a, R: BufRead> Batches<'a, R> {
                 has_blank: &mut self.has_blank,
                 has_break: &mut self.has_break,
                 place: &mut self.place,
+                keeps_text: self.keeps_text,
+                slots: &mut self.slots,
             };
             parser.read(&line);
             // The lines of a row that has begun belong to its batch.
@@ -100,6 +115,9 @@ impl<'a, R: BufRead> Batches<'a, R> {
     }
 
     fn finish_batch(&mut self) -> Batch {
+        if self.place.is_some() && self.keeps_text {
+            push_slots(&mut self.slots, &mut self.batch.text);
+        }
         let mut batch = std::mem::replace(&mut self.batch, Batch::new(self.format.columns.len()));
         let rows = batch.rows();
         batch
@@ -136,6 +154,8 @@ struct RowParser<'a> {
     has_blank: &'a mut bool,
     has_break: &'a mut bool,
     place: &'a mut Option<usize>,
+    keeps_text: bool,
+    slots: &'a mut [String],
 }
 
 impl RowParser<'_> {
@@ -195,6 +215,9 @@ impl RowParser<'_> {
             return self.set_aside(Reason::NoNumbers);
         }
         self.begin_row();
+        if self.keeps_text {
+            self.batch.text.push(line);
+        }
         for (c, value) in self
             .values
             .iter()
@@ -230,6 +253,9 @@ impl RowParser<'_> {
             return self.set_aside(Reason::NoNumbers);
         };
         if self.place.is_none_or(|last| sentence.place <= last) {
+            if self.place.is_some() && self.keeps_text {
+                push_slots(self.slots, &mut self.batch.text);
+            }
             self.begin_row();
             let columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
             columns
@@ -241,6 +267,9 @@ impl RowParser<'_> {
         }
         *self.place = Some(sentence.place);
         for (k, number) in sentence.numbers.iter().enumerate() {
+            if self.keeps_text {
+                (*number).clone_into(&mut self.slots[sentence.first_slot + k]);
+            }
             let cell = self.batch.columns[sentence.first_slot + k].last_mut();
             if let (Some(cell), Some(value)) = (cell, parse_cell(number, false)) {
                 *cell = value;
@@ -260,4 +289,10 @@ impl RowParser<'_> {
             .lines
             .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
     }
+}
+
+/// Ends the text of a row that is wrapped in words.
+fn push_slots(slots: &mut [String], text: &mut RowTexts) {
+    text.push(&slots.join(","));
+    slots.iter_mut().for_each(String::clear);
 }

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod defects;
+mod later;
 mod loggers;
 mod properties;
 mod real;
 mod shapes;
 mod support;
+mod write;
 mod writings;

@@ -20,7 +20,7 @@ const TWO_POW_53: f64 = 9_007_199_254_740_992.0;
 ///
 /// ```
 /// let mut row = Vec::new();
-/// gravical::scan::write_fixed(&mut row, -9.80665, 3);
+/// gravical_recording::write::write_fixed(&mut row, -9.80665, 3);
 /// assert_eq!(row, b"-9.807");
 /// ```
 #[inline]
@@ -92,7 +92,7 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
 ///
 /// ```
 /// let mut row = Vec::new();
-/// gravical::scan::write_trimmed(&mut row, -0.0625, 12);
+/// gravical_recording::write::write_trimmed(&mut row, -0.0625, 12);
 /// assert_eq!(row, b"-0.0625");
 /// ```
 #[inline]
