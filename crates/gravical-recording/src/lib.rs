@@ -39,5 +39,7 @@ pub use error::Error;
 pub use later::{Channels, Contradicted, Contradiction, Later};
 pub use note::Note;
 pub use recording::{Labels, Recording};
-pub use text::{Aside, BATCH_ROWS, Batch, Batches, Column, Format, Reason, Role, RowTexts, sniff};
+pub use text::{
+    Aside, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, Role, sniff,
+};
 pub use units::{AccelUnit, GyroUnit};

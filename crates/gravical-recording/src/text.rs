@@ -14,7 +14,7 @@ mod sniff;
 mod words;
 
 pub(crate) use batch::retain;
-pub use batch::{Aside, Batch, Reason, RowTexts};
+pub use batch::{Aside, Batch, CopiedText, Reason};
 pub use batches::{BATCH_ROWS, Batches};
 pub(crate) use dialect::Delimiter;
 pub use format::Format;

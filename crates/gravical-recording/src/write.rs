@@ -10,9 +10,7 @@ pub use fixed::{write_fixed, write_trimmed};
 
 use std::io::{self, Write};
 
-use memchr::{memchr, memchr2};
-
-use crate::text::{Delimiter, Format, Layout, Role, RowTexts};
+use crate::text::{CopiedText, Delimiter, Format, Layout, Role};
 
 /// Bytes that are collected before they are written.
 const BLOCK_BYTES: usize = 1 << 18;
@@ -29,9 +27,9 @@ pub struct NewColumn {
 /// Where the cells of a column come from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cell {
-    /// Columns of the input from the first to the last, byte for byte
-    Copied(usize, usize),
-    /// A text of the input in quotes where this table needs them
+    /// A piece of the text of the input, byte for byte
+    Copied(usize),
+    /// The same in quotes where this table needs them
     Quoted(usize),
     /// A column of values with so many decimals; empty where it is NaN
     Fixed(usize, u32),
@@ -49,8 +47,7 @@ pub struct Table {
     cells: Vec<Cell>,
     delimiter: u8,
     decimal_comma: bool,
-    /// Delimiter of the text of the rows, and the number of its fields that are looked at
-    input: (Delimiter, usize),
+    copied: Vec<(usize, usize)>,
 }
 
 impl Table {
@@ -75,7 +72,7 @@ impl Table {
                 Delimiter::Whitespace => b'\t',
             },
             decimal_comma,
-            input: (delimiter, 0),
+            copied: Vec::new(),
         };
         let fields = format.columns.len();
         let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
@@ -87,7 +84,7 @@ impl Table {
                 }
                 None => {
                     let name = table.unused_name(name, columns, &input);
-                    table.copy(field, name);
+                    table.copy(field, name, delimiter);
                 }
             }
         }
@@ -96,37 +93,31 @@ impl Table {
                 table.push(column.name.clone(), Cell::Fixed(value, decimals));
             }
         }
-        let last = |cell: &Cell| {
-            if let Cell::Copied(_, last) = cell {
-                last + 1
-            } else {
-                0
-            }
-        };
-        table.input.1 = table.cells.iter().map(last).max().unwrap_or(0);
         table
     }
 
-    /// A table of these columns, parted by commas.
+    /// A table of these columns, parted by commas; `copied` are the columns of the input that are
+    /// its pieces.
     #[must_use]
-    pub fn plain(format: &Format, columns: impl IntoIterator<Item = (String, Cell)>) -> Self {
-        let (names, cells): (Vec<String>, Vec<Cell>) = columns.into_iter().unzip();
-        let last = |cell: &Cell| {
-            if let Cell::Quoted(field) = cell {
-                field + 1
-            } else {
-                0
-            }
-        };
-        let fields = cells.iter().map(last).max().unwrap_or(0);
+    pub fn plain(
+        columns: impl IntoIterator<Item = (String, Cell)>,
+        copied: impl IntoIterator<Item = usize>,
+    ) -> Self {
+        let (names, cells) = columns.into_iter().unzip();
         Table {
             names,
             renamed: Vec::new(),
             cells,
             delimiter: b',',
             decimal_comma: false,
-            input: (dialect(format).0, fields),
+            copied: copied.into_iter().map(|c| (c, c)).collect(),
         }
+    }
+
+    /// The columns whose text is copied, for [`Batches::with_text`](crate::Batches::with_text).
+    #[must_use]
+    pub fn copied(&self) -> &[(usize, usize)] {
+        &self.copied
     }
 
     fn push(&mut self, name: String, cell: Cell) {
@@ -134,15 +125,19 @@ impl Table {
         self.cells.push(cell);
     }
 
-    /// Copies a column, together with the one before it if that is copied too.
-    fn copy(&mut self, field: usize, name: String) {
-        let is_parted_by_byte = matches!(self.input.0, Delimiter::Byte(_));
-        match self.cells.last_mut() {
-            Some(Cell::Copied(_, last)) if is_parted_by_byte => {
+    /// Copies a column, together with the one before it if that is copied too and one byte parts
+    /// them.
+    fn copy(&mut self, field: usize, name: String, delimiter: Delimiter) {
+        let follows = matches!(self.cells.last(), Some(Cell::Copied(_)));
+        match self.copied.last_mut() {
+            Some((_, last)) if follows && matches!(delimiter, Delimiter::Byte(_)) => {
                 *last = field;
                 self.names.push(name);
             }
-            _ => self.push(name, Cell::Copied(field, field)),
+            _ => {
+                self.push(name, Cell::Copied(self.copied.len()));
+                self.copied.push((field, field));
+            }
         }
     }
 
@@ -194,8 +189,6 @@ pub struct Writer<W> {
     out: W,
     table: Table,
     bytes: Vec<u8>,
-    /// Start and end of the fields of a row.
-    spans: Vec<(usize, usize)>,
 }
 
 impl<W: Write> Writer<W> {
@@ -207,32 +200,28 @@ impl<W: Write> Writer<W> {
             bytes.push(table.delimiter);
         }
         end_line(&mut bytes);
-        Writer {
-            out,
-            table,
-            bytes,
-            spans: Vec::new(),
-        }
+        Writer { out, table, bytes }
     }
 
-    /// Writes the rows of a batch: its text, and columns of values of the same length. A blank
-    /// line stands before the rows of `breaks`, which rise.
+    /// Writes rows of a batch: its text, and columns of values of the same length. A blank line
+    /// stands before the rows of `breaks`, which rise.
     ///
     /// # Errors
     ///
     /// Errors of writing.
-    pub fn write_batch(
+    pub fn write_rows(
         &mut self,
-        text: &RowTexts,
+        rows: impl IntoIterator<Item = usize>,
+        text: &CopiedText,
         values: &[&[f64]],
         breaks: &[usize],
     ) -> io::Result<()> {
         let mut breaks = breaks.iter().copied().peekable();
-        for (row, line) in text.iter().enumerate() {
-            if breaks.next_if_eq(&row).is_some() {
+        for row in rows {
+            while breaks.next_if(|b| *b <= row).is_some() {
                 self.bytes.push(b'\n');
             }
-            self.write_row(line, values, row);
+            self.write_row(text, values, row);
             if self.bytes.len() >= BLOCK_BYTES {
                 self.out.write_all(&self.bytes)?;
                 self.bytes.clear();
@@ -252,21 +241,13 @@ impl<W: Write> Writer<W> {
     }
 
     #[inline]
-    fn write_row(&mut self, line: &[u8], values: &[&[f64]], row: usize) {
-        let (delimiter, fields) = self.table.input;
-        split(line, delimiter, fields, &mut self.spans);
+    fn write_row(&mut self, text: &CopiedText, values: &[&[f64]], row: usize) {
         let out = &mut self.bytes;
         for cell in &self.table.cells {
             match *cell {
-                Cell::Copied(first, last) => {
-                    if let (Some(from), Some(to)) = (self.spans.get(first), self.spans.get(last)) {
-                        out.extend_from_slice(&line[from.0..to.1]);
-                    }
-                }
-                Cell::Quoted(field) => {
-                    if let Some((from, to)) = self.spans.get(field) {
-                        write_quoted(out, unquoted(&line[*from..*to]), self.table.delimiter);
-                    }
+                Cell::Copied(piece) => out.extend_from_slice(text.piece(row, piece)),
+                Cell::Quoted(piece) => {
+                    write_quoted(out, unquoted(text.piece(row, piece)), self.table.delimiter);
                 }
                 Cell::Fixed(column, decimals) => {
                     write_fixed(out, values[column][row], decimals);
@@ -289,46 +270,6 @@ fn end_line(out: &mut [u8]) {
     if let Some(end) = out.last_mut() {
         *end = b'\n';
     }
-}
-
-/// Start and end of the first fields of a line; quotes and blanks beside a delimiter belong to
-/// the field.
-fn split(line: &[u8], delimiter: Delimiter, fields: usize, spans: &mut Vec<(usize, usize)>) {
-    spans.clear();
-    let mut at = 0;
-    while spans.len() < fields {
-        let rest = &line[at..];
-        match delimiter {
-            Delimiter::Whitespace => {
-                let Some(start) = rest.iter().position(|b| !b.is_ascii_whitespace()) else {
-                    return;
-                };
-                let length = rest[start..].iter().position(u8::is_ascii_whitespace);
-                let end = length.map_or(line.len(), |n| at + start + n);
-                spans.push((at + start, end));
-                at = end;
-            }
-            Delimiter::Byte(byte) => {
-                let Some(length) = field_length(rest, byte) else {
-                    spans.push((at, line.len()));
-                    return;
-                };
-                spans.push((at, at + length));
-                at += length + 1;
-            }
-        }
-    }
-}
-
-/// Bytes before the next delimiter that stands outside of quotes.
-fn field_length(text: &[u8], delimiter: u8) -> Option<usize> {
-    let mut at = memchr2(delimiter, b'"', text)?;
-    while text[at] == b'"' {
-        at += 1;
-        at += memchr(b'"', &text[at..])? + 1;
-        at += memchr2(delimiter, b'"', &text[at..])?;
-    }
-    Some(at)
 }
 
 /// A text without blanks and quotes around it; quotes in it stay doubled.

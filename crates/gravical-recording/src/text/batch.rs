@@ -103,36 +103,48 @@ pub struct Batch {
     pub rejected: usize,
     /// Lines without a row
     pub aside: Aside,
-    /// Text of each row, where it was asked for
-    pub text: RowTexts,
+    /// Text of columns, where it was asked for
+    pub text: CopiedText,
 }
 
-/// Text of the rows of a batch, from which columns are copied.
-///
-/// A row of a table is its line, without its end and without NUL bytes. Of a row that is wrapped
-/// in words it is the text of its numbers, parted by commas.
+/// Text of the columns that are copied, byte for byte but for NUL bytes.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct RowTexts {
+pub struct CopiedText {
     bytes: Vec<u8>,
+    /// Ends of the pieces of all rows.
     ends: Vec<usize>,
+    pieces: usize,
 }
 
-impl RowTexts {
-    pub(crate) fn push(&mut self, line: &str) {
-        if memchr(0, line.as_bytes()).is_some() {
-            self.bytes.extend(line.bytes().filter(|b| *b != 0));
+impl CopiedText {
+    /// Without rows, for so many pieces a row; room for as many bytes as the batch before took.
+    pub(crate) fn new(pieces: usize, bytes: usize, rows: usize) -> Self {
+        CopiedText {
+            bytes: Vec::with_capacity(bytes),
+            ends: Vec::with_capacity(rows * pieces),
+            pieces,
+        }
+    }
+
+    pub(crate) fn push(&mut self, piece: &str) {
+        if memchr(0, piece.as_bytes()).is_some() {
+            self.bytes.extend(piece.bytes().filter(|b| *b != 0));
         } else {
-            self.bytes.extend_from_slice(line.as_bytes());
+            self.bytes.extend_from_slice(piece.as_bytes());
         }
         self.ends.push(self.bytes.len());
     }
 
-    /// Text of each row.
-    pub fn iter(&self) -> impl Iterator<Item = &[u8]> {
-        let starts = [0].into_iter().chain(self.ends.iter().copied());
-        starts
-            .zip(&self.ends)
-            .map(|(from, to)| &self.bytes[from..*to])
+    pub(crate) fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// A piece of a row.
+    #[must_use]
+    pub fn piece(&self, row: usize, piece: usize) -> &[u8] {
+        let at = row * self.pieces + piece;
+        let from = at.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.bytes[from..self.ends[at]]
     }
 }
 

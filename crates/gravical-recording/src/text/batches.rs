@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead};
 
-use super::batch::{Batch, Reason, RowTexts};
+use super::batch::{Batch, CopiedText, Reason};
 use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
 use super::lines::Lines;
@@ -31,13 +31,16 @@ pub struct Batches<'a, R> {
     batch: Batch,
     /// Words of each column, in order of appearance.
     words: Vec<Vec<String>>,
-    values: Vec<Option<f64>>,
+    /// Columns of the row that hold text.
+    text_cells: Vec<usize>,
     has_blank: bool,
     has_break: bool,
     /// Place of the last line within its row.
     place: Option<usize>,
-    /// The rows keep their text.
-    keeps_text: bool,
+    /// Columns whose text is kept, each piece from the first to the last.
+    copied: Vec<(usize, usize)>,
+    /// Where the fields of the row begin and end.
+    spans: Vec<(usize, usize)>,
     /// Text of the numbers of the row that is being read from sentences.
     slots: Vec<String>,
     error: Option<io::Error>,
@@ -53,21 +56,23 @@ impl<'a, R: BufRead> Batches<'a, R> {
             count: 0,
             batch: Batch::new(fields),
             words: vec![Vec::new(); fields],
-            values: Vec::with_capacity(fields),
+            text_cells: Vec::new(),
             has_blank: false,
             has_break: false,
             place: None,
-            keeps_text: false,
+            copied: Vec::new(),
+            spans: Vec::new(),
             slots: vec![String::new(); fields],
             error: None,
             is_done: false,
         }
     }
 
-    /// Keeps the text of the rows in [`Batch::text`].
+    /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
     #[must_use]
-    pub fn with_text(mut self) -> Self {
-        self.keeps_text = true;
+    pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
+        self.copied = pieces.to_vec();
+        self.batch.text = CopiedText::new(pieces.len(), 0, 0);
         self
     }
 
@@ -89,14 +94,15 @@ impl<'a, R: BufRead> Batches<'a, R> {
                 line_number: self.count,
                 batch: &mut self.batch,
                 words: &mut self.words,
-                values: &mut self.values,
+                text_cells: &mut self.text_cells,
                 has_blank: &mut self.has_blank,
                 has_break: &mut self.has_break,
                 place: &mut self.place,
-                keeps_text: self.keeps_text,
+                copied: &self.copied,
+                spans: &mut self.spans,
                 slots: &mut self.slots,
             };
-            parser.read(&line);
+            parser.read(line);
             // The lines of a row that has begun belong to its batch.
             let is_whole = matches!(self.format.layout, Layout::Table(_))
                 || self
@@ -115,10 +121,11 @@ impl<'a, R: BufRead> Batches<'a, R> {
     }
 
     fn finish_batch(&mut self) -> Batch {
-        if self.place.is_some() && self.keeps_text {
-            push_slots(&mut self.slots, &mut self.batch.text);
+        if self.place.is_some() {
+            push_slots(&mut self.slots, &self.copied, &mut self.batch.text);
         }
-        let mut batch = std::mem::replace(&mut self.batch, Batch::new(self.format.columns.len()));
+        let next = self.next_batch();
+        let mut batch = std::mem::replace(&mut self.batch, next);
         let rows = batch.rows();
         batch
             .texts
@@ -129,6 +136,19 @@ impl<'a, R: BufRead> Batches<'a, R> {
         batch.aside.lines = self.count;
         self.place = None;
         batch
+    }
+
+    /// An empty batch with room for as many rows as this one has.
+    fn next_batch(&self) -> Batch {
+        let mut next = Batch::new(self.format.columns.len());
+        let rows = self.batch.rows();
+        let columns = next.columns.iter_mut().zip(&self.format.is_read);
+        for (column, _) in columns.filter(|(_, is_read)| **is_read) {
+            column.reserve_exact(rows);
+        }
+        next.lines.reserve_exact(rows);
+        next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
+        next
     }
 }
 
@@ -150,11 +170,12 @@ struct RowParser<'a> {
     line_number: usize,
     batch: &'a mut Batch,
     words: &'a mut [Vec<String>],
-    values: &'a mut Vec<Option<f64>>,
+    text_cells: &'a mut Vec<usize>,
     has_blank: &'a mut bool,
     has_break: &'a mut bool,
     place: &'a mut Option<usize>,
-    keeps_text: bool,
+    copied: &'a [(usize, usize)],
+    spans: &'a mut Vec<(usize, usize)>,
     slots: &'a mut [String],
 }
 
@@ -193,44 +214,50 @@ impl RowParser<'_> {
     }
 
     fn read_fields(mut self, line: &str, dialect: Dialect) {
-        self.values.clear();
-        let mut has_text = false;
+        let row = self.batch.rows();
+        self.text_cells.clear();
+        self.spans.clear();
+        let (mut count, mut has_number) = (0, false);
         let mut cells = fields(line, dialect.delimiter);
         loop {
-            let is_read = self.format.is_read.get(self.values.len()).copied();
-            let cell = if is_read == Some(true) {
+            let is_read = self.format.is_read.get(count) == Some(&true);
+            let cell = if is_read {
                 cells.next_cell(dialect.decimal_comma)
             } else {
                 cells.next().map(|_| Some(f64::NAN))
             };
             let Some(value) = cell else { break };
-            has_text |= value.is_none();
-            self.values.push(value);
+            if !self.copied.is_empty() {
+                self.spans.push(cells.last_span(line));
+            }
+            if is_read {
+                has_number |= value.is_some_and(f64::is_finite);
+                self.batch.columns[count].push(value.unwrap_or(f64::NAN));
+            }
+            if value.is_none() {
+                self.text_cells.push(count);
+            }
+            count += 1;
         }
-        if self.values.len() != dialect.fields {
-            return self.set_aside(Reason::Width);
-        }
-        if !self.values.iter().flatten().any(|v| v.is_finite()) {
-            *self.has_break |= has_text;
-            return self.set_aside(Reason::NoNumbers);
+        let reason = match () {
+            _ if count != dialect.fields => Some(Reason::Width),
+            _ if !has_number => Some(Reason::NoNumbers),
+            _ => None,
+        };
+        if let Some(reason) = reason {
+            self.batch.columns.iter_mut().for_each(|c| c.truncate(row));
+            *self.has_break |= reason == Reason::NoNumbers && !self.text_cells.is_empty();
+            return self.set_aside(reason);
         }
         self.begin_row();
-        if self.keeps_text {
-            self.batch.text.push(line);
+        for (first, last) in self.copied {
+            let (from, to) = (self.spans[*first].0, self.spans[*last].1);
+            self.batch.text.push(&line[from..to]);
         }
-        for (c, value) in self
-            .values
-            .iter()
-            .enumerate()
-            .filter(|(c, _)| self.format.is_read[*c])
-        {
-            self.batch.columns[c].push(value.unwrap_or(f64::NAN));
-        }
-        if has_text {
-            for (c, field) in fields(line, dialect.delimiter).enumerate() {
-                if self.values[c].is_none() {
-                    self.push_word(c, field);
-                }
+        for k in 0..self.text_cells.len() {
+            let column = self.text_cells[k];
+            if let Some(field) = fields(line, dialect.delimiter).nth(column) {
+                self.push_word(column, field);
             }
         }
     }
@@ -253,8 +280,8 @@ impl RowParser<'_> {
             return self.set_aside(Reason::NoNumbers);
         };
         if self.place.is_none_or(|last| sentence.place <= last) {
-            if self.place.is_some() && self.keeps_text {
-                push_slots(self.slots, &mut self.batch.text);
+            if self.place.is_some() {
+                push_slots(self.slots, self.copied, &mut self.batch.text);
             }
             self.begin_row();
             let columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
@@ -267,7 +294,7 @@ impl RowParser<'_> {
         }
         *self.place = Some(sentence.place);
         for (k, number) in sentence.numbers.iter().enumerate() {
-            if self.keeps_text {
+            if !self.copied.is_empty() {
                 (*number).clone_into(&mut self.slots[sentence.first_slot + k]);
             }
             let cell = self.batch.columns[sentence.first_slot + k].last_mut();
@@ -291,8 +318,10 @@ impl RowParser<'_> {
     }
 }
 
-/// Ends the text of a row that is wrapped in words.
-fn push_slots(slots: &mut [String], text: &mut RowTexts) {
-    text.push(&slots.join(","));
+/// Copies the numbers of a row that was wrapped in words.
+fn push_slots(slots: &mut [String], copied: &[(usize, usize)], text: &mut CopiedText) {
+    for (first, last) in copied {
+        text.push(&slots[*first..=*last].join(","));
+    }
     slots.iter_mut().for_each(String::clear);
 }

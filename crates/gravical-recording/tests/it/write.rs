@@ -5,21 +5,22 @@ use std::io::Cursor;
 use gravical_recording::write::{Cell, NewColumn, Table, Writer};
 use gravical_recording::{Batch, Format, sniff};
 
-fn read(text: &str) -> (Format, Vec<Batch>) {
-    let format = sniff(text, "").unwrap();
-    let batches = format.batches(Cursor::new(text)).with_text();
-    let batches = batches.map(|b| b.unwrap()).collect();
-    (format, batches)
-}
-
-fn write(table: Table, batches: &[Batch], values: impl Fn(&Batch) -> Vec<Vec<f64>>) -> String {
+fn write(
+    text: &str,
+    format: &Format,
+    table: Table,
+    values: impl Fn(&Batch) -> Vec<Vec<f64>>,
+) -> String {
     let mut out = Vec::new();
+    let batches = format.batches(Cursor::new(text)).with_text(table.copied());
     let mut writer = Writer::new(&mut out, table);
     for batch in batches {
-        let values = values(batch);
+        let batch = batch.unwrap();
+        let values = values(&batch);
         let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        let rows = 0..batch.rows();
         writer
-            .write_batch(&batch.text, &values, &batch.blanks)
+            .write_rows(rows, &batch.text, &values, &batch.blanks)
             .unwrap();
     }
     writer.finish().unwrap();
@@ -28,7 +29,7 @@ fn write(table: Table, batches: &[Batch], values: impl Fn(&Batch) -> Vec<Vec<f64
 
 /// The axes of the accelerometer with three decimals under new names.
 fn rewritten(text: &str, keep_replaced: bool) -> (String, Table) {
-    let (format, batches) = read(text);
+    let format = sniff(text, "").unwrap();
     let new: Vec<NewColumn> = (0..3)
         .map(|i| NewColumn {
             name: ["new_x", "new_y", "new_z"][i].to_owned(),
@@ -37,7 +38,7 @@ fn rewritten(text: &str, keep_replaced: bool) -> (String, Table) {
         .collect();
     let table = Table::with_new(&format, &new, 3, keep_replaced);
     let axes = |b: &Batch| format.accel.map(|c| b.columns[c].clone()).to_vec();
-    (write(table.clone(), &batches, axes), table)
+    (write(text, &format, table.clone(), axes), table)
 }
 
 #[test]
@@ -136,13 +137,13 @@ fn numbers_wrapped_in_words_become_a_table() {
 #[test]
 fn a_plain_table_quotes_what_needs_it() {
     let text = "t;ax;ay;az;label\n0;0,1;0,2;9,8;\"a \"\"b\"\", c\"\n1;0,1;0,2;9,75;\"on; top\"\n2;0,1;0,2;9,7;desk\n";
-    let (format, batches) = read(text);
+    let format = sniff(text, "").unwrap();
     let columns = [
         ("z".to_owned(), Cell::Trimmed(0, 9)),
-        ("label".to_owned(), Cell::Quoted(4)),
+        ("label".to_owned(), Cell::Quoted(0)),
     ];
-    let table = Table::plain(&format, columns);
-    let out = write(table, &batches, |b| {
+    let table = Table::plain(columns, [4]);
+    let out = write(text, &format, table, |b| {
         vec![b.columns[format.accel[2]].clone()]
     });
     assert_eq!(
