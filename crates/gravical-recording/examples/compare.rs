@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use gravical_recording::{AccelUnit, Recording};
+use gravical_recording::{AccelUnit, ReadOptions, Recording};
 use serde_json::Value;
 
 /// What both readers say of a file.
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     files.sort();
     let mut equal = 0;
     for file in &files {
-        let new = Recording::open(file);
+        let new = Recording::open(file, &ReadOptions::default());
         let old = inspect(&program, file);
         let name = file.strip_prefix(&data).unwrap_or(file).display();
         let line = match (&new, &old) {
@@ -74,9 +74,9 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
 
 fn summary(recording: &Recording) -> Summary {
     let scale = recording.accel_scale;
-    let unit = match (scale.unit, scale.counts_per_g) {
-        (Some(AccelUnit::Counts), Some(per_g)) => format!("counts/{per_g}"),
-        (unit, _) => unit.map_or("unknown", AccelUnit::name).to_owned(),
+    let unit = match (scale.unit, scale.lsb_per_g) {
+        (AccelUnit::Counts, Some(per_g)) => format!("counts/{per_g}"),
+        (unit, _) => unit.name().to_owned(),
     };
     let channels = recording
         .accel
@@ -88,7 +88,7 @@ fn summary(recording: &Recording) -> Summary {
         columns: firsts.collect::<Vec<_>>().join(" "),
         unit,
         gyro: recording.gyro.is_some(),
-        rates_hz: recording.rate_hz.into_iter().collect(),
+        rates_hz: recording.rate_hz().into_iter().collect(),
     }
 }
 

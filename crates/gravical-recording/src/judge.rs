@@ -1,15 +1,23 @@
 //! What the columns say: functions over slices.
 
 mod cells;
+mod change;
 mod clock;
 mod defects;
 mod encoding;
+mod frozen;
+mod resolution;
 mod unit;
 
-pub use cells::{hold_slow, median, trend};
-pub use clock::{Clock, ClockOptions, breaks, clock, holds_steps, steadiness, sum_steps};
-pub(crate) use defects::resolves_noise;
+pub use cells::{Channels, POSSIBLE_C, fill_cells, median, trend};
+pub(crate) use cells::{GYRO_HELD, is_sparse};
+pub use change::unit_change;
+pub use clock::{
+    Clock, ClockFault, ClockOptions, Marks, clock, holds_steps, steadiness, sum_steps,
+};
+pub(crate) use defects::{MAX_REPEATS, ZEROS_IN_A_ROW, resolves_noise};
 pub use defects::{mark_hung, mark_zeros, slip};
 pub use encoding::{Encoding, decode};
-pub(crate) use unit::quiet_norms;
-pub use unit::{AccelScale, accel_scale};
+pub use frozen::{frozen_axes, repeated_rows};
+pub use resolution::resolution;
+pub use unit::{AccelClaim, JudgedUnit, UnitDoubt, accel_unit, quiet_norm, shows_gravity};

@@ -3,15 +3,17 @@
 //! A recording of any size is judged by its first rows, with all that [`Recording`] judges. The
 //! rows after them are read alike, batch by batch; where they cannot be, they end the reading.
 
-use std::fmt;
+mod clock;
+
+use clock::LaterClock;
 
 use crate::error::Error;
 use crate::judge::{self, Encoding};
-use crate::recording::{self, Recording, find_thermometer, slices};
-use crate::text::{Batch, Format};
+use crate::note::{Note, NoteKind};
+use crate::recording::Recording;
+use crate::recording::judging::{self, celsius, find_thermometer, keep_sensor};
+use crate::text::{Aside, Batch, Format, Reason};
 
-/// Rows for which all channels may repeat by chance.
-const MAX_REPEATS: usize = 20;
 /// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
 /// much it then differs from gravity.
 const SLIP_END_ROWS: usize = 640;
@@ -19,48 +21,44 @@ const SLIP_TOLERANCE: f64 = 0.2;
 /// Rows before a batch with which shifted channels are looked for.
 const TAIL_ROWS: usize = 20_000;
 
-/// Channels of a batch, read as the recording was judged.
+/// Channels of the rows of a batch, as the recording was judged.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Channels {
-    /// Specific force in the unit of the file; NaN in a row that is no measurement
+pub struct Readings {
+    /// Specific force in the unit of the file, less the zero offset; NaN in a row that is no
+    /// measurement
     pub accel: [Vec<f64>; 3],
     /// Angular rate in the unit of the file; NaN in a row that is no measurement
     pub gyro: Option<[Vec<f64>; 3]>,
-    /// Temperature in the unit of the file
-    pub temperature: Option<Vec<f64>>,
+    /// Temperature, °C
+    pub temperature_c: Option<Vec<f64>>,
     /// Whether each row is a measurement of the sensor that is read
     pub is_measured: Vec<bool>,
 }
 
 /// Why rows cannot be read as those before them.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Contradiction {
     /// Line of the first of them, from 1
-    pub line: u32,
-    /// What differs
-    pub what: Contradicted,
+    pub line: u64,
+    /// What differs, for scripts: `encoding-changed`, `shifted-columns`, `sensor-ended`,
+    /// `unit-changed`
+    pub code: &'static str,
+    /// The same in words
+    pub message: String,
 }
 
-/// What differs from the rows before.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Contradicted {
-    /// Numbers are written in another way: with the sign, as unsigned, or with a fraction
-    Encoding,
-    /// Channels are shifted by one or more places
-    Slipped,
-    /// No row is of the sensor that is read
-    Sensor,
-}
-
-impl fmt::Display for Contradicted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Contradicted::Encoding => "numbers are written in another way than in the rows before: unsigned integers in one part, signed ones or fractions in the other",
-            Contradicted::Slipped => "the values stand in the columns of others from here on: the logger lost a byte",
-            Contradicted::Sensor => "the sensor that is read has no more rows from here on",
-        })
-    }
-}
+const ENCODING: (&str, &str) = (
+    "encoding-changed",
+    "numbers are written in another way than before: unsigned integers in one part, signed ones or fractions in the other",
+);
+const SLIPPED: (&str, &str) = (
+    "shifted-columns",
+    "the values stand in the columns of others from here on: the bus lost a byte",
+);
+const SENSOR: (&str, &str) = (
+    "sensor-ended",
+    "the sensor that is read has no more rows from here on",
+);
 
 /// How rows are read after those by which a recording was judged.
 #[derive(Clone, Debug)]
@@ -71,18 +69,24 @@ pub struct Later {
     decodes_gyro: bool,
     /// Whether some value of the accelerometer was negative or had a fraction.
     is_signed: bool,
-    /// Axes whose empty cells hold the last value, and that value.
-    held: [Option<f64>; 3],
+    zero_offset: f64,
+    /// Where the last value of each channel holds in empty cells.
+    accel_held: Option<[Held; 3]>,
+    gyro_held: Option<[Held; 3]>,
     /// Column of the sensors, and the sensor that is read.
     sensor: Option<(usize, Cell)>,
-    temperature: Option<usize>,
+    thermometer: Option<usize>,
     /// Whether repeats of all channels mean that the sensor hung.
     marks_hung: bool,
     /// Channels of the last row, and length of the run in which they repeat.
     last: (Vec<f64>, usize),
     /// Gravity in the unit of the file, and the last rows: by them shifted channels are told.
     gravity: Option<f64>,
-    tail: ([Vec<f64>; 3], [Vec<f64>; 3]),
+    tail: [Vec<f64>; 6],
+    /// The unit changed, but the user gives it.
+    unit_note: Option<Note>,
+    clock: Option<LaterClock>,
+    aside: Aside,
 }
 
 /// A number, or a word of its column.
@@ -101,138 +105,218 @@ impl Cell {
     }
 }
 
+/// The last value of a channel, and for how many more rows it holds.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    value: f64,
+    rows: f64,
+    max_rows: f64,
+}
+
+impl Held {
+    /// `None` for a sensor whose cells are rarely empty.
+    fn of(axes: [&[f64]; 3], max_distances: f64) -> Option<[Self; 3]> {
+        let rows = axes[0].len();
+        let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
+        judge::is_sparse(lacking.count(), rows).then(|| {
+            axes.map(|axis| {
+                let known = axis.iter().filter(|v| !v.is_nan()).count();
+                Held {
+                    value: f64::NAN,
+                    rows: 0.0,
+                    max_rows: max_distances * rows as f64 / known.max(1) as f64,
+                }
+            })
+        })
+    }
+
+    fn fill(&mut self, channel: &mut [f64], is_measured: &[bool]) {
+        for (v, _) in channel.iter_mut().zip(is_measured).filter(|(_, m)| **m) {
+            if !v.is_nan() {
+                (self.value, self.rows) = (*v, 0.0);
+            } else if self.rows < self.max_rows {
+                *v = self.value;
+                self.rows += 1.0;
+            }
+        }
+    }
+}
+
 impl Later {
     /// Judges the first rows of a recording, or all of them, and tells how later ones are read.
     ///
     /// # Errors
     ///
     /// Those of [`Recording::judge`].
-    pub fn judge(format: &Format, head: Batch) -> Result<(Recording, Later), Error> {
-        let has_rows = head.rows() > 0;
-        let sensor = format.sensor.filter(|_| has_rows);
+    pub fn judge(format: &Format, mut head: Batch) -> Result<(Recording, Later), Error> {
+        let (mut note, mut sensor) = (None, None);
+        if let Some((column, _)) = format.sensor {
+            note = keep_sensor(format, &mut head, column)?;
+            sensor = (head.rows() > 0).then(|| (column, Cell::of(&head, column, 0)));
+        }
+        let columns = format.channels();
+        let channels = slices(&head, &columns);
+        let is_unsigned = |c: &&[f64]| {
+            c.iter()
+                .all(|v| v.is_nan() || v.fract() == 0.0 && *v >= 0.0)
+        };
+        let axes = |columns: [usize; 3]| columns.map(|c| head.columns[c].as_slice());
         let mut later = Later {
-            format: format.clone(),
             encoding: None,
-            decodes_gyro: false,
-            is_signed: false,
-            held: [None; 3],
-            sensor: sensor.map(|(column, _)| (column, Cell::of(&head, column, 0))),
-            temperature: find_thermometer(format, &head),
+            decodes_gyro: channels[3..].iter().all(is_unsigned),
+            is_signed: !channels[..3].iter().all(is_unsigned),
+            zero_offset: 0.0,
+            accel_held: Held::of(axes(format.accel), f64::INFINITY),
+            gyro_held: format
+                .gyro
+                .and_then(|g| Held::of(axes(g), judge::GYRO_HELD)),
+            sensor,
+            thermometer: find_thermometer(format, &head),
             marks_hung: false,
             last: (Vec::new(), 0),
             gravity: None,
             tail: Default::default(),
+            unit_note: None,
+            clock: Some(LaterClock::new(format, &head)),
+            aside: Aside::default(),
+            format: format.clone(),
         };
-        let rows = later.rows_of_sensor(&head);
-        let columns = format.channels();
-        let is_unsigned = |column: &usize| {
-            let mut values = rows.iter().map(|row| head.columns[*column][*row]);
-            values.all(|v| v.is_nan() || v.fract() == 0.0 && v >= 0.0)
-        };
-        later.is_signed = !columns[..3].iter().all(is_unsigned);
-        later.decodes_gyro = columns[3..].iter().all(is_unsigned);
-        let is_slow = format.accel.map(|column| {
-            let empty = rows
-                .iter()
-                .filter(|row| head.columns[column][**row].is_nan());
-            empty.count() * 5 > rows.len()
+        let rows = head.rows();
+        let short = (0..rows).filter(|row| {
+            let run = later.push_repeat(&channels, *row);
+            (2..=judge::MAX_REPEATS).contains(&run)
         });
-        let channels = slices(&head, &columns);
-        let short = rows.iter().filter(|row| {
-            let run = later.push_repeat(&channels, **row);
-            (2..=MAX_REPEATS).contains(&run)
-        });
-        let repeats_are_rare = short.count() * 20 <= rows.len();
-        let recording = Recording::judge(format, head)?;
+        let repeats_are_rare = short.count() * 20 <= rows;
+
+        let mut recording = Recording::judge(format, head)?;
+        recording.notes.extend(note);
         let accel = recording.accel.each_ref().map(Vec::as_slice);
         later.marks_hung = repeats_are_rare && judge::resolves_noise(accel);
-        later.gravity = judge::median(judge::quiet_norms(accel));
-        later.encoding = recording.encoding;
-        for axis in (0..3).filter(|axis| is_slow[*axis]) {
-            later.held[axis] = recording.accel[axis].last().copied();
+        later.gravity = judge::quiet_norm(accel);
+        later.zero_offset = recording.zero_offset;
+        let is_decoded = |n: &Note| n.kind == NoteKind::UnsignedCounts;
+        later.encoding = recording.notes.iter().any(is_decoded).then_some({
+            let is_offset = recording.zero_offset != 0.0;
+            if is_offset {
+                Encoding::OffsetBinary
+            } else {
+                Encoding::TwosComplement
+            }
+        });
+        let accel = later.accel_held.iter_mut().flatten().zip(&recording.accel);
+        let gyro = recording.gyro.iter().flatten();
+        for (held, channel) in accel.chain(later.gyro_held.iter_mut().flatten().zip(gyro)) {
+            held.value = channel.last().copied().unwrap_or(f64::NAN);
         }
-        if let Some(gyro) = &recording.gyro {
-            later.keep_tail(&recording.accel, gyro);
-        }
+        later.keep_tail(&recording.accel, recording.gyro.as_ref());
+        let mut clock = later.clock.take();
+        later.clock = clock.take_if(|clock| clock.set(&recording));
         Ok((recording, later))
     }
 
     /// Reads the rows of the next batch, whose columns are taken.
     ///
-    /// A run of repeats that goes on in the next batch may leave up to 20 rows before it.
+    /// A run of repeats that goes on from one batch to the next may leave 20 rows before it.
     ///
     /// # Errors
     ///
     /// The rows cannot be read as those before them.
-    pub fn read(&mut self, batch: &mut Batch) -> Result<Channels, Contradiction> {
+    pub fn read(&mut self, batch: &mut Batch) -> Result<Readings, Contradiction> {
         let own = self.rows_of_sensor(batch);
-        let (Some(first), Some(line)) = (own.first(), batch.lines.first()) else {
-            let line = batch.lines.first().copied().unwrap_or_default();
-            let what = Contradicted::Sensor;
-            return if line > 0 {
-                Err(Contradiction { line, what })
-            } else {
-                Ok(Channels::default())
-            };
+        let lines = &batch.lines;
+        let at = |row: usize, (code, message): (&'static str, &str)| Contradiction {
+            line: lines.get(row).copied().unwrap_or_default().into(),
+            code,
+            message: message.to_owned(),
         };
-        let (first, line) = (*first, *line);
-        let columns = self.format.channels();
-        let mut is_measured = vec![false; batch.rows()];
-        let channels = slices(batch, &columns);
-        for row in &own {
-            is_measured[*row] = channels.iter().any(|c| c[*row] != 0.0);
+        if own.is_empty() && !lines.is_empty() {
+            return Err(at(0, SENSOR));
         }
+        let columns = self.format.channels();
+        let channels: Vec<&[f64]> = columns
+            .iter()
+            .map(|c| batch.columns[*c].as_slice())
+            .collect();
+        let mut is_measured = vec![false; lines.len()];
+        let reads_zeros = self.format.columns[columns[0]].is_linear;
+        for row in &own {
+            is_measured[*row] = reads_zeros || channels.iter().any(|c| c[*row] != 0.0);
+        }
+        let is_read = is_measured.clone();
         if self.marks_hung {
             self.mark_hung(&channels, &own, &mut is_measured);
         }
-        let mut accel = self
-            .format
-            .accel
-            .map(|c| std::mem::take(&mut batch.columns[c]));
-        let mut gyro = self
-            .format
-            .gyro
-            .map(|g| g.map(|c| std::mem::take(&mut batch.columns[c])));
-        let unmeasured = || {
-            is_measured
-                .iter()
-                .enumerate()
-                .filter(|(_, m)| !**m)
-                .map(|(row, _)| row)
-        };
-        for channel in accel.iter_mut().chain(gyro.iter_mut().flatten()) {
-            unmeasured().for_each(|row| channel[row] = f64::NAN);
+        let mut take = |c: usize| std::mem::take(&mut batch.columns[c]);
+        let mut accel = self.format.accel.map(&mut take);
+        let mut gyro = self.format.gyro.map(|g| g.map(&mut take));
+        let mut temperature_c = self.thermometer.map(&mut take);
+        for (row, _) in is_measured.iter().enumerate().filter(|(_, m)| !**m) {
+            let reason = match own.binary_search(&row) {
+                Err(_) => Reason::OtherSensor,
+                Ok(_) if is_read[row] => Reason::Hung,
+                Ok(_) => Reason::Zeros,
+            };
+            self.aside.add(reason, lines[row] as usize, "");
+            let channels = accel.iter_mut().chain(gyro.iter_mut().flatten());
+            channels.for_each(|channel| channel[row] = f64::NAN);
+        }
+        if !reads_zeros {
+            empty_unread(&mut accel);
         }
         if !self.decode(&mut accel, gyro.as_mut()) {
-            let line = batch.lines.get(first).copied().unwrap_or(line);
-            return Err(Contradiction {
-                line,
-                what: Contradicted::Encoding,
-            });
+            return Err(at(0, ENCODING));
         }
-        for (axis, last) in accel.iter_mut().zip(&mut self.held) {
-            if let Some(last) = last {
-                hold(axis, &is_measured, last);
+        if let Some(row) = self.slipped_row(&accel, gyro.as_ref()) {
+            return Err(at(row, SLIPPED));
+        }
+        let before = self.gravity.filter(|_| !self.format.options.is_gyroscope);
+        if let Some((row, note)) = before.and_then(|g| judge::unit_change(&accel, lines, Some(g))) {
+            if self.format.options.accel_unit.is_none() {
+                return Err(at(row, ("unit-changed", &note.message)));
             }
+            self.unit_note.get_or_insert(note);
         }
-        if let Some(gyro) = &gyro {
-            if let Some(row) = self.slipped_row(&accel, gyro) {
-                let line = batch.lines.get(row).copied().unwrap_or(line);
-                return Err(Contradiction {
-                    line,
-                    what: Contradicted::Slipped,
-                });
-            }
-            self.keep_tail(&accel, gyro);
+        self.keep_tail(&accel, gyro.as_ref());
+        for (held, axis) in self.accel_held.iter_mut().flatten().zip(&mut accel) {
+            held.fill(axis, &is_measured);
         }
-        Ok(Channels {
+        let axes = gyro.iter_mut().flatten();
+        for (held, axis) in self.gyro_held.iter_mut().flatten().zip(axes) {
+            held.fill(axis, &is_measured);
+        }
+        if let (Some(column), Some(temperature_c)) = (self.thermometer, &mut temperature_c) {
+            celsius(&self.format, column, temperature_c);
+            let possible = |t: &&mut f64| !judge::POSSIBLE_C.contains(*t);
+            temperature_c
+                .iter_mut()
+                .filter(possible)
+                .for_each(|t| *t = f64::NAN);
+        }
+        Ok(Readings {
             accel,
             gyro,
-            temperature: self
-                .temperature
-                .map(|c| std::mem::take(&mut batch.columns[c])),
+            temperature_c,
             is_measured,
         })
+    }
+
+    /// Times of the rows of the next batch since the first row of the recording, s; NaN in rows of
+    /// other sensors. `None` without a clock. To be called before [`read`](Self::read).
+    pub fn times(&mut self, batch: &Batch) -> Option<Vec<f64>> {
+        let own = self.rows_of_sensor(batch);
+        self.clock.as_mut().map(|clock| clock.times(batch, &own))
+    }
+
+    /// Rows that are no measurements.
+    #[must_use]
+    pub fn aside(&self) -> &Aside {
+        &self.aside
+    }
+
+    /// What was found beside that, once all rows are read.
+    #[must_use]
+    pub fn note(&self) -> Option<&Note> {
+        self.unit_note.as_ref()
     }
 
     /// Rows of the sensor that is read.
@@ -265,72 +349,94 @@ impl Later {
     fn mark_hung(&mut self, channels: &[&[f64]], own: &[usize], is_measured: &mut [bool]) {
         for (k, row) in own.iter().enumerate() {
             let run = self.push_repeat(channels, *row);
-            if run == MAX_REPEATS + 1 {
+            if run == judge::MAX_REPEATS + 1 {
                 // All but the first row of the run, as far as they are in this batch.
                 let from = k.saturating_sub(run - 2);
                 own[from..=k]
                     .iter()
                     .for_each(|row| is_measured[*row] = false);
-            } else if run > MAX_REPEATS {
+            } else if run > judge::MAX_REPEATS {
                 is_measured[*row] = false;
             }
         }
     }
 
-    /// Undoes the encoding; false if the numbers are written in another one.
+    /// Undoes the encoding and subtracts the zero offset; false if the numbers are written in
+    /// another way.
     fn decode(&self, accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> bool {
-        let Some(encoding) = self.encoding else {
-            return self.is_signed || judge::decode(accel, gyro).is_none();
-        };
         let is_unsigned = |v: &f64| v.is_nan() || v.fract() == 0.0 && (0.0..65_536.0).contains(v);
-        if !accel.iter().flatten().all(is_unsigned) {
-            return false;
-        }
-        match encoding {
-            Encoding::OffsetBinary => accel.iter_mut().flatten().for_each(|v| *v -= 32_768.0),
-            Encoding::TwosComplement => {
+        match self.encoding {
+            Some(_) if !accel.iter().flatten().all(is_unsigned) => return false,
+            Some(Encoding::TwosComplement) => {
                 let gyro = gyro.into_iter().filter(|_| self.decodes_gyro).flatten();
                 let cells = accel.iter_mut().chain(gyro).flatten();
                 cells
                     .filter(|v| **v > 32_767.0)
                     .for_each(|v| *v -= 65_536.0);
             }
+            Some(Encoding::OffsetBinary) => {}
+            None if self.is_signed || self.zero_offset != 0.0 => {}
+            None => return judge::decode(accel, gyro).is_none(),
+        }
+        if self.zero_offset != 0.0 {
+            accel
+                .iter_mut()
+                .flatten()
+                .for_each(|v| *v -= self.zero_offset);
         }
         true
     }
 
     /// The row from which on the channels are shifted, where the magnitude at the end of the batch
     /// is not that of gravity.
-    fn slipped_row(&self, accel: &[Vec<f64>; 3], gyro: &[Vec<f64>; 3]) -> Option<usize> {
-        let gravity = self.gravity?;
-        let end = accel
-            .each_ref()
-            .map(|axis| &axis[axis.len().saturating_sub(SLIP_END_ROWS)..]);
-        let norm = judge::median(judge::quiet_norms(end))?;
+    fn slipped_row(&self, accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> Option<usize> {
+        let (gravity, gyro) = (self.gravity?, gyro?);
+        let end = |axis: &Vec<f64>| axis.len().saturating_sub(SLIP_END_ROWS);
+        let norm = judge::quiet_norm(accel.each_ref().map(|axis| &axis[end(axis)..]))?;
         if (norm / gravity - 1.0).abs() < SLIP_TOLERANCE {
             return None;
         }
-        let joined = |tail: &[Vec<f64>; 3], axes: &[Vec<f64>; 3]| {
-            [0, 1, 2].map(|i| [tail[i].as_slice(), axes[i].as_slice()].concat())
-        };
-        let (accel, gyro) = (joined(&self.tail.0, accel), joined(&self.tail.1, gyro));
-        let row = recording::slipped_row(&self.format, &accel, Some(&gyro))?;
-        Some(row.saturating_sub(self.tail.0[0].len()))
+        let axes = accel.iter().chain(gyro);
+        let joined: Vec<Vec<f64>> = self
+            .tail
+            .iter()
+            .zip(axes)
+            .map(|(t, a)| [&t[..], a].concat())
+            .collect();
+        let row =
+            judging::slipped_row(&self.format, std::array::from_fn(|i| joined[i].as_slice()))?;
+        Some(row.saturating_sub(self.tail[0].len()))
     }
 
-    fn keep_tail(&mut self, accel: &[Vec<f64>; 3], gyro: &[Vec<f64>; 3]) {
-        let tail = |axis: &Vec<f64>| axis[axis.len().saturating_sub(TAIL_ROWS)..].to_vec();
-        self.tail = (accel.each_ref().map(tail), gyro.each_ref().map(tail));
+    fn keep_tail(&mut self, accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) {
+        let axes = accel.iter().chain(gyro.into_iter().flatten());
+        for (tail, axis) in self.tail.iter_mut().zip(axes) {
+            tail.clear();
+            tail.extend_from_slice(&axis[axis.len().saturating_sub(TAIL_ROWS)..]);
+        }
     }
 }
 
-/// In empty cells of measured rows the last value holds.
-fn hold(axis: &mut [f64], is_measured: &[bool], last: &mut f64) {
-    for (v, _) in axis.iter_mut().zip(is_measured).filter(|(_, m)| **m) {
-        if v.is_nan() {
-            *v = *last;
-        } else {
-            *last = *v;
+fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
+    columns
+        .iter()
+        .map(|c| rows.columns[*c].as_slice())
+        .collect()
+}
+
+/// Empties the accelerometer where it reads zero in several rows in a row: it was not read.
+fn empty_unread(accel: &mut [Vec<f64>; 3]) {
+    let rows = accel[0].len();
+    let mut from = 0;
+    for row in 0..=rows {
+        if row < rows && accel.iter().all(|axis| axis[row] == 0.0) {
+            continue;
         }
+        if row - from >= judge::ZEROS_IN_A_ROW {
+            accel
+                .iter_mut()
+                .for_each(|axis| axis[from..row].fill(f64::NAN));
+        }
+        from = row + 1;
     }
 }

@@ -7,39 +7,53 @@
 //! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
 //! 4. [`judge`]: functions over slices: clock, unit, encodings, defects, breaks.
 //! 5. [`Recording`]: one batch that holds everything, and what was judged of it.
-//! 6. [`write`]: batches to a table, other columns copied from the text of the rows.
+//! 6. [`write`](mod@write): batches to a table, other columns copied from the text of the rows.
 //!
 //! Rows and lines set aside ([`Aside`]) are all lines, always.
 //!
 //! # Example
 //!
 //! ```
-//! use gravical_recording::{AccelUnit, Recording, bytes};
+//! use gravical_recording::{AccelUnit, ReadOptions, Recording, bytes};
 //!
 //! let text = "ms,ax,ay,az\n0,0.01,-0.02,0.99\n10,0.01,-0.02,1.00\n20,0.00,-0.02,0.99\n";
-//! let recording = Recording::read(bytes::utf8(text.as_bytes())?, "rest.csv")?;
-//! assert_eq!(recording.accel_scale.unit, Some(AccelUnit::G));
-//! assert_eq!(recording.time_s, [0.0, 0.01, 0.02]);
+//! let recording = Recording::read(bytes::utf8(text.as_bytes())?, "rest.csv", &ReadOptions::default())?;
+//! assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
+//! assert_eq!(recording.time_s, Some(vec![0.0, 0.01, 0.02]));
 //! assert_eq!(recording.rows() + recording.aside.total(), 4);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![deny(missing_docs)]
 
+mod board;
 pub mod bytes;
 mod error;
+pub mod full_scale;
 pub mod judge;
 mod later;
+pub mod metadata;
 mod note;
+mod options;
 mod recording;
+mod spans;
+mod table;
 mod text;
-mod units;
+mod time_unit;
+pub mod units;
 pub mod write;
 
+pub use board::BoardSettings;
 pub use error::Error;
-pub use later::{Channels, Contradicted, Contradiction, Later};
-pub use note::Note;
-pub use recording::{Labels, Recording};
+pub use judge::UnitDoubt;
+pub use later::{Contradiction, Later, Readings};
+pub use note::{Note, NoteKind};
+pub use options::{ColumnChoice, ColumnsSpec, POSSIBLE, ReadOptions};
+pub use recording::{CALIBRATED, Labels, Recording, Timing, open_text};
+pub use spans::{LineSpans, format_spans};
+pub use table::{TableColumn, table_channels};
 pub use text::{
-    Aside, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, Role, sniff,
+    Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, Role,
+    is_prose, sniff,
 };
-pub use units::{AccelUnit, GyroUnit};
+pub use time_unit::TimeUnit;
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};

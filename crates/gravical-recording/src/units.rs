@@ -1,132 +1,369 @@
-//! Units as people write them.
+//! Units of the channels.
 
-/// Unit of an accelerometer.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use serde::{Deserialize, Serialize};
+
+use crate::time_unit::time_scale_s;
+
+/// Unit of an accelerometer channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum AccelUnit {
-    /// m/s²
-    Mps2,
-    /// cm/s²
-    Cmps2,
-    /// Standard gravity
-    G,
-    /// Thousandths of standard gravity
-    MilliG,
-    /// Numbers of the converter
+    /// m/s².
+    #[serde(rename = "m/s^2")]
+    MetrePerSecondSquared,
+    /// Standard gravity, 9.80665 m/s².
+    #[serde(rename = "g")]
+    StandardGravity,
+    /// A thousandth of standard gravity.
+    #[serde(rename = "mg")]
+    MilliGravity,
+    /// Raw counts of the converter.
+    #[serde(rename = "counts")]
     Counts,
+    /// Given neither by the header nor by the data.
+    #[serde(rename = "unknown")]
+    Unknown,
 }
 
 impl AccelUnit {
-    /// Standard gravity in this unit; `None` for counts.
+    /// Name in files and options.
     #[must_use]
-    pub fn gravity(self) -> Option<f64> {
+    pub fn name(self) -> &'static str {
         match self {
-            AccelUnit::Mps2 => Some(9.80665),
-            AccelUnit::Cmps2 => Some(980.665),
-            AccelUnit::G => Some(1.0),
-            AccelUnit::MilliG => Some(1000.0),
-            AccelUnit::Counts => None,
+            AccelUnit::MetrePerSecondSquared => "m/s^2",
+            AccelUnit::StandardGravity => "g",
+            AccelUnit::MilliGravity => "mg",
+            AccelUnit::Counts => "counts",
+            AccelUnit::Unknown => "unknown",
         }
     }
 
-    /// The unit that a text names.
+    /// Parses a unit; `None` if it is not a unit of acceleration.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         Some(match squeeze(text).as_str() {
-            "m/s2" | "mps2" | "ms-2" | "ms2" | "m/s/s" | "m/s2r" => AccelUnit::Mps2,
-            "cm/s2" => AccelUnit::Cmps2,
-            "g" | "gs" => AccelUnit::G,
-            "mg" => AccelUnit::MilliG,
-            "counts" | "lsb" | "raw" => AccelUnit::Counts,
+            "m/s2"
+            | "mps2"
+            | "ms-2"
+            | "ms2"
+            | "m/s/s"
+            | "m/sec2"
+            | "m/s2r"
+            | "m.s-2"
+            | "ms2r"
+            | "metre/s2"
+            | "meter/s2"
+            | "meterspersecondsquared" => AccelUnit::MetrePerSecondSquared,
+            "g" | "gs" | "gn" | "g0" => AccelUnit::StandardGravity,
+            "mg" | "millig" => AccelUnit::MilliGravity,
+            "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => AccelUnit::Counts,
+            other if listed(&PER_G, other).is_some() => AccelUnit::Counts,
             _ => return None,
         })
     }
 
-    /// `m/s^2`, `g`, `mg`, …
+    /// Counts per g of a unit that is read as counts.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            AccelUnit::Mps2 => "m/s^2",
-            AccelUnit::Cmps2 => "cm/s^2",
-            AccelUnit::G => "g",
-            AccelUnit::MilliG => "mg",
-            AccelUnit::Counts => "counts",
-        }
+    pub fn per_g(text: &str) -> Option<f64> {
+        listed(&PER_G, &squeeze(text))
     }
 }
 
-/// Unit of a gyroscope.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+/// Names of a unit, and its size.
+type UnitNames = (&'static [&'static str], f64);
+
+/// Units of acceleration that are read as counts of known sensitivity, in units per g.
+const PER_G: [UnitNames; 3] = [
+    (&["cm/s2", "cms-2", "gal"], 980.665),
+    (&["mm/s2", "mms-2"], 9806.65),
+    (&["ug", "µg", "μg"], 1e6),
+];
+
+/// Units of angular rate that are read as counts of known sensitivity, in units per °/s.
+const PER_DEG_S: [UnitNames; 4] = [
+    (
+        &["mdps", "mdeg/s", "millideg/s", "m°/s", "mdegs-1"],
+        MDPS_PER_DEG_S,
+    ),
+    (
+        &["mrad/s", "mrads-1"],
+        1000.0 * std::f64::consts::PI / 180.0,
+    ),
+    (&["deg/h", "deg/hr", "°/h", "°/hr", "dph"], 3600.0),
+    (&["rpm"], 1.0 / 6.0),
+];
+
+/// m°/s in one °/s.
+pub const MDPS_PER_DEG_S: f64 = 1000.0;
+
+fn listed(units: &[UnitNames], text: &str) -> Option<f64> {
+    let of = |(names, size): &UnitNames| names.contains(&text).then_some(*size);
+    units.iter().find_map(of)
+}
+
+/// Unit of a gyroscope channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum GyroUnit {
-    /// rad/s
-    RadS,
-    /// °/s
-    DegS,
-    /// Thousandths of °/s
-    MilliDegS,
-    /// Numbers of the converter
+    /// rad/s.
+    #[serde(rename = "rad/s")]
+    RadianPerSecond,
+    /// °/s.
+    #[serde(rename = "deg/s")]
+    DegreePerSecond,
+    /// Raw counts of the converter.
+    #[serde(rename = "counts")]
     Counts,
+    /// Given neither by the header nor by the data.
+    #[serde(rename = "unknown")]
+    Unknown,
 }
 
 impl GyroUnit {
-    /// The unit that a text names.
+    /// Name in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            GyroUnit::RadianPerSecond => "rad/s",
+            GyroUnit::DegreePerSecond => "deg/s",
+            GyroUnit::Counts => "counts",
+            GyroUnit::Unknown => "unknown",
+        }
+    }
+
+    /// Parses a unit; `None` if it is not a unit of angular rate.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
-        Some(match squeeze(text).as_str() {
-            "rad/s" | "rads" | "rad" | "rads-1" => GyroUnit::RadS,
-            "deg/s" | "dps" | "degs" | "deg" | "°/s" | "º/s" | "degs-1" => GyroUnit::DegS,
-            "mdps" | "mdeg/s" => GyroUnit::MilliDegS,
-            "counts" | "lsb" | "raw" => GyroUnit::Counts,
+        let text = squeeze(text);
+        // A degree sign lost in a conversion can be any character.
+        let degrees = matches!(
+            text.as_str(),
+            "deg/s"
+                | "dps"
+                | "degs"
+                | "deg"
+                | "degs-1"
+                | "deg/sec"
+                | "degree/s"
+                | "degrees/s"
+                | "deg.s-1"
+                | "°s-1"
+        ) || (text.ends_with("/s")
+            && text.chars().count() == 3
+            && !text.starts_with(|c: char| c.is_ascii_alphanumeric()));
+        Some(match text.as_str() {
+            _ if degrees => GyroUnit::DegreePerSecond,
+            "rad/s" | "rads" | "rad" | "rps" | "rad/sec" | "rads-1" | "rad.s-1" | "radians/s" => {
+                GyroUnit::RadianPerSecond
+            }
+            "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => GyroUnit::Counts,
+            other if listed(&PER_DEG_S, other).is_some() => GyroUnit::Counts,
             _ => return None,
         })
     }
 
-    /// `rad/s`, `deg/s`, …
+    /// Counts per °/s of a unit that is read as counts.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            GyroUnit::RadS => "rad/s",
-            GyroUnit::DegS => "deg/s",
-            GyroUnit::MilliDegS => "mdeg/s",
-            GyroUnit::Counts => "counts",
-        }
+    pub fn per_deg_s(text: &str) -> Option<f64> {
+        listed(&PER_DEG_S, &squeeze(text))
     }
 }
 
-/// Seconds of one unit of time: `ms`, `[10ms]`.
-pub(crate) fn time_scale_s(text: &str) -> Option<f64> {
-    let text = squeeze(text);
-    let word = text.trim_start_matches(|c: char| c.is_ascii_digit());
-    let many: f64 = text[..text.len() - word.len()].parse().unwrap_or(1.0);
-    let one_s = match word {
-        "s" | "sec" | "seconds" => 1.0,
-        "ms" | "millis" | "msec" => 1e-3,
-        "us" | "µs" | "μs" | "micros" => 1e-6,
-        "ns" | "nanosec" => 1e-9,
-        _ => return None,
-    };
-    (many > 0.0).then_some(many * one_s)
+/// Lower case, without spaces, carets and underscores; `²` is `2`.
+fn squeeze(text: &str) -> String {
+    text.to_lowercase()
+        .chars()
+        .filter(|c| !c.is_whitespace() && !matches!(c, '^' | '*' | '_' | '[' | ']' | '(' | ')'))
+        .map(|c| match c {
+            '²' => '2',
+            '⁻' | '−' => '-',
+            '¹' => '1',
+            '·' => '.',
+            other => other,
+        })
+        .collect()
 }
 
 pub(crate) fn is_celsius(text: &str) -> bool {
     matches!(
         text.to_lowercase().as_str(),
-        "c" | "°c" | "℃" | "degc" | "deg c" | "'c" | "degrees celsius"
+        "c" | "°c" | "℃" | "degc" | "deg c" | "'c" | "degrees celsius" | "celsius"
     )
 }
 
-/// Whether a text is the unit of anything that an IMU measures.
-pub(crate) fn is_unit(text: &str) -> bool {
+/// True for the unit of any quantity that recorders measure, as in a row of units.
+#[must_use]
+pub fn is_unit(text: &str) -> bool {
+    let others = [
+        "ut",
+        "µt",
+        "μt",
+        "mt",
+        "nt",
+        "gauss",
+        "mgauss",
+        "hpa",
+        "pa",
+        "kpa",
+        "mbar",
+        "v",
+        "mv",
+        "%",
+        "°",
+        "m",
+        "mm",
+        "m/s",
+        "hz",
+        "nounits",
+        "unitless",
+        "n/a",
+        "-",
+        "localflux",
+        "localfluxunits",
+        "yyyy/mm/ddhh:mm:ss.sss",
+    ];
     AccelUnit::parse(text).is_some()
         || GyroUnit::parse(text).is_some()
         || time_scale_s(text).is_some()
         || is_celsius(text)
+        || others.contains(&squeeze(text).as_str())
 }
 
-/// Lower case without blanks, brackets and signs of power.
-fn squeeze(text: &str) -> String {
-    let lower = text.to_lowercase();
-    let kept = lower
-        .chars()
-        .filter(|c| !c.is_whitespace() && !"^*_[]()".contains(*c));
-    kept.map(|c| if c == '²' { '2' } else { c }).collect()
+/// Source of a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// Given by the user.
+    Given,
+    /// Determined from gravity, or from turns.
+    Data,
+    /// Given by the header, without verification.
+    Header,
+    /// Assumed.
+    Assumed,
 }
+
+/// Unit and sensitivity of the accelerometer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AccelScale {
+    /// The unit.
+    pub unit: AccelUnit,
+    /// Counts per g from the data sheet, for counts with a known range.
+    pub lsb_per_g: Option<f64>,
+    /// Source of the unit.
+    pub origin: Origin,
+}
+
+impl AccelScale {
+    /// Input units per m/s² by definition or data sheet; `None` for counts of unknown range.
+    #[must_use]
+    pub fn nominal(&self) -> Option<f64> {
+        match self.unit {
+            AccelUnit::MetrePerSecondSquared => Some(1.0),
+            AccelUnit::StandardGravity => Some(1.0 / STANDARD_GRAVITY_MPS2),
+            AccelUnit::MilliGravity => Some(1000.0 / STANDARD_GRAVITY_MPS2),
+            AccelUnit::Counts => self.lsb_per_g.map(|lsb| lsb / STANDARD_GRAVITY_MPS2),
+            AccelUnit::Unknown => None,
+        }
+    }
+}
+
+/// Unit and sensitivity of the gyroscope.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GyroScale {
+    /// The unit.
+    pub unit: GyroUnit,
+    /// Counts per °/s from the data sheet, for counts with a known range.
+    pub lsb_per_deg_s: Option<f64>,
+    /// Source of the unit.
+    pub origin: Origin,
+}
+
+impl GyroScale {
+    /// Input units per rad/s by definition or data sheet; `None` if unknown.
+    #[must_use]
+    pub fn nominal(&self) -> Option<f64> {
+        let degrees_per_radian = 180.0 / std::f64::consts::PI;
+        match self.unit {
+            GyroUnit::RadianPerSecond => Some(1.0),
+            GyroUnit::DegreePerSecond => Some(degrees_per_radian),
+            GyroUnit::Counts => self.lsb_per_deg_s.map(|lsb| lsb * degrees_per_radian),
+            GyroUnit::Unknown => None,
+        }
+    }
+}
+
+/// Unit that matches the magnitude of readings at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Evidence {
+    /// This unit; for counts with counts per g.
+    Unit(AccelUnit, Option<f64>),
+    /// Between 800 and 1250: mg, cm/s² or counts at 1024 per g.
+    Ambiguous,
+    /// No unit in which gravity has that magnitude.
+    None,
+}
+
+/// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
+/// values are whole numbers.
+#[must_use]
+pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
+    if (0.8..=1.25).contains(&norm) {
+        return Evidence::Unit(AccelUnit::StandardGravity, None);
+    }
+    if (8.0..=12.0).contains(&norm) {
+        return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None);
+    }
+    if (800.0..=1250.0).contains(&norm) {
+        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
+        // distinguished within the scale error of a sensor.
+        return if integers && (1012.0..=1060.0).contains(&norm) {
+            Evidence::Unit(AccelUnit::Counts, Some(1024.0))
+        } else {
+            Evidence::Ambiguous
+        };
+    }
+    let off = |lsb: f64| (norm / lsb).ln().abs();
+    let fits = |(lsb, only_whole): &(f64, bool)| {
+        (norm / lsb - 1.0).abs() <= MOST_OFF && (integers || !only_whole)
+    };
+    let nearest = LSB_PER_G
+        .into_iter()
+        .filter(fits)
+        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    nearest.map_or(Evidence::None, |(lsb, _)| {
+        Evidence::Unit(AccelUnit::Counts, Some(lsb))
+    })
+}
+
+/// Largest relative deviation of gravity from the value of a scale.
+pub const MOST_OFF: f64 = 0.2;
+
+/// Counts per g of converters in use, and whether values must be whole numbers: Empatica E4,
+/// ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are treated as counts. 1000 and 1024 per g
+/// coincide with mg, see [`accel_evidence`].
+const LSB_PER_G: [(f64, bool); 7] = [
+    (64.0, true),
+    (256.0, true),
+    (2048.0, false),
+    (4096.0, false),
+    (8192.0, false),
+    (9806.65, false),
+    (16384.0, false),
+];
+
+/// Counts per °/s of gyroscopes in use: InvenSense and Bosch at ±250, 500, 1000 and
+/// 2000 °/s (MPU-6050 Product Specification 3.4, section 6.1), then ST at 8.75, 17.5,
+/// 35 and 70 m°/s a count (LSM6DS3 data sheet, table 3).
+pub const LSB_PER_DEG_S: [f64; 8] = [
+    131.0,
+    65.5,
+    32.8,
+    16.4,
+    1000.0 / 8.75,
+    1000.0 / 17.5,
+    1000.0 / 35.0,
+    1000.0 / 70.0,
+];

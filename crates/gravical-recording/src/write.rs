@@ -176,7 +176,9 @@ fn input_name(format: &Format, column: usize) -> String {
     if let Some(i) = format.gyro.and_then(place) {
         return axis("g", i);
     }
+    let is_dropped = format.columns[column].is_dropped;
     match format.columns[column].role {
+        _ if is_dropped => format!("column_{}", column + 1),
         Role::Time => "t".to_owned(),
         Role::Temperature => "temperature".to_owned(),
         Role::Label => "label".to_owned(),

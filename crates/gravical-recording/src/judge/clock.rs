@@ -1,113 +1,174 @@
 //! Stamps to times and a rate.
 
-use gravical_signal::is_gap;
-
 use super::cells::{median, trend};
+use crate::time_unit::TimeUnit;
 
 /// Rates of recordings, Hz.
-const RATES_HZ: std::ops::Range<f64> = 0.9..20_000.0;
+const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 /// Rates beyond which stamps or their unit are wrong, Hz.
-const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-5..1e6;
+const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
 /// Seconds since 1970 of a recording: the years 2000 to 2100.
 const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
-const LIKELY_RATE_HZ: f64 = 50.0;
-/// Rows over which the rate of bursts and uneven stamps is taken.
-const SPAN_ROWS: usize = 32;
+const LIKELY_RATE_HZ: f64 = 100.0;
+/// A sensor cannot warm faster, °C/s.
+const FASTEST_WARMING: f64 = 2.0;
+/// A longer step, in usual ones, is a pause, a gap, or a wait for a buffer.
+const PAUSE: f64 = 4.5;
+/// A buffer that is sent at once holds fewer samples than this.
+const RAREST_BURST: usize = 20;
+/// Smallest number of waits of equal length that are bursts.
+const FEWEST_BURSTS: usize = 5;
+/// Periods after which clocks begin again, s: parts of a second, seconds of a minute, of an hour,
+/// of a day, of a week.
+const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
+/// Counters of 16, 24 and 32 bits.
+const COUNTERS: [f64; 3] = [65_536.0, 16_777_216.0, 4_294_967_296.0];
+/// Steps of which a share is regular if missing rows can be told from jitter.
+const REGULAR: f64 = 0.9;
 
-/// What the head says of the stamps.
+/// What is known of the stamps beside themselves.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct ClockOptions {
+pub struct ClockOptions<'a> {
     /// Seconds of one unit of the stamps
     pub unit_s: Option<f64>,
     /// Nominal rate
     pub rate_hz: Option<f64>,
+    /// Highest less lowest temperature in the recording, °C
+    pub temperature_span_c: f64,
+    /// Rows before which a logger reports missing rows: the clock may begin again
+    pub gaps: &'a [usize],
+    /// Rows before which the recorder was stopped: rows are not missing there
+    pub pauses: &'a [usize],
+}
+
+/// Why stamps cannot be used.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum ClockFault {
+    /// They never advance
+    Frozen,
+    /// Their period, in their unit, gives a usual rate in no unit of time
+    NoUnit(f64),
 }
 
 /// Times and rate of a recording.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Clock {
     /// Time of each row from the first on; NaN where a stamp is empty and its neighbours do not
     /// tell it
     pub time_s: Vec<f64>,
+    /// The first stamp
+    pub start_s: f64,
+    /// Seconds of one unit of the stamps
+    pub unit_s: f64,
+    /// The unit is neither stated nor a date: the likeliest was taken
+    pub is_unit_assumed: bool,
     /// Rate at which rows follow each other
     pub rate_hz: f64,
+    /// Rows over the recorded time without pauses
+    pub mean_rate_hz: Option<f64>,
+    /// From the first row to the last
+    pub duration_s: f64,
+    /// Standard deviation of the steps that are no gaps
+    pub jitter_s: Option<f64>,
     /// Rows that rate and span ask for, less the rows that are there
-    pub missing: usize,
-    /// Stamps far off the line of their neighbours, which were mended
-    pub bad_stamps: usize,
-}
-
-/// Rows between the changes of a stamp that stays the same for several rows.
-struct Coarse {
-    rows_per_tick: f64,
+    pub missing: f64,
+    /// Steps that are far shorter than the mean, where rows were parted evenly: stamps of arrival
+    pub bunched: Option<usize>,
+    /// Rows whose stamp was far off the line of its neighbours, or runs backwards
+    pub bad: Vec<usize>,
+    /// Rows without a stamp
+    pub absent: Vec<usize>,
+    /// Rows at which the clock begins again
+    pub restarts: Vec<usize>,
+    /// Rows with the stamp of the row before
+    pub duplicates: Vec<usize>,
+    /// Rows before which more than four are missing, and the longest step, s
+    pub gaps: Vec<usize>,
+    /// The longest of them
+    pub longest_gap_s: f64,
 }
 
 /// Times and rate by the stamps of the rows.
 ///
 /// The unit is the one that is claimed, else the one with which the nominal rate, a date of this
-/// century, or a likely rate results. `None` if the stamps do not rise.
-#[must_use]
-pub fn clock(mut stamps: Vec<f64>, options: ClockOptions) -> Option<Clock> {
-    let usual = median(positive_steps(&stamps))?;
-    let bad_stamps = mend(&mut stamps, usual);
-    let coarse = Coarse::detect(&stamps);
-    let period = coarse.as_ref().map_or(usual, |c| usual / c.rows_per_tick);
-    let start = stamps.iter().copied().find(|s| s.is_finite())?;
-    let unit_s = options
-        .unit_s
-        .or_else(|| guess_unit_s(start, period, options.rate_hz))?;
-    let mut time_s = continued(&stamps, usual, unit_s);
-    let (rate_hz, is_even) = match &coarse {
-        Some(c) => (c.rows_per_tick / (usual * unit_s), true),
-        None => rate_of(&time_s, usual * unit_s)?,
+/// century, or a likely rate results.
+///
+/// # Errors
+///
+/// The stamps never advance, or give a usual rate in no unit.
+pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, ClockFault> {
+    let usual = median(positive_steps(&stamps)).ok_or(ClockFault::Frozen)?;
+    let mut clock = Clock {
+        absent: rows_where(&stamps, |s| s.is_nan()),
+        ..Clock::default()
     };
-    let duration_s = time_s.iter().rev().find(|t| t.is_finite())?;
-    let slack = coarse.as_ref().map_or(1.5, |c| 1.0 + c.rows_per_tick);
-    let missing = duration_s * rate_hz + 1.0 - time_s.len() as f64;
-    let missing = if is_even && missing > slack {
-        missing.round() as usize
-    } else {
-        0
+    clock.bad = mend(&mut stamps, usual);
+    let start = stamps.iter().copied().find(|s| s.is_finite());
+    let start = start.ok_or(ClockFault::Frozen)?;
+    let coarse = coarse_rate(&stamps, PAUSE * usual);
+    let period = coarse.map_or(usual, f64::recip);
+    clock.unit_s = match options.unit_s {
+        Some(unit_s) if POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit_s))) => unit_s,
+        Some(_) => return Err(ClockFault::NoUnit(period)),
+        None => {
+            let (unit_s, is_assumed) = guess_unit_s(start, stamps.len(), period, &options)
+                .ok_or(ClockFault::NoUnit(period))?;
+            clock.is_unit_assumed = is_assumed;
+            unit_s
+        }
     };
-    if coarse.is_some() {
-        spread_ticks(&mut time_s, 1.0 / rate_hz);
-    }
-    POSSIBLE_RATES_HZ.contains(&rate_hz).then_some(Clock {
-        time_s,
-        rate_hz,
-        missing,
-        bad_stamps,
-    })
+    clock.start_s = start * clock.unit_s;
+    clock.continue_over(&stamps, usual, options.gaps);
+    clock.judge_steps(
+        coarse.map(|c| c / clock.unit_s),
+        usual * clock.unit_s,
+        &options,
+    );
+    Ok(clock)
 }
 
 fn positive_steps(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
     values.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0)
 }
 
-impl Coarse {
-    /// `None` for stamps that change with most rows.
-    fn detect(stamps: &[f64]) -> Option<Self> {
-        let changes: Vec<usize> = (1..stamps.len())
-            .filter(|i| stamps[*i] != stamps[i - 1])
-            .collect();
-        if 2 * (changes.len() + 1) >= stamps.len() {
-            return None;
-        }
-        let rows = changes.windows(2).map(|w| (w[1] - w[0]) as f64);
-        let middle = median(rows.clone())?;
-        let near = rows.filter(|r| (r - middle).abs() <= 1.0 + 0.2 * middle);
-        let (sum, count) = near.fold((0.0, 0.0), |(sum, n), r| (sum + r, n + 1.0));
-        Some(Coarse {
-            rows_per_tick: sum / count,
-        })
-    }
+fn rows_where(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<usize> {
+    (0..values.len()).filter(|row| is(values[*row])).collect()
 }
 
-/// Mends single stamps far off the line of their neighbours, and fills in empty ones.
-fn mend(stamps: &mut [f64], usual: f64) -> usize {
+/// A usual step advances and is no gap.
+fn is_usual(step: f64, usual: f64) -> bool {
+    step > 0.0 && step < PAUSE * usual
+}
+
+/// Rows per unit of the stamps, if most rows have the stamp of the row before: from one change to
+/// the next, since the recording begins and ends within a stamp, without waits.
+fn coarse_rate(stamps: &[f64], longest: f64) -> Option<f64> {
+    let (mut repeats, mut rows, mut span) = (0, 0, 0.0);
+    let mut changed = None;
+    for row in 1..stamps.len() {
+        let step = stamps[row] - stamps[row - 1];
+        if step == 0.0 {
+            repeats += 1;
+            continue;
+        }
+        if step > 0.0
+            && step < longest
+            && let Some(before) = changed
+        {
+            rows += row - before;
+            span += step;
+        }
+        changed = Some(row);
+    }
+    (2 * repeats + 1 > stamps.len() && rows > 0).then(|| rows as f64 / span)
+}
+
+/// Mends single stamps far off the line of their neighbours, and fills in empty ones. The rows
+/// that were mended.
+fn mend(stamps: &mut [f64], usual: f64) -> Vec<usize> {
     let n = stamps.len();
-    let mut bad = 0;
+    let mut bad = Vec::new();
     if n < 4 {
         return bad;
     }
@@ -127,99 +188,221 @@ fn mend(stamps: &mut [f64], usual: f64) -> usize {
         let is_off = (stamps[i] - expected).abs() > far * usual;
         if step > 0.0 && step < 10.0 * usual && (is_off || stamps[i].is_nan()) {
             stamps[i] = expected;
-            bad += usize::from(is_off);
+            bad.extend(is_off.then_some(i));
         }
     }
     bad
 }
 
-fn guess_unit_s(start: f64, period: f64, nominal_hz: Option<f64>) -> Option<f64> {
+/// The unit, and whether it is only the likeliest.
+fn guess_unit_s(
+    start: f64,
+    rows: usize,
+    period: f64,
+    options: &ClockOptions<'_>,
+) -> Option<(f64, bool)> {
     let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
-    let units: Vec<f64> = [1.0, 1e-3, 1e-6, 1e-9]
-        .into_iter()
-        .filter(|u| RATES_HZ.contains(&rate_hz(*u)))
-        .collect();
-    let is_nominal = |u: &f64| nominal_hz.is_some_and(|r| (rate_hz(*u) / r - 1.0).abs() < 0.5);
-    let is_dated = |u: &f64| DATES_S.contains(&(start * u));
-    let distance = |u: &f64| (rate_hz(*u) / LIKELY_RATE_HZ).ln().abs();
-    let likely = || {
-        units
-            .iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    let units = TimeUnit::GUESSED.map(TimeUnit::seconds).into_iter();
+    let mut units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
+    let is_nominal = |u: &&f64| {
+        let share = options.rate_hz.map(|nominal| rate_hz(**u) / nominal);
+        share.is_some_and(|s| (s - 1.0).abs() < 0.5)
     };
-    let nominal = units.iter().find(|u| is_nominal(u));
-    nominal
-        .or_else(|| units.iter().find(|u| is_dated(u)))
-        .or_else(likely)
-        .copied()
-}
-
-/// Times from the first stamp on, over counters that wrap, clocks without a date, and restarts.
-fn continued(stamps: &[f64], usual: f64, unit_s: f64) -> Vec<f64> {
-    let wraps = [
-        65_536.0,
-        16_777_216.0,
-        4_294_967_296.0,
-        1.0 / unit_s,
-        60.0 / unit_s,
-        3600.0 / unit_s,
-        86_400.0 / unit_s,
-        604_800.0 / unit_s,
-    ];
-    let start = stamps
+    let is_dated = |u: &&f64| DATES_S.contains(&(start * **u));
+    let ticks = TimeUnit::HundredMicroseconds.seconds();
+    if is_nominal(&&ticks) && !units.iter().any(|u| is_nominal(&u)) {
+        return Some((ticks, false));
+    }
+    if let Some(unit) = units
+        .iter()
+        .find(is_nominal)
+        .or_else(|| units.iter().find(is_dated))
+    {
+        return Some((*unit, false));
+    }
+    let slowest_s = options.temperature_span_c / FASTEST_WARMING;
+    let calm: Vec<f64> = units
         .iter()
         .copied()
-        .find(|s| s.is_finite())
-        .unwrap_or(0.0);
-    let (mut offset, mut before) = (-start, start);
-    let mut times_s = Vec::with_capacity(stamps.len());
-    for &stamp in stamps {
-        let step = stamp - before;
-        if step < 0.0 {
-            let fits = |wrap: &&f64| {
-                **wrap > 20.0 * usual
-                    && before < **wrap
-                    && (0.0..4.5 * usual).contains(&(step + **wrap))
-            };
-            if let Some(wrap) = wraps.iter().find(fits) {
-                offset += wrap;
-            } else if stamp < 0.5 * before && -step > 20.0 * usual {
-                offset += before + usual - stamp;
+        .filter(|u| rows as f64 * period * u >= slowest_s)
+        .collect();
+    let is_assumed = units.len() > 1;
+    if !calm.is_empty() {
+        units = calm;
+    }
+    let distance = |u: &f64| (rate_hz(*u) / LIKELY_RATE_HZ).ln().abs();
+    let likely = units
+        .into_iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    likely.map(|unit| (unit, is_assumed))
+}
+
+impl Clock {
+    /// Times from the first stamp on, over counters that wrap, clocks without a date, and restarts.
+    fn continue_over(&mut self, stamps: &[f64], usual: f64, gaps: &[usize]) {
+        let (mut offset, mut before) = (f64::NAN, f64::NAN);
+        for (row, &stamp) in stamps.iter().enumerate() {
+            if offset.is_nan() {
+                offset = -stamp;
+            }
+            let step = stamp - before;
+            if step < 0.0 {
+                let is_near_zero = stamp < 0.5 * before
+                    && -step > 20.0 * usual
+                    && stamp < 100.0 * usual.max(1.0 / self.unit_s);
+                if let Some(period) = wrap_period(before, stamp, usual, self.unit_s) {
+                    offset += period;
+                } else if is_near_zero || gaps.binary_search(&row).is_ok() {
+                    offset += before + usual - stamp;
+                    self.restarts.push(row);
+                } else {
+                    self.bad.push(row);
+                }
+            }
+            if stamp.is_finite() {
+                before = stamp;
+            }
+            self.time_s.push((stamp + offset) * self.unit_s);
+        }
+        self.bad.sort_unstable();
+    }
+
+    /// Rates, gaps and missing rows by the steps of the times. Rows that arrive in bursts, or that
+    /// share coarse stamps, are parted evenly.
+    fn judge_steps(&mut self, coarse_hz: Option<f64>, usual_s: f64, options: &ClockOptions<'_>) {
+        let (mut steps, mut pauses, mut paused_s) = (Vec::new(), 0, 0.0);
+        let mut before = f64::NAN;
+        for row in 0..self.time_s.len() {
+            let t = self.time_s[row];
+            let step = t - before;
+            if t.is_finite() {
+                before = t;
+                self.duration_s = self.duration_s.max(t);
+            }
+            if step > PAUSE * usual_s {
+                if options.pauses.binary_search(&row).is_ok()
+                    && !options.gaps.binary_search(&row).is_ok()
+                {
+                    (pauses, paused_s) = (pauses + 1, paused_s + step);
+                    continue;
+                }
+                self.gaps.push(row);
+                self.longest_gap_s = self.longest_gap_s.max(step);
+            } else if step == 0.0 {
+                self.duplicates.push(row);
+            }
+            if step.is_finite() {
+                steps.push(step);
             }
         }
-        if stamp.is_finite() {
-            before = stamp;
+        let stamped = self.time_s.iter().filter(|t| t.is_finite()).count();
+        let recorded_s = self.duration_s - paused_s;
+        let rows = stamped as f64 - 1.0 - f64::from(pauses);
+        self.mean_rate_hz =
+            coarse_hz.or((rows > 0.0 && recorded_s > 0.0).then(|| rows / recorded_s));
+        let mean_hz = self.mean_rate_hz.unwrap_or(0.0);
+        let is_bunched = |s: &&f64| (0.0..0.2 / mean_hz).contains(*s);
+        let bunched = steps.iter().filter(is_bunched).count();
+        if bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual_s)
+        {
+            self.bunched = Some(bunched);
+            self.rate_hz = mean_hz;
+            self.part_evenly(coarse_hz.is_some().then_some(PAUSE * usual_s), options);
+            return;
         }
-        times_s.push((stamp + offset) * unit_s);
-    }
-    times_s
-}
-
-/// Mean of regular steps; of bursts and uneven stamps the median over spans. True if regular.
-fn rate_of(time_s: &[f64], tick_s: f64) -> Option<(f64, bool)> {
-    let is_regular = |s: &f64| (0.4 * tick_s..1.6 * tick_s).contains(s);
-    let (sum_s, count) = positive_steps(time_s)
-        .filter(is_regular)
-        .fold((0.0, 0_usize), |(sum, n), s| (sum + s, n + 1));
-    if count * 10 >= time_s.len() * 9 || time_s.len() <= 2 * SPAN_ROWS {
-        return (count > 0).then(|| (count as f64 / sum_s, true));
-    }
-    let spans_s = time_s.windows(SPAN_ROWS + 1).map(|w| w[SPAN_ROWS] - w[0]);
-    Some((SPAN_ROWS as f64 / median(spans_s)?, false))
-}
-
-/// Parts the rows of one stamp by the period.
-fn spread_ticks(time_s: &mut [f64], period_s: f64) {
-    let mut tick = f64::NAN;
-    let mut row = 0.0;
-    for t in time_s {
-        if *t == tick {
-            row += 1.0;
+        let near = |s: &&f64| (0.5 * usual_s..1.5 * usual_s).contains(*s);
+        let (sum, count) = steps
+            .iter()
+            .filter(near)
+            .fold((0.0, 0), |(s, n), v| (s + v, n + 1));
+        let period_s = if count > 0 {
+            sum / f64::from(count)
         } else {
-            (tick, row) = (*t, 0.0);
+            usual_s
+        };
+        self.rate_hz = 1.0 / period_s;
+        let regular: Vec<f64> = steps
+            .iter()
+            .copied()
+            .filter(|s| *s >= 0.0 && *s < 1.5 * usual_s)
+            .collect();
+        self.jitter_s = deviation(&regular);
+        let expected = recorded_s / period_s + 1.0 + f64::from(pauses);
+        if f64::from(count) >= REGULAR * steps.len() as f64 {
+            self.missing = (expected - stamped as f64).round().max(0.0);
         }
-        *t += row * period_s;
     }
+
+    /// Rows at equal distances between the breaks, and between steps of the stamps that are longer
+    /// than `longest_s`.
+    fn part_evenly(&mut self, longest_s: Option<f64>, options: &ClockOptions<'_>) {
+        let period_s = 1.0 / self.rate_hz;
+        let (mut start_s, mut from) = (0.0, 0);
+        let mut before = f64::NAN;
+        for row in 0..self.time_s.len() {
+            let stamp_s = self.time_s[row];
+            let is_apart = options.gaps.binary_search(&row).is_ok()
+                || options.pauses.binary_search(&row).is_ok()
+                || self.restarts.binary_search(&row).is_ok()
+                || longest_s.is_some_and(|longest_s| stamp_s - before > longest_s);
+            if is_apart && row > 0 {
+                let next_s = self.time_s[row - 1] + period_s;
+                (start_s, from) = (stamp_s.max(next_s), row);
+            }
+            if stamp_s.is_finite() {
+                before = stamp_s;
+            }
+            self.time_s[row] = start_s + (row - from) as f64 * period_s;
+        }
+        self.gaps.clear();
+        self.duplicates.clear();
+        self.duration_s = self.time_s.last().copied().unwrap_or(0.0);
+    }
+}
+
+/// Period of a clock that stepped back, in its unit: a 32-bit counter that fell from near its end
+/// to near its start, or any other period that makes the step a usual one.
+fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
+    let whole = COUNTERS[2];
+    if before > 0.95 * whole && before < whole && (0.0..0.05 * whole).contains(&now) {
+        return Some(whole);
+    }
+    let periods = COUNTERS.into_iter().chain(WRAPS_S.map(|s| s / unit_s));
+    let fits = |period: &f64| {
+        // A clock that has passed the period did not wrap but step back; so did a clock with few
+        // steps in the period.
+        let is_within =
+            before < *period && now >= 0.0 || before < 0.5 * period && now >= -0.5 * period;
+        is_within && *period > 20.0 * usual && is_usual(now + period - before, usual)
+    };
+    periods.into_iter().find(fits)
+}
+
+/// Whether the long steps are pauses of the recorder and not waits for a full buffer: they are
+/// rare and of different lengths, and the stamps between them are evenly spaced.
+fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
+    let mut waits: Vec<f64> = steps
+        .iter()
+        .copied()
+        .filter(|s| *s > PAUSE * usual)
+        .collect();
+    let is_even = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
+    let even = steps.iter().filter(is_even).count();
+    // Allows for some lost samples.
+    if waits.len() * RAREST_BURST > steps.len() || even * 10 < (steps.len() - waits.len()) * 9 {
+        return false;
+    }
+    waits.sort_unstable_by(f64::total_cmp);
+    let quarter = waits.len() / 4;
+    waits.len() < FEWEST_BURSTS || waits[waits.len() - 1 - quarter] > 1.5 * waits[quarter]
+}
+
+/// Sample standard deviation; `None` for fewer than three values.
+fn deviation(values: &[f64]) -> Option<f64> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (values.len() > 2).then(|| (squares / (n - 1.0)).sqrt())
 }
 
 /// Whether a column holds the time since the row before rather than the time.
@@ -255,30 +438,51 @@ pub fn steadiness(stamps: &[f64]) -> Option<f64> {
     Some(rises - 0.5 * uneven / usual / steps)
 }
 
-/// Rows before which the recording breaks: gaps of the clock, and what stands between the rows.
-///
-/// Blank lines count if they are few: some loggers end every line twice.
-#[must_use]
-pub fn breaks(
-    time_s: &[f64],
-    rate_hz: Option<f64>,
-    marked: &[usize],
-    blanks: &[usize],
-    rows: usize,
-) -> Vec<usize> {
-    let mut out = marked.to_vec();
-    if blanks.len() * 20 <= rows {
-        out.extend(blanks);
+/// What parts the rows beside the clock.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Marks<'a> {
+    /// Rows after a line `# gap:`, and after rows that were set aside
+    pub gaps: &'a [usize],
+    /// Rows after a header that is repeated
+    pub headers: &'a [usize],
+    /// Rows after blank lines, and how many
+    pub blanks: &'a [(usize, usize)],
+}
+
+impl Marks<'_> {
+    /// Rows before which the recording breaks.
+    ///
+    /// A header or a single blank line is no break if the clock continues across it; several blank
+    /// lines are deliberate. Some loggers end every line twice: then only more blank lines count.
+    #[must_use]
+    pub fn breaks(&self, time_s: &[f64], rate_hz: Option<f64>, rows: usize) -> Vec<usize> {
+        let continues = |row: usize| {
+            let step = row
+                .checked_sub(1)
+                .and_then(|before| Some(time_s.get(row)? - time_s.get(before)?));
+            let usual = rate_hz.map_or(f64::NAN, f64::recip);
+            step.is_some_and(|step| is_usual(step, usual))
+        };
+        let regular = self.regular_blanks(rows);
+        let blanks = self
+            .blanks
+            .iter()
+            .filter(|(row, n)| *n > regular && (*n > regular + 1 || !continues(*row)));
+        let headers = self.headers.iter().copied().filter(|row| !continues(*row));
+        let mut out: Vec<usize> = self.gaps.to_vec();
+        out.extend(headers.chain(blanks.map(|b| b.0)));
+        out.retain(|row| (1..rows).contains(row));
+        out.sort_unstable();
+        out.dedup();
+        out
     }
-    if let Some(rate_hz) = rate_hz {
-        let gaps = time_s.windows(2).enumerate();
-        out.extend(
-            gaps.filter(|(_, w)| is_gap(w[1] - w[0], 1.0 / rate_hz))
-                .map(|(i, _)| i + 1),
-        );
+
+    /// Blank lines between most rows.
+    #[must_use]
+    pub fn regular_blanks(&self, rows: usize) -> usize {
+        if self.blanks.len() * 20 <= rows {
+            return 0;
+        }
+        median(self.blanks.iter().map(|b| b.1 as f64)).unwrap_or(0.0) as usize
     }
-    out.retain(|row| (1..rows).contains(row));
-    out.sort_unstable();
-    out.dedup();
-    out
 }

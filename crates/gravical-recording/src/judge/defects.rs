@@ -8,7 +8,9 @@ use super::cells::median;
 use super::unit::quiet_norms;
 
 /// Rows for which all channels may repeat by chance.
-const MAX_REPEATS: usize = 20;
+pub(crate) const MAX_REPEATS: usize = 20;
+/// Rows in a row in which the accelerometer alone reads zero that are no free fall.
+pub(crate) const ZEROS_IN_A_ROW: usize = 5;
 /// Rows from which the resolution is taken.
 const RESOLUTION_ROWS: usize = 20_000;
 /// Coarser than this, a MEMS accelerometer at rest may stay at one value: its noise is 1 to 5 mg.

@@ -1,7 +1,13 @@
-//! Unit of the accelerometer, by what the head claims and what gravity shows.
+//! Unit of the accelerometer: by the user, by what gravity shows, by what the head claims, in this
+//! order.
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use serde::{Deserialize, Serialize};
 
 use super::cells::median;
-use crate::units::AccelUnit;
+use crate::note::{Note, NoteKind};
+use crate::options::ReadOptions;
+use crate::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
 
 /// Rows of a block whose spread tells rest from motion.
 const BLOCK_ROWS: usize = 20;
@@ -10,81 +16,348 @@ const BLOCK_ROWS: usize = 20;
 /// more than that is used.
 const CLAIM_TOLERANCE: f64 = 0.1;
 
-/// Counts per g of common parts, and whether only whole numbers can be counts of it: 64 Empatica
-/// E4, 256 ADXL345 and BMA, 1024 to 16384 MPU and LSM at their ranges.
-const COUNTS_PER_G: [(f64, bool); 7] = [
-    (64.0, true),
-    (256.0, true),
-    (1024.0, true),
-    (2048.0, false),
-    (4096.0, false),
-    (8192.0, false),
-    (16384.0, false),
-];
+/// Smaller magnitudes at rest cannot be gravity, in any unit or with any wrong full scale.
+const LEAST_GRAVITY: f64 = 0.1;
 
-/// Unit of an accelerometer.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct AccelScale {
-    /// The unit; `None` if neither head nor gravity show it
+/// What a file claims about its accelerometer.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AccelClaim {
+    /// Unit, from the header or the board's settings line
     pub unit: Option<AccelUnit>,
-    /// Nominal counts per g, where the unit is counts
-    pub counts_per_g: Option<f64>,
+    /// Counts per g, from the header or the board's settings line
+    pub lsb_per_g: Option<f64>,
+    /// The column names say that gravity was removed
+    pub without_gravity: bool,
 }
 
-impl AccelScale {
-    /// Nominal m/s² of one unit of the file.
-    #[must_use]
-    pub fn mps2(&self) -> Option<f64> {
-        let per_g = self.unit?.gravity().or(self.counts_per_g)?;
-        Some(9.80665 / per_g)
+impl From<AccelUnit> for AccelClaim {
+    fn from(unit: AccelUnit) -> Self {
+        AccelClaim {
+            unit: Some(unit),
+            ..AccelClaim::default()
+        }
     }
 }
 
-/// The unit in which rows at rest show gravity.
-///
-/// What the head claims holds unless gravity is off by more than 10 %.
+/// Why a unit is unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum UnitDoubt {
+    /// Gravity was removed from the acceleration
+    WithoutGravity,
+    /// The magnitude at rest differs from gravity by a power of two
+    WrongFullScale,
+    /// The magnitude at rest is gravity in no unit, or in several
+    NoUnit,
+}
+
+/// The unit of an accelerometer, and what was found on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedUnit {
+    /// The unit
+    pub scale: AccelScale,
+    /// Why it is unknown
+    pub doubt: Option<UnitDoubt>,
+    /// Contradictions
+    pub notes: Vec<Note>,
+}
+
+/// Median magnitude of quiet rows: gravity, in the unit of the values. `None` without a complete row.
 #[must_use]
-pub fn accel_scale(accel: [&[f64]; 3], claim: Option<AccelUnit>) -> AccelScale {
-    let named = |unit| AccelScale {
-        unit: Some(unit),
-        counts_per_g: None,
+pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
+    median(quiet_norms(accel))
+}
+
+/// Whether the magnitude of quiet rows is gravity in some unit.
+#[must_use]
+pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
+    median(quiet_norms(accel)).is_some_and(|norm| accel_evidence(norm, true) != Evidence::None)
+}
+
+/// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
+/// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
+/// middle was subtracted.
+#[must_use]
+pub fn accel_unit(
+    accel: [&[f64]; 3],
+    is_unsigned: bool,
+    claim: AccelClaim,
+    options: &ReadOptions,
+) -> JudgedUnit {
+    let is_whole = |c: &&[f64]| c.iter().all(|v| v.is_nan() || v.fract() == 0.0);
+    let integers = accel.iter().all(is_whole);
+    let quiet = median(quiet_norms(accel)).map(|norm| (norm, integers));
+    let mut judged = JudgedUnit {
+        scale: AccelScale {
+            unit: AccelUnit::Unknown,
+            lsb_per_g: None,
+            origin: Origin::Assumed,
+        },
+        doubt: None,
+        notes: Vec::new(),
     };
-    let Some(norm) = median(quiet_norms(accel)) else {
-        return AccelScale {
-            unit: claim,
-            counts_per_g: None,
+    judged.scale = decide(
+        quiet,
+        is_unsigned,
+        claim,
+        options,
+        &mut judged.notes,
+        &mut judged.doubt,
+    );
+    judged
+}
+
+fn decide(
+    quiet: Option<(f64, bool)>,
+    is_unsigned: bool,
+    claim: AccelClaim,
+    options: &ReadOptions,
+    notes: &mut Vec<Note>,
+    doubt: &mut Option<UnitDoubt>,
+) -> AccelScale {
+    let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
+    // A range given by the user overrides the data, one claimed by the board does not.
+    let range_lsb = given_lsb.or(claim.lsb_per_g);
+    let claimed = claim.unit;
+    if let Some(unit) = options.accel_unit {
+        let counts = unit == AccelUnit::Counts;
+        let from_data = quiet.and_then(|(norm, _)| match accel_evidence(norm, true) {
+            Evidence::Unit(AccelUnit::Counts, lsb) if counts && !is_unsigned => lsb,
+            _ => None,
+        });
+        let scale = AccelScale {
+            unit,
+            lsb_per_g: if counts {
+                given_lsb.or(from_data).or(range_lsb)
+            } else {
+                None
+            },
+            origin: Origin::Given,
         };
+        warn_if_gravity_disagrees(&scale, quiet, notes);
+        return scale;
+    }
+    if is_unsigned {
+        return AccelScale {
+            unit: AccelUnit::Counts,
+            lsb_per_g: range_lsb,
+            origin: Origin::Data,
+        };
+    }
+    let Some((norm, integers)) = quiet else {
+        return by_claim(claimed, range_lsb);
     };
-    if let Some(unit) = claim
-        && let Some(gravity) = unit.gravity()
-        && (norm / gravity - 1.0).abs() <= CLAIM_TOLERANCE
-    {
-        return named(unit);
+    // A claimed sensitivity is used if gravity does not contradict it.
+    let claimed_lsb = claim
+        .lsb_per_g
+        .filter(|lsb| (norm / lsb - 1.0).abs() <= MOST_OFF);
+    let holds = |unit: AccelUnit| {
+        let scale = AccelScale {
+            unit,
+            lsb_per_g: None,
+            origin: Origin::Header,
+        };
+        let gravity = scale.nominal().map(|n| n * STANDARD_GRAVITY_MPS2);
+        gravity.is_some_and(|g| (norm / g - 1.0).abs() <= CLAIM_TOLERANCE)
+    };
+    let evidence = match (claimed_lsb, claimed.filter(|c| holds(*c))) {
+        (Some(lsb), _) => Evidence::Unit(AccelUnit::Counts, Some(lsb)),
+        (None, Some(unit)) => Evidence::Unit(unit, None),
+        (None, None) => accel_evidence(norm, integers),
+    };
+    let gravity_shows = matches!(evidence, Evidence::Unit(..));
+    let whole_zero = integers && norm >= 1.0;
+    if !gravity_shows && (claim.without_gravity || (norm < LEAST_GRAVITY && !whole_zero)) {
+        notes.push(without_gravity(norm));
+        *doubt = Some(UnitDoubt::WithoutGravity);
+        return AccelScale {
+            unit: AccelUnit::Unknown,
+            lsb_per_g: None,
+            origin: Origin::Assumed,
+        };
     }
-    let is_whole = accel
-        .iter()
-        .all(|c| c.iter().all(|v| v.is_nan() || v.fract() == 0.0));
-    match norm {
-        0.8..=1.25 => return named(AccelUnit::G),
-        8.0..=12.0 => return named(AccelUnit::Mps2),
-        800.0..=1250.0 if !is_whole => return named(AccelUnit::MilliG),
-        _ => {}
-    }
-    let ratio = |per_g: f64| (norm / per_g).ln().abs();
-    let fit = COUNTS_PER_G
-        .iter()
-        .filter(|(per_g, only_whole)| (norm / per_g - 1.0).abs() < 0.2 && (is_whole || !only_whole))
-        .min_by(|a, b| ratio(a.0).total_cmp(&ratio(b.0)));
-    match fit {
-        Some((per_g, _)) => AccelScale {
-            unit: Some(AccelUnit::Counts),
-            counts_per_g: Some(*per_g),
+    let by_data = |unit: AccelUnit, lsb: Option<f64>, notes: &mut Vec<Note>| {
+        if let Some(claim) = claimed
+            && claim != unit
+        {
+            notes.push(Note::new(
+                NoteKind::UnitMismatch,
+                format!(
+                    "the header gives {}, but the magnitude at rest is {}: the values are read as {}",
+                    claim.name(),
+                    short(norm),
+                    unit.name()
+                ),
+            ));
+        }
+        let lsb = match unit {
+            AccelUnit::Counts => {
+                warn_if_range_disagrees(given_lsb, claim.lsb_per_g, lsb, notes);
+                given_lsb.or(lsb)
+            }
+            _ => None,
+        };
+        AccelScale {
+            unit,
+            lsb_per_g: lsb,
+            origin: Origin::Data,
+        }
+    };
+    match evidence {
+        Evidence::Unit(unit, lsb) => by_data(unit, lsb, notes),
+        Evidence::Ambiguous if given_lsb.is_some() => by_data(AccelUnit::Counts, given_lsb, notes),
+        // A claim for one of the matching units decides.
+        Evidence::Ambiguous => match claimed {
+            Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None, notes),
+            Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0), notes),
+            // cm/s² is rare, and a calibration of one serves for the other.
+            None if !integers => {
+                let text = format!(
+                    "the magnitude at rest is {}: read as mg (cm/s² would fit as well; --accel-unit says which)",
+                    short(norm)
+                );
+                notes.push(Note::new(NoteKind::UnitAssumed, text));
+                by_data(AccelUnit::MilliGravity, None, notes)
+            }
+            _ => unknown(
+                norm,
+                "mg, cm/s² or counts at 1024 per g; give --accel-unit mg or --accel-unit counts",
+                notes,
+                doubt,
+            ),
         },
-        None => AccelScale {
-            unit: None,
-            counts_per_g: None,
+        Evidence::None if claimed == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
+            unit: AccelUnit::Counts,
+            lsb_per_g: range_lsb,
+            origin: if claimed.is_some() {
+                Origin::Header
+            } else {
+                Origin::Given
+            },
+        },
+        Evidence::None => unknown(
+            norm,
+            "gravity in no known unit; check the factor in the program that wrote the file, or give --accel-unit counts, which uses the values as they are",
+            notes,
+            doubt,
+        ),
+    }
+}
+
+/// Note on acceleration without gravity, as some apps record it.
+fn without_gravity(norm: f64) -> Note {
+    Note::new(
+        NoteKind::WithoutGravity,
+        format!(
+            "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
+            short(norm)
+        ),
+    )
+}
+
+fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
+    AccelScale {
+        unit: claim.unwrap_or(AccelUnit::Unknown),
+        lsb_per_g: range_lsb,
+        origin: if claim.is_some() {
+            Origin::Header
+        } else {
+            Origin::Assumed
         },
     }
+}
+
+/// Reports a given or claimed range that does not match the magnitude at rest.
+fn warn_if_range_disagrees(
+    given: Option<f64>,
+    claimed: Option<f64>,
+    measured: Option<f64>,
+    notes: &mut Vec<Note>,
+) {
+    let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 0.2;
+    let (Some(stated), Some(measured)) = (given.or(claimed), measured) else {
+        return;
+    };
+    if !differ(stated, measured) {
+        return;
+    }
+    let message = match given {
+        Some(_) => format!(
+            "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used",
+            short(32768.0 / stated),
+            short(32768.0 / measured)
+        ),
+        None => format!(
+            "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used",
+            short(stated),
+            short(measured)
+        ),
+    };
+    notes.push(Note::new(NoteKind::RangeMismatch, message));
+}
+
+/// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at
+/// another range than its counts were converted with.
+fn wrong_full_scale(norm: f64) -> Option<String> {
+    for (unit, gravity) in [("m/s^2", 9.80665), ("g", 1.0)] {
+        for factor in [0.125, 0.25, 0.5, 2.0, 4.0, 8.0] {
+            if (norm / gravity / factor - 1.0).abs() < 0.1 {
+                return Some(format!(
+                    "; it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
+                ));
+            }
+        }
+    }
+    None
+}
+
+fn unknown(
+    norm: f64,
+    what: &str,
+    notes: &mut Vec<Note>,
+    doubt: &mut Option<UnitDoubt>,
+) -> AccelScale {
+    *doubt = Some(UnitDoubt::NoUnit);
+    if let Some(guess) = wrong_full_scale(norm) {
+        *doubt = Some(UnitDoubt::WrongFullScale);
+        notes.push(Note::new(
+            NoteKind::WrongFullScale,
+            format!("the magnitude at rest is {}{guess}", short(norm)),
+        ));
+    }
+    notes.push(Note::new(
+        NoteKind::UnitUnknown,
+        format!("the magnitude at rest is {}: {what}", short(norm)),
+    ));
+    AccelScale {
+        unit: AccelUnit::Unknown,
+        lsb_per_g: None,
+        origin: Origin::Assumed,
+    }
+}
+
+fn warn_if_gravity_disagrees(
+    scale: &AccelScale,
+    quiet: Option<(f64, bool)>,
+    notes: &mut Vec<Note>,
+) {
+    let (Some(nominal), Some((norm, _))) = (scale.nominal(), quiet) else {
+        return;
+    };
+    let g = norm / nominal / STANDARD_GRAVITY_MPS2;
+    if !(0.75..=1.25).contains(&g) {
+        notes.push(Note::new(
+            NoteKind::UnitMismatch,
+            format!(
+                "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
+                scale.unit.name()
+            ),
+        ));
+    }
+}
+
+fn short(value: f64) -> String {
+    let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{value:.digits$}")
 }
 
 /// Mean magnitudes of the quietest third of the blocks.
@@ -123,4 +396,13 @@ fn spread_and_norm(block: [&[f64]; 3]) -> Option<(f64, f64)> {
     }
     let of_means: f64 = sum.iter().map(|s| s * s / count).sum();
     (count > 0.0).then(|| ((squares - of_means) / count, norms / count))
+}
+
+/// Largest standard deviation of a block at rest, as a share of its magnitude.
+const MOST_RESTLESS: f64 = 0.05;
+
+/// Mean magnitude of a block of complete rows, if the sensor may lie still in it.
+pub(crate) fn rest_norm(block: [&[f64]; 3]) -> Option<f64> {
+    let (variance, norm) = spread_and_norm(block)?;
+    (variance.sqrt() <= MOST_RESTLESS * norm && norm > 0.0).then_some(norm)
 }

@@ -1,27 +1,35 @@
 //! Rows as columns.
 
 use std::collections::BTreeMap;
-use std::fmt;
+use std::collections::btree_map::Entry;
 
-use memchr::memchr;
+use crate::spans::LineSpans;
 
 /// Why a line holds no row of the recording, or a row no measurement.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Reason {
-    /// Nothing but blanks and delimiters
-    Blank,
-    /// Above the first row: header and metadata
-    Head,
+    /// The line that names the columns
+    Header,
+    /// Any other line above the first row
+    Metadata,
     /// A comment between rows
     Comment,
-    /// More or fewer fields than a row has: torn lines
-    Width,
-    /// No number where the rows have numbers: repeated headers, messages
-    NoNumbers,
-    /// A further line of a row that is written in several
-    Continuation,
+    /// A line `# gap:`
+    NamedGap,
+    /// Nothing but blanks and delimiters
+    Blank,
+    /// The header once more
+    RepeatedHeader,
     /// A row of another sensor
     OtherSensor,
+    /// Fewer fields than a row has: half-written
+    TornLine,
+    /// More fields than a row has: lines run together
+    TooManyFields,
+    /// No number where the rows have numbers: messages
+    NotANumber,
+    /// A further line of a row that is written in several
+    Continuation,
     /// All channels zero: the sensor was not read
     Zeros,
     /// All channels repeat for longer than noise allows: sensor or bus hung
@@ -30,54 +38,127 @@ pub enum Reason {
     Slipped,
 }
 
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Reason::Blank => "blank",
-            Reason::Head => "above the first row",
-            Reason::Comment => "comments",
-            Reason::Width => "with more or fewer fields than a row",
-            Reason::NoNumbers => "without the numbers of a row",
-            Reason::Continuation => "that continue a row",
-            Reason::OtherSensor => "of other sensors",
-            Reason::Zeros => "of zeros: the sensor was not read",
-            Reason::Hung => "that repeat exactly: sensor or bus hung",
-            Reason::Slipped => "whose channels are shifted",
-        })
+impl Reason {
+    /// Stable name, for scripts.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Reason::Header => "header",
+            Reason::Metadata => "metadata-lines",
+            Reason::Comment => "comment-lines",
+            Reason::NamedGap => "named-gap",
+            Reason::Blank => "blank-rows",
+            Reason::RepeatedHeader => "repeated-header",
+            Reason::OtherSensor => "other-sensor",
+            Reason::TornLine => "torn-line",
+            Reason::TooManyFields => "too-many-fields",
+            Reason::NotANumber => "not-a-number",
+            Reason::Continuation => "continuation-lines",
+            Reason::Zeros => "zero-rows",
+            Reason::Hung => "sensor-hung",
+            Reason::Slipped => "shifted-columns",
+        }
+    }
+
+    /// What such lines are, and what was done with them.
+    pub(crate) fn meaning(self) -> &'static str {
+        match self {
+            Reason::Header => "names the columns",
+            Reason::Metadata => "before the header; kept out of the data",
+            Reason::Comment => "comment; kept out of the data",
+            Reason::NamedGap => {
+                "the logger reports missing rows; treated as a break between segments"
+            }
+            Reason::Blank => {
+                "blank; a break between segments, unless it is a single line and the clock continues"
+            }
+            Reason::RepeatedHeader => {
+                "the header repeated; kept out of the data, and a break unless the clock continues"
+            }
+            Reason::OtherSensor => "rows of another sensor; not read",
+            Reason::TornLine => "fewer fields than the other rows (half-written); set aside",
+            Reason::TooManyFields => {
+                "more fields than the other rows (lines run together?); set aside"
+            }
+            Reason::NotANumber => "no number where the rows have numbers; set aside",
+            Reason::Continuation => "continues the row above",
+            Reason::Zeros => "all channels zero: the sensor was not read; set aside",
+            Reason::Hung => {
+                "all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap"
+            }
+            Reason::Slipped => "the values stand in the columns of others; set aside",
+        }
     }
 }
 
-/// Counts of the lines that hold no row; with the rows they are all lines.
+/// Lines that were set aside for one reason.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct AsideLines {
+    /// Where they are
+    pub lines: LineSpans,
+    /// Text of the first, shortened
+    pub first: String,
+}
+
+/// The lines that hold no row; with the rows they are all lines.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Aside {
     /// Lines read
     pub lines: usize,
-    /// Count and number of the first line, from 1
-    pub reasons: BTreeMap<Reason, (usize, usize)>,
+    /// Lines for each reason
+    pub reasons: BTreeMap<Reason, AsideLines>,
 }
 
+/// Characters of an example.
+const SHOWN: usize = 60;
+
 impl Aside {
-    /// Counts a line, or a row that began in it.
-    pub(crate) fn add(&mut self, reason: Reason, line: usize) {
-        self.reasons.entry(reason).or_insert((0, line)).0 += 1;
+    /// Counts a line.
+    pub(crate) fn add(&mut self, reason: Reason, line: usize, text: &str) {
+        let lines = self.reasons.entry(reason).or_insert_with(|| AsideLines {
+            lines: LineSpans::default(),
+            first: text.chars().take(SHOWN).collect(),
+        });
+        lines.lines.push(line as u64);
     }
 
     /// Lines set aside for a reason.
     #[must_use]
     pub fn count(&self, reason: Reason) -> usize {
-        self.reasons.get(&reason).map_or(0, |r| r.0)
+        self.reasons
+            .get(&reason)
+            .map_or(0, |r| r.lines.count() as usize)
     }
 
     /// All lines set aside.
     #[must_use]
     pub fn total(&self) -> usize {
-        self.reasons.values().map(|r| r.0).sum()
+        self.reasons
+            .values()
+            .map(|r| r.lines.count() as usize)
+            .sum()
     }
 
-    fn append(&mut self, later: Aside) {
+    /// The sum as text: `1020 lines = 1000 rows + 1 header + …`.
+    #[must_use]
+    pub fn sum(&self, rows: usize) -> String {
+        let mut text = format!("{} lines = {rows} rows", self.lines);
+        for (reason, lines) in &self.reasons {
+            text += &format!(" + {} {}", lines.lines.count(), reason.name());
+        }
+        text
+    }
+
+    /// Adds the lines that follow.
+    pub fn append(&mut self, later: Aside) {
         self.lines = self.lines.max(later.lines);
-        for (reason, (count, line)) in later.reasons {
-            self.reasons.entry(reason).or_insert((0, line)).0 += count;
+        for (reason, lines) in later.reasons {
+            match self.reasons.entry(reason) {
+                Entry::Occupied(mut known) => known.get_mut().lines.append(&lines.lines),
+                Entry::Vacant(new) => {
+                    new.insert(lines);
+                }
+            }
         }
     }
 }
@@ -95,19 +176,23 @@ pub struct Batch {
     pub words: Vec<Vec<String>>,
     /// Number of the line in which each row begins, from 1
     pub lines: Vec<u32>,
-    /// Rows before which a repeated header or a line `# gap:` stands
+    /// Rows before which a line `# gap:` stands
     pub breaks: Vec<usize>,
-    /// Rows before which a blank line stands
-    pub blanks: Vec<usize>,
+    /// Rows before which the header is repeated
+    pub headers: Vec<usize>,
+    /// Rows before which blank lines stand, and how many
+    pub blanks: Vec<(usize, usize)>,
     /// Samples that a logger says it rejected: lines `# rejected:`
     pub rejected: usize,
+    /// Lines with NUL bytes, which were removed
+    pub nul_lines: LineSpans,
     /// Lines without a row
     pub aside: Aside,
     /// Text of columns, where it was asked for
     pub text: CopiedText,
 }
 
-/// Text of the columns that are copied, byte for byte but for NUL bytes.
+/// Text of the columns that are copied, byte for byte but for NUL bytes and blanks at the end.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct CopiedText {
     bytes: Vec<u8>,
@@ -127,11 +212,7 @@ impl CopiedText {
     }
 
     pub(crate) fn push(&mut self, piece: &str) {
-        if memchr(0, piece.as_bytes()).is_some() {
-            self.bytes.extend(piece.bytes().filter(|b| *b != 0));
-        } else {
-            self.bytes.extend_from_slice(piece.as_bytes());
-        }
+        self.bytes.extend_from_slice(piece.as_bytes());
         self.ends.push(self.bytes.len());
     }
 
@@ -193,8 +274,11 @@ impl Batch {
         self.words = later.words;
         self.lines.append(&mut later.lines);
         self.breaks.extend(later.breaks.iter().map(|b| b + rows));
-        self.blanks.extend(later.blanks.iter().map(|b| b + rows));
+        self.blanks
+            .extend(later.blanks.iter().map(|(row, n)| (row + rows, *n)));
+        self.headers.extend(later.headers.iter().map(|b| b + rows));
         self.rejected += later.rejected;
+        self.nul_lines.append(&later.nul_lines);
         self.aside.append(later.aside);
     }
 
@@ -204,7 +288,7 @@ impl Batch {
             return;
         }
         for (row, _) in keep.iter().enumerate().filter(|(_, k)| !**k) {
-            self.aside.add(reason, self.lines[row] as usize);
+            self.aside.add(reason, self.lines[row] as usize, "");
         }
         let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
         columns.for_each(|c| retain(c, keep));
@@ -217,7 +301,13 @@ impl Batch {
         for (row, k) in keep.iter().enumerate() {
             kept_before[row + 1] = kept_before[row] + usize::from(*k);
         }
-        for row in self.breaks.iter_mut().chain(&mut self.blanks) {
+        let blanks = self.blanks.iter_mut().map(|(row, _)| row);
+        for row in self
+            .breaks
+            .iter_mut()
+            .chain(&mut self.headers)
+            .chain(blanks)
+        {
             *row = kept_before[*row];
         }
         if matches!(reason, Reason::Hung | Reason::Slipped) {
@@ -228,14 +318,49 @@ impl Batch {
         }
     }
 
+    /// The first rows alone.
+    pub(crate) fn first(&self, rows: usize) -> Batch {
+        let cut = |n: usize| rows.min(n);
+        Batch {
+            columns: self
+                .columns
+                .iter()
+                .map(|c| c[..cut(c.len())].to_vec())
+                .collect(),
+            texts: self
+                .texts
+                .iter()
+                .map(|t| t[..cut(t.len())].to_vec())
+                .collect(),
+            words: self.words.clone(),
+            lines: self.lines[..cut(self.lines.len())].to_vec(),
+            ..Batch::default()
+        }
+    }
+
+    /// Adds a word to the cells of a column of text.
+    pub(crate) fn push_word(&mut self, column: usize, word: &str) {
+        let code = word_code(&mut self.words[column], word);
+        self.texts[column].push(code);
+    }
+
     /// Whether most cells of a column are text.
     pub(crate) fn is_text(&self, column: usize) -> bool {
         self.texts[column].iter().filter(|t| **t > 0).count() * 2 > self.rows()
     }
 }
 
+/// The number of a word, from 1; words beyond the limit share the last one.
+pub(crate) fn word_code(known: &mut Vec<String>, word: &str) -> u8 {
+    let at = known.iter().position(|w| w == word).unwrap_or(known.len());
+    if at == known.len() && at < usize::from(u8::MAX) - 1 {
+        known.push(word.to_owned());
+    }
+    u8::try_from(at + 1).unwrap_or(u8::MAX)
+}
+
 /// Keeps the values that are marked.
-pub(crate) fn retain<T: Copy>(values: &mut Vec<T>, keep: &[bool]) {
+fn retain<T: Copy>(values: &mut Vec<T>, keep: &[bool]) {
     let mut marks = keep.iter();
     values.retain(|_| marks.next().copied().unwrap_or(true));
 }

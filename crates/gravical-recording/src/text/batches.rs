@@ -1,30 +1,34 @@
 //! Lines to batches.
 
+use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
-use super::batch::{Batch, CopiedText, Reason};
+use super::batch::{Batch, CopiedText, Reason, word_code};
 use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
+use super::header::{Header, OTHER_COLUMNS, Same};
 use super::lines::Lines;
 use super::number::parse_cell;
 use super::words::Sentences;
+use crate::board::BoardSettings;
+use crate::error::{Error, Kind};
 
 /// Rows of a batch.
 pub const BATCH_ROWS: usize = 65_536;
 
-/// From here on a column of text holds no labels; its further words are one.
+/// A column with so many words may hold numbers wrapped in words.
 pub(crate) const MANY_WORDS: u8 = 32;
 
 impl Format {
     /// Reads a text from its first line on in batches of [`BATCH_ROWS`](crate::BATCH_ROWS).
-    pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<'_, R> {
-        Batches::new(self, bytes)
+    pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<R> {
+        Batches::new(self.clone(), bytes)
     }
 }
 
 /// Iterates over the batches of a text; made by [`Format::batches`].
-pub struct Batches<'a, R> {
-    format: &'a Format,
+pub struct Batches<R> {
+    format: Format,
     lines: Lines<R>,
     /// Lines read.
     count: usize,
@@ -33,8 +37,12 @@ pub struct Batches<'a, R> {
     words: Vec<Vec<String>>,
     /// Columns of the row that hold text.
     text_cells: Vec<usize>,
-    has_blank: bool,
+    /// Blank lines since the last row.
+    blanks: usize,
     has_break: bool,
+    has_header: bool,
+    /// Line and width of a header since the last row.
+    torn_header: Option<(usize, usize)>,
     /// Place of the last line within its row.
     place: Option<usize>,
     /// Columns whose text is kept, each piece from the first to the last.
@@ -47,22 +55,29 @@ pub struct Batches<'a, R> {
     is_done: bool,
 }
 
-impl<'a, R: BufRead> Batches<'a, R> {
-    pub(crate) fn new(format: &'a Format, bytes: R) -> Self {
+/// Marks rows that are written under other columns.
+pub(crate) fn header_differs(line: usize, why: &'static str) -> io::Error {
+    io::Error::other(Error::from(Kind::HeaderDiffers(line, why)))
+}
+
+impl<R: BufRead> Batches<R> {
+    pub(crate) fn new(format: Format, bytes: R) -> Self {
         let fields = format.columns.len();
         Batches {
-            format,
             lines: Lines::new(bytes, format.line_end),
             count: 0,
             batch: Batch::new(fields),
             words: vec![Vec::new(); fields],
             text_cells: Vec::new(),
-            has_blank: false,
+            blanks: 0,
             has_break: false,
+            has_header: false,
+            torn_header: None,
             place: None,
             copied: Vec::new(),
             spans: Vec::new(),
             slots: vec![String::new(); fields],
+            format,
             error: None,
             is_done: false,
         }
@@ -79,7 +94,7 @@ impl<'a, R: BufRead> Batches<'a, R> {
     /// Reads on until a batch is full and a new row would begin.
     fn read_batch(&mut self) -> io::Result<Option<Batch>> {
         while self.error.is_none() {
-            let line = match self.lines.next() {
+            let (line, had_nul) = match self.lines.next() {
                 Ok(Some(line)) => line,
                 Ok(None) => break,
                 // What was read before the error is a batch of its own.
@@ -89,20 +104,28 @@ impl<'a, R: BufRead> Batches<'a, R> {
                 }
             };
             self.count += 1;
+            if had_nul {
+                self.batch.nul_lines.push(self.count as u64);
+            }
             let parser = RowParser {
-                format: self.format,
+                format: &self.format,
                 line_number: self.count,
                 batch: &mut self.batch,
                 words: &mut self.words,
                 text_cells: &mut self.text_cells,
-                has_blank: &mut self.has_blank,
+                blanks: &mut self.blanks,
                 has_break: &mut self.has_break,
+                has_header: &mut self.has_header,
+                torn_header: &mut self.torn_header,
                 place: &mut self.place,
                 copied: &self.copied,
                 spans: &mut self.spans,
                 slots: &mut self.slots,
             };
-            parser.read(line);
+            if let Err(e) = parser.read(line) {
+                self.error = Some(e);
+                break;
+            }
             // The lines of a row that has begun belong to its batch.
             let is_whole = matches!(self.format.layout, Layout::Table(_))
                 || self
@@ -152,7 +175,7 @@ impl<'a, R: BufRead> Batches<'a, R> {
     }
 }
 
-impl<R: BufRead> Iterator for Batches<'_, R> {
+impl<R: BufRead> Iterator for Batches<R> {
     type Item = io::Result<Batch>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -171,8 +194,10 @@ struct RowParser<'a> {
     batch: &'a mut Batch,
     words: &'a mut [Vec<String>],
     text_cells: &'a mut Vec<usize>,
-    has_blank: &'a mut bool,
+    blanks: &'a mut usize,
     has_break: &'a mut bool,
+    has_header: &'a mut bool,
+    torn_header: &'a mut Option<(usize, usize)>,
     place: &'a mut Option<usize>,
     copied: &'a [(usize, usize)],
     spans: &'a mut Vec<(usize, usize)>,
@@ -180,54 +205,92 @@ struct RowParser<'a> {
 }
 
 impl RowParser<'_> {
-    fn read(mut self, line: &str) {
+    fn read(mut self, line: &str) -> io::Result<()> {
         if self.line_number <= self.format.head_lines {
-            return self.set_aside(Reason::Head);
+            let is_header = self.line_number == self.format.header_line;
+            let reason = if is_header {
+                Reason::Header
+            } else {
+                Reason::Metadata
+            };
+            self.set_aside(reason, line);
+            return Ok(());
         }
         if is_blank(line) {
-            *self.has_blank = true;
-            return self.set_aside(Reason::Blank);
+            *self.blanks += 1;
+            self.set_aside(Reason::Blank, line);
+            return Ok(());
         }
         if is_comment(line) {
-            self.read_comment(line);
-            return self.set_aside(Reason::Comment);
+            return self.read_comment(line);
         }
         match &self.format.layout {
             Layout::Table(dialect) => self.read_fields(line, *dialect),
-            Layout::Sentences(sentences) => self.read_sentence(line, sentences),
+            Layout::Sentences(sentences) => {
+                self.read_sentence(line, sentences);
+                Ok(())
+            }
         }
     }
 
-    fn set_aside(&mut self, reason: Reason) {
-        self.batch.aside.add(reason, self.line_number);
+    fn set_aside(&mut self, reason: Reason, line: &str) {
+        self.batch.aside.add(reason, self.line_number, line);
     }
 
-    /// `# gap: …` and `# rejected: 3`, as our logger writes them.
-    fn read_comment(&mut self, line: &str) {
+    /// `# gap: …` and `# rejected: 3`, as our logger writes them, and the settings of our board.
+    fn read_comment(&mut self, line: &str) -> io::Result<()> {
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
+        let mut reason = Reason::Comment;
         if text.starts_with("gap:") {
             *self.has_break = true;
+            reason = Reason::NamedGap;
         } else if let Some(rest) = text.strip_prefix("rejected:") {
             let count = rest.split_whitespace().next().and_then(|n| n.parse().ok());
             self.batch.rejected += count.unwrap_or(1);
+        } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
+            && !before.has_units_of(&now)
+        {
+            let why = "follows a line of the board with another range or format";
+            return Err(header_differs(self.line_number, why));
         }
+        self.set_aside(reason, line);
+        Ok(())
     }
 
-    fn read_fields(mut self, line: &str, dialect: Dialect) {
+    /// Sets a line aside that is no row. A header of other columns ends the reading.
+    fn set_aside_or_refuse(&mut self, reason: Reason, line: &str) -> io::Result<()> {
+        let reason = match Header::compare(line, self.format) {
+            None => reason,
+            Some(Same::Yes) => {
+                *self.has_header = true;
+                *self.torn_header = match &self.format.layout {
+                    Layout::Table(d) => Some((self.line_number, fields(line, d.delimiter).count())),
+                    Layout::Sentences(_) => None,
+                };
+                Reason::RepeatedHeader
+            }
+            Some(Same::No(why)) => return Err(header_differs(self.line_number, why)),
+        };
+        self.set_aside(reason, line);
+        Ok(())
+    }
+
+    fn read_fields(mut self, line: &str, dialect: Dialect) -> io::Result<()> {
         let row = self.batch.rows();
         self.text_cells.clear();
         self.spans.clear();
         let (mut count, mut has_number) = (0, false);
+        let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
         let mut cells = fields(line, dialect.delimiter);
         loop {
             let is_read = self.format.is_read.get(count) == Some(&true);
             let cell = if is_read {
-                cells.next_cell(dialect.decimal_comma)
+                cells.next_cell(dialect)
             } else {
                 cells.next().map(|_| Some(f64::NAN))
             };
             let Some(value) = cell else { break };
-            if !self.copied.is_empty() {
+            if count < last_copied {
                 self.spans.push(cells.last_span(line));
             }
             if is_read {
@@ -239,16 +302,24 @@ impl RowParser<'_> {
             }
             count += 1;
         }
-        let reason = match () {
-            _ if count != dialect.fields => Some(Reason::Width),
-            _ if !has_number => Some(Reason::NoNumbers),
-            _ => None,
+        // Rows that fit a header that seemed torn.
+        if let Some((header, width)) = *self.torn_header
+            && count != dialect.fields
+            && count == width
+            && 2 * (count - self.text_cells.len()) > width
+        {
+            return Err(header_differs(header, OTHER_COLUMNS));
+        }
+        let reason = match count.cmp(&dialect.fields) {
+            Ordering::Less => Some(Reason::TornLine),
+            Ordering::Greater => Some(Reason::TooManyFields),
+            Ordering::Equal => (!has_number).then_some(Reason::NotANumber),
         };
         if let Some(reason) = reason {
             self.batch.columns.iter_mut().for_each(|c| c.truncate(row));
-            *self.has_break |= reason == Reason::NoNumbers && !self.text_cells.is_empty();
-            return self.set_aside(reason);
+            return self.set_aside_or_refuse(reason, line);
         }
+        *self.torn_header = None;
         self.begin_row();
         for (first, last) in self.copied {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);
@@ -260,15 +331,11 @@ impl RowParser<'_> {
                 self.push_word(column, field);
             }
         }
+        Ok(())
     }
 
     fn push_word(&mut self, column: usize, word: &str) {
-        let known = &mut self.words[column];
-        let at = known.iter().position(|w| w == word).unwrap_or(known.len());
-        if at == known.len() && at < usize::from(MANY_WORDS) {
-            known.push(word.to_owned());
-        }
-        let code = u8::try_from(at + 1).unwrap_or(MANY_WORDS).min(MANY_WORDS);
+        let code = word_code(&mut self.words[column], word);
         let texts = &mut self.batch.texts[column];
         texts.resize(self.batch.lines.len() - 1, 0);
         texts.push(code);
@@ -277,7 +344,7 @@ impl RowParser<'_> {
     fn read_sentence(mut self, line: &str, sentences: &Sentences) {
         let line = sentences.normalise(line);
         let Some(sentence) = sentences.parse(&line) else {
-            return self.set_aside(Reason::NoNumbers);
+            return self.set_aside(Reason::NotANumber, &line);
         };
         if self.place.is_none_or(|last| sentence.place <= last) {
             if self.place.is_some() {
@@ -289,8 +356,8 @@ impl RowParser<'_> {
                 .filter(|(_, is_read)| **is_read)
                 .for_each(|(c, _)| c.push(f64::NAN));
         } else {
-            *self.has_blank = false;
-            self.set_aside(Reason::Continuation);
+            *self.blanks = 0;
+            self.set_aside(Reason::Continuation, &line);
         }
         *self.place = Some(sentence.place);
         for (k, number) in sentence.numbers.iter().enumerate() {
@@ -309,8 +376,12 @@ impl RowParser<'_> {
         if std::mem::take(self.has_break) {
             self.batch.breaks.push(row);
         }
-        if std::mem::take(self.has_blank) {
-            self.batch.blanks.push(row);
+        if std::mem::take(self.has_header) {
+            self.batch.headers.push(row);
+        }
+        let blanks = std::mem::take(self.blanks);
+        if blanks > 0 {
+            self.batch.blanks.push((row, blanks));
         }
         self.batch
             .lines

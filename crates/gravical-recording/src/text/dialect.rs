@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use memchr::memchr;
 
-use super::number::{finite, parse_cell};
+use super::number::{finite, parse_cell, parse_date, parse_short};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Delimiter {
@@ -12,10 +12,24 @@ pub(crate) enum Delimiter {
     Whitespace,
 }
 
+impl Delimiter {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Delimiter::Byte(b',') => "comma",
+            Delimiter::Byte(b';') => "semicolon",
+            Delimiter::Byte(b'\t') => "tab",
+            Delimiter::Byte(_) => "bar",
+            Delimiter::Whitespace => "white space",
+        }
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Dialect {
     pub delimiter: Delimiter,
     pub decimal_comma: bool,
+    /// Dates have the day before the month.
+    pub day_first: bool,
     pub fields: usize,
 }
 
@@ -49,7 +63,16 @@ impl Fields<'_> {
     }
 
     /// The next field as [`parse_cell`] reads it; mostly a number that ends at the delimiter.
-    pub(crate) fn next_cell(&mut self, decimal_comma: bool) -> Option<Option<f64>> {
+    pub(crate) fn next_cell(&mut self, dialect: Dialect) -> Option<Option<f64>> {
+        if let Delimiter::Byte(delimiter) = self.delimiter
+            && let Some(rest) = self.rest
+            && let Some((value, n)) = parse_short(rest.as_bytes())
+            && rest.as_bytes().get(n).is_none_or(|b| *b == delimiter)
+        {
+            self.rest = rest.get(n + 1..);
+            self.length = n;
+            return Some(Some(value));
+        }
         if let Delimiter::Byte(delimiter) = self.delimiter
             && let Some(rest) = self.rest
             && let Ok((value, n)) = fast_float2::parse_partial(rest)
@@ -59,7 +82,12 @@ impl Fields<'_> {
             self.length = n;
             return Some(Some(finite(value)));
         }
-        self.next().map(|field| parse_cell(field, decimal_comma))
+        let field = self.next()?;
+        let value = parse_cell(field, dialect.decimal_comma);
+        if dialect.day_first && value.is_some() && field.contains(':') {
+            return Some(parse_date(field, true).or(value));
+        }
+        Some(value)
     }
 }
 
@@ -182,6 +210,7 @@ impl Dialect {
                     Dialect {
                         delimiter,
                         decimal_comma,
+                        day_first: false,
                         fields,
                     },
                 ));

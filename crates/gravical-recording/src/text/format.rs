@@ -3,6 +3,8 @@
 use super::dialect::Dialect;
 use super::names::{Column, Role};
 use super::words::Sentences;
+use crate::board::BoardSettings;
+use crate::options::ReadOptions;
 
 #[derive(Clone, Debug)]
 pub(crate) enum Layout {
@@ -26,10 +28,14 @@ pub struct Format {
     pub(crate) layout: Layout,
     pub(crate) line_end: u8,
     pub(crate) head_lines: usize,
+    /// Line that names the columns, from 1; 0 without one.
+    pub(crate) header_line: usize,
+    /// Settings of our board, where the head has them.
+    pub(crate) board: Option<BoardSettings>,
     /// Columns that are parsed.
     pub(crate) is_read: Vec<bool>,
-    /// Lines above the rows.
-    pub(crate) metadata: Vec<String>,
+    /// Lines above the rows
+    pub metadata: Vec<String>,
     /// Names of the columns; empty without a header
     pub names: Vec<String>,
     /// What each column holds
@@ -40,6 +46,18 @@ pub struct Format {
     pub gyro: Option<[usize; 3]>,
     /// Column that tells several sensors apart whose rows take turns, and their number
     pub sensor: Option<(usize, usize)>,
+    /// Names of all sensors of which the first is read, or the one that the user asks for
+    pub(crate) sensors: Vec<String>,
+    /// The columns were told by their numbers
+    pub(crate) is_guessed: bool,
+    /// Line of names that are not as many as the columns, and their number
+    pub(crate) misfit: Option<(usize, usize)>,
+    /// Columns that could be the time beside none that is named so
+    pub(crate) unnamed_clocks: Vec<usize>,
+    /// The user says that there are no stamps
+    pub(crate) has_no_clock: bool,
+    /// What the user says
+    pub options: ReadOptions,
     /// Rate that the head states
     pub rate_hz: Option<f64>,
 }
@@ -51,6 +69,8 @@ impl Format {
             layout,
             line_end,
             head_lines: 0,
+            header_line: 0,
+            board: None,
             is_read: vec![true; fields],
             metadata: Vec::new(),
             columns: (0..fields).map(column).collect(),
@@ -58,8 +78,35 @@ impl Format {
             accel: [0; 3],
             gyro: None,
             sensor: None,
+            sensors: Vec::new(),
+            is_guessed: false,
+            misfit: None,
+            unnamed_clocks: Vec::new(),
+            has_no_clock: false,
+            options: ReadOptions::default(),
             rate_hz: None,
         }
+    }
+
+    /// The format in words: `comma separated, header in line 1`.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let mut text = match &self.layout {
+            Layout::Table(dialect) => {
+                let comma = if dialect.decimal_comma {
+                    ", decimal comma"
+                } else {
+                    ""
+                };
+                format!("{} separated{comma}", dialect.delimiter.name())
+            }
+            Layout::Sentences(_) => "numbers in sentences".to_owned(),
+        };
+        text += &match self.header_line {
+            0 => ", no header".to_owned(),
+            line => format!(", header in line {line}"),
+        };
+        text
     }
 
     pub(crate) fn asks_for(&self, column: usize) -> bool {

@@ -1,6 +1,8 @@
 //! Names and units of the columns, from the lines above the rows.
 
 use super::dialect::{Delimiter, Dialect, fields};
+use super::format::{Format, Layout};
+use super::names::{Column, Role};
 use super::number::parse_cell;
 use super::roles::is_counter;
 use crate::units::{AccelUnit, GyroUnit, is_unit};
@@ -8,10 +10,23 @@ use crate::units::{AccelUnit, GyroUnit, is_unit};
 /// Rows by which a column without a name is told.
 const ROWS: usize = 400;
 
+/// How a header among the rows differs from the first.
+pub(crate) const OTHER_COLUMNS: &str = "has other columns than the first";
+
+/// Whether a header among the rows names the columns of the first.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Same {
+    Yes,
+    /// What is wrong with it.
+    No(&'static str),
+}
+
 /// Names and units of the columns, from the lines above the rows.
 pub(crate) struct Header {
     pub names: Vec<String>,
     pub units: Vec<String>,
+    /// Which of the lines above the rows holds the names.
+    pub at: Option<usize>,
 }
 
 impl Header {
@@ -37,7 +52,8 @@ impl Header {
             .and_then(parts)
             .filter(is_named)
             .unwrap_or_default();
-        let mut header = Header { names, units };
+        let at = end.checked_sub(1).filter(|_| !names.is_empty());
+        let mut header = Header { names, units, at };
         if end > 1
             && let Some(upper) = parts(end - 2)
         {
@@ -47,11 +63,73 @@ impl Header {
         header
     }
 
+    /// Whether a line among the rows names the same columns as the head does; `None` for a line
+    /// that names no sensor.
+    pub(crate) fn compare(line: &str, format: &Format) -> Option<Same> {
+        let Layout::Table(dialect) = &format.layout else {
+            return None;
+        };
+        // The header, or a piece of it.
+        let first = format
+            .header_line
+            .checked_sub(1)
+            .and_then(|at| format.metadata.get(at));
+        let is_long = line.trim().len() > 3;
+        if is_long && first.is_some_and(|l| l.contains(line.trim())) {
+            return Some(Same::Yes);
+        }
+        let text = line.trim_start_matches(['#', '%', '/', ' ']);
+        let bytes = [b',', b';', b'\t'].map(Delimiter::Byte);
+        let mut delimiters = [dialect.delimiter].into_iter().chain(bytes);
+        let (delimiter, mut names) = delimiters.find_map(|delimiter| {
+            let names: Vec<&str> = fields(text, delimiter).collect();
+            names_sensor(&names).then_some((delimiter, names))
+        })?;
+        names.pop_if(|last| last.is_empty());
+        if delimiter != dialect.delimiter {
+            return Some(Same::No(match delimiter {
+                Delimiter::Byte(b',') => "has its names separated by comma",
+                Delimiter::Byte(b';') => "has its names separated by semicolon",
+                _ => "has its names separated by tab",
+            }));
+        }
+        let width = names.len().min(format.names.len());
+        let is_same = if format.names.is_empty() {
+            format.accel.iter().enumerate().all(|(axis, column)| {
+                let name = names.get(*column).map(|n| Column::from_name(n).role);
+                name == Some(Role::Accel(axis))
+            })
+        } else {
+            {
+                let others = names[width..].iter().copied();
+                let mut others = others.chain(format.names[width..].iter().map(String::as_str));
+                names[..width] == format.names[..width] && others.all(str::is_empty)
+            }
+        };
+        Some(if is_same {
+            Same::Yes
+        } else {
+            Same::No(OTHER_COLUMNS)
+        })
+    }
+
     /// A header of two rows: sensor above, axis below, each more than once.
     fn join(&mut self, upper: &[String]) {
         let repeats = |f: &[String]| f.iter().enumerate().any(|(i, n)| f[..i].contains(n));
-        if upper.len() == self.names.len() && repeats(upper) && repeats(&self.names) {
-            for (name, upper) in self.names.iter_mut().zip(upper) {
+        // Merged cells leave the following ones empty.
+        let mut upper = upper.to_vec();
+        for i in 1..upper.len() {
+            if upper[i].is_empty() {
+                upper[i] = upper[i - 1].clone();
+            }
+        }
+        if upper.len() == self.names.len() && repeats(&upper) && repeats(&self.names) {
+            for (name, upper) in self
+                .names
+                .iter_mut()
+                .zip(upper)
+                .filter(|(_, u)| !u.is_empty())
+            {
                 *name = format!("{upper}.{name}");
             }
         }
@@ -73,6 +151,13 @@ impl Header {
         self.names
             .insert(if is_index { 0 } else { dialect.fields - 1 }, String::new());
     }
+}
+
+/// Whether all three axes of a sensor are among the names.
+pub(crate) fn names_sensor(names: &[&str]) -> bool {
+    let roles: Vec<Role> = names.iter().map(|n| Column::from_name(n).role).collect();
+    let has_all = |role: fn(usize) -> Role| (0..3).all(|i| roles.contains(&role(i)));
+    has_all(Role::Accel) || has_all(Role::Gyro)
 }
 
 /// The fields of a line of the header, which may have another delimiter than the rows.

@@ -15,6 +15,9 @@ pub(crate) struct Lines<R> {
     at: usize,
     /// Beginning of the line after them.
     rest: Vec<u8>,
+    /// Whether there are NUL bytes in the lines, and the last line without them.
+    has_nul: bool,
+    cleaned: String,
 }
 
 impl<R: BufRead> Lines<R> {
@@ -25,11 +28,13 @@ impl<R: BufRead> Lines<R> {
             text: String::new(),
             at: 0,
             rest: Vec::new(),
+            has_nul: false,
+            cleaned: String::new(),
         }
     }
 
-    /// The next line, without its end and blanks behind it.
-    pub(crate) fn next(&mut self) -> io::Result<Option<&str>> {
+    /// The next line, without its end and blanks behind it, and whether NUL bytes were removed.
+    pub(crate) fn next(&mut self) -> io::Result<Option<(&str, bool)>> {
         if self.at >= self.text.len() {
             self.fill()?;
         }
@@ -39,7 +44,12 @@ impl<R: BufRead> Lines<R> {
         }
         let end = memchr(self.line_end, text.as_bytes()).unwrap_or(text.len());
         self.at += end + 1;
-        Ok(Some(trim_end(&text[..end])))
+        let line = &text[..end];
+        if self.has_nul && memchr(0, line.as_bytes()).is_some() {
+            self.cleaned = line.replace('\0', "");
+            return Ok(Some((trim_end(&self.cleaned), true)));
+        }
+        Ok(Some((trim_end(line), false)))
     }
 
     /// Reads on until there is a whole line, or to the end.
@@ -62,6 +72,7 @@ impl<R: BufRead> Lines<R> {
             }
             self.rest.truncate(MAX_LINE_BYTES);
         }
+        self.has_nul = memchr(0, &bytes).is_some();
         self.text = String::from_utf8(bytes)
             .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
         Ok(())

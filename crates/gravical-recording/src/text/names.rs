@@ -34,6 +34,10 @@ pub struct Column {
     pub is_linear: bool,
     /// The cells are dates or times of day, which count in seconds
     pub is_dated: bool,
+    /// The user says what it holds
+    pub is_given: bool,
+    /// The user says that it is not read as what its name says
+    pub is_dropped: bool,
 }
 
 const ACCEL: &[&str] = &["a", "ac", "acc", "accl", "acce", "xl", "alpha"];
@@ -64,7 +68,7 @@ const TIME: &[&str] = &[
     "s",
 ];
 const TIME_UNITS: &[&str] = &[
-    "us", "ms", "ns", "s", "nanosec", "micros", "millis", "seconds",
+    "us", "ms", "ns", "s", "nanosec", "micros", "millis", "seconds", "fine",
 ];
 const STEP: &[&str] = &["dt", "delta", "deltat", "diff"];
 const LABEL: &[&str] = &["label", "part", "section", "pose", "face", "placement"];
@@ -90,8 +94,8 @@ const FOREIGN: &[&str] = &[
     "true",
 ];
 const UNIT_WORDS: &[&str] = &[
-    "g", "mg", "mps2", "ms2", "m", "s2", "rad", "deg", "dps", "s", "ms", "us", "ns", "c", "counts",
-    "cal", "2",
+    "g", "mg", "mps", "mps2", "ms2", "m", "s2", "rad", "deg", "dps", "s", "ms", "us", "ns", "c",
+    "counts", "cal", "2",
 ];
 
 /// `accX_raw` → `acc`, `x`, `raw`.
@@ -153,6 +157,8 @@ impl Column {
             sensor: String::new(),
             is_linear: false,
             is_dated: false,
+            is_given: false,
+            is_dropped: false,
         }
     }
 
@@ -163,9 +169,7 @@ impl Column {
         if words.iter().any(|w| FOREIGN.contains(&w.as_str())) {
             return Column::new(Role::Other, unit);
         }
-        let linear = words
-            .iter()
-            .any(|w| matches!(w.as_str(), "linear" | "lin" | "user" | "free"))
+        let linear = words.iter().any(|w| is_linear(w))
             && !words.iter().any(|w| w == "field")
             && !outside.contains(['_', '.']);
         let found = axis_in_word(&words, &unit).or_else(|| axis_apart(&words, &unit));
@@ -196,15 +200,17 @@ fn axis_in_word(words: &[String], unit: &str) -> Option<Column> {
             sensor(stem)
         };
         if let (Some(axis), Some(role)) = (axis(last), role) {
-            let rest: Vec<&str> = words
-                .iter()
-                .filter(|w| *w != word && *w != "g")
-                .map(String::as_str)
-                .collect();
-            let sensor = rest.join(" ");
+            let rest = words.iter().filter(|w| *w != word).map(String::as_str);
+            let (units, others): (Vec<&str>, Vec<&str>) =
+                rest.partition(|w| UNIT_WORDS.contains(w));
+            let unit = if unit.is_empty() {
+                join_unit(&units)
+            } else {
+                unit.to_owned()
+            };
             return Some(Column {
-                sensor,
-                ..Column::new(role(axis), unit.to_owned())
+                sensor: others.join(" "),
+                ..Column::new(role(axis), unit)
             });
         }
     }
@@ -235,7 +241,7 @@ fn axis_apart(words: &[String], unit: &str) -> Option<Column> {
         .map(|(_, w)| w.as_str())
         .partition(|w| UNIT_WORDS.contains(w));
     let unit = if unit.is_empty() || index.is_some() {
-        units.join("/")
+        join_unit(&units)
     } else {
         unit.to_owned()
     };
@@ -243,6 +249,11 @@ fn axis_apart(words: &[String], unit: &str) -> Option<Column> {
         sensor: others.join(" "),
         ..Column::new(role(axis), unit)
     })
+}
+
+/// `m`, `s`, `2` → `m/s2`.
+fn join_unit(words: &[&str]) -> String {
+    words.join("/").replace("/2", "2")
 }
 
 fn without_axis(words: &[String], unit: String) -> Column {
@@ -276,8 +287,40 @@ fn time_unit(word: &str) -> Option<&'static str> {
     })
 }
 
+/// The sensor that the name of a file tells.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum FileSensor {
+    Accel { is_linear: bool },
+    Gyro,
+    Other,
+}
+
+/// The sensor that the name of a file tells. Short words are ambiguous in file names.
+pub(crate) fn sensor_of_file(name: &str) -> Option<FileSensor> {
+    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let mut words = words(file.split('.').next().unwrap_or(file));
+    words.retain(|w| w.len() > 2);
+    let is = |role: Role| {
+        let of = |w: &String| sensor(w).map(|r| r(0)) == Some(role);
+        words.iter().any(of)
+    };
+    if is(Role::Accel(0)) {
+        let is_linear = words.iter().any(|w| is_linear(w));
+        return Some(FileSensor::Accel { is_linear });
+    }
+    if is(Role::Gyro(0)) {
+        return Some(FileSensor::Gyro);
+    }
+    let is_other = words.iter().any(|w| FOREIGN.contains(&w.as_str()));
+    is_other.then_some(FileSensor::Other)
+}
+
+fn is_linear(word: &str) -> bool {
+    matches!(word, "linear" | "lin" | "user" | "free")
+}
+
 /// What unit and last letter say where no word is known: `Beschleunigung x (m/s^2)`, `x_g`.
-pub(crate) fn role_from_unit(name: &str, unit: &str, is_gyro_file: bool) -> Option<Role> {
+pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<FileSensor>) -> Option<Role> {
     let (outside, _) = split_unit(name);
     let mut words = words(&outside);
     if words.iter().any(|w| FOREIGN.contains(&w.as_str())) {
@@ -300,25 +343,9 @@ pub(crate) fn role_from_unit(name: &str, unit: &str, is_gyro_file: bool) -> Opti
         _ if is_axis_word && !is_accel && GyroUnit::parse(&unit).is_some() => {
             Some(Role::Gyro(axis))
         }
-        _ if is_bare && is_gyro_file => Some(Role::Gyro(axis)),
+        _ if is_bare && !is_accel && file == Some(FileSensor::Gyro) => Some(Role::Gyro(axis)),
+        _ if is_bare && !is_accel && file == Some(FileSensor::Other) => None,
         _ if is_bare || is_accel && is_axis_word => Some(Role::Accel(axis)),
         _ => None,
     }
-}
-
-/// Rate that the lines above the rows state: `Sample Rate: 128 Hz`.
-pub(crate) fn stated_rate_hz(metadata: &[String]) -> Option<f64> {
-    const RATE: [&str; 6] = ["rate", "fs", "odr", "at", "frequency", "sampling"];
-    metadata.iter().find_map(|line| {
-        let line = line.to_lowercase();
-        let words: Vec<&str> = line
-            .split(|c: char| !(c.is_alphanumeric() || c == '.'))
-            .filter(|w| !w.is_empty())
-            .collect();
-        let at = words.iter().position(|w| RATE.contains(w))?;
-        let is_rate = line.contains("hz") || matches!(words[at], "rate" | "fs");
-        let number = |w: &&str| w.trim_end_matches("hz").parse::<f64>().ok();
-        let value = words[at + 1..].iter().take(3).find_map(number);
-        value.filter(|rate| is_rate && *rate > 0.01 && *rate < 1e6)
-    })
 }

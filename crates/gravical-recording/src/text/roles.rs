@@ -2,9 +2,10 @@
 
 use super::batch::Batch;
 use super::format::{Format, Layout};
-use super::names::{Column, Role, role_from_unit, words};
+use super::given;
+use super::names::{Column, FileSensor, Role, role_from_unit, sensor_of_file, words};
 use crate::error::{Error, Kind};
-use crate::judge::{accel_scale, median};
+use crate::judge::{median, shows_gravity};
 
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
@@ -12,30 +13,103 @@ const MIN_CLOCK_ROWS: usize = 20;
 /// Rows of each sensor from which on several are told apart.
 const MIN_TURNS: usize = 4;
 
-/// Assigns roles, by the names in the format and the rows of the head.
+/// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
-    let is_gyro_file = file_name.to_lowercase().contains("gyr");
-    add_roles_from_units(format, is_gyro_file);
-    let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
-    let has_names = !format.names.is_empty();
-    let (accel, gyro) = if has_names && has_axis {
-        (
-            triple(&format.columns, Role::Accel),
-            triple(&format.columns, Role::Gyro),
-        )
-    } else if has_names && format.names.iter().filter(|n| n.is_empty()).count() < 3 {
-        (None, None)
-    } else {
-        let (accel, gyro) = by_numbers(format, sample).ok_or(Kind::ColumnsUnknown)?;
-        (Some(accel), gyro)
+    given::assign(format)?;
+    let file = match format.options.is_gyroscope {
+        true => Some(FileSensor::Gyro),
+        false => sensor_of_file(file_name),
     };
-    format.accel = accel.ok_or(Kind::NoAccelerometer)?;
-    format.gyro = gyro;
+    add_roles_from_units(format, file, file_name);
+    let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
+    let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
+    if !format.names.is_empty() && (has_axis || has_names) {
+        format.sensor = find_sensor_column(format, sample);
+        choose_sensors(format, sample)?;
+    } else {
+        choose_by_numbers(format, sample)?;
+        format.sensor = find_sensor_column(format, sample);
+    }
     if format.channels().iter().any(|c| sample.is_text(*c)) {
-        return Err(Kind::ColumnsUnknown.into());
+        return Err(Kind::ColumnsUnknown(format.columns.len(), format.misfit).into());
     }
     find_clocks(format, sample);
-    format.sensor = find_sensor_column(format, sample);
+    Ok(())
+}
+
+/// The sensors by the names of their columns.
+fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
+    let accel = triples(&format.columns, Role::Accel);
+    let gyro = triples(&format.columns, Role::Gyro);
+    if format.options.is_gyroscope {
+        format.accel = *gyro.first().ok_or_else(|| Kind::NoGyroscope {
+            has_accelerometer: !accel.is_empty(),
+            names: format.names.clone(),
+        })?;
+        return Ok(());
+    }
+    let names: Vec<String> = if format.sensor.is_some() {
+        Vec::new()
+    } else {
+        sensor_names(&format.columns, &accel)
+    };
+    let at = match &format.options.sensor {
+        Some(wanted) if format.sensor.is_none() => find_sensor(wanted, &names, format, &accel)?,
+        _ => 0,
+    };
+    format.accel = *accel.get(at).ok_or_else(|| Kind::NoAccelerometer {
+        has_gyroscope: !gyro.is_empty(),
+        header_line: format.header_line,
+        names: format.names.clone(),
+    })?;
+    if format.options.sensor.is_none() {
+        format.sensors = names;
+    }
+    // Of several gyroscopes the one whose name shares most with that of the accelerometer.
+    let sensor = &format.columns[format.accel[0]].sensor;
+    let shared = |t: &&[usize; 3]| {
+        let other = &format.columns[t[0]].sensor;
+        let words = sensor
+            .split(' ')
+            .filter(|w| other.split(' ').any(|o| o == *w));
+        (other == sensor, words.count())
+    };
+    // `max_by_key` returns the last of equals.
+    format.gyro = gyro.iter().rev().max_by_key(shared).copied();
+    if format
+        .gyro
+        .is_some_and(|g| g.iter().any(|c| sample.is_text(*c)))
+    {
+        format.gyro = None;
+    }
+    Ok(())
+}
+
+/// The sensors in the rows of which none has names.
+fn choose_by_numbers(format: &mut Format, sample: &Batch) -> Result<(), Error> {
+    let given = triples(&format.columns, Role::Accel);
+    let given_gyro = triples(&format.columns, Role::Gyro);
+    let found = by_numbers(format, sample);
+    if format.options.is_gyroscope {
+        let axes = given_gyro.first().copied().or_else(|| {
+            let (first, second) = found?;
+            Some(second.unwrap_or(first))
+        });
+        format.accel = axes.ok_or_else(|| Kind::NoGyroscope {
+            has_accelerometer: false,
+            names: Vec::new(),
+        })?;
+        return Ok(());
+    }
+    if let Some(accel) = given.first() {
+        format.accel = *accel;
+        format.gyro = given_gyro.first().copied();
+        return Ok(());
+    }
+    let (accel, gyro) = found.ok_or(Kind::ColumnsUnknown(format.columns.len(), format.misfit))?;
+    format.accel = accel;
+    format.gyro = given_gyro.first().copied().or(gyro);
+    format.is_guessed = true;
     Ok(())
 }
 
@@ -47,33 +121,120 @@ fn is_gyro(column: &Column) -> bool {
     matches!(column.role, Role::Gyro(_))
 }
 
-fn add_roles_from_units(format: &mut Format, is_gyro_file: bool) {
+fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name: &str) {
+    // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
+    // acceleration to TotalAcceleration.csv.
+    let is_sensor_logger = format.names.iter().any(|n| n == "seconds_elapsed")
+        && file_name.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
+    let is_linear_file = is_sensor_logger || file == Some(FileSensor::Accel { is_linear: true });
     let has_accel = format.columns.iter().any(is_accel);
     let has_gyro = format.columns.iter().any(is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
-        if column.role != Role::Other {
+        if column.role != Role::Other || column.is_dropped {
             continue;
         }
-        match role_from_unit(name, &column.unit, is_gyro_file) {
+        match role_from_unit(name, &column.unit, file) {
             Some(role @ Role::Accel(_)) if !has_accel => column.role = role,
             Some(role @ Role::Gyro(_)) if !has_gyro => column.role = role,
             _ => continue,
         }
-        column.is_linear = words(name).iter().any(|w| w.starts_with("linea"));
+        let is_accel = is_accel(column);
+        column.is_linear =
+            words(name).iter().any(|w| w.starts_with("linea")) || is_linear_file && is_accel;
     }
 }
 
-/// The first three axes of one sensor; acceleration without gravity only if there is no other.
-fn triple(columns: &[Column], role: fn(usize) -> Role) -> Option<[usize; 3]> {
-    let first = |linear: bool| {
-        columns
-            .iter()
-            .position(|c| c.role == role(0) && c.is_linear <= linear)
+/// The axes of all sensors of a kind; those without gravity are only there if no other is.
+fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
+    let given: Vec<Option<usize>> = (0..3)
+        .map(|i| columns.iter().position(|c| c.is_given && c.role == role(i)))
+        .collect();
+    let mut found = Vec::new();
+    for first in columns.iter().filter(|c| c.role == role(0)) {
+        let is_same = |c: &Column| {
+            c.sensor == first.sensor && c.is_linear == first.is_linear && c.unit == first.unit
+        };
+        let any_given = given.iter().any(Option::is_some);
+        let axis = |i: usize| {
+            let fits = |c: &Column| c.role == role(i) && (any_given || is_same(c));
+            given[i].or_else(|| columns.iter().position(fits))
+        };
+        if let (Some(x), Some(y), Some(z)) = (axis(0), axis(1), axis(2))
+            && !found.contains(&[x, y, z])
+        {
+            found.push([x, y, z]);
+        }
+    }
+    let is_linear = |t: &[usize; 3]| columns[t[0]].is_linear;
+    if !found.iter().all(is_linear) {
+        found.retain(|t| !is_linear(t));
+    }
+    found
+}
+
+/// What the name of each sensor says beyond what all say; its number if that tells nothing.
+fn sensor_names(columns: &[Column], found: &[[usize; 3]]) -> Vec<String> {
+    let words: Vec<Vec<&str>> = found
+        .iter()
+        .map(|t| {
+            columns[t[0]]
+                .sensor
+                .split(' ')
+                .filter(|w| !w.is_empty())
+                .collect()
+        })
+        .collect();
+    let own: Vec<String> = words
+        .iter()
+        .map(|own| {
+            let is_own = |w: &&&str| !words.iter().all(|o| o.contains(w));
+            own.iter()
+                .filter(is_own)
+                .copied()
+                .collect::<Vec<_>>()
+                .join("-")
+        })
+        .collect();
+    let is_unique = |name: &String| own.iter().filter(|n| *n == name).count() == 1;
+    let name = |(i, name): (usize, &String)| {
+        if name.is_empty() || !is_unique(name) {
+            (i + 1).to_string()
+        } else {
+            name.clone()
+        }
     };
-    let x = first(false).or_else(|| first(true))?;
-    let is_same = |c: &Column| c.sensor == columns[x].sensor && c.is_linear == columns[x].is_linear;
-    let axis = |i: usize| columns.iter().position(|c| c.role == role(i) && is_same(c));
-    Some([x, axis(1)?, axis(2)?])
+    own.iter().enumerate().map(name).collect()
+}
+
+/// The sensor that the user asks for: by its name, by words of it, or by its number from 1.
+fn find_sensor(
+    wanted: &str,
+    names: &[String],
+    format: &Format,
+    found: &[[usize; 3]],
+) -> Result<usize, Error> {
+    let asked = words(wanted);
+    let has_words = |t: &[usize; 3]| {
+        let sensor = &format.columns[t[0]].sensor;
+        !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
+    };
+    let number = || {
+        wanted
+            .parse::<usize>()
+            .ok()
+            .filter(|n| (1..=found.len()).contains(n))
+    };
+    let mut fits: Vec<usize> = (0..found.len()).filter(|i| names[*i] == wanted).collect();
+    if fits.is_empty() {
+        fits = (0..found.len()).filter(|i| has_words(&found[*i])).collect();
+    }
+    if fits.is_empty() {
+        fits.extend(number().map(|n| n - 1));
+    }
+    match fits[..] {
+        [one] => Ok(one),
+        _ => Err(Kind::SensorUnknown(wanted.to_owned(), names.to_vec()).into()),
+    }
 }
 
 /// Accelerometer and gyroscope behind the clocks and counters, told by gravity.
@@ -89,14 +250,32 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
         };
     }
     let axes = |k: usize| [from + k, from + k + 1, from + k + 2];
+    let mut thermometer = None;
     let (first, second) = match (n - usize::from(is_open)).checked_sub(from)? {
-        3 | 4 => return Some((axes(0), None)),
+        3 => return Some((axes(0), None)),
+        4 => {
+            format.columns[from + 3].role = Role::Temperature;
+            return Some((axes(0), None));
+        }
         6 | 9 => (axes(0), axes(3)),
-        7 => (axes(0), axes(4)),
+        // In the order of the sensor's registers the temperature is in the middle; otherwise it is
+        // last.
+        7 if spread(&sample.columns[from + 3]) <= spread(&sample.columns[from + 6]) => {
+            thermometer = Some(from + 3);
+            (axes(0), axes(4))
+        }
+        7 => {
+            thermometer = Some(from + 6);
+            (axes(0), axes(3))
+        }
         _ => return None,
     };
+    if let Some(column) = thermometer {
+        format.columns[column].role = Role::Temperature;
+        return Some((first, Some(second)));
+    }
     let values = |axes: [usize; 3]| axes.map(|c| sample.columns[c].as_slice());
-    let shows_gravity = |axes| accel_scale(values(axes), None).unit.is_some();
+    let shows_gravity = |axes| shows_gravity(values(axes));
     let is_first = match (shows_gravity(first), shows_gravity(second)) {
         (a, b) if a != b => a,
         _ => {
@@ -112,6 +291,17 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
     Some((gyro_behind_accel.0, Some(gyro_behind_accel.1)))
 }
 
+/// Largest deviation of a column from its mean, as a share of it.
+fn spread(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let most = values.iter().fold(0.0_f64, |m, v| m.max((v - mean).abs()));
+    if mean.abs() > 1.0 {
+        most / mean.abs()
+    } else {
+        f64::INFINITY
+    }
+}
+
 /// Median deviation of the magnitude from its median, as a share of it.
 fn norm_spread(axes: [&[f64]; 3]) -> Option<f64> {
     let norm = |row: usize| axes.iter().map(|c| c[row].powi(2)).sum::<f64>().sqrt();
@@ -121,6 +311,11 @@ fn norm_spread(axes: [&[f64]; 3]) -> Option<f64> {
 }
 
 fn is_clock(values: &[f64]) -> bool {
+    let mut steps = values.windows(2).map(|w| w[1] - w[0]);
+    let seconds = values.windows(2).filter(|w| w[1] - w[0] == 1.0).count();
+    if seconds >= 2 && steps.all(|s| s == 0.0 || s == 1.0) {
+        return true;
+    }
     let (up, down) = crate::judge::trend(values);
     up >= 0.1 && down < 0.1 && down < 0.2 * up
 }
@@ -130,10 +325,19 @@ pub(crate) fn is_counter(values: &[f64]) -> bool {
     values.windows(2).all(|w| w[1] - w[0] == 1.0)
 }
 
-/// Columns of dates are clocks; without any clock so is a column that always rises.
+/// Columns of dates are clocks; without any clock so is the only column that always rises.
 fn find_clocks(format: &mut Format, sample: &Batch) {
+    if format.has_no_clock {
+        return;
+    }
+    let names_clock = format
+        .columns
+        .iter()
+        .any(|c| c.is_given && c.role == Role::Time);
     for c in 0..format.columns.len() {
-        if format.columns[c].is_dated && !format.is_axis(c) && !sample.is_text(c) {
+        let column = &format.columns[c];
+        let is_open = !column.is_dropped && !column.is_given && !names_clock;
+        if column.is_dated && is_open && !format.is_axis(c) && !sample.is_text(c) {
             format.columns[c].role = Role::Time;
         }
     }
@@ -147,13 +351,21 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
     let rises = |c: &usize| {
         let values = &sample.columns[*c];
         format.columns[*c].role == Role::Other
+            && !format.columns[*c].is_dropped
             && values.len() > MIN_CLOCK_ROWS
             && values.windows(2).all(|w| w[1] > w[0])
-            && !is_counter(values)
+            && !counts_mostly(values)
     };
-    if let Some(c) = (0..format.columns.len()).find(rises) {
-        format.columns[c].role = Role::Time;
+    format.unnamed_clocks = (0..format.columns.len()).filter(rises).collect();
+    if let [only] = format.unnamed_clocks[..] {
+        format.columns[only].role = Role::Time;
     }
+}
+
+/// Numbers of rows, perhaps with lost ones.
+fn counts_mostly(values: &[f64]) -> bool {
+    let is_whole = values.windows(2).all(|w| (w[1] - w[0]).fract() == 0.0);
+    is_whole && median(values.windows(2).map(|w| w[1] - w[0])) == Some(1.0)
 }
 
 /// The column that tells several sensors apart whose rows take turns, and how many they are: few
@@ -161,14 +373,15 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
 /// or a name that says so.
 fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)> {
     const NAMES: [&str; 7] = ["i", "id", "instance", "sensor", "device", "channel", "node"];
-    let rows = sample.rows();
     (0..format.columns.len()).find_map(|c| {
         let is_text = sample.is_text(c) && !matches!(format.layout, Layout::Sentences(_));
         let role = format.columns[c].role;
-        if format.is_axis(c) || role == Role::Label || role != Role::Other && !is_text {
+        let is_axis = matches!(role, Role::Accel(_) | Role::Gyro(_));
+        if is_axis || role == Role::Label || role != Role::Other && !is_text {
             return None;
         }
         let values = sensor_codes(sample, c)?;
+        let rows = values.len();
         let mut counts = [0; 16];
         for v in &values {
             counts[usize::from(*v)] += 1;
@@ -188,6 +401,7 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
             let stamps =
                 (0..format.columns.len()).filter(|c| format.columns[*c].role == Role::Time);
             stamps.map(|c| &sample.columns[c]).any(|v| {
+                let rows = v.len();
                 let same = v.windows(2).filter(|w| w[0] == w[1]).count();
                 same * kinds * 5 >= rows * (kinds - 1) * 4
             })
@@ -203,9 +417,9 @@ pub(crate) fn sensor_codes(batch: &Batch, column: usize) -> Option<Vec<u8>> {
         return codes.iter().all(|c| *c < 16).then(|| codes.clone());
     }
     let is_code = |v: &f64| v.fract() == 0.0 && (0.0..16.0).contains(v);
-    let values = &batch.columns[column];
+    let values = batch.columns[column].iter().filter(|v| !v.is_nan());
     values
-        .iter()
+        .clone()
         .all(is_code)
-        .then(|| values.iter().map(|v| *v as u8).collect())
+        .then(|| values.map(|v| *v as u8).collect())
 }

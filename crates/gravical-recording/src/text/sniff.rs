@@ -2,16 +2,24 @@
 
 use super::batch::Batch;
 use super::batches::MANY_WORDS;
-use super::dialect::{Dialect, fields, is_blank};
+use super::dialect::{Delimiter, Dialect, fields, is_blank};
 use super::format::{Format, Layout};
-use super::header::Header;
+use super::header::{Header, names_sensor};
 use super::lines::trim_end;
-use super::names::stated_rate_hz;
+use super::names::Column;
 use super::number::parse_cell;
 use super::roles;
 use super::words::Sentences;
+use crate::board::BoardSettings;
 use crate::error::{Error, Kind};
+use crate::metadata;
+use crate::options::ReadOptions;
 use crate::units::is_unit;
+
+const NO_ROWS: &str = "no rows of at least three numbers";
+
+/// Of a text without a table at most one line in this many looks like a row.
+const LINES_PER_ROW: usize = 10;
 
 /// Lines by which the dialect is told.
 const DIALECT_LINES: usize = 400;
@@ -22,18 +30,27 @@ const DIALECT_LINES: usize = 400;
 ///
 /// There is no table of samples, its columns are not understood, there is no accelerometer, or the
 /// file holds counts per epoch.
-pub fn sniff(head: &str, file_name: &str) -> Result<Format, Error> {
+pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Format, Error> {
+    if head.trim().is_empty() {
+        return Err(Kind::Empty.into());
+    }
     let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
     let lines: Vec<&str> = head.split(char::from(line_end)).map(trim_end).collect();
     let table = Format::table(&lines, line_end)
-        .ok_or_else(|| Kind::NoTable.into())
-        .and_then(|format| format.with_roles(head, file_name));
+        .ok_or_else(|| Kind::NoTable(NO_ROWS).into())
+        .and_then(|format| {
+            let is_prose = options.columns.is_none() && has_few_rows(&format, &lines, head);
+            if is_prose {
+                return Err(Kind::NoTable("only a few lines of numbers among others").into());
+            }
+            format.with_roles(head, file_name, options)
+        });
     match &table {
         Ok((_, is_wordy)) if !is_wordy => {}
         Err(e) if !e.may_be_words() => {}
         _ => {
             let words = Format::sentences(&lines, line_end);
-            if let Some(Ok((format, _))) = words.map(|f| f.with_roles(head, file_name)) {
+            if let Some(Ok((format, _))) = words.map(|f| f.with_roles(head, file_name, options)) {
                 return Ok(format);
             }
         }
@@ -41,14 +58,54 @@ pub fn sniff(head: &str, file_name: &str) -> Result<Format, Error> {
     table.map(|(format, _)| format)
 }
 
+/// Whether the rows are a few among lines of words or of markup.
+fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
+    let Layout::Table(dialect) = &format.layout else {
+        return false;
+    };
+    let below = lines[format.head_lines..]
+        .iter()
+        .filter(|l| !l.trim().is_empty());
+    let rows = below.clone().filter(|l| dialect.is_row(l)).count();
+    let is_markup = head.trim_start().starts_with(['{', '<']);
+    rows * LINES_PER_ROW < below.count() && (is_markup || is_prose(head.as_bytes()))
+}
+
+/// True for text that consists of words: two thirds of its visible characters are letters.
+#[must_use]
+pub fn is_prose(text: &[u8]) -> bool {
+    let count = |is: fn(&u8) -> bool| text.iter().filter(|b| is(b)).count();
+    3 * count(u8::is_ascii_alphabetic) > 2 * count(u8::is_ascii_graphic)
+}
+
 impl Format {
+    /// The format of a table in memory.
+    pub(crate) fn of_table(
+        names: &[String],
+        columns: usize,
+        sample: &Batch,
+        options: &ReadOptions,
+    ) -> Result<Self, Error> {
+        let dialect = Dialect {
+            delimiter: Delimiter::Byte(b','),
+            decimal_comma: false,
+            day_first: false,
+            fields: columns,
+        };
+        let mut format = Format::new(Layout::Table(dialect), b'\n', names.to_vec(), columns);
+        format.options = options.clone();
+        roles::assign(&mut format, sample, "")?;
+        Ok(format)
+    }
+
     fn with_head(mut self, lines: &[&str], head_lines: usize, first_row: &[&str]) -> Self {
         self.head_lines = head_lines;
         self.metadata = lines[..head_lines]
             .iter()
             .map(|l| (*l).to_owned())
             .collect();
-        self.rate_hz = stated_rate_hz(&self.metadata);
+        self.rate_hz = metadata::rate_hz(&self.metadata);
+        self.board = BoardSettings::last(&self.metadata);
         for (column, cell) in self.columns.iter_mut().zip(first_row) {
             column.is_dated = cell.contains(':');
         }
@@ -57,20 +114,36 @@ impl Format {
 
     fn table(lines: &[&str], line_end: u8) -> Option<Self> {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
-        let dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
+        let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
         let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
         let above: Vec<&str> = lines[..head_lines]
             .iter()
             .copied()
             .filter(|l| !is_blank(l))
             .collect();
+        let metadata: Vec<String> = lines[..head_lines]
+            .iter()
+            .map(|l| (*l).to_owned())
+            .collect();
+        dialect.day_first = metadata::is_day_first(&metadata);
         let header = Header::parse(&above, &lines[head_lines..], dialect);
+        let is_above = |(_, l): &(usize, &&str)| !is_blank(l);
+        let mut numbered = lines[..head_lines].iter().enumerate().filter(is_above);
+        let header_line = header
+            .at
+            .and_then(|at| numbered.nth(at))
+            .map_or(0, |(i, _)| i + 1);
         let mut format = Format::new(
             Layout::Table(dialect),
             line_end,
             header.names,
             dialect.fields,
         );
+        format.header_line = header_line;
+        if format.names.is_empty() {
+            format.name_known_columns(&lines[..head_lines]);
+            format.misfit = find_misfit(&lines[..head_lines], dialect);
+        }
         for (column, unit) in format.columns.iter_mut().zip(&header.units) {
             // `S_Timestamp_CAL` is not in seconds if the row of units says ms.
             if column.unit.is_empty() || is_unit(unit) {
@@ -79,6 +152,27 @@ impl Format {
         }
         let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
         Some(format.with_head(lines, head_lines, &first_row))
+    }
+
+    /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines.
+    fn name_known_columns(&mut self, above: &[&str]) {
+        const GENEACTIV: [&str; 7] = [
+            "time",
+            "x (g)",
+            "y (g)",
+            "z (g)",
+            "light (lux)",
+            "button",
+            "temperature (C)",
+        ];
+        let is_geneactiv = above.iter().any(|line| {
+            let mut words = line.split(|c: char| !c.is_alphanumeric());
+            line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
+        });
+        if is_geneactiv && self.columns.len() == GENEACTIV.len() {
+            self.names = GENEACTIV.map(str::to_owned).to_vec();
+            self.columns = GENEACTIV.map(Column::from_name).to_vec();
+        }
     }
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
@@ -109,23 +203,37 @@ impl Format {
 
     /// Assigns roles by names and by the rows of the head. True if a column of text always
     /// differs: perhaps numbers wrapped in words.
-    fn with_roles(mut self, head: &str, file_name: &str) -> Result<(Self, bool), Error> {
+    fn with_roles(
+        mut self,
+        head: &str,
+        file_name: &str,
+        options: &ReadOptions,
+    ) -> Result<(Self, bool), Error> {
+        self.options = options.clone();
         if counts_epochs(&self.metadata) {
             return Err(Kind::EpochsOfCounts.into());
         }
         let sample = self.batches(head.as_bytes()).next().transpose();
-        let mut sample = sample.ok().flatten().ok_or(Kind::NoTable)?;
+        let mut sample = sample.ok().flatten().ok_or(Kind::NoTable(NO_ROWS))?;
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
             let sample_again = self.batches(head.as_bytes()).next().transpose();
-            sample = sample_again.ok().flatten().ok_or(Kind::NoTable)?;
+            sample = sample_again.ok().flatten().ok_or(Kind::NoTable(NO_ROWS))?;
         }
-        let is_wordy = sample.texts.iter().any(|t| t.contains(&MANY_WORDS));
+        let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
         self.is_read = (0..self.columns.len()).map(|c| self.asks_for(c)).collect();
         Ok((self, is_wordy))
     }
+}
+
+/// Line and number of the names that a line above the rows has for other columns.
+fn find_misfit(above: &[&str], dialect: Dialect) -> Option<(usize, usize)> {
+    let at = above.iter().rposition(|l| !is_blank(l))?;
+    let text = above[at].trim_start_matches(['#', '%', '/', ' ']);
+    let names: Vec<&str> = fields(text, dialect.delimiter).collect();
+    (names.len() != dialect.fields && names_sensor(&names)).then_some((at + 1, names.len()))
 }
 
 /// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`.

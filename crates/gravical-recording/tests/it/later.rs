@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use gravical_recording::{Batch, Contradicted, Contradiction, Later, Recording, sniff};
+use gravical_recording::{Batch, Contradiction, Later, ReadOptions, Recording, sniff};
 
 use crate::support::*;
 
@@ -14,7 +14,7 @@ fn read_in_two(
 ) -> (Recording, Result<Vec<Vec<f64>>, Contradiction>) {
     let text = |rows: &[String]| format!("{header}\n{}\n", rows.join("\n"));
     let head = text(&rows[..first]);
-    let format = sniff(&head, "").unwrap();
+    let format = sniff(&head, "", &ReadOptions::default()).unwrap();
     let batch =
         |text: String| -> Batch { format.batches(Cursor::new(text)).next().unwrap().unwrap() };
     let (recording, mut later) = Later::judge(&format, batch(head)).unwrap();
@@ -101,7 +101,7 @@ fn later_rows_are_read_as_all_rows_together() {
 fn rows_that_cannot_be_read_alike_end_the_reading() {
     let refused = |header: &str, rows: Vec<String>| {
         let contradiction = read_in_two(header, &rows, 200).1.unwrap_err();
-        (contradiction.line - 1, contradiction.what)
+        (contradiction.line - 1, contradiction.code)
     };
     let header = "t_ms,ax,ay,az,gx,gy,gz";
     let unsigned_then_signed = counts(|i, v| {
@@ -110,7 +110,7 @@ fn rows_that_cannot_be_read_alike_end_the_reading() {
     });
     assert_eq!(
         refused(header, unsigned_then_signed),
-        (1, Contradicted::Encoding)
+        (1, "encoding-changed")
     );
     // One byte of the bus is lost: each channel holds what the one before it held.
     let slipped = counts(|i, mut v| {
@@ -119,13 +119,22 @@ fn rows_that_cannot_be_read_alike_end_the_reading() {
         }
         format!("{},{}", 40 * i, joined(&v))
     });
-    assert_eq!(refused(header, slipped), (31, Contradicted::Slipped));
+    assert_eq!(refused(header, slipped), (31, "shifted-columns"));
     let other_sensor = counts(|i, v| match i {
         0..200 => format!("{},0,{}\n{},1,5,6,7,1,2,3", 40 * i, joined(&v), 40 * i),
         _ => format!("{},1,5,6,7,1,2,3", 40 * i),
     });
     assert_eq!(
         refused("t_ms,I,ax,ay,az,gx,gy,gz", other_sensor),
-        (1, Contradicted::Sensor)
+        (1, "sensor-ended")
     );
+    let pose = &six_faces(3)[..FACE_ROWS];
+    let other_unit: Vec<String> = (0..400)
+        .map(|i| {
+            let unit = if i < 230 { 1.0 } else { 9.80665 };
+            let a = pose[i % FACE_ROWS].accel_g.map(|v| unit * v);
+            format!("{},{:.4},{:.4},{:.4}", 40 * i, a[0], a[1], a[2])
+        })
+        .collect();
+    assert_eq!(refused("t_ms,ax,ay,az", other_unit), (31, "unit-changed"));
 }

@@ -32,7 +32,7 @@ const PRINTS: [Print; 10] = [
                 r.temperature_c
             )
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: false,
     },
@@ -55,7 +55,7 @@ const PRINTS: [Print; 10] = [
                  {gy:.3} | gZ = {gz:.3}\n"
             )
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: true,
         has_clock: false,
     },
@@ -68,7 +68,7 @@ const PRINTS: [Print; 10] = [
                 k as f64 / RATE_HZ
             )
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: false,
         has_clock: true,
     },
@@ -81,7 +81,7 @@ const PRINTS: [Print; 10] = [
                  {gy:06.2}, {gz:06.2} ]\n"
             )
         },
-        unit: AccelUnit::MilliG,
+        unit: AccelUnit::MilliGravity,
         has_gyro: true,
         has_clock: false,
     },
@@ -94,7 +94,7 @@ const PRINTS: [Print; 10] = [
                 320 + 40 * k
             )
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: false,
         has_clock: true,
     },
@@ -105,7 +105,7 @@ const PRINTS: [Print; 10] = [
             let t = k as f64 / RATE_HZ;
             format!("{t:.3}: acc=({x:.4}, {y:.4}, {z:.4}) gyro=({gx:.3}, {gy:.3}, {gz:.3})\n")
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
     },
@@ -118,7 +118,7 @@ const PRINTS: [Print; 10] = [
                 40 * k
             )
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: false,
         has_clock: true,
     },
@@ -128,7 +128,7 @@ const PRINTS: [Print; 10] = [
             let [x, y, z] = r.accel_g;
             format!("ax={x:.5}; ay={y:.5}; az={z:.5}\n").replace('.', ",")
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: false,
         has_clock: false,
     },
@@ -138,7 +138,7 @@ const PRINTS: [Print; 10] = [
             let [x, y, z] = r.accel_g;
             format!("accX: {x:.5}\naccY: {y:.5}\naccZ: {z:.5}\n---\n")
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: false,
         has_clock: false,
     },
@@ -157,11 +157,11 @@ fn numbers_wrapped_in_words_become_columns() {
         let recording = read(&text, "log.txt");
         let name = print.name;
         assert_eq!(recording.rows(), rows.len(), "{name}");
-        assert_eq!(recording.accel_scale.unit, Some(print.unit), "{name}");
+        assert_eq!(recording.accel_scale.unit, print.unit, "{name}");
         assert_eq!(recording.gyro.is_some(), print.has_gyro, "{name}");
-        assert_eq!(recording.rate_hz.is_some(), print.has_clock, "{name}");
+        assert_eq!(recording.rate_hz().is_some(), print.has_clock, "{name}");
         assert!(!print.has_clock || has_rate(&recording, RATE_HZ), "{name}");
-        let scale = recording.accel_scale.mps2().unwrap() / 9.80665;
+        let scale = recording.accel_scale.nominal().unwrap().recip() / 9.80665;
         for (k, row) in rows.iter().enumerate() {
             for axis in 0..3 {
                 let value_g = recording.accel[axis][k] * scale;

@@ -2,7 +2,7 @@
 
 use std::io::{Cursor, Read};
 
-use gravical_recording::{Recording, bytes};
+use gravical_recording::{ReadOptions, Recording, bytes};
 use proptest::prelude::*;
 
 use crate::support::six_faces;
@@ -16,13 +16,18 @@ fn check(input: Vec<u8>) {
         return;
     }
     let Ok(utf8) = utf8() else { return };
-    if let Ok(recording) = Recording::read(utf8, "any.csv") {
+    if let Ok(recording) = Recording::read(utf8, "any.csv", &ReadOptions::default()) {
         let end = if text.contains('\n') { '\n' } else { '\r' };
         let lines = text.matches(end).count() + usize::from(!text.ends_with(end));
         assert_eq!(recording.aside.lines, lines);
         assert_eq!(recording.rows() + recording.aside.total(), lines);
         assert!(recording.accel.iter().all(|c| c.len() == recording.rows()));
-        assert!(recording.time_s.is_empty() || recording.time_s.len() == recording.rows());
+        assert!(
+            recording
+                .time_s
+                .as_ref()
+                .is_none_or(|t| t.len() == recording.rows())
+        );
         assert!(
             recording
                 .breaks

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gravical_recording::{AccelUnit, Recording};
+use gravical_recording::{AccelUnit, ReadOptions, Recording};
 
 use crate::support::has_rate;
 
@@ -11,21 +11,21 @@ const FILES: [(&str, usize, AccelUnit, bool, Option<f64>); 13] = [
     (
         "airbrakes-sixmoves/xplus.csv",
         1519,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         true,
         Some(1000.0),
     ),
     (
         "broad-translation/14_undisturbed_slow_translation_with_breaks_B.csv.gz",
         55_402,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         Some(285.714),
     ),
     (
         "gaitmap-example/imu_sample.csv.gz",
         7928,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         None,
     ),
@@ -46,7 +46,7 @@ const FILES: [(&str, usize, AccelUnit, bool, Option<f64>); 13] = [
     (
         "mikoff-mpu9150/imu0.log",
         15_969,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         None,
     ),
@@ -60,28 +60,28 @@ const FILES: [(&str, usize, AccelUnit, bool, Option<f64>); 13] = [
     (
         "openshoe-square2/square2_u.csv",
         8687,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         None,
     ),
     (
         "opensim-imu/apdm_imuData01.csv.gz",
         1024,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         Some(128.0),
     ),
     (
         "skdh-axivity/ax6_decoded.csv.gz",
         10_360,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         true,
         Some(98.4),
     ),
     (
         "tofupilot-thermal/part1_rows0-5249.tsv",
         5250,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         None,
     ),
@@ -95,7 +95,7 @@ const FILES: [(&str, usize, AccelUnit, bool, Option<f64>); 13] = [
     (
         "xio-gait/short_walk.csv",
         16_539,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         true,
         Some(400.0),
     ),
@@ -106,7 +106,7 @@ const CASES: [(&str, usize, AccelUnit, bool, Option<f64>); 16] = [
     (
         "cloud-of-means/acceldata.txt",
         120,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         false,
         None,
     ),
@@ -120,21 +120,21 @@ const CASES: [(&str, usize, AccelUnit, bool, Option<f64>); 16] = [
     (
         "date-stamps-lost/excel_de.csv",
         1135,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         false,
         Some(25.0),
     ),
     (
         "date-stamps-lost/matlab_mobile.csv",
         1135,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         false,
         Some(25.0),
     ),
     (
         "decorated-lines/adafruit_mpu6050.txt",
         1135,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         None,
     ),
@@ -148,56 +148,56 @@ const CASES: [(&str, usize, AccelUnit, bool, Option<f64>); 16] = [
     (
         "decorated-lines/key_equals.txt",
         1135,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         true,
         None,
     ),
     (
         "decorated-lines/serial_monitor.txt",
         1135,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         Some(25.0),
     ),
     (
         "header-in-another-language/phyphox_de.csv",
         1135,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         false,
         Some(25.0),
     ),
     (
         "header-in-another-language/witmotion_cn.csv",
         1135,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         true,
         Some(25.0),
     ),
     (
         "hung-sensor/move_0m7.csv",
         1061,
-        AccelUnit::Mps2,
+        AccelUnit::MetrePerSecondSquared,
         true,
         Some(100.0),
     ),
     (
         "mg-called-counts/sensortile.csv",
         1135,
-        AccelUnit::MilliG,
+        AccelUnit::MilliGravity,
         true,
         Some(25.0),
     ),
     (
         "step-column-named-t/trajectory.csv",
         1135,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         false,
         Some(25.0),
     ),
     (
         "time-10ms/blue_coin.csv",
         1135,
-        AccelUnit::MilliG,
+        AccelUnit::MilliGravity,
         true,
         Some(25.0),
     ),
@@ -211,7 +211,7 @@ const CASES: [(&str, usize, AccelUnit, bool, Option<f64>); 16] = [
     (
         "zeros-over-half/idle_sleep.csv",
         1235,
-        AccelUnit::G,
+        AccelUnit::StandardGravity,
         false,
         Some(25.0),
     ),
@@ -230,19 +230,19 @@ fn real_recordings_are_read_as_their_owners_describe_them() {
     for (file, rows, unit, has_gyro, rate_hz) in files.into_iter().chain(cases) {
         let path = data.join(&file);
         let file = file.display();
-        let recording = Recording::open(&path).unwrap();
+        let recording = Recording::open(&path, &ReadOptions::default()).unwrap();
         assert_eq!(recording.rows(), rows, "{file}");
         assert_eq!(
             recording.rows() + recording.aside.total(),
             recording.aside.lines,
             "{file}"
         );
-        assert_eq!(recording.accel_scale.unit, Some(unit), "{file}");
+        assert_eq!(recording.accel_scale.unit, unit, "{file}");
         assert_eq!(recording.gyro.is_some(), has_gyro, "{file}");
         assert!(
             rate_hz.is_none_or(|r| has_rate(&recording, r)),
             "{file}: {:?}",
-            recording.rate_hz
+            recording.rate_hz()
         );
     }
 }

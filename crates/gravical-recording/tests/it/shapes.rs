@@ -32,7 +32,7 @@ const SHAPES: &[Shape] = &[
                 z * G
             )
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: false,
         has_clock: true,
     },
@@ -47,7 +47,7 @@ const SHAPES: &[Shape] = &[
             );
             format!("{t},{elapsed:.3},{:.5},{:.5},{:.5}", z * G, y * G, x * G)
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: false,
         has_clock: true,
     },
@@ -60,7 +60,7 @@ const SHAPES: &[Shape] = &[
             let (s, f) = (tenths_ms / 10_000, tenths_ms % 10_000);
             format!("11:41:{s:02}:{f:04};{x:.4};{y:.4};{z:.4};1,000").replace('.', ",")
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: false,
         has_clock: true,
     },
@@ -76,7 +76,7 @@ const SHAPES: &[Shape] = &[
                 1_403_636_579_758_555_392 + 40_000_000 * k as u64
             )
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
     },
@@ -91,7 +91,7 @@ const SHAPES: &[Shape] = &[
             let t = 1_600_000_000_000_000_000 + 40_000_000 * k as u64;
             format!("{t},{k},{t},{gx},{gy},{gz},{x},{y},{z}")
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
     },
@@ -108,7 +108,7 @@ const SHAPES: &[Shape] = &[
                 3_000_000 + 40_000 * k
             )
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
     },
@@ -138,7 +138,7 @@ const SHAPES: &[Shape] = &[
                 k as f64 / RATE_HZ
             )
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: false,
         has_clock: true,
     },
@@ -156,7 +156,7 @@ const SHAPES: &[Shape] = &[
                 x + 0.5
             )
         },
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: false,
         has_clock: true,
     },
@@ -171,7 +171,7 @@ const SHAPES: &[Shape] = &[
                 s + 40.0
             )
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: false,
         has_clock: true,
     },
@@ -183,7 +183,7 @@ const SHAPES: &[Shape] = &[
         write: |k, [x, y, z], [gx, gy, gz]| {
             format!("{:.6},{gx},{gy},{gz},{x},{y},{z}", k as f64 / RATE_HZ)
         },
-        unit: AccelUnit::G,
+        unit: AccelUnit::StandardGravity,
         has_gyro: true,
         has_clock: true,
     },
@@ -192,7 +192,7 @@ const SHAPES: &[Shape] = &[
         file_name: "",
         header: "",
         write: |_, [x, y, z], _| format!("{:10.4}{:10.4}{:10.4}", x * G, y * G, z * G),
-        unit: AccelUnit::Mps2,
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: false,
         has_clock: false,
     },
@@ -208,15 +208,15 @@ fn loggers_and_apps_are_read_without_options() {
         let recording = read(&text, shape.file_name);
         let name = shape.name;
         assert_eq!(recording.rows(), rows.len(), "{name}");
-        assert_eq!(recording.accel_scale.unit, Some(shape.unit), "{name}");
+        assert_eq!(recording.accel_scale.unit, shape.unit, "{name}");
         assert_eq!(recording.gyro.is_some(), shape.has_gyro, "{name}");
         assert_eq!(
             has_rate(&recording, RATE_HZ),
             shape.has_clock,
             "{name}: {:?}",
-            recording.rate_hz
+            recording.rate_hz()
         );
-        let scale = recording.accel_scale.mps2().unwrap() / G;
+        let scale = recording.accel_scale.nominal().unwrap().recip() / G;
         for (k, row) in rows.iter().enumerate() {
             for axis in 0..3 {
                 let value_g = recording.accel[axis][k] * scale;

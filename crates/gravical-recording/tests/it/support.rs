@@ -1,6 +1,6 @@
 //! Samples of a sensor on its six faces, and the reader.
 
-use gravical_recording::{Error, Recording, bytes};
+use gravical_recording::{Error, NoteKind, ReadOptions, Recording, bytes};
 
 pub const RATE_HZ: f64 = 25.0;
 pub const FACE_ROWS: usize = 50;
@@ -59,7 +59,7 @@ pub fn read(text: &str, file_name: &str) -> Recording {
 
 pub fn try_read(bytes: Vec<u8>, file_name: &str) -> Result<Recording, Error> {
     let text = bytes::utf8(std::io::Cursor::new(bytes)).unwrap();
-    let recording = Recording::read(text, file_name)?;
+    let recording = Recording::read(text, file_name, &ReadOptions::default())?;
     assert_eq!(
         recording.rows() + recording.aside.total(),
         recording.aside.lines
@@ -74,6 +74,10 @@ pub fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
 /// Whether the rates agree to one percent.
 pub fn has_rate(recording: &Recording, rate_hz: f64) -> bool {
     recording
-        .rate_hz
+        .rate_hz()
         .is_some_and(|r| is_near(r, rate_hz, 0.01 * rate_hz))
+}
+
+pub fn has(recording: &Recording, kind: NoteKind) -> bool {
+    recording.notes.iter().any(|n| n.kind == kind)
 }

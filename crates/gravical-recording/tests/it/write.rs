@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use gravical_recording::write::{Cell, NewColumn, Table, Writer};
-use gravical_recording::{Batch, Format, sniff};
+use gravical_recording::{Batch, Format, ReadOptions, sniff};
 
 fn write(
     text: &str,
@@ -19,8 +19,9 @@ fn write(
         let values = values(&batch);
         let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
         let rows = 0..batch.rows();
+        let breaks: Vec<usize> = batch.blanks.iter().map(|b| b.0).collect();
         writer
-            .write_rows(rows, &batch.text, &values, &batch.blanks)
+            .write_rows(rows, &batch.text, &values, &breaks)
             .unwrap();
     }
     writer.finish().unwrap();
@@ -29,7 +30,7 @@ fn write(
 
 /// The axes of the accelerometer with three decimals under new names.
 fn rewritten(text: &str, keep_replaced: bool) -> (String, Table) {
-    let format = sniff(text, "").unwrap();
+    let format = sniff(text, "", &ReadOptions::default()).unwrap();
     let new: Vec<NewColumn> = (0..3)
         .map(|i| NewColumn {
             name: ["new_x", "new_y", "new_z"][i].to_owned(),
@@ -137,7 +138,7 @@ fn numbers_wrapped_in_words_become_a_table() {
 #[test]
 fn a_plain_table_quotes_what_needs_it() {
     let text = "t;ax;ay;az;label\n0;0,1;0,2;9,8;\"a \"\"b\"\", c\"\n1;0,1;0,2;9,75;\"on; top\"\n2;0,1;0,2;9,7;desk\n";
-    let format = sniff(text, "").unwrap();
+    let format = sniff(text, "", &ReadOptions::default()).unwrap();
     let columns = [
         ("z".to_owned(), Cell::Trimmed(0, 9)),
         ("label".to_owned(), Cell::Quoted(0)),

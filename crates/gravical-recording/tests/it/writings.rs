@@ -327,15 +327,15 @@ impl Writing {
             return Some(format!("{} rows", recording.rows()));
         }
         let unit = match self.unit {
-            Unit::Mps2 => AccelUnit::Mps2,
-            Unit::G => AccelUnit::G,
-            Unit::MilliG => AccelUnit::MilliG,
+            Unit::Mps2 => AccelUnit::MetrePerSecondSquared,
+            Unit::G => AccelUnit::StandardGravity,
+            Unit::MilliG => AccelUnit::MilliGravity,
             Unit::Counts => AccelUnit::Counts,
         };
-        if recording.accel_scale.unit != Some(unit) {
+        if recording.accel_scale.unit != unit {
             return Some(format!("unit {:?}", recording.accel_scale));
         }
-        let scale = recording.accel_scale.mps2().unwrap() / 9.80665;
+        let scale = recording.accel_scale.nominal().unwrap().recip() / 9.80665;
         for (k, row) in rows.iter().enumerate() {
             for axis in 0..3 {
                 if !is_near(recording.accel[axis][k] * scale, row.accel_g[axis], 1e-4) {
@@ -355,10 +355,10 @@ impl Writing {
             return Some("temperature".to_owned());
         }
         let rate_is_right = match self.stamps {
-            Stamps::None => recording.rate_hz.is_none(),
+            Stamps::None => recording.rate_hz().is_none(),
             _ => has_rate(recording, RATE_HZ),
         };
-        (!rate_is_right).then(|| format!("rate {:?}", recording.rate_hz))
+        (!rate_is_right).then(|| format!("rate {:?}", recording.rate_hz()))
     }
 }
 

@@ -36,7 +36,7 @@ use crate::recording::open::Reopenable;
 use crate::recording::row::TEMPERATURE;
 use crate::recording::rows::{Mark, Rows, Source};
 use crate::recording::timing::Timing;
-use crate::recording::{ReadOptions, Recording, RowMap, between};
+use crate::recording::{self, ReadOptions, Recording, RowMap, between, wearable};
 use crate::still::{Levels, StillOptions, Stills, TemperatureCutter, block_rows};
 use crate::temperature::MIN_SPAN_C;
 
@@ -101,6 +101,9 @@ const BOUNDS: Bounds = Bounds {
 /// ```
 pub fn read(path: &Path, options: &ReadOptions, still: &StillOptions) -> Result<Recording> {
     options.validate()?;
+    if !path.is_file() || !wearable::is_file(path)? {
+        return recording::read(path, options);
+    }
     let name = path.display().to_string();
     read_from(&mut Reopenable::of(path), &name, options, still, BOUNDS)
 }

@@ -3,15 +3,13 @@ use serde_json::Value;
 use super::*;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{CalibrationFile, Grade};
-use crate::check::{CheckOptions, check};
 use crate::inspect::inspect;
 use crate::recording::read_bytes;
 use crate::segment::face::AxisMap;
 use crate::segment::sections::Section;
 use crate::segment::still::find_stills;
 use crate::simulate::{
-    PosesOptions, Scenario, SimulateOptions, SixPositionOptions, SoakOptions, StaticOptions,
-    simulate, write,
+    PosesOptions, Scenario, SimulateOptions, SoakOptions, StaticOptions, simulate, write,
 };
 use crate::temperature::study;
 
@@ -69,120 +67,6 @@ fn calibrated(recordings: &[Recording]) -> Result<CalibrationFile> {
 }
 
 /// Inspection, calibration and check of excerpts equal those of the complete recordings.
-fn check_equal_results(files: &[(String, String)]) -> Vec<Recording> {
-    let all: Vec<Recording> = files.iter().map(whole).collect();
-    let default = StillOptions::default();
-    let some: Vec<Recording> = files
-        .iter()
-        .map(|file| excerpt(file, &default, SMALL))
-        .collect();
-    for (a, b) in all.iter().zip(&some) {
-        assert_eq!(inspected(a), inspected(b));
-    }
-    let (a, b) = (calibrated(&all), calibrated(&some));
-    let (Ok(a), Ok(b)) = (&a, &b) else {
-        assert_eq!(format!("{a:?}"), format!("{b:?}"));
-        return some;
-    };
-    let json = |file: &CalibrationFile| serde_json::to_value(file).unwrap();
-    assert_eq!(json(a), json(b));
-    let short = StillOptions::short_rests();
-    let short: Vec<Recording> = files
-        .iter()
-        .map(|file| excerpt(file, &short, SMALL))
-        .collect();
-    let report = |recordings: &[Recording]| {
-        let report = check(a, "cal.json", recordings, &CheckOptions::default()).unwrap();
-        serde_json::to_value(report).unwrap()
-    };
-    assert_eq!(report(&all), report(&short));
-    some
-}
-
-/// Applies `edit` to the data lines.
-fn edited(
-    (name, text): &(String, String),
-    edit: impl Fn(usize, &str) -> String,
-) -> (String, String) {
-    let (mut out, mut row) = (String::new(), 0);
-    for line in text.lines() {
-        if line.starts_with(|c: char| c.is_ascii_digit()) {
-            out += &edit(row, line);
-            row += 1;
-        } else {
-            out += line;
-            out += "\n";
-        }
-    }
-    (name.clone(), out)
-}
-
-#[test]
-fn a_continuous_session_gives_equal_results() {
-    for hold_s in [1.3, 4.0] {
-        check_equal_results(&[poses(hold_s)]);
-    }
-}
-
-#[test]
-fn six_files_give_equal_results() {
-    let files = texts(Scenario::SixPosition(SixPositionOptions {
-        hold_s: 20.0,
-        ..SixPositionOptions::default()
-    }));
-    let some = check_equal_results(&files);
-    assert_eq!(some.len(), 6);
-    let turns = texts(Scenario::SixPosition(SixPositionOptions {
-        hold_s: 5.0,
-        continuous: true,
-        ..SixPositionOptions::default()
-    }));
-    check_equal_results(&turns);
-}
-
-#[test]
-fn gaps_and_breaks_give_equal_results() {
-    let session = poses(4.0);
-    let lost = edited(&session, |row, line| match row % 1500 {
-        700..737 => String::new(),
-        1499 => format!("{line}\n\n\n"),
-        k if k % 311 == 0 => format!("{}\n", line.split(',').next().unwrap_or_default()),
-        _ => format!("{line}\n"),
-    });
-    check_equal_results(&[lost]);
-    // Segments, some of them never static or very short.
-    let parts = edited(&session, |row, line| match row {
-        450 | 460 | 620 | 625 | 1100 => format!("{line}\n\n\n"),
-        _ => format!("{line}\n"),
-    });
-    check_equal_results(std::slice::from_ref(&parts));
-    let named = (
-        ("x.csv".to_owned(), parts.1.clone()),
-        ("+y.csv".to_owned(), parts.1),
-    );
-    check_equal_results(&[named.0, named.1]);
-}
-
-#[test]
-fn vibration_gives_equal_results() {
-    let wave = |row: usize, size: f64| size * (0.7 * row as f64).sin() * (0.013 * row as f64).cos();
-    for size in [0.4, 3.0, 30.0] {
-        let rows = (0..6000).map(|i| {
-            let up = 9.8 * f64::from(u8::from(i % 2000 < 1000));
-            let v = wave(i, size);
-            format!(
-                "{},{:.3},{:.3},{:.3}\n",
-                10 * i,
-                v + up,
-                0.5 * v,
-                v + 9.8 - up
-            )
-        });
-        let text = format!("t_ms,ax,ay,az\n{}", rows.collect::<String>());
-        check_equal_results(&[("hand.csv".to_owned(), text)]);
-    }
-}
-
 #[test]
 fn a_soak_gives_equal_drift() {
     let soak = texts(Scenario::Static(StaticOptions {
@@ -199,20 +83,6 @@ fn a_soak_gives_equal_drift() {
     let short = excerpt(&flat, &still, SMALL);
     assert_eq!((why(whole(&flat)), why(short)).0, "temperature-span");
     assert_eq!(why(excerpt(&flat, &still, SMALL)), "temperature-span");
-}
-
-#[test]
-fn zero_rows_at_the_end_are_removed() {
-    let mut session = poses(4.0);
-    let stamp = session.1.lines().last().unwrap().split(',').next().unwrap();
-    let stamp: u64 = stamp.parse().unwrap();
-    let zeros = (1..70_000_u64).map(|i| format!("{},0,0,0,0,0,0,0\n", stamp + 10 * i));
-    session.1 += &zeros.collect::<String>();
-    let (a, b) = (
-        whole(&session),
-        excerpt(&session, &StillOptions::default(), SMALL),
-    );
-    assert_eq!(inspected(&a), inspected(&b));
 }
 
 fn kinds(recording: &Recording) -> Vec<FindingKind> {

@@ -91,11 +91,19 @@ kinds! {
             "check the line";
         ZeroRows "zero-rows" Warning
             "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows"
-            "treated as empty cells: the sensor was not read"
+            "left out: the sensor was not read; empty cells where the gyroscope was"
             "check the wiring";
-        ZeroTail "zero-tail" Warning
-            "rows of zeros up to the end of the file"
-            "skipped: preallocated space; `apply` treats more than 65,536 of them as empty rows"
+        SensorHung "sensor-hung" Warning
+            "all channels repeat to the last digit for longer than noise allows"
+            "those rows are left out: they are a gap"
+            "check wiring and power of the sensor";
+        ShiftedColumns "shifted-columns" Warning
+            "from a line on the magnitude at rest is gravity only in other columns: the bus lost a byte"
+            "those rows are left out"
+            "check the wiring; restart the sensor";
+        RejectedSamples "rejected-samples" Note
+            "lines `# rejected: …` of the logger"
+            "counted"
             "nothing";
         NulBytes "nul-bytes" Warning
             "NUL bytes in lines"
@@ -205,18 +213,18 @@ kinds! {
             "some rows have no time stamp"
             "the rows are used"
             "check the lines";
-        WrappedTime "wrapped-time" Note
-            "a counter of 16, 24 or 32 bits overflows, or a clock wraps at the end of a second, minute, hour, day or week"
-            "unwrapped"
-            "nothing";
         RestartedTime "restarted-time" Warning
             "the time stamps restart: the board was reset"
             "a break; the clock is continued"
             "find the cause of the reset";
-        BackwardTime "backward-time" Warning
-            "time stamps decrease"
-            "used as recorded"
+        BadStamps "bad-stamps" Warning
+            "time stamps far off the line of their neighbours, or that run backwards"
+            "a single one is replaced by the mean of its neighbours; others are used as recorded"
             "check the lines";
+        StampsUnread "stamps-unread" Warning
+            "a column of time holds text that is no date; the message quotes the first"
+            "not used"
+            "give `--rate`, or write seconds";
         DuplicateTime "duplicate-time" Warning
             "time stamps repeat"
             "the rows are used"
@@ -247,6 +255,10 @@ kinds! {
             "the unit of header, option or calibration contradicts gravity or the turns"
             "the data override a header; an option is used as given; `apply` stops unless `--accel-unit` is given"
             "correct the header";
+        UnitAssumed "unit-assumed" Note
+            "the magnitude at rest fits mg and cm/s²"
+            "read as mg"
+            "give `--accel-unit`, or name the unit in the header";
         UnitChanged "unit-changed" Gate
             "at rest the magnitude changes from one unit or range to another without a header"
             "used anyway; `apply` stops unless `--accel-unit` is given"
@@ -593,10 +605,6 @@ kinds! {
             "at rest the magnitude differs from gravity"
             "with a calibration the bands are widened; without, the message gives the effect of a scale error"
             "calibrate, or test the calibration with `gravical check`";
-        SensorHung "sensor-hung" Warning
-            "all channels repeat to the last digit for longer than noise allows"
-            "those rows are left out: they are a gap"
-            "check wiring and power of the sensor";
         ValuesReplaced "values-replaced" Warning
             "values in a move stand at the end of the range, or far from all around them"
             "they follow what is on both sides; the band holds what they may have been"
@@ -752,7 +760,6 @@ impl FindingKind {
                 | K::TooManyFields
                 | K::NotANumber
                 | K::ZeroRows
-                | K::ZeroTail
                 | K::TruncatedFile
                 | K::EmptyCells
                 | K::MissingSamples

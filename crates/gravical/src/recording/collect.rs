@@ -21,23 +21,11 @@ use super::rows::{Finished, Row, Rows, Source};
 
 use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata};
 
-/// Reads the recording at `path`; `-` is standard input.
+/// Reads a recording that will be read again.
 ///
 /// # Errors
 ///
-/// Errors that prevent reading: `not-found`, `empty-file`, `no-rows`, `no-accelerometer`,
-/// `columns-unknown`, `all-zero` …, each with the file and a hint. Lesser faults are
-/// [`Finding`](super::Finding)s of the recording.
-pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    let name = path.display().to_string();
-    read_from(&mut Reopenable::of(path), &name, options)
-}
-
-/// The same from a `source` that may be read again.
-///
-/// # Errors
-///
-/// As [`read`].
+/// As [`read`](super::read).
 pub(crate) fn read_from(
     source: &mut Reopenable,
     name: &str,
@@ -49,21 +37,12 @@ pub(crate) fn read_from(
     read.map(Collected::into_recording)
 }
 
-/// Reads a recording from bytes in memory; `name` is used in messages.
-///
-/// # Errors
-///
-/// As [`read`].
-pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
-    read_from(&mut Reopenable::Memory(bytes.into()), name, options)
-}
-
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
 /// and the temperature in it, before all rows are read.
 ///
 /// # Errors
 ///
-/// As [`read`].
+/// As [`read`](super::read).
 pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let options = ReadOptions {
         hash: false,
@@ -77,7 +56,7 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
     if bytes.len() == HEAD {
         bytes.truncate(complete_rows(&bytes));
     }
-    read_bytes(&bytes, &path.display().to_string(), &options)
+    super::read_bytes(&bytes, &path.display().to_string(), &options)
 }
 
 /// Consumer of the rows of a recording.
@@ -383,7 +362,7 @@ impl Collected<Columns> {
 ///
 /// # Errors
 ///
-/// As [`read`].
+/// As [`read`](super::read).
 pub(crate) fn collect<T: Sink>(
     source: &mut Reopenable,
     name: &str,
@@ -399,7 +378,7 @@ pub(crate) fn collect<T: Sink>(
 ///
 /// # Errors
 ///
-/// As [`read`].
+/// As [`read`](super::read).
 pub(crate) fn collect_from<T: Sink>(
     mut input: Input,
     source: &mut Reopenable,

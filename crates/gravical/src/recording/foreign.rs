@@ -10,12 +10,7 @@ use crate::{Error, Result};
 /// Of a text without a table at most one line in this many looks like a row.
 const LINES_PER_ROW: usize = 10;
 
-/// True for text that consists of words: two thirds of its visible characters are letters.
-#[must_use]
-pub fn is_prose(text: &[u8]) -> bool {
-    let count = |is: fn(&u8) -> bool| text.iter().filter(|b| is(b)).count();
-    3 * count(u8::is_ascii_alphabetic) > 2 * count(u8::is_ascii_graphic)
-}
+pub use gravical_recording::is_prose;
 
 /// Refuses a calibration file.
 ///

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::{Error, Result};
 
-use super::board;
+use super::board::BoardSettings;
 use super::dialect::{self, Header};
 use super::format::Format;
 use super::layout::understand_all;
@@ -125,9 +125,9 @@ impl LaterHeaders {
             .iter()
             .map(|(_, text)| dialect::decode(text))
             .collect();
-        let before = board::last(&format.dialect.metadata);
+        let before = BoardSettings::last(&format.dialect.metadata);
         let refuse = |why: &str| Err(refused(header.lines[0], why, name));
-        match (before, board::last(&metadata)) {
+        match (before, BoardSettings::last(&metadata)) {
             (Some(before), Some(now)) if !before.has_units_of(&now) => {
                 refuse("follows a line of the board with another range or format")
             }

@@ -32,8 +32,14 @@ pub enum Aside {
     TooManyFields,
     /// The field of a channel is not a number.
     NotANumber,
-    /// A row of zeros in every channel at the end of the file: not written by the sensor.
+    /// A row of zeros in every channel: the sensor was not read.
     ZeroTail,
+    /// A further line of a row that is written in several.
+    Continuation,
+    /// All channels repeat for longer than noise allows: sensor or bus hung.
+    Hung,
+    /// The values stand in the columns of others.
+    Shifted,
     /// A block of a binary file that cannot be decoded.
     CorruptBlock,
     /// A block that repeats the one before.
@@ -46,7 +52,7 @@ pub enum Aside {
 
 impl Aside {
     /// All reasons, in the order of the output.
-    pub const ALL: [Aside; 16] = [
+    pub const ALL: [Aside; 19] = [
         Aside::Header,
         Aside::Metadata,
         Aside::Comment,
@@ -59,6 +65,9 @@ impl Aside {
         Aside::TooManyFields,
         Aside::NotANumber,
         Aside::ZeroTail,
+        Aside::Continuation,
+        Aside::Hung,
+        Aside::Shifted,
         Aside::CorruptBlock,
         Aside::RepeatedBlock,
         Aside::LateBlock,
@@ -79,6 +88,7 @@ impl Aside {
             | Aside::Metadata
             | Aside::Comment
             | Aside::RegularBlank
+            | Aside::Continuation
             | Aside::ErasedBlock => return None,
             Aside::NamedGap => FindingKind::NamedGap,
             Aside::Blank => FindingKind::BlankRows,
@@ -87,7 +97,9 @@ impl Aside {
             Aside::TornLine => FindingKind::TornLine,
             Aside::TooManyFields => FindingKind::TooManyFields,
             Aside::NotANumber => FindingKind::NotANumber,
-            Aside::ZeroTail => FindingKind::ZeroTail,
+            Aside::ZeroTail => FindingKind::ZeroRows,
+            Aside::Hung => FindingKind::SensorHung,
+            Aside::Shifted => FindingKind::ShiftedColumns,
             Aside::CorruptBlock => FindingKind::CorruptBlock,
             Aside::RepeatedBlock => FindingKind::RepeatedBlock,
             Aside::LateBlock => FindingKind::LateBlock,
@@ -110,6 +122,7 @@ impl Aside {
             Aside::Comment => "comment-lines",
             Aside::RegularBlank => "regular-blank-rows",
             Aside::ErasedBlock => "erased-block",
+            Aside::Continuation => "continuation-lines",
             _ => self.finding_kind().map_or("header", FindingKind::name),
         }
     }
@@ -140,6 +153,9 @@ impl Aside {
             Aside::ZeroTail => {
                 "all channels zero up to the end of the file (never written); set aside"
             }
+            Aside::Continuation => "continues the row above",
+            Aside::Hung => "all channels repeat for longer than noise allows; set aside",
+            Aside::Shifted => "the values stand in the columns of others; set aside",
             Aside::CorruptBlock => "damaged; skipped",
             Aside::RepeatedBlock => "repeating the one before; skipped",
             Aside::LateBlock => "earlier than the one before (repeated or out of order); skipped",
@@ -187,6 +203,12 @@ impl Ledger {
             let shown: String = String::from_utf8_lossy(text).chars().take(60).collect();
             self.examples[i] = Some(shown);
         }
+    }
+
+    /// The lines of a reason, and the text of the first.
+    pub(super) fn set(&mut self, reason: Aside, lines: &LineSpans, first: &str) {
+        self.aside[reason as usize] = lines.clone();
+        self.examples[reason as usize] = Some(first.to_owned());
     }
 
     /// Lines set aside for `reason`.

@@ -1,17 +1,10 @@
 //! Recordings from samples in memory.
 
-use crate::finding::Finding;
+pub use gravical_recording::TableColumn;
+
 use crate::{Error, Result};
 
-use super::collect::{About, Collected, Columns, Sink};
-use super::head::determine_facts;
-use super::layout::{Layout, table_layout};
-use super::ledger::Aside;
-use super::monitor::RecordingClaims;
-use super::names::Quantity;
-use super::row::{RowStamps, SLOTS, TIME, Values};
-use super::rows::{Item, Rows, Source, Text};
-use super::{ReadOptions, Recording};
+use super::{ReadOptions, Recording, reading};
 
 /// Samples of one sensor as columns of equal length; missing values are NaN.
 ///
@@ -39,57 +32,15 @@ impl SampleColumns<'_> {
         all.chain(others).all(|column| column.len() == self.len())
     }
 
-    fn layout(&self) -> Layout {
-        let quantities = self.columns().into_iter().map(|(quantity, _)| quantity);
-        Layout {
-            fields: quantities
-                .enumerate()
-                .map(|(field, quantity)| (quantity, field))
-                .collect(),
-            ..Layout::default()
-        }
-    }
-
-    fn columns(&self) -> Vec<(Quantity, &[f64])> {
-        let accel = (0..3).map(|i| (Quantity::Accel(i), self.accel[i]));
+    /// The columns with the names of their channels.
+    fn columns(&self) -> Vec<(&'static str, &[f64])> {
+        let accel = ["ax", "ay", "az"].into_iter().zip(self.accel);
         let gyro = self.gyro.into_iter();
-        let gyro = gyro.flat_map(|g| (0..3).map(move |i| (Quantity::Gyro(i), g[i])));
-        let time = self.time.map(|c| (Quantity::Time, c));
-        let temperature = self.temperature_c.map(|c| (Quantity::Temperature, c));
+        let gyro = gyro.flat_map(|g| ["gx", "gy", "gz"].into_iter().zip(g));
+        let time = self.time.map(|c| ("t", c));
+        let temperature = self.temperature_c.map(|c| ("temperature", c));
         let all = time.into_iter().chain(accel).chain(gyro);
         all.chain(temperature).collect()
-    }
-}
-
-/// A column of a table in memory.
-#[derive(Debug, Clone, Copy)]
-pub enum TableColumn<'a> {
-    /// Numbers; missing ones are NaN.
-    Numbers(&'a [f64]),
-    /// Texts, such as the labels of poses.
-    Texts(&'a [String]),
-}
-
-impl<'a> TableColumn<'a> {
-    fn len(self) -> usize {
-        match self {
-            TableColumn::Numbers(values) => values.len(),
-            TableColumn::Texts(texts) => texts.len(),
-        }
-    }
-
-    fn number(self, row: usize) -> f64 {
-        match self {
-            TableColumn::Numbers(values) => values[row],
-            TableColumn::Texts(_) => f64::NAN,
-        }
-    }
-
-    fn numbers(self) -> Option<&'a [f64]> {
-        match self {
-            TableColumn::Numbers(values) => Some(values),
-            TableColumn::Texts(_) => None,
-        }
     }
 }
 
@@ -132,20 +83,16 @@ impl Recording {
             .at(name.as_ref(), None)
             .with_hint("give one value of each for every sample, NaN where there is none"));
         }
-        let columns = samples.columns();
-        let about = About {
-            description: "samples in memory".to_owned(),
-            ..About::default()
-        };
-        let rows = ColumnRows {
-            slots: columns
-                .iter()
-                .filter_map(|(quantity, column)| Some((quantity.slot()?, *column)))
-                .collect(),
-            rows: samples.len(),
-            ..ColumnRows::default()
-        };
-        collect(name, samples.layout(), options, about, &rows)
+        let names: Vec<String> = samples.columns().iter().map(|c| c.0.to_owned()).collect();
+        let columns = samples
+            .columns()
+            .into_iter()
+            .map(|c| TableColumn::Numbers(c.1));
+        let columns: Vec<TableColumn<'_>> = columns.collect();
+        let mut recording = Recording::from_table(name, &names, &columns, options)?;
+        recording.column_names.clear();
+        recording.description = "samples in memory".to_owned();
+        Ok(recording)
     }
 
     /// Creates a recording from a table in memory, such as a data frame: `columns` are recognised
@@ -178,50 +125,8 @@ impl Recording {
         columns: &[TableColumn<'_>],
         options: &ReadOptions,
     ) -> Result<Self> {
-        let (layout, findings) = recognised(name, names, columns, options)?;
-        let rows = columns.first().map_or(0, |c| c.len());
-        let numbers = |field: usize| columns.get(field).and_then(|c| c.numbers());
-        let mut slots = Vec::new();
-        for (quantity, field) in &layout.fields {
-            match (quantity.slot(), numbers(*field)) {
-                (Some(slot), Some(column)) => slots.push((slot, column)),
-                (Some(_), None) => {
-                    return Err(Error::input(
-                        "no-values",
-                        format!("column {} holds texts, not numbers", field + 1),
-                    )
-                    .at(name.as_ref(), None)
-                    .with_hint(
-                        "convert it to numbers, or name other columns: --columns t=…,ax=…",
-                    ));
-                }
-                (None, _) => {}
-            }
-        }
-        let label = layout
-            .field(Quantity::Label)
-            .and_then(|field| match columns.get(field) {
-                Some(TableColumn::Texts(texts)) => Some(*texts),
-                _ => None,
-            });
-        let with = |of: Option<(usize, f64)>| of.and_then(|(field, x)| Some((numbers(field)?, x)));
-        let source = ColumnRows {
-            slots,
-            label,
-            fraction: with(layout.fraction),
-            instance: with(layout.instance),
-            stamps: layout.stamps(),
-            rows,
-            next: 0,
-        };
-        let about = About {
-            description: "table in memory".to_owned(),
-            column_names: names.to_vec(),
-            is_calibrated: layout.reads_calibrated(names),
-            findings,
-            ..About::default()
-        };
-        collect(name, layout, options, about, &source)
+        check_lengths(name, names, columns, options)?;
+        reading::of_table(name, names, columns, options)
     }
 }
 
@@ -238,26 +143,22 @@ impl Recording {
         columns: &[TableColumn<'_>],
         options: &ReadOptions,
     ) -> Result<Vec<(&'static str, usize)>> {
-        /// By slot.
-        const CHANNELS: [&str; SLOTS] = ["t", "ax", "ay", "az", "gx", "gy", "gz", "temperature"];
-        let (layout, _) = recognised(name, names, columns, options)?;
-        let channel =
-            |(quantity, field): &(Quantity, usize)| Some((CHANNELS[quantity.slot()?], *field));
-        Ok(layout.fields.iter().filter_map(channel).collect())
+        check_lengths(name, names, columns, options)?;
+        reading::table_fields(name, names, columns, options)
     }
 }
 
-/// The columns of a table by what they hold.
-fn recognised(
+/// Checks that the columns are a table.
+fn check_lengths(
     name: &str,
     names: &[String],
     columns: &[TableColumn<'_>],
     options: &ReadOptions,
-) -> Result<(Layout, Vec<Finding>)> {
+) -> Result<()> {
     options.validate()?;
-    let rows = columns.first().map_or(0, |c| c.len());
+    let rows = columns.first().map_or(0, |c| c.rows());
     let named = names.is_empty() || names.len() == columns.len();
-    if columns.iter().any(|c| c.len() != rows) || !named {
+    if columns.iter().any(|c| c.rows() != rows) || !named {
         return Err(Error::usage(
             "samples-length",
             "the columns of the table have different lengths",
@@ -267,117 +168,7 @@ fn recognised(
             "give every column one value for each row, NaN where there is none, and one name",
         ));
     }
-    let sample = (0..rows.min(SAMPLE)).map(|row| columns.iter().map(|c| c.number(row)).collect());
-    let mut findings = Vec::new();
-    let layout = table_layout(name, names, sample.collect(), options, &mut findings)?;
-    Ok((layout, findings))
-}
-
-/// Number of rows by which columns without names are recognised, as of a file.
-const SAMPLE: usize = 200;
-
-fn collect(
-    name: &str,
-    layout: Layout,
-    options: &ReadOptions,
-    about: About,
-    source: &ColumnRows<'_>,
-) -> Result<Recording> {
-    let claims = RecordingClaims {
-        layout,
-        options: options.clone(),
-        metadata_rate_hz: None,
-    };
-    // Facts are determined from all samples.
-    let rows =
-        |facts| Rows::new(source.clone(), name, claims.clone(), facts).expecting(source.rows);
-    let facts = determine_facts(rows);
-    let mut rows = rows(facts);
-    let mut columns = Columns::new(&claims.layout, &facts);
-    columns.collect(&mut rows)?;
-    let finished = rows.finish()?;
-    let read = Collected {
-        rows: columns,
-        about: About {
-            name: name.to_owned(),
-            ..about
-        },
-        finished,
-        facts,
-        zeros_from: None,
-    };
-    Ok(read.into_recording())
-}
-
-/// Source of rows.
-#[derive(Clone)]
-struct ColumnRows<'a> {
-    slots: Vec<(usize, &'a [f64])>,
-    label: Option<&'a [String]>,
-    /// The fraction of a second of the time stamp, and its unit in s.
-    fraction: Option<(&'a [f64], f64)>,
-    /// Only rows with this value are of the sensor.
-    instance: Option<(&'a [f64], f64)>,
-    stamps: RowStamps,
-    rows: usize,
-    next: usize,
-}
-
-impl Default for ColumnRows<'_> {
-    fn default() -> Self {
-        ColumnRows {
-            slots: Vec::new(),
-            label: None,
-            fraction: None,
-            instance: None,
-            stamps: RowStamps::new(false),
-            rows: 0,
-            next: 0,
-        }
-    }
-}
-
-impl Source for ColumnRows<'_> {
-    fn next(&mut self, values: &mut Values) -> Result<Option<Item>> {
-        let row = self.next;
-        if row >= self.rows {
-            return Ok(None);
-        }
-        self.next += 1;
-        if self
-            .instance
-            .is_some_and(|(column, value)| column[row] != value)
-        {
-            return Ok(Some(Item::Aside(Aside::OtherSensor)));
-        }
-        values.fill(f64::NAN);
-        for (slot, column) in &self.slots {
-            // An infinite number is no reading, as in a file.
-            values[*slot] = if column[row].is_finite() {
-                column[row]
-            } else {
-                f64::NAN
-            };
-        }
-        if let Some((column, unit_s)) = self.fraction {
-            values[TIME] += column[row] * unit_s;
-        }
-        self.stamps.stamp(values);
-        Ok(Some(Item::Row))
-    }
-
-    fn number(&self) -> u64 {
-        self.next as u64
-    }
-
-    fn text(&self) -> Text<'_> {
-        let row = self.next.wrapping_sub(1);
-        let label = self.label.and_then(|texts| texts.get(row));
-        Text {
-            label: label.map_or(&[], |text| text.as_bytes()),
-            ..Text::default()
-        }
-    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -432,7 +223,7 @@ mod tests {
         assert_eq!(own.time_s, read.time_s);
         assert_eq!(own.resolution, read.resolution);
         assert_eq!(own.accel_scale.unit, read.accel_scale.unit);
-        assert!(own.accel[0][17].is_nan() && read.accel[0][17].is_nan());
+        assert_eq!(own.rows(), 3996);
         let kinds = |r: &Recording| r.findings.iter().map(|f| f.kind).collect::<Vec<_>>();
         assert_eq!(kinds(&own), kinds(&read));
         assert!(kinds(&own).contains(&FindingKind::ZeroRows));

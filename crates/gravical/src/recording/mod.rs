@@ -23,6 +23,7 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+pub(crate) mod batches;
 #[doc(hidden)]
 pub mod board;
 pub(crate) mod cells;
@@ -34,8 +35,6 @@ pub(crate) mod file;
 mod foreign;
 pub(crate) mod format;
 #[doc(hidden)]
-pub(crate) mod full_scale;
-#[doc(hidden)]
 pub mod growing;
 mod head;
 #[doc(hidden)]
@@ -46,7 +45,6 @@ mod later;
 pub mod layout;
 mod ledger;
 mod memory;
-pub(crate) mod metadata;
 mod meter;
 pub(crate) mod monitor;
 #[doc(hidden)]
@@ -54,6 +52,7 @@ pub mod names;
 #[doc(hidden)]
 pub mod open;
 pub(crate) mod range_end;
+mod reading;
 #[doc(hidden)]
 pub mod row;
 pub(crate) mod rows;
@@ -62,21 +61,24 @@ mod text;
 #[doc(hidden)]
 pub mod timing;
 mod unit_choice;
-#[doc(hidden)]
-pub mod units;
 mod unpacking;
-mod wearable;
+pub(crate) mod wearable;
 
 use std::ops::Range;
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 use crate::stats::mean_of_finite;
 use crate::utc::UtcTime;
-pub use collect::{read, read_bytes, read_head};
+pub use collect::read_head;
+#[doc(hidden)]
+pub use gravical_recording::units;
+pub use gravical_recording::{Labels, UnitDoubt};
+pub(crate) use gravical_recording::{full_scale, metadata};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
 pub use memory::{SampleColumns, TableColumn};
 pub use meter::{Meter, Progress};
+pub use reading::{read, read_bytes};
 use serde::{Deserialize, Serialize, Serializer};
 pub use timing::{TimeUnit, Timing};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
@@ -88,7 +90,7 @@ pub use {
     ledger::{Aside, Ledger},
     monitor::quiet_norm,
     text::GAP_LINE,
-    unit_choice::{AccelClaim, UnitDoubt, decide_accel},
+    unit_choice::{AccelClaim, decide_accel},
 };
 
 /// Temperatures that a sensor of this kind can have, °C.
@@ -170,15 +172,6 @@ impl ReadOptions {
         }
         Ok(())
     }
-}
-
-/// Labels of the rows of a recording that has a label column.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Labels {
-    /// The different labels in order of appearance.
-    pub names: Vec<String>,
-    /// For every row the index of its label.
-    pub of_row: Vec<u32>,
 }
 
 /// A recording in columns. All channels have the same number of rows; an empty

@@ -170,8 +170,6 @@ pub(crate) struct Finished {
     pub summary: MonitorSummary,
     /// About rows of zeros.
     pub zeros: Vec<Finding>,
-    /// Breaks after the last row.
-    pub trailing: Vec<Aside>,
     /// The line from which all rows are zero, if they were too many to hold back and count as
     /// rows.
     pub zeros_from: Option<u64>,
@@ -184,7 +182,6 @@ impl Finished {
             ledger: Ledger::default(),
             summary: monitor.finish_with_resolution(),
             zeros: Vec::new(),
-            trailing: Vec::new(),
             zeros_from: None,
         }
     }
@@ -560,7 +557,7 @@ impl<S: Source> Rows<S> {
         if !self.unresolved.is_empty() {
             zeros.push(
                 Finding::new(
-                    FindingKind::ZeroTail,
+                    FindingKind::ZeroRows,
                     format!(
                         "all channels are zero in the last {} rows: too many to hold in memory, so they count as rows",
                         self.unresolved.count()
@@ -574,7 +571,6 @@ impl<S: Source> Rows<S> {
             ledger: std::mem::take(&mut self.ledger),
             summary: self.monitor.finish_with_resolution(),
             zeros,
-            trailing: std::mem::take(&mut self.pending_breaks),
             zeros_from: self.unresolved.first(),
         })
     }
@@ -707,7 +703,7 @@ mod tests {
         let done = some.finish().unwrap();
         // They do not count as half of the rows, which would make zero a valid reading.
         assert!(done.summary.facts.cells == CellRules::default());
-        let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
+        let tail = done.zeros.iter().find(|f| f.kind == "zero-rows").unwrap();
         assert_eq!((tail.count, &tail.lines[..]), (40, &[[51, 90]][..]));
         // With all rows in memory there is no limit.
         let mut some = rows(&list);
@@ -719,7 +715,7 @@ mod tests {
         some.hold_at_most(10);
         assert_eq!(returned(&mut some).len(), 90);
         let done = some.finish().unwrap();
-        let tail = done.zeros.iter().find(|f| f.kind == "zero-tail").unwrap();
+        let tail = done.zeros.iter().find(|f| f.kind == "zero-rows").unwrap();
         assert_eq!(tail.lines, [[72, 90]]);
         // A later row ends the tail.
         list.push(STILL);
@@ -727,6 +723,6 @@ mod tests {
         some.hold_at_most(10);
         assert_eq!(returned(&mut some).len(), 91);
         let done = some.finish().unwrap();
-        assert!(!done.zeros.iter().any(|f| f.kind == "zero-tail"));
+        assert!(!done.zeros.iter().any(|f| f.message.contains("too many")));
     }
 }

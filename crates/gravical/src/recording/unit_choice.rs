@@ -1,42 +1,12 @@
 //! Choice of the accelerometer's unit: by option, by the magnitude at rest, by the header, in
 //! this order.
 
-use serde::{Deserialize, Serialize};
+use gravical_recording::UnitDoubt;
+pub use gravical_recording::judge::AccelClaim;
 
 use super::ReadOptions;
 use super::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
 use crate::finding::{Finding, FindingKind};
-
-/// What a file claims about its accelerometer.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct AccelClaim {
-    /// Unit, from the header or the board's settings line.
-    pub unit: Option<AccelUnit>,
-    /// Counts per g, from the header or the board's settings line.
-    pub lsb_per_g: Option<f64>,
-    /// The column names say that gravity was removed.
-    pub without_gravity: bool,
-}
-
-impl From<AccelUnit> for AccelClaim {
-    fn from(unit: AccelUnit) -> Self {
-        AccelClaim {
-            unit: Some(unit),
-            ..AccelClaim::default()
-        }
-    }
-}
-
-/// Why a unit is unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum UnitDoubt {
-    /// Gravity was removed from the acceleration.
-    WithoutGravity,
-    /// The magnitude at rest differs from gravity by a power of two.
-    WrongFullScale,
-    /// The magnitude at rest is gravity in no unit, or in several.
-    NoUnit,
-}
 
 /// Determines the unit from the magnitude of quiet readings, the header's claim and the options;
 /// contradictions become findings. If the unit stays unknown, the second value is the reason.

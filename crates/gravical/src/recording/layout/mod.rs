@@ -12,7 +12,7 @@ mod tests;
 
 use crate::{Error, Result};
 
-use super::board::{self, BoardSettings};
+use super::board::BoardSettings;
 use super::dialect::Dialect;
 use super::metadata::{is_day_first, range_g};
 use super::names::Role;
@@ -30,7 +30,6 @@ pub(super) use header::understand_all;
 pub use spec::{Column, ColumnsSpec};
 use spec::{Given, list_columns};
 pub use stream::stream_layout;
-pub(super) use stream::table_layout;
 
 /// Field and meaning of a column.
 pub(super) type Named = (usize, ColumnName);
@@ -156,8 +155,10 @@ impl Layout {
     /// Completes the claims with the lines above the header: the range of counts, and the board's
     /// settings line, which says that values are counts.
     pub(super) fn apply_board_settings(&mut self, metadata: &[String]) {
-        self.calibrated_by_board = board::last(metadata).is_some_and(|b| b.is_calibrated());
-        let Some(board) = board::of_counts(metadata) else {
+        self.calibrated_by_board = BoardSettings::last(metadata).is_some_and(|b| b.is_calibrated());
+        let Some(board) =
+            BoardSettings::last(metadata).filter(|b| b.is_counts() && b.accel_range_g > 0)
+        else {
             // For other counts a 16-bit converter is assumed unless gravity contradicts.
             if self.accel_claim.unit == Some(AccelUnit::Counts)
                 && self.accel_claim.lsb_per_g.is_none()

@@ -4,11 +4,8 @@ use super::clock::{self, first_column_rises};
 use super::spec::Given;
 use super::{ColumnsSpec, Layout, Request, find, understand_all};
 use crate::Result;
-use crate::finding::Finding;
-use crate::recording::ReadOptions;
 use crate::recording::dialect::Dialect;
 use crate::recording::names::{Quantity, Role};
-use crate::recording::row::Delimiter;
 
 /// The columns of rows that a program receives, as [`Layout`] has them for a file: by `columns`,
 /// else by the names of a header, else by the numbers of the sample (some hundred rows make it
@@ -30,30 +27,6 @@ pub fn stream_layout(dialect: &Dialect, columns: Option<&ColumnsSpec>) -> Result
         Err(_) => time_alone(dialect, columns),
         found => found,
     }
-}
-
-/// The columns of a table in memory, as those of a file; none of the `names` for a table without.
-///
-/// # Errors
-///
-/// As [`find`].
-pub(in crate::recording) fn table_layout(
-    file: &str,
-    names: &[String],
-    sample: Vec<Vec<f64>>,
-    options: &ReadOptions,
-    findings: &mut Vec<Finding>,
-) -> Result<Layout> {
-    let fields = sample.first().map_or(names.len(), Vec::len);
-    let names = (!names.is_empty()).then(|| names.to_vec());
-    let dialect = Dialect::of_columns(Delimiter::Byte(b','), fields, names, sample);
-    let request = Request {
-        columns: options.columns.as_ref(),
-        sensor: options.sensor.as_deref(),
-        file,
-    };
-    let found = find(Role::Recording, &dialect, request, findings);
-    found.map_err(|error| error.in_file(file.as_ref()))
 }
 
 /// The layout of rows in which no accelerometer is recognised.

@@ -199,7 +199,7 @@ impl Defects {
             }
         }
         for (channel, clipped) in CHANNELS.iter().zip(&self.clipped) {
-            findings.extend(clipped.finding(channel));
+            findings.extend(clipped.finding(channel).map(Finding::from));
         }
         if !held {
             findings.extend(self.repeated.finding(self.rows));

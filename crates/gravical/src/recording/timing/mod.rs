@@ -15,38 +15,9 @@ use crate::finding::{Finding, FindingKind};
 
 pub(crate) use clock::{BreakKind, Clock, Follower};
 pub use date::{parse_date, parse_date_day_first};
+pub use gravical_recording::{TimeUnit, Timing};
 use steps::Steps;
-pub use unit::TimeUnit;
 use unit::guess_unit;
-
-/// Timing of a recording.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Timing {
-    /// Unit of the time stamps; `None` without time stamps.
-    pub unit: Option<TimeUnit>,
-    /// The claimed sampling rate (metadata, `--rate`), in Hz.
-    pub nominal_rate_hz: Option<f64>,
-    /// One over the mean of the steps within half of the median step, in Hz. If the stamps are
-    /// times of arrival in bursts, the mean rate.
-    pub median_rate_hz: Option<f64>,
-    /// Number of rows over the recorded time without pauses, in Hz.
-    pub mean_rate_hz: Option<f64>,
-    /// From the first time stamp to the last, in s; without time stamps from rows and claimed
-    /// rate.
-    pub duration_s: Option<f64>,
-    /// Standard deviation of the steps that are not gaps, in s.
-    pub jitter_s: Option<f64>,
-    /// Share of samples that are missing, 0 to 1.
-    pub missing_share: Option<f64>,
-}
-
-impl Timing {
-    /// The sampling rate to work with, in Hz: that of the time stamps, otherwise the claimed one.
-    #[must_use]
-    pub fn rate_hz(&self) -> Option<f64> {
-        self.median_rate_hz.or(self.nominal_rate_hz)
-    }
-}
 
 /// True for a usual step: it advances and is not a gap.
 #[inline]

@@ -25,13 +25,6 @@ impl Faults {
             }
         };
         add(
-            &self.wrapped,
-            Finding::new(
-                FindingKind::WrappedTime,
-                "the clock of the time stamps begins again (a counter overflows, or a day ends)",
-            ),
-        );
-        add(
             &self.restarted,
             Finding::new(
                 FindingKind::RestartedTime,
@@ -41,7 +34,7 @@ impl Faults {
         add(
             &self.backward,
             Finding::new(
-                FindingKind::BackwardTime,
+                FindingKind::BadStamps,
                 format!(
                     "{} time stamps run backwards; kept as recorded",
                     self.backward.count()

@@ -1,79 +1,16 @@
-//! The unit of time stamps: as specified, or guessed from their steps.
+//! The unit of time stamps, guessed from their steps.
 
-use serde::{Deserialize, Serialize};
+use gravical_recording::TimeUnit;
 
 use super::Claims;
 use crate::finding::{Finding, FindingKind};
 
-/// Unit of the time stamps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub enum TimeUnit {
-    /// Seconds.
-    #[serde(rename = "s")]
-    Second,
-    /// Milliseconds.
-    #[serde(rename = "ms")]
-    Millisecond,
-    /// Hundreds of microseconds, the ticks of some motion trackers.
-    #[serde(rename = "100us")]
-    HundredMicroseconds,
-    /// Microseconds.
-    #[serde(rename = "us")]
-    Microsecond,
-    /// Nanoseconds.
-    #[serde(rename = "ns")]
-    Nanosecond,
-}
-
-impl TimeUnit {
-    /// Units that are guessed.
-    const ALL: [TimeUnit; 4] = [
-        TimeUnit::Second,
-        TimeUnit::Millisecond,
-        TimeUnit::Microsecond,
-        TimeUnit::Nanosecond,
-    ];
-
-    /// Seconds per unit.
-    #[must_use]
-    pub fn seconds(self) -> f64 {
-        match self {
-            TimeUnit::Second => 1.0,
-            TimeUnit::Millisecond => 1e-3,
-            TimeUnit::HundredMicroseconds => 1e-4,
-            TimeUnit::Microsecond => 1e-6,
-            TimeUnit::Nanosecond => 1e-9,
-        }
-    }
-
-    /// Name in options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            TimeUnit::Second => "s",
-            TimeUnit::Millisecond => "ms",
-            TimeUnit::HundredMicroseconds => "100us",
-            TimeUnit::Microsecond => "us",
-            TimeUnit::Nanosecond => "ns",
-        }
-    }
-
-    /// Parses a unit.
-    #[must_use]
-    pub fn parse(text: &str) -> Option<Self> {
-        Some(match text.trim().to_lowercase().as_str() {
-            "s" | "sec" | "secs" | "second" | "seconds" => TimeUnit::Second,
-            "ms" | "msec" | "msecs" | "millisec" | "millisecs" | "millis" | "millisecond"
-            | "milliseconds" => TimeUnit::Millisecond,
-            "us" | "µs" | "μs" | "usec" | "usecs" | "microsec" | "microsecs" | "micros"
-            | "microsecond" | "microseconds" => TimeUnit::Microsecond,
-            "ns" | "nsec" | "nsecs" | "nanosec" | "nanosecs" | "nanos" | "nanosecond"
-            | "nanoseconds" => TimeUnit::Nanosecond,
-            _ => return None,
-        })
-    }
-}
+const GUESSED: [TimeUnit; 4] = [
+    TimeUnit::Second,
+    TimeUnit::Millisecond,
+    TimeUnit::Microsecond,
+    TimeUnit::Nanosecond,
+];
 
 /// Plausible sampling rates, Hz.
 const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
@@ -90,7 +27,7 @@ pub(super) fn guess_unit(
     claims: &Claims,
     findings: &mut Vec<Finding>,
 ) -> Option<TimeUnit> {
-    let mut fitting: Vec<(TimeUnit, f64)> = TimeUnit::ALL
+    let mut fitting: Vec<(TimeUnit, f64)> = GUESSED
         .into_iter()
         .map(|u| (u, 1.0 / (median * u.seconds())))
         .filter(|(_, rate)| PLAUSIBLE_HZ.contains(rate))

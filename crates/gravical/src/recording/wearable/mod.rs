@@ -58,6 +58,18 @@ pub(super) fn is_one(head: &[u8]) -> bool {
     axivity::is_one(head)
 }
 
+/// True if the file at `path`, plain or packed, is a `.cwa` file.
+///
+/// # Errors
+///
+/// As [`open`](super::open::open).
+pub(crate) fn is_file(path: &Path) -> Result<bool> {
+    let input = super::open::open(path, &super::ReadOptions::default())?;
+    let head = super::open::peek(input.reader, MAGIC);
+    let (head, _) = head.map_err(|e| Error::io(path, e))?;
+    Ok(is_one(&head))
+}
+
 /// Length of the complete blocks of `head`, the beginning of a file.
 pub(super) fn complete_blocks(head: &[u8]) -> usize {
     let Ok(mut blocks) = axivity::Blocks::new(head) else {
@@ -278,6 +290,27 @@ impl<R: Read> DeviceRows<R> {
             None => self.ended = true,
         }
         Ok(())
+    }
+
+    /// Writes the next row, or a comment for a block that is skipped, as a line of text; false at
+    /// the end.
+    ///
+    /// # Errors
+    ///
+    /// Errors of reading.
+    pub fn next_line(&mut self, out: &mut Vec<u8>) -> Result<bool> {
+        let mut values = [f64::NAN; SLOTS];
+        match self.next(&mut values)? {
+            None => return Ok(false),
+            Some(Item::Row) => out.extend_from_slice(&self.text),
+            Some(Item::Gap) => out.extend_from_slice(b"# gap: blocks are missing"),
+            Some(_) => {
+                out.extend_from_slice(b"# ");
+                out.extend_from_slice(&self.text);
+            }
+        }
+        out.push(b'\n');
+        Ok(true)
     }
 
     fn write_text(&mut self, values: &Values) {

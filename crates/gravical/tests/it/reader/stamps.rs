@@ -32,7 +32,7 @@ fn backward_stamps_are_reported() {
         let t = if row == 250 { 10 * row - 35 } else { 10 * row };
         t.to_string()
     }));
-    assert_eq!(finding(&recording, "backward-time").lines, [[252, 252]]);
+    assert_eq!(finding(&recording, "bad-stamps").lines, [[252, 252]]);
     close(recording.timing.rate_hz().unwrap(), 100.0, 0.5);
     unharmed(&recording);
 }
@@ -54,11 +54,6 @@ fn a_wrapped_counter_is_unwrapped() {
         let bytes = stamped(|row| ((start + row as u64 * step) % (1 << 32)).to_string());
         let text = String::from_utf8(bytes).unwrap();
         let recording = read(text.replace("(ms)", &format!("({unit})")).as_bytes());
-        assert_eq!(
-            finding(&recording, "wrapped-time").lines,
-            [[202, 202]],
-            "{unit}"
-        );
         close(recording.timing.duration_s.unwrap(), 5.99, 1e-6);
         assert!(recording.breaks.is_empty());
         unharmed(&recording);

@@ -1,7 +1,7 @@
 //! Metadata above the header: sampling rate, range, serial number, start.
 
-use super::POSSIBLE;
-use super::timing::{parse_date, parse_date_day_first};
+use crate::options::POSSIBLE;
+use crate::text::parse_date;
 
 /// Words and numbers of a line.
 fn words(line: &str) -> Vec<&str> {
@@ -29,7 +29,8 @@ const OF_FILTER: [&str; 8] = [
 /// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
 /// Update Rate: 40.0Hz`, `# output data rate: 104 Hz`, `… at 100 Hz Filter Normal`. A frequency and
 /// the word `sampling` need the unit; those of a filter and of other rates are ignored.
-pub(crate) fn rate_hz(metadata: &[String]) -> Option<f64> {
+#[must_use]
+pub fn rate_hz(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
         let words = words(&line);
@@ -67,7 +68,8 @@ const RANGES_G: std::ops::RangeInclusive<f64> = 0.5..=400.0;
 
 /// The range of the accelerometer, g: `Range: 4 g`, `Dynamic range,±8g`, `Accelerometer Full
 /// Scale: +/-16 g`. The unit is required, and other sensors are ignored.
-pub(crate) fn range_g(metadata: &[String]) -> Option<f64> {
+#[must_use]
+pub fn range_g(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
         let words = words(&line);
@@ -104,7 +106,8 @@ const LONGEST: usize = 64;
 
 /// The sensor's serial number: `Serial Number: MOS2D12345678`, `// DeviceId: 00B41234`,
 /// `Serial no.,1234`.
-pub(crate) fn serial(metadata: &[String]) -> Option<String> {
+#[must_use]
+pub fn serial(metadata: &[String]) -> Option<String> {
     metadata.iter().find_map(|line| {
         // ASCII lower case leaves byte positions unchanged.
         let small = line.to_ascii_lowercase();
@@ -123,7 +126,8 @@ pub(crate) fn serial(metadata: &[String]) -> Option<String> {
 }
 
 /// Dates have the day before the month: `date format d/M/yyyy`.
-pub(crate) fn is_day_first(metadata: &[String]) -> bool {
+#[must_use]
+pub fn is_day_first(metadata: &[String]) -> bool {
     metadata.iter().any(|line| {
         let line = line.to_ascii_lowercase();
         let order = line
@@ -135,7 +139,8 @@ pub(crate) fn is_day_first(metadata: &[String]) -> bool {
 
 /// When the recording starts, s since 1970: `Start Time 12:00:00` and `Start Date 5/19/2017`, or
 /// both in one line.
-pub(crate) fn start_s(metadata: &[String]) -> Option<f64> {
+#[must_use]
+pub fn start_s(metadata: &[String]) -> Option<f64> {
     let after = |name: &str| {
         metadata.iter().find_map(|line| {
             let start = line.get(..name.len())?;
@@ -146,17 +151,13 @@ pub(crate) fn start_s(metadata: &[String]) -> Option<f64> {
                 .then(|| value.trim_end_matches([',', ';', ' ']))
         })
     };
-    let parse = match is_day_first(metadata) {
-        true => parse_date_day_first,
-        false => parse_date,
-    };
     let time = after("start time")?;
     let both = match after("start date") {
         Some(date) => format!("{date} {time}"),
         None => time.to_owned(),
     };
     // A time of day alone is no start.
-    parse(both.as_bytes()).filter(|s| *s >= SECONDS_PER_DAY)
+    parse_date(&both, is_day_first(metadata)).filter(|s| *s >= SECONDS_PER_DAY)
 }
 
 /// Seconds of a day.

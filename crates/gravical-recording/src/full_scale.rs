@@ -2,15 +2,16 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use super::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, LSB_PER_DEG_S};
-use crate::finding::{Finding, FindingKind, LineSpans};
+use crate::note::{Note, NoteKind};
+use crate::spans::LineSpans;
+use crate::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, LSB_PER_DEG_S};
 
 /// Full scales in use, g.
 const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
 /// Full scales of gyroscopes on the market, °/s; those of the sensitivities in [`LSB_PER_DEG_S`]
 /// are added.
-pub(crate) const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
+pub const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
 /// Smallest count at the end of a 16-bit converter: some end a few counts early.
 const LARGEST_COUNT: f64 = 32764.0;
@@ -20,7 +21,7 @@ const END_OF_COUNTS: f64 = 32768.0;
 
 /// Ends of a sensor's range, in the unit of the file.
 #[derive(Debug, Clone)]
-pub(crate) struct FullScale {
+pub struct FullScale {
     /// Intervals of magnitudes that are at the end.
     ends: Vec<[f64; 2]>,
     /// The values are counts, whose end is certain. In physical units a single value at a full
@@ -36,6 +37,8 @@ impl FullScale {
         }
     }
 
+    /// Of an accelerometer.
+    #[must_use]
     pub fn of_accel(scale: &AccelScale) -> Self {
         if scale.unit == AccelUnit::Counts {
             return Self::of_counts();
@@ -55,7 +58,8 @@ impl FullScale {
         }
     }
 
-    /// If the unit is unknown, °/s or rad/s is assumed.
+    /// Of a gyroscope. If the unit is unknown, °/s or rad/s is assumed.
+    #[must_use]
     pub fn of_gyro(scale: &GyroScale) -> Self {
         if scale.unit == GyroUnit::Counts {
             return Self::of_counts();
@@ -88,6 +92,7 @@ impl FullScale {
     }
 
     /// Smallest magnitude at the end.
+    #[must_use]
     pub fn least(&self) -> f64 {
         self.ends
             .iter()
@@ -103,7 +108,7 @@ impl FullScale {
 
 /// Detects clipping of a channel.
 #[derive(Debug, Clone)]
-pub(crate) struct Clipping {
+pub struct Clipping {
     full: FullScale,
     lines: LineSpans,
     largest: f64,
@@ -112,6 +117,8 @@ pub(crate) struct Clipping {
 }
 
 impl Clipping {
+    /// Nothing seen yet.
+    #[must_use]
     pub fn new(full: FullScale) -> Self {
         Clipping {
             full,
@@ -151,23 +158,25 @@ impl Clipping {
         if shown { self.lines.count() } else { 0 }
     }
 
-    /// The finding; `None` without clipping.
-    pub fn finding(&self, channel: &str) -> Option<Finding> {
+    /// What was found; `None` without clipping.
+    #[must_use]
+    pub fn finding(&self, channel: &str) -> Option<Note> {
         (self.count() > 0).then(|| {
-            Finding::new(
-                FindingKind::Clipped,
+            Note::new(
+                NoteKind::Clipped,
                 format!(
                     "{channel} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
                     self.lines.count()
                 ),
             )
-            .at_lines(&self.lines)
+            .at(self.lines.clone())
         })
     }
 }
 
 /// Number of values of a channel at rest that are clipped.
-pub(crate) fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
+#[must_use]
+pub fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
     let mut clipping = Clipping::new(FullScale::of_accel(scale));
     for (value, line) in values.iter().zip(1..) {
         clipping.observe(*value, line);

@@ -1,0 +1,86 @@
+//! Changes of unit or range among the rows.
+
+use super::unit::rest_norm;
+use crate::note::{Note, NoteKind};
+
+/// Rows of a block.
+const BLOCK_ROWS: usize = 20;
+/// Blocks at rest in a row that establish a magnitude.
+const SETTLED: usize = 5;
+/// Magnitudes at rest in one unit differ by no more than this share …
+const ONE_UNIT: f64 = 0.25;
+/// … and the ratio of two units, or ranges, is matched within this share.
+const RATIO: f64 = 0.08;
+/// One g in the units other than counts: g, m/s², mg.
+const GRAVITIES: [f64; 3] = [1.0, 9.80665, 1000.0];
+/// Counts per g of 16-bit converters at ±16 g to ±2 g.
+const COUNTS: [f64; 4] = [2048.0, 4096.0, 8192.0, 16384.0];
+/// Counts at or near the end of the range of a 16-bit converter.
+const FULL: f64 = 32_700.0;
+
+/// The first row under another unit or range: the magnitude at rest jumps from gravity in one unit
+/// to gravity in another and stays there. No motion can cause this, since a sensor at rest measures
+/// 1 g. `before`: the magnitude at rest before these rows, if it is known.
+#[must_use]
+pub fn unit_change(
+    accel: &[Vec<f64>; 3],
+    lines: &[u32],
+    before: Option<f64>,
+) -> Option<(usize, Note)> {
+    let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
+    let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
+    let mut established = before;
+    // Blocks that agree with each other and not with that: their number, magnitude, first row.
+    let (mut count, mut other, mut from) = (0, 0.0, 0);
+    for start in (0..accel[0].len().saturating_sub(BLOCK_ROWS - 1)).step_by(BLOCK_ROWS) {
+        let block = accel.each_ref().map(|c| &c[start..start + BLOCK_ROWS]);
+        let Some(magnitude) = rest_norm(block) else {
+            count = 0;
+            continue;
+        };
+        let is_full = block.iter().any(|c| c.iter().any(|v| v.abs() >= FULL));
+        if is_full || established.is_some_and(|n| is_near(magnitude, n)) {
+            count = 0;
+            continue;
+        }
+        if count > 0 && is_near(magnitude, other) {
+            count += 1;
+        } else {
+            (count, other, from) = (1, magnitude, start);
+        }
+        if count < SETTLED {
+            continue;
+        }
+        match established {
+            Some(before) if is_other_unit(before, other, block) => {
+                let between = (before * other).sqrt();
+                let is_new = |row: &usize| (norm(*row) > between) == (other > between);
+                let rows = from.saturating_sub(BLOCK_ROWS)..from + BLOCK_ROWS;
+                let row = rows.rev().take_while(is_new).last().unwrap_or(from);
+                let line = lines[row];
+                let text = format!(
+                    "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: the unit or range changed without a new header"
+                );
+                let lines = [u64::from(line)].into_iter().collect();
+                return Some((row, Note::new(NoteKind::UnitChanged, text).at(lines)));
+            }
+            Some(_) => {}
+            None => established = Some(other),
+        }
+    }
+    None
+}
+
+/// True if both magnitudes can be 1 g, in two units or at two ranges. A change of range is only
+/// possible between counts (whole numbers): for other values a factor of two may be a force.
+fn is_other_unit(before: f64, after: f64, block: [&[f64]; 3]) -> bool {
+    let ratio = after / before;
+    let is = |expected: f64| (ratio / expected - 1.0).abs() <= RATIO;
+    let integers = block.iter().all(|c| c.iter().all(|v| v.fract() == 0.0));
+    let to_counts = COUNTS.iter().flat_map(|c| GRAVITIES.map(|g| c / g));
+    let mut units = [9.80665, 1000.0, 1000.0 / 9.80665]
+        .into_iter()
+        .chain(to_counts.filter(|r| *r > 8.5));
+    let ranges = [2.0, 4.0, 8.0];
+    units.any(|r| is(r) || is(1.0 / r)) || integers && ranges.iter().any(|r| is(*r) || is(1.0 / r))
+}

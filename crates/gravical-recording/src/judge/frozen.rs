@@ -1,0 +1,152 @@
+//! Axes that keep one value, and rows that repeat.
+
+use crate::note::{Note, NoteKind};
+use crate::spans::LineSpans;
+
+/// Rows in which an axis must keep exactly one value, while the others change, to count as frozen.
+const FROZEN_ROWS: usize = 100;
+/// The same for a channel that never changes in the whole recording.
+const WHOLE_ROWS: usize = 20;
+/// Steps of the resolution by which a channel must change to show that the row before was no new
+/// reading.
+const JUMP: f64 = 2.5;
+/// Largest number of rows per run of repeats that ends with a jump; a rest every four seconds at
+/// 25 Hz is as rare.
+const ROWS_OF_RUN: usize = 100;
+/// Repeated rows from which on they are told.
+const MIN_REPEATS: u64 = 10;
+
+/// Axes of a sensor that keep exactly one value while the others change. `resolution`: of each
+/// axis; `lines`: that of each row.
+#[must_use]
+pub fn frozen_axes(
+    sensor: &[Vec<f64>; 3],
+    names: [&str; 3],
+    resolution: &[f64],
+    lines: &[u32],
+) -> Vec<Note> {
+    let mut notes = Vec::new();
+    for (axis, channel) in sensor.iter().enumerate() {
+        let (mut spans, mut longest) = (LineSpans::default(), 0);
+        for run in runs(channel.len(), |row| channel[row] == channel[row - 1]) {
+            let is_whole = run.start == 0 && run.end == channel.len();
+            let least = if is_whole { WHOLE_ROWS } else { FROZEN_ROWS };
+            if run.len() < least {
+                continue;
+            }
+            let others = [1, 2].map(|k| {
+                let mut other = OtherAxis::default();
+                let channel = &sensor[(axis + k) % 3];
+                run.clone()
+                    .skip(1)
+                    .for_each(|row| other.observe(channel[row - 1], channel[row]));
+                other
+            });
+            if is_frozen(&others, resolution[axis], run.len() as f64) {
+                longest = longest.max(run.len());
+                let line = |row: usize| u64::from(lines[row]);
+                spans.push_range(line(run.start), line(run.end - 1), run.len() as u64);
+            }
+        }
+        if longest > 0 {
+            let name = names[axis];
+            let text = format!(
+                "{name} keeps exactly one value for {longest} rows while the other axes change"
+            );
+            notes.push(Note::new(NoteKind::FrozenAxis, text).at(spans));
+        }
+    }
+    notes
+}
+
+/// Runs of rows that each repeat the one before, of two rows or more.
+fn runs(rows: usize, repeats: impl Fn(usize) -> bool) -> Vec<std::ops::Range<usize>> {
+    let (mut found, mut from) = (Vec::new(), 0);
+    for row in 1..=rows {
+        if row < rows && repeats(row) {
+            continue;
+        }
+        if row - from > 1 {
+            found.push(from..row);
+        }
+        from = row;
+    }
+    found
+}
+
+/// Rows that repeat the row before in every channel throughout the recording: the sensor was read
+/// faster than it measures. With a coarse resolution rows also repeat at rest, until the last
+/// digit flips or a motion begins; after repeated readings the value often differs by much.
+#[must_use]
+pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> Option<Note> {
+    let rows = lines.len();
+    let (mut spans, mut jumped, mut flipped) = (LineSpans::default(), 0, 0);
+    for run in runs(rows, |row| channels.iter().all(|c| c[row] == c[row - 1])) {
+        let ends_with_jump = match channels.first().and_then(|c| c.get(run.end)) {
+            // The last run has no end: it is assumed to be like most of the others.
+            None => jumped > flipped,
+            Some(_) => channels
+                .iter()
+                .zip(resolution)
+                .any(|(c, step)| (c[run.end] - c[run.end - 1]).abs() > JUMP * step),
+        };
+        if ends_with_jump {
+            let line = |row: usize| u64::from(lines[row]);
+            spans.push_range(line(run.start + 1), line(run.end - 1), run.len() as u64 - 1);
+            jumped += 1;
+        } else {
+            flipped += 1;
+        }
+    }
+    let count = spans.count();
+    (jumped > flipped && jumped * ROWS_OF_RUN > rows && count >= MIN_REPEATS).then(|| {
+        let share = 100.0 * count as f64 / rows.max(1) as f64;
+        let text = format!(
+            "{count} rows ({share:.0} %) repeat the row before in every channel: the sensor was read faster than it measures"
+        );
+        Note::new(NoteKind::RepeatedRows, text).at(spans)
+    })
+}
+
+/// Changes of another axis of the sensor while one axis keeps its value.
+#[derive(Debug, Clone, Copy, Default)]
+struct OtherAxis {
+    squares: f64,
+    /// Lowest and highest value so far, less the first one.
+    first: Option<f64>,
+    low: f64,
+    high: f64,
+}
+
+impl OtherAxis {
+    /// Adds a value; `before` is the value of the row before.
+    #[inline]
+    pub fn observe(&mut self, before: f64, now: f64) {
+        let step = now - before;
+        // Skip empty cells.
+        if step.is_nan() {
+            return;
+        }
+        self.squares += step * step;
+        let off = now - *self.first.get_or_insert(before);
+        self.low = self.low.min(off);
+        self.high = self.high.max(off);
+    }
+}
+
+/// Rms step from row to row, in resolutions, at which a working axis next to it would change too:
+/// twice that of noise.
+const LIVE_STEP: f64 = 2.0 * std::f64::consts::SQRT_2;
+/// Range, in resolutions, that both other axes must cover: a turn or a push about one axis may
+/// leave another one unchanged, but not a motion that changes both so much.
+const FAR_RANGE: f64 = 20.0;
+
+/// True if an axis that keeps one value for `rows` rows is faulty: one of the other two scatters
+/// by more than the resolution `step` can hide, or both change by much. At rest with a coarse
+/// resolution an axis may keep its value without a fault.
+fn is_frozen(others: &[OtherAxis; 2], step: f64, rows: f64) -> bool {
+    let lively = others
+        .iter()
+        .any(|o| o.squares > 0.0 && o.squares >= (LIVE_STEP * step).powi(2) * rows);
+    lively || others.iter().all(|o| o.high - o.low > FAR_RANGE * step)
+}

@@ -1,0 +1,159 @@
+//! Resolution of a channel: the step of the converter, or the last decimal place that was
+//! printed.
+
+/// Largest number of values examined, evenly distributed over a channel (of a long one at least
+/// half as many). Enough to contain neighbouring steps, and fast to sort.
+const MOST_VALUES: usize = 1 << 12;
+/// Tables with fewer rows contain means, whose differences are not steps.
+const LEAST_ROWS: usize = 40;
+/// Relative difference up to which values are equal: 9.81 − 9.80 is not exactly 0.01 in binary,
+/// and 32-bit floats computed differently differ in their last bit.
+const SAME: f64 = 3e-7;
+/// Largest number of decimal places of a table of means.
+const MOST_PLACES: i32 = 9;
+
+/// Resolution of each axis of a sensor, in its unit: the smallest difference between occurring
+/// values, 0 if unknown.
+///
+/// A greatest common divisor would be wrong: counts of 1/131 °/s printed with six decimals have
+/// steps of 0.0076. An axis that never changes gets the resolution of the finest other axis, which
+/// was measured and printed in the same way; if none changes, and in a table of means, the
+/// resolution is the last decimal place in use. For computed values (filtered, rotated,
+/// interpolated) the result is far below their noise.
+#[must_use]
+pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
+    of_axes(sensor.each_ref().map(|channel| Axis::new(channel)))
+}
+
+impl Axis {
+    fn new(channel: &[f64]) -> Self {
+        let mut stride = 1;
+        while channel.len().div_ceil(stride) > MOST_VALUES {
+            stride *= 2;
+        }
+        let first = channel
+            .iter()
+            .copied()
+            .find(|v| v.is_finite())
+            .unwrap_or(f64::NAN);
+        let others = channel.iter().map(|v| (v - first).abs());
+        Axis {
+            rows: channel.len(),
+            some: channel
+                .iter()
+                .step_by(stride)
+                .copied()
+                .filter(|v| v.is_finite())
+                .collect(),
+            least: others
+                .filter(|off| *off > SAME * first.abs())
+                .fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
+/// The stored values of an axis, without empty ones.
+struct Axis {
+    rows: usize,
+    some: Vec<f64>,
+    least: f64,
+}
+
+fn of_axes(mut axes: [Axis; 3]) -> [f64; 3] {
+    let steps = axes.each_mut().map(|axis| match axis.rows {
+        0..LEAST_ROWS => Step::Unknown,
+        _ => smallest_difference(axis),
+    });
+    let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
+    let certain = least(&|step| match step {
+        Step::Certain(step) => Some(*step),
+        _ => None,
+    });
+    let finest = certain.or_else(|| {
+        least(&|step| match step {
+            Step::AtMost(step) => Some(*step),
+            _ => None,
+        })
+    });
+    let fallback = finest.unwrap_or_else(|| decimal_step(&axes));
+    steps.map(|step| match step {
+        Step::Certain(step) => step,
+        Step::AtMost(step) => step.min(fallback),
+        Step::Unknown => fallback,
+    })
+}
+
+/// Resolution of an axis from its values.
+#[derive(Clone, Copy)]
+enum Step {
+    /// Two values with this difference occur repeatedly.
+    Certain(f64),
+    /// An upper limit: too few different values, or all different.
+    AtMost(f64),
+    /// There is only one value.
+    Unknown,
+}
+
+/// The smallest difference between occurring values.
+fn smallest_difference(axis: &mut Axis) -> Step {
+    let some = &mut axis.some;
+    sort(some);
+    // If most values occur repeatedly, a single different row is ignored; if they do not, two
+    // repeated rows are.
+    let again: usize = groups(some).filter(|g| g.len() > 1).map(<[f64]>::len).sum();
+    if 2 * again > some.len()
+        && let Some(step) = smallest_gap(some, 2)
+    {
+        return Step::Certain(step);
+    }
+    // An axis that changes rarely: the smallest distance from the first value, over all rows.
+    let rare = || axis.least.is_finite().then_some(axis.least);
+    let step = smallest_gap(some, 1).or_else(rare);
+    step.map_or(Step::Unknown, Step::AtMost)
+}
+
+/// Sorts by `total_cmp`, through integers of the same order, which compare faster.
+fn sort(values: &mut [f64]) {
+    let in_order = |bits: i64| bits ^ (((bits >> 63) as u64) >> 1) as i64;
+    let mut keys: Vec<i64> = values
+        .iter()
+        .map(|v| in_order(v.to_bits() as i64))
+        .collect();
+    keys.sort_unstable();
+    for (value, key) in values.iter_mut().zip(keys) {
+        *value = f64::from_bits(in_order(key) as u64);
+    }
+}
+
+/// The smallest gap between sorted values that occur at least `least` times.
+fn smallest_gap(sorted: &[f64], least: usize) -> Option<f64> {
+    let often = groups(sorted).filter(|g| g.len() >= least);
+    let mut values = often.map(|g| g[0]);
+    let mut before = values.next()?;
+    values
+        .map(|value| value - std::mem::replace(&mut before, value))
+        .reduce(f64::min)
+}
+
+/// Groups of equal values in a sorted list.
+fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
+    let ends = [sorted.first(), sorted.last()];
+    let largest = ends
+        .into_iter()
+        .flatten()
+        .fold(0.0, |most: f64, v| most.max(v.abs()));
+    sorted.chunk_by(move |a, b| b - a <= SAME * largest)
+}
+
+/// The last decimal place in use; 0 if there are more than nine, and if all values are zero.
+fn decimal_step(axes: &[Axis; 3]) -> f64 {
+    let some = || axes.iter().flat_map(|axis| &axis.some);
+    if some().all(|v| *v == 0.0) {
+        return 0.0;
+    }
+    let written_with = |p: &f64| some().all(|v| ((v * p).round() - v * p).abs() < 1e-4);
+    (0..=MOST_PLACES)
+        .map(|places| 10_f64.powi(places))
+        .find(written_with)
+        .map_or(0.0, |p| 1.0 / p)
+}

@@ -1,0 +1,459 @@
+//! From the rows of a file to a recording.
+
+pub(crate) mod notes;
+mod time;
+
+pub(crate) use time::find_clock;
+
+use std::collections::BTreeSet;
+
+use super::{Labels, Recording};
+use crate::error::{Error, Kind};
+use crate::full_scale::{Clipping, FullScale};
+use crate::judge::{self, AccelClaim, Channels, Encoding};
+use crate::metadata;
+use crate::note::{Note, NoteKind};
+use crate::text::{Batch, Format, Reason, Role};
+use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
+
+use time::JudgedTime;
+
+/// Names of the channels in messages.
+const CHANNELS: [&str; 7] = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
+const ALONE: [&str; 7] = ["gx", "gy", "gz", "", "", "", ""];
+
+impl Recording {
+    /// Judges the rows of a whole file.
+    ///
+    /// # Errors
+    ///
+    /// There are no rows, or the sensor did not answer.
+    pub fn judge(format: &Format, mut rows: Batch) -> Result<Self, Error> {
+        let options = &format.options;
+        let mut notes = notes::of_columns(format);
+        if let Some((column, _)) = format.sensor {
+            notes.extend(keep_sensor(format, &mut rows, column)?);
+        }
+        check_values(format, &rows)?;
+        let text_cells = notes::of_text_cells(format, &rows);
+        let temperature_c = take_temperature(format, &mut rows, &mut notes);
+        let mut own = Vec::new();
+        let time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut own);
+        rows.columns.push(time.time_s.clone());
+        rows.columns.push(temperature_c.clone().unwrap_or_default());
+        let emptied = set_aside_defects(format, &mut rows);
+        let encoding = decode(format, &mut rows);
+        set_aside_slipped(format, &mut rows);
+        let lines_notes = notes::of_lines(&rows);
+        let kept_temperature = rows.columns.pop().unwrap_or_default();
+        let mut temperature_c = temperature_c.map(|_| kept_temperature);
+        let time_s = rows.columns.pop().unwrap_or_default();
+
+        let mut accel = format.accel.map(|c| std::mem::take(&mut rows.columns[c]));
+        let gyro = format.gyro;
+        let mut gyro = gyro.map(|g| g.map(|c| std::mem::take(&mut rows.columns[c])));
+        let zero_offset = options.zero_offset.unwrap_or(match encoding {
+            Some(Encoding::OffsetBinary) => 32_768.0,
+            _ => 0.0,
+        });
+        if options.zero_offset.is_some() {
+            accel.iter_mut().flatten().for_each(|v| *v -= zero_offset);
+        }
+        let unit = |axes: &[Vec<f64>; 3]| {
+            let is_unsigned = encoding == Some(Encoding::OffsetBinary);
+            let slices = axes.each_ref().map(Vec::as_slice);
+            judge::accel_unit(slices, is_unsigned, accel_claim(format), options)
+        };
+        notes.extend(lines_notes);
+        notes.extend(text_cells);
+        notes.extend(encoding.map(|e| Note::new(NoteKind::UnsignedCounts, e.to_string())));
+        notes.append(&mut own);
+        let empty = judge::fill_cells(
+            Channels {
+                accel: &mut accel,
+                gyro: gyro.as_mut(),
+                temperature_c: temperature_c.as_mut(),
+            },
+            &rows.lines,
+            if options.is_gyroscope {
+                ALONE
+            } else {
+                CHANNELS
+            },
+        );
+        notes.extend(empty);
+        notes.extend(emptied);
+        let resolution = resolution(&accel, gyro.as_ref());
+        let judged = unit(&accel);
+        let mut breaks = rows.breaks.clone();
+        breaks.extend(time.breaks(&rows, &time_s));
+        breaks.sort_unstable();
+        breaks.dedup();
+        breaks.retain(|row| (1..rows.rows()).contains(row));
+        let gyro_scale = gyro.as_ref().map(|g| gyro_scale(format, g));
+        let mut recording = Recording {
+            description: format.describe(),
+            metadata: format.metadata.clone(),
+            column_names: format.names.clone(),
+            accel_columns: format.accel,
+            board: format.board,
+            time_s: (!time_s.is_empty()).then_some(time_s),
+            start_s: time.start_s,
+            restarted: !time.restarts.is_empty(),
+            timing: time.timing,
+            accel,
+            accel_scale: judged.scale,
+            unit_doubt: judged.doubt,
+            header_unit: accel_claim(format).unit,
+            zero_offset,
+            gyro,
+            gyro_scale,
+            resolution,
+            temperature_c,
+            labels: find_labels(format, &mut rows),
+            breaks,
+            lines: rows.lines,
+            aside: rows.aside,
+            notes,
+        };
+        if !options.is_gyroscope {
+            recording.notes.extend(judged.notes);
+            let change = judge::unit_change(&recording.accel, &recording.lines, None);
+            recording.notes.extend(change.map(|c| c.1));
+        }
+        recording.judge_samples(format.is_guessed);
+        Ok(recording)
+    }
+
+    /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
+    fn judge_samples(&mut self, is_guessed: bool) {
+        let accel_names = ["ax", "ay", "az"];
+        let gyro_names = ["gx", "gy", "gz"];
+        let held = self.notes.iter().any(|n| {
+            n.kind == NoteKind::EmptyCells && n.message.contains("the last value of the others")
+        });
+        let mut notes =
+            judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
+        let accel_end = FullScale::of_accel(&self.accel_scale);
+        let mut sensors = vec![(&self.accel, accel_names, accel_end)];
+        if let (Some(gyro), Some(scale)) = (&self.gyro, &self.gyro_scale) {
+            let frozen = judge::frozen_axes(gyro, gyro_names, &self.resolution[3..], &self.lines);
+            notes.extend(frozen);
+            sensors.push((gyro, gyro_names, FullScale::of_gyro(scale)));
+        }
+        for (channels, names, end) in sensors {
+            for (channel, name) in channels.iter().zip(names) {
+                notes.extend(self.clipped(channel, &end).and_then(|c| c.finding(name)));
+            }
+        }
+        if !held {
+            let channels = self.accel.iter().chain(self.gyro.iter().flatten());
+            let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
+            notes.extend(judge::repeated_rows(
+                &channels,
+                &self.resolution,
+                &self.lines,
+            ));
+        }
+        if is_guessed {
+            notes.extend(notes::not_an_accelerometer(&self.accel));
+        }
+        self.notes.append(&mut notes);
+    }
+
+    fn clipped(&self, channel: &[f64], end: &FullScale) -> Option<Clipping> {
+        let least = end.least();
+        let mut clipping = Clipping::new(end.clone());
+        let mut any = false;
+        for (value, line) in channel
+            .iter()
+            .zip(&self.lines)
+            .filter(|(v, _)| v.abs() >= least)
+        {
+            clipping.observe(*value, u64::from(*line));
+            any = true;
+        }
+        any.then_some(clipping)
+    }
+}
+
+/// Keeps the rows of the sensor that the user asks for, else of the lowest number or first word.
+pub(crate) fn keep_sensor(
+    format: &Format,
+    rows: &mut Batch,
+    column: usize,
+) -> Result<Option<Note>, Error> {
+    let label = |row: usize| cell_label(rows, column, row);
+    let mut labels: Vec<String> = Vec::new();
+    let mut numbers: BTreeSet<u64> = BTreeSet::new();
+    for row in 0..rows.rows() {
+        let value = rows.columns[column][row];
+        if value.is_finite() && value >= 0.0 {
+            numbers.insert(value as u64);
+        } else if labels.len() < 16 && !labels.contains(&label(row)) {
+            labels.push(label(row));
+        }
+    }
+    labels.retain(|l| !l.is_empty());
+    let all: Vec<String> = numbers.iter().map(u64::to_string).chain(labels).collect();
+    let wanted = match &format.options.sensor {
+        Some(wanted) if all.contains(wanted) => wanted,
+        Some(wanted) => return Err(Kind::SensorUnknown(wanted.clone(), all).into()),
+        None => match all.first() {
+            Some(first) => first,
+            None => return Ok(None),
+        },
+    };
+    let keep: Vec<bool> = (0..rows.rows()).map(|row| label(row) == *wanted).collect();
+    let note = (format.options.sensor.is_none() && all.len() > 1).then(|| {
+        let name = format.names.get(column).map_or("", String::as_str);
+        let text = format!(
+            "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, --sensor {} chooses another",
+            all.len(),
+            all.join(", "),
+            all[1]
+        );
+        Note::new(NoteKind::SeveralSensors, text)
+    });
+    rows.keep(&keep, Reason::OtherSensor);
+    Ok(note)
+}
+
+/// A cell as text: its word, its number, or nothing.
+fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
+    let code = rows.texts[column].get(row).copied().unwrap_or(0);
+    let word = usize::from(code)
+        .checked_sub(1)
+        .and_then(|at| rows.words[column].get(at));
+    match (word, rows.columns[column].get(row)) {
+        (Some(word), _) => word.trim_matches('"').to_owned(),
+        (None, Some(value)) if value.is_finite() => value.to_string(),
+        _ => String::new(),
+    }
+}
+
+/// Whether the sensor answered at all.
+fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
+    let count = rows.rows();
+    if count == 0 {
+        return Err(Kind::NoRows(rows.aside.sum(0)).into());
+    }
+    let (names, sensor) = match format.options.is_gyroscope {
+        true => (["gx", "gy", "gz"], "gyroscope"),
+        false => (["ax", "ay", "az"], "accelerometer"),
+    };
+    let channels = format.accel.map(|c| &rows.columns[c]);
+    for (channel, name) in channels.iter().zip(names) {
+        if channel.iter().all(|v| v.is_nan()) {
+            return Err(Kind::NoValues(name, count).into());
+        }
+    }
+    let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
+    if channels.iter().all(is_zero) {
+        return Err(Kind::AllZero(sensor, count).into());
+    }
+    Ok(())
+}
+
+/// The first thermometer that lives: one that stays at zero loses.
+pub(crate) fn find_thermometer(format: &Format, rows: &Batch) -> Option<usize> {
+    let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != v[0]);
+    let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
+    let all: Vec<usize> = (0..format.columns.len()).filter(is_one).collect();
+    let alive = all.iter().find(|c| is_alive(&rows.columns[**c]));
+    alive
+        .or_else(|| {
+            all.iter()
+                .find(|c| rows.columns[**c].iter().any(|t| t.is_finite() && *t != 0.0))
+        })
+        .copied()
+}
+
+/// Converts the counts of our board to °C.
+pub(crate) fn celsius(format: &Format, thermometer: usize, values: &mut [f64]) {
+    let board = format
+        .board
+        .filter(|b| b.is_counts() && format.columns[thermometer].unit.is_empty());
+    if let Some(board) = board {
+        values.iter_mut().for_each(|v| *v = board.celsius(*v));
+    }
+}
+
+/// The temperature in °C.
+fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) -> Option<Vec<f64>> {
+    let column = find_thermometer(format, rows)?;
+    let mut values = std::mem::take(&mut rows.columns[column]);
+    celsius(format, column, &mut values);
+    let middle = judge::median(values.iter().copied())?;
+    if judge::POSSIBLE_C.contains(&middle) {
+        return Some(values);
+    }
+    let text = format!(
+        "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
+    );
+    notes.push(Note::new(NoteKind::TemperatureUnit, text));
+    None
+}
+
+/// Sets rows aside that were not read, or repeat because the sensor hung; empties the
+/// accelerometer where it alone was not read.
+fn set_aside_defects(format: &Format, rows: &mut Batch) -> Option<Note> {
+    let channels = format.channels();
+    let slices = |rows: &Batch, columns: &[usize]| -> Vec<Vec<f64>> {
+        columns.iter().map(|c| rows.columns[*c].clone()).collect()
+    };
+    let mut emptied = None;
+    if !format.columns[format.accel[0]].is_linear {
+        let values = slices(rows, &channels);
+        let keep = judge::mark_zeros(&values.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        rows.keep(&keep, Reason::Zeros);
+        emptied = empty_unread(format, rows);
+    }
+    let values = slices(rows, &channels);
+    let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+    let keep = judge::mark_hung([values[0], values[1], values[2]], &values[3..]);
+    rows.keep(&keep, Reason::Hung);
+    emptied
+}
+
+fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Note> {
+    let is_zero =
+        |rows: &Batch, row: usize| format.accel.iter().all(|c| rows.columns[*c][row] == 0.0);
+    let mut lines = Vec::new();
+    let mut from = 0;
+    for row in 0..=rows.rows() {
+        if row < rows.rows() && is_zero(rows, row) {
+            continue;
+        }
+        if row - from >= judge::ZEROS_IN_A_ROW {
+            for column in format.accel {
+                rows.columns[column][from..row].fill(f64::NAN);
+            }
+            lines.extend(rows.lines[from..row].iter().map(|l| u64::from(*l)));
+        }
+        from = row + 1;
+    }
+    let text = format!(
+        "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
+        lines.len()
+    );
+    (!lines.is_empty()).then(|| Note::new(NoteKind::ZeroRows, text).at(lines.into_iter().collect()))
+}
+
+/// Undoes an encoding of all channels, unless the user says where zero is.
+fn decode(format: &Format, rows: &mut Batch) -> Option<Encoding> {
+    if format.options.zero_offset.is_some() || format.options.is_gyroscope {
+        return None;
+    }
+    let mut accel = format.accel.map(|c| std::mem::take(&mut rows.columns[c]));
+    let mut gyro = format
+        .gyro
+        .map(|g| g.map(|c| std::mem::take(&mut rows.columns[c])));
+    let encoding = judge::decode(&mut accel, gyro.as_mut());
+    let columns = format
+        .accel
+        .into_iter()
+        .chain(format.gyro.into_iter().flatten());
+    for (column, values) in columns.zip(accel.into_iter().chain(gyro.into_iter().flatten())) {
+        rows.columns[column] = values;
+    }
+    encoding
+}
+
+/// Accelerometer and gyroscope that stand side by side may be shifted against their names.
+fn set_aside_slipped(format: &Format, rows: &mut Batch) {
+    let channels = format.channels();
+    if channels.len() < 6 {
+        return;
+    }
+    let channels = std::array::from_fn(|i| rows.columns[channels[i]].as_slice());
+    if let Some(row) = slipped_row(format, channels) {
+        let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
+        rows.keep(&keep, Reason::Slipped);
+    }
+}
+
+/// The row from which on the channels, those of the accelerometer first, are shifted.
+pub(crate) fn slipped_row(format: &Format, channels: [&[f64]; 6]) -> Option<usize> {
+    let (a, g) = (format.accel, format.gyro?);
+    let is_adjacent = |axes: [usize; 3]| axes[1] == axes[0] + 1 && axes[2] == axes[0] + 2;
+    if !is_adjacent(a) || !is_adjacent(g) || a[0].abs_diff(g[0]) != 3 {
+        return None;
+    }
+    let [ax, ay, az, gx, gy, gz] = channels;
+    match a[0] < g[0] {
+        true => judge::slip(channels, 0),
+        false => judge::slip([gx, gy, gz, ax, ay, az], 3),
+    }
+}
+
+/// What header and board claim about the accelerometer.
+fn accel_claim(format: &Format) -> AccelClaim {
+    let column = &format.columns[format.accel[0]];
+    let mut claim = AccelClaim {
+        unit: AccelUnit::parse(&column.unit),
+        lsb_per_g: AccelUnit::per_g(&column.unit),
+        without_gravity: column.is_linear,
+    };
+    let board = format
+        .board
+        .filter(|b| b.is_counts() && b.accel_range_g > 0);
+    if let (Some(board), None) = (board, claim.unit) {
+        claim.unit = Some(AccelUnit::Counts);
+        claim.lsb_per_g = Some(board.lsb_per_g());
+    }
+    // For other counts a converter of 16 bits is assumed unless gravity contradicts.
+    if claim.unit == Some(AccelUnit::Counts) && claim.lsb_per_g.is_none() {
+        claim.lsb_per_g = metadata::range_g(&format.metadata).map(|range| 32_768.0 / range);
+    }
+    claim
+}
+
+/// The unit of the gyroscope before any turn was evaluated.
+fn gyro_scale(format: &Format, gyro: &[Vec<f64>; 3]) -> GyroScale {
+    let options = &format.options;
+    let text = format.gyro.map_or("", |g| &format.columns[g[0]].unit);
+    let board = format
+        .board
+        .filter(|b| b.is_counts() && GyroUnit::parse(text).is_none());
+    let claimed = GyroUnit::parse(text).or(board.map(|_| GyroUnit::Counts));
+    let values = || gyro.iter().flatten();
+    let are_counts =
+        values().all(|v| v.is_nan() || v.fract() == 0.0) && values().any(|v| v.abs() >= 1.0);
+    let (unit, origin) = match (options.gyro_unit, claimed) {
+        (Some(unit), _) => (unit, Origin::Given),
+        (None, Some(unit)) => (unit, Origin::Header),
+        (None, None) if are_counts => (GyroUnit::Counts, Origin::Data),
+        (None, None) => (GyroUnit::Unknown, Origin::Assumed),
+    };
+    let range = options.gyro_range_deg_s.map(|range| 32_768.0 / range);
+    let by_board = || board.and_then(|b| b.lsb_per_deg_s());
+    GyroScale {
+        unit,
+        lsb_per_deg_s: range
+            .or_else(|| GyroUnit::per_deg_s(text))
+            .or_else(by_board),
+        origin,
+    }
+}
+
+fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
+    let [ax, ay, az] = judge::resolution(accel);
+    let [gx, gy, gz] = gyro.map_or([0.0; 3], judge::resolution);
+    [ax, ay, az, gx, gy, gz]
+}
+
+fn find_labels(format: &Format, rows: &mut Batch) -> Option<Labels> {
+    let column = format.columns.iter().position(|c| c.role == Role::Label)?;
+    let mut labels = Labels::default();
+    for row in 0..rows.rows() {
+        let name = cell_label(rows, column, row);
+        let known = labels.names.iter().position(|n| *n == name);
+        let at = known.unwrap_or_else(|| {
+            labels.names.push(name);
+            labels.names.len() - 1
+        });
+        labels.of_row.push(at as u32);
+    }
+    Some(labels)
+}

@@ -1,0 +1,198 @@
+//! What columns and lines tell.
+
+use crate::judge;
+use crate::note::{Note, NoteKind};
+use crate::text::{Batch, Format, Reason, Role};
+
+/// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
+/// g. Loggers use `ax_g` for what they measure.
+pub const CALIBRATED: [[&str; 3]; 2] = [
+    ["ax_mps2", "ay_mps2", "az_mps2"],
+    ["ax_calibrated_g", "ay_calibrated_g", "az_calibrated_g"],
+];
+
+/// Which columns are read, where that is not sure.
+pub(super) fn of_columns(format: &Format) -> Vec<Note> {
+    let mut notes = Vec::new();
+    if let [_, second, ..] = &format.sensors[..] {
+        let count = format.sensors.len();
+        let all = format.sensors.join(", ");
+        let text = raw_and_calibrated(format).unwrap_or_else(|| {
+            format!("{count} accelerometers: {all}; the first is read, --sensor {second} chooses another")
+        });
+        notes.push(Note::new(NoteKind::SeveralSensors, text));
+    }
+    if format.is_guessed {
+        let why = match format.misfit {
+            Some((line, names)) => format!(
+                "line {line} has {names} names for {} columns, so it cannot be their header",
+                format.columns.len()
+            ),
+            None => "no header".to_owned(),
+        };
+        let text = format!(
+            "{why}; assigned by the numbers as --columns {} (give that option to be sure)",
+            spec(format)
+        );
+        notes.push(Note::new(NoteKind::ColumnsGuessed, text));
+    }
+    if let [first, others @ ..] = &format.unnamed_clocks[..] {
+        let names: Vec<&str> = format
+            .unnamed_clocks
+            .iter()
+            .map(|c| name(format, *c))
+            .collect();
+        let what = if others.is_empty() {
+            "rises steadily and is used as the time"
+        } else {
+            "rise steadily: each could be the time, and none is used"
+        };
+        let text = format!(
+            "no column is named as the time; {} {what}; --columns t={} selects it",
+            names.join(", "),
+            name(format, *first)
+        );
+        notes.push(Note::new(NoteKind::UnnamedClock, text));
+    }
+    notes
+}
+
+fn name(format: &Format, column: usize) -> &str {
+    format.names.get(column).map_or("", String::as_str)
+}
+
+/// A table of this program holds both.
+fn raw_and_calibrated(format: &Format) -> Option<String> {
+    let has = |own: &&[&str; 3]| own.iter().all(|own| format.names.iter().any(|n| n == own));
+    let [x, y, z] = CALIBRATED.iter().find(has)?;
+    let read = name(format, format.accel[0]);
+    (read != *x).then(|| {
+        format!("a table of this program with raw and calibrated columns: the raw ones ({read} …) are read; --columns ax={x},ay={y},az={z} reads the calibrated ones")
+    })
+}
+
+/// The columns as the option `--columns` names them.
+fn spec(format: &Format) -> String {
+    let channel = |c: usize| {
+        let axis = |axes: [usize; 3]| {
+            axes.iter()
+                .position(|a| *a == c)
+                .map(|i| ["x", "y", "z"][i])
+        };
+        let accel = axis(format.accel).map(|axis| format!("a{axis}"));
+        let gyro = || format.gyro.and_then(axis).map(|axis| format!("g{axis}"));
+        accel.or_else(gyro).unwrap_or_else(|| {
+            match format.columns[c].role {
+                Role::Time => "t",
+                Role::Temperature => "temp",
+                _ => "-",
+            }
+            .to_owned()
+        })
+    };
+    let all: Vec<String> = (0..format.columns.len()).map(channel).collect();
+    all.join(",")
+}
+
+/// Columns that were taken for an accelerometer by their numbers alone and do not behave like one:
+/// an accelerometer always measures gravity, so that its magnitudes at rest and in motion are
+/// similar.
+pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Note> {
+    let quiet = judge::quiet_norm(accel.each_ref().map(Vec::as_slice))?;
+    let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
+    let mut norms: Vec<f64> = (0..accel[0].len())
+        .map(norm)
+        .filter(|n| n.is_finite())
+        .collect();
+    let at = ((norms.len() * 49) / 50).min(norms.len().checked_sub(1)?);
+    let high = *norms.select_nth_unstable_by(at, f64::total_cmp).1;
+    (high > 4.0 * quiet).then(|| {
+        let text = format!(
+            "the magnitude is {quiet:.0} at rest and up to {high:.0} in motion: these columns look like a gyroscope"
+        );
+        Note::new(NoteKind::NotAnAccelerometer, text)
+    })
+}
+
+/// Cells of the channels that hold text.
+pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Note> {
+    let mut lines = Vec::new();
+    let mut first = None;
+    for column in format.channels() {
+        for (row, code) in rows.texts[column]
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| **c > 0)
+        {
+            lines.push(u64::from(rows.lines[row]));
+            first = first.or(rows.words[column].get(usize::from(*code) - 1));
+        }
+    }
+    lines.sort_unstable();
+    let first = first?;
+    let text = format!(
+        "{} cells hold text where the rows have numbers; they are empty, first: \"{first}\"",
+        lines.len()
+    );
+    Some(Note::new(NoteKind::NotANumber, text).at(lines.into_iter().collect()))
+}
+
+/// Lines that were set aside; none for those that every good file has.
+pub(super) fn of_lines(rows: &Batch) -> Vec<Note> {
+    let marks = judge::Marks {
+        blanks: &rows.blanks,
+        ..judge::Marks::default()
+    };
+    let regular = marks.regular_blanks(rows.rows());
+    let mut notes = Vec::new();
+    for (reason, aside) in &rows.aside.reasons {
+        let kind = match reason {
+            Reason::NamedGap => NoteKind::NamedGap,
+            Reason::Blank if regular == 0 => NoteKind::BlankRows,
+            Reason::RepeatedHeader => NoteKind::RepeatedHeader,
+            Reason::OtherSensor => NoteKind::OtherSensor,
+            Reason::TornLine => NoteKind::TornLine,
+            Reason::TooManyFields => NoteKind::TooManyFields,
+            Reason::NotANumber => NoteKind::NotANumber,
+            Reason::Zeros => NoteKind::ZeroRows,
+            Reason::Hung => NoteKind::SensorHung,
+            Reason::Slipped => NoteKind::ShiftedColumns,
+            _ => continue,
+        };
+        let has_example = matches!(
+            reason,
+            Reason::NamedGap | Reason::TornLine | Reason::TooManyFields | Reason::NotANumber
+        );
+        let example = if has_example {
+            format!(", first: \"{}\"", aside.first)
+        } else {
+            String::new()
+        };
+        let n = aside.lines.count();
+        let plural = if n == 1 { "" } else { "s" };
+        let text = format!("{n} line{plural}: {}{example}", reason.meaning());
+        notes.push(Note::new(kind, text).at(aside.lines.clone()));
+    }
+    let irregular: Vec<u64> = rows
+        .blanks
+        .iter()
+        .filter(|(_, n)| regular > 0 && *n > regular)
+        .map(|(row, _)| u64::from(rows.lines[*row]) - 1)
+        .collect();
+    if !irregular.is_empty() {
+        let text = format!(
+            "more blank lines than between other rows in {} places: breaks between segments",
+            irregular.len()
+        );
+        notes.push(Note::new(NoteKind::BlankRows, text).at(irregular.into_iter().collect()));
+    }
+    if rows.rejected > 0 {
+        let text = format!("the logger rejected {} samples", rows.rejected);
+        notes.push(Note::new(NoteKind::RejectedSamples, text));
+    }
+    if !rows.nul_lines.is_empty() {
+        let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
+        notes.push(Note::new(NoteKind::NulBytes, text).at(rows.nul_lines.clone()));
+    }
+    notes
+}

@@ -1,0 +1,308 @@
+//! Times of the rows, and what was found of them.
+
+use crate::judge::{self, Clock, ClockFault, ClockOptions, Marks};
+use crate::note::{Note, NoteKind};
+use crate::recording::Timing;
+use crate::text::{Batch, Format, Role};
+use crate::time_unit::{TimeUnit, time_scale_s};
+
+/// Tables of fewer rows are means or a single pose and need no rate.
+const LEAST_ROWS: usize = 40;
+/// Rate at which static intervals are searched if it is unknown, Hz.
+const ASSUMED_RATE_HZ: f64 = 100.0;
+/// Stated and measured rates may differ by this share.
+const RATE_TOLERANCE: f64 = 0.02;
+/// Share of missing samples from which on it is told.
+const MISSING: f64 = 0.001;
+
+/// Times of the rows, and what was found of them.
+pub(super) struct JudgedTime {
+    /// Empty without usable stamps.
+    pub time_s: Vec<f64>,
+    pub start_s: Option<f64>,
+    pub timing: Timing,
+    /// Lines of the rows at which the clock begins again.
+    pub restarts: Vec<u32>,
+}
+
+impl JudgedTime {
+    pub fn new(
+        format: &Format,
+        rows: &Batch,
+        temperature_c: Option<&[f64]>,
+        notes: &mut Vec<Note>,
+    ) -> Self {
+        let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
+        let mut judged = JudgedTime {
+            time_s: Vec::new(),
+            start_s: None,
+            timing: Timing {
+                nominal_rate_hz,
+                duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
+                ..Timing::default()
+            },
+            restarts: Vec::new(),
+        };
+        let (low, high) = temperature_range(temperature_c);
+        let mut pauses = rows.headers.clone();
+        pauses.extend(rows.blanks.iter().map(|b| b.0));
+        pauses.sort_unstable();
+        let options = ClockOptions {
+            unit_s: None,
+            rate_hz: nominal_rate_hz,
+            temperature_span_c: (high - low).max(0.0),
+            gaps: &rows.breaks,
+            pauses: &pauses,
+        };
+        match find_clock(format, rows, options) {
+            Some(Ok(clock)) => judged.tell(clock, rows, notes),
+            Some(Err(ClockFault::Frozen)) => {
+                let text = "the time stamps never advance; they are not used";
+                notes.push(Note::new(NoteKind::FrozenTime, text));
+            }
+            Some(Err(ClockFault::NoUnit(period))) => {
+                let text = format!(
+                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used (give --time-unit)"
+                );
+                notes.push(Note::new(NoteKind::TimeUnitUnknown, text));
+            }
+            None => notes.extend(unread_stamps(format, rows)),
+        }
+        let needs_rate = rows.rows() >= LEAST_ROWS && !format.options.is_gyroscope;
+        if judged.timing.rate_hz().is_none() && needs_rate {
+            let text = format!(
+                "no time stamps and no --rate: static intervals are searched as at {ASSUMED_RATE_HZ} Hz"
+            );
+            notes.push(Note::new(NoteKind::RateUnknown, text));
+        }
+        judged
+    }
+
+    /// Breaks beside named gaps.
+    pub fn breaks(&self, rows: &Batch, time_s: &[f64]) -> Vec<usize> {
+        let marks = Marks {
+            gaps: &[],
+            headers: &rows.headers,
+            blanks: &rows.blanks,
+        };
+        let rate_hz = self.timing.median_rate_hz;
+        let mut breaks = marks.breaks(time_s, rate_hz, rows.rows());
+        let restarted = self
+            .restarts
+            .iter()
+            .filter_map(|l| rows.lines.binary_search(l).ok());
+        breaks.extend(restarted);
+        breaks
+    }
+
+    fn tell(&mut self, clock: Clock, rows: &Batch, notes: &mut Vec<Note>) {
+        let lines = |rows_: &[usize]| rows_.iter().map(|r| u64::from(rows.lines[*r])).collect();
+        let count = rows.rows() as f64;
+        let share = |n: usize| 100.0 * n as f64 / count;
+        let unit = TimeUnit::of_seconds(clock.unit_s);
+        let mut say = |kind, message: String, at: &[usize]| {
+            notes.push(Note::new(kind, message).at(lines(at)));
+        };
+        if let (true, Some(unit)) = (clock.is_unit_assumed, unit) {
+            let (name, rate) = (unit.name(), clock.rate_hz);
+            let text = format!(
+                "the time stamps are assumed to be in {name} ({rate:.2} Hz); --time-unit overrides it"
+            );
+            say(NoteKind::TimeUnitAssumed, text, &[]);
+        }
+        if !clock.restarts.is_empty() {
+            let text = "the time stamps restart (the board was reset); a break".to_owned();
+            say(NoteKind::RestartedTime, text, &clock.restarts);
+        }
+        if !clock.bad.is_empty() {
+            let n = clock.bad.len();
+            let text = format!(
+                "{n} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept"
+            );
+            say(NoteKind::BadStamps, text, &clock.bad);
+        }
+        if !clock.duplicates.is_empty() {
+            let n = clock.duplicates.len();
+            let text = format!(
+                "{n} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
+                share(n)
+            );
+            say(NoteKind::DuplicateTime, text, &clock.duplicates);
+        }
+        if !clock.absent.is_empty() {
+            let text = format!("{} rows have no time stamp", clock.absent.len());
+            say(NoteKind::AbsentTime, text, &clock.absent);
+        }
+        if !clock.gaps.is_empty() {
+            let n = clock.gaps.len();
+            let gaps = if n == 1 {
+                "1 gap".to_owned()
+            } else {
+                format!("{n} gaps")
+            };
+            let text = format!(
+                "{gaps} of more than four samples, the longest {:.3} s",
+                clock.longest_gap_s
+            );
+            say(NoteKind::Gap, text, &clock.gaps);
+        }
+        if let Some(bunched) = clock.bunched {
+            let text = format!(
+                "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {:.2} Hz is used instead",
+                rows.rows() - 1,
+                clock.rate_hz
+            );
+            say(NoteKind::BurstTime, text, &[]);
+        }
+        let stated = self.timing.nominal_rate_hz;
+        if let Some(nominal) = stated.filter(|r| (clock.rate_hz / r - 1.0).abs() > RATE_TOLERANCE)
+            && clock.bunched.is_none()
+        {
+            let text = format!(
+                "the claimed rate is {nominal} Hz, the time stamps give {:.2} Hz; the time stamps are used",
+                clock.rate_hz
+            );
+            say(NoteKind::RateMismatch, text, &[]);
+        }
+        let missing_share = clock.missing / (clock.missing + count);
+        if missing_share > MISSING {
+            let text = format!(
+                "{:.0} samples ({:.1} %) are missing between the time stamps",
+                clock.missing,
+                100.0 * missing_share
+            );
+            say(NoteKind::MissingSamples, text, &[]);
+        }
+        self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
+        self.timing.unit = unit.or(Some(TimeUnit::Second));
+        self.timing.median_rate_hz = Some(clock.rate_hz);
+        self.timing.mean_rate_hz = clock.mean_rate_hz;
+        self.timing.duration_s = Some(clock.duration_s);
+        self.timing.jitter_s = clock.jitter_s;
+        self.timing.missing_share = clock.bunched.is_none().then_some(missing_share);
+        self.start_s = Some(clock.start_s);
+        self.time_s = clock.time_s;
+    }
+}
+
+fn temperature_range(temperature_c: Option<&[f64]>) -> (f64, f64) {
+    let possible = temperature_c
+        .into_iter()
+        .flatten()
+        .filter(|t| judge::POSSIBLE_C.contains(t));
+    possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)))
+}
+
+/// The column of time that rises most often and most evenly; steps only if there is no other.
+pub(crate) fn find_clock(
+    format: &Format,
+    rows: &Batch,
+    options: ClockOptions<'_>,
+) -> Option<Result<Clock, ClockFault>> {
+    if let Some(stamps) = in_two_columns(format, rows) {
+        let unit_s = Some(1.0);
+        return Some(judge::clock(stamps, ClockOptions { unit_s, ..options }));
+    }
+    let mut candidates = Vec::new();
+    for (column, values) in format.columns.iter().zip(&rows.columns) {
+        let is_step = match column.role {
+            Role::Time => !column.is_dated && judge::holds_steps(values),
+            Role::Step => true,
+            _ => continue,
+        };
+        if values.iter().all(|v| v.is_nan()) {
+            continue;
+        }
+        let stamps = if is_step {
+            judge::sum_steps(values)
+        } else {
+            values.clone()
+        };
+        let unit_s = match column.unit.as_str() {
+            _ if column.is_dated => Some(1.0),
+            "fine" => fine_ticks_s(&stamps),
+            unit => time_scale_s(unit),
+        };
+        candidates.push((is_step, stamps, unit_s));
+    }
+    if candidates.len() > 1 {
+        // The last of equals: files begin with the coarser clock.
+        let score = |(is_step, stamps, _): &(bool, Vec<f64>, _)| {
+            judge::steadiness(stamps).map_or(f64::MIN, |s| if *is_step { s - 1.0 } else { s })
+        };
+        candidates.sort_by(|a, b| score(a).total_cmp(&score(b)));
+    }
+    let (_, stamps, unit_s) = candidates.pop()?;
+    let given = format.options.time_unit.map(TimeUnit::seconds);
+    let unit_s = given.or(unit_s);
+    Some(judge::clock(stamps, ClockOptions { unit_s, ..options }))
+}
+
+/// Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of the DOT, whose
+/// shortest step is 8333 µs.
+fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
+    let steps = stamps.windows(2).map(|w| w[1] - w[0]);
+    let step = judge::median(steps.filter(|s| *s > 0.0))?;
+    let unit = match step < 8000.0 {
+        true => TimeUnit::HundredMicroseconds,
+        false => TimeUnit::Microsecond,
+    };
+    Some(unit.seconds())
+}
+
+/// Stamps in two columns: whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and
+/// `nanosec`). The fraction falls where the seconds rise, and rises elsewhere; an independent clock
+/// and the duration of a loop do not.
+fn in_two_columns(format: &Format, rows: &Batch) -> Option<Vec<f64>> {
+    let is_time = |c: &usize| format.columns[*c].role == Role::Time;
+    let times: Vec<usize> = (0..format.columns.len()).filter(is_time).collect();
+    let unit_s = |c: usize| match format.columns[c].is_dated {
+        true => Some(1.0),
+        false => time_scale_s(&format.columns[c].unit),
+    };
+    for &whole in times
+        .iter()
+        .filter(|c| unit_s(**c).is_none_or(|u| u == 1.0))
+    {
+        for &below in &times {
+            let Some(unit_s) = unit_s(below).filter(|u| *u < 1.0) else {
+                continue;
+            };
+            let (seconds, fraction) = (&rows.columns[whole], &rows.columns[below]);
+            if is_split(seconds, fraction, unit_s) {
+                let sum = seconds.iter().zip(fraction).map(|(s, f)| s + f * unit_s);
+                return Some(sum.collect());
+            }
+        }
+    }
+    None
+}
+
+fn is_split(seconds: &[f64], fraction: &[f64], unit_s: f64) -> bool {
+    let (mut rising, mut within) = (0, 0);
+    for row in 1..seconds.len() {
+        let more = seconds[row] - seconds[row - 1];
+        let less = fraction[row] - fraction[row - 1];
+        if more == 0.0 {
+            within += 1;
+            rising += usize::from(less > 0.0);
+        } else if less >= 0.0 {
+            return false;
+        }
+    }
+    let parts = seconds.iter().zip(fraction);
+    let mut parts = parts.filter(|(s, f)| s.is_finite() && f.is_finite());
+    within > 0
+        && rising * 10 >= within * 9
+        && parts.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)))
+}
+
+/// A column of time that holds text, where no other column is a clock.
+fn unread_stamps(format: &Format, rows: &Batch) -> Option<Note> {
+    let mut columns = format.columns.iter().zip(&rows.words);
+    let (_, words) = columns.find(|(c, words)| c.role == Role::Time && !words.is_empty())?;
+    let first = words.first()?;
+    let text =
+        format!("time stamps like \"{first}\" are not understood; they are not used (give --rate)");
+    Some(Note::new(NoteKind::StampsUnread, text))
+}

@@ -1,0 +1,145 @@
+//! Ranges of lines.
+
+use serde::{Deserialize, Serialize};
+
+/// Line numbers gathered into ranges; memory stays flat on any file because
+/// only the first ranges are kept, while all lines are counted.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LineSpans {
+    spans: Vec<[u64; 2]>,
+    last: u64,
+    count: u64,
+}
+
+impl LineSpans {
+    /// How many ranges are kept.
+    pub const KEPT: usize = 64;
+
+    /// Adds one line; lines come in rising order.
+    pub fn push(&mut self, line: u64) {
+        self.count += 1;
+        let follows = line == self.last + 1 && self.last != 0;
+        self.last = line;
+        let kept = self.spans.len();
+        match self.spans.last_mut() {
+            Some(span) if follows && span[1] + 1 == line => span[1] = line,
+            _ if kept < Self::KEPT => self.spans.push([line, line]),
+            _ => {}
+        }
+    }
+
+    /// Adds a range in which `count` lines are concerned; `from` comes after
+    /// all lines so far.
+    pub fn push_range(&mut self, from: u64, to: u64, count: u64) {
+        self.push(from);
+        self.count += count.saturating_sub(1);
+        if let Some(span) = self.spans.last_mut()
+            && span[1] == from
+        {
+            span[1] = to;
+        }
+        self.last = to;
+    }
+
+    /// Adds lines that come after all so far.
+    pub fn append(&mut self, later: &LineSpans) {
+        for span in &later.spans {
+            let kept = self.spans.len();
+            match self.spans.last_mut() {
+                Some(last) if last[1] == self.last && last[1] + 1 == span[0] => last[1] = span[1],
+                _ if kept < Self::KEPT => self.spans.push(*span),
+                _ => {}
+            }
+            self.last = span[1];
+        }
+        self.last = later.last;
+        self.count += later.count;
+    }
+
+    /// How many lines were added.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// True when no line was added.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The first ranges, both ends included.
+    #[must_use]
+    pub fn ranges(&self) -> &[[u64; 2]] {
+        &self.spans
+    }
+
+    /// The first line.
+    #[must_use]
+    pub fn first(&self) -> Option<u64> {
+        self.spans.first().map(|s| s[0])
+    }
+
+    /// "12, 40-43, …" for people: at most `most` ranges.
+    #[must_use]
+    pub fn display(&self, most: usize) -> String {
+        format_spans(&self.spans, self.count, most)
+    }
+}
+
+impl FromIterator<u64> for LineSpans {
+    fn from_iter<I: IntoIterator<Item = u64>>(lines: I) -> Self {
+        let mut spans = LineSpans::default();
+        lines.into_iter().for_each(|line| spans.push(line));
+        spans
+    }
+}
+
+/// "lines 12, 40-43, …" of the ranges of a finding.
+#[must_use]
+pub fn format_spans(spans: &[[u64; 2]], count: u64, most: usize) -> String {
+    let mut shown: u64 = 0;
+    let mut parts = Vec::new();
+    for &[from, to] in spans.iter().take(most) {
+        shown += to - from + 1;
+        parts.push(if from == to {
+            from.to_string()
+        } else {
+            format!("{from}-{to}")
+        });
+    }
+    if shown < count {
+        parts.push("…".to_owned());
+    }
+    parts.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_join_and_all_are_counted() {
+        let mut spans = LineSpans::default();
+        for line in [1, 2, 3, 7, 9, 10] {
+            spans.push(line);
+        }
+        assert_eq!(spans.display(9), "1-3, 7, 9-10");
+        assert_eq!(spans.display(2), "1-3, 7, …");
+        assert_eq!(spans.count(), 6);
+        spans.push_range(11, 20, 9);
+        spans.push(21);
+        assert_eq!(spans.display(9), "1-3, 7, 9-21");
+        assert_eq!(spans.count(), 16);
+    }
+
+    #[test]
+    fn memory_stays_flat() {
+        let mut spans = LineSpans::default();
+        for line in 0..100_000 {
+            spans.push(2 * line + 1);
+        }
+        assert_eq!(spans.count(), 100_000);
+        assert_eq!(spans.spans.len(), LineSpans::KEPT);
+    }
+}

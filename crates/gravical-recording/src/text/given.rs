@@ -1,0 +1,73 @@
+//! Columns that the user names.
+
+use super::format::Format;
+use super::names::Role;
+use crate::error::Kind;
+use crate::options::{ColumnChoice, ColumnsSpec};
+
+/// Gives the columns that the user names their roles; no other column keeps such a role.
+pub(crate) fn assign(format: &mut Format) -> Result<(), Kind> {
+    let Some(spec) = format.options.columns.clone() else {
+        return Ok(());
+    };
+    let is_read = |role: Role| {
+        let is_gyro = matches!(role, Role::Gyro(_));
+        !format.options.is_gyroscope || is_gyro || matches!(role, Role::Time | Role::Step)
+    };
+    let mut given: Vec<(usize, Role)> = Vec::new();
+    let mut unread: Vec<Role> = Vec::new();
+    match spec {
+        ColumnsSpec::Ordered(order) => {
+            let names_gyro = |c: &ColumnChoice| matches!(c, ColumnChoice::Channel(Role::Gyro(_)));
+            if format.options.is_gyroscope && !order.iter().any(names_gyro) {
+                return Ok(());
+            }
+            if order.len() > format.columns.len() {
+                return Err(Kind::TooManyColumns(order.len(), format.columns.len()));
+            }
+            for (column, choice) in order.into_iter().enumerate() {
+                match choice {
+                    ColumnChoice::Channel(role) => given.push((column, role)),
+                    ColumnChoice::Skipped => given.push((column, Role::Other)),
+                    ColumnChoice::AsRecognised => {}
+                }
+            }
+        }
+        ColumnsSpec::Named(pairs) => {
+            for (role, name) in pairs.into_iter().filter(|(role, _)| is_read(*role)) {
+                match name {
+                    None if !format.options.is_gyroscope => unread.push(role),
+                    None => {}
+                    Some(name) => match find(&format.names, &name) {
+                        Some(column) => given.push((column, role)),
+                        // The clock of the accelerometer's file.
+                        None if format.options.is_gyroscope && role == Role::Time => {}
+                        None => return Err(Kind::ColumnMissing(name, format.names.clone())),
+                    },
+                }
+            }
+        }
+    }
+    let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
+    let names_clock = given.iter().map(|g| &g.1).chain(&unread).any(is_clock);
+    for column in &mut format.columns {
+        let is_taken = unread.contains(&column.role) || given.iter().any(|g| g.1 == column.role);
+        if is_taken || names_clock && is_clock(&column.role) {
+            column.role = Role::Other;
+            column.is_dropped = true;
+        }
+    }
+    for (column, role) in given {
+        let column = &mut format.columns[column];
+        column.role = role;
+        column.is_given = true;
+        column.is_dropped = role == Role::Other;
+    }
+    format.has_no_clock = names_clock && !format.columns.iter().any(|c| is_clock(&c.role));
+    Ok(())
+}
+
+fn find(names: &[String], name: &str) -> Option<usize> {
+    let exact = names.iter().position(|n| n == name);
+    exact.or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(name)))
+}

@@ -1,0 +1,276 @@
+//! From a file to a recording.
+
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+use gravical_recording as new;
+use gravical_recording::{Reason, bytes};
+
+use super::collect::{self, Columns, Known};
+use super::ledger::{Aside, Ledger};
+use super::monitor::Facts;
+use super::names::{Quantity, Role};
+use super::open::{Input, Reopenable, peek};
+use super::{
+    ColumnsSpec, ReadOptions, Recording, RowMap, TableColumn, foreign, metadata, timing, wearable,
+};
+use crate::finding::{Finding, FindingKind};
+use crate::{Error, Result};
+
+/// Reads the recording at `path`; `-` is standard input.
+///
+/// # Errors
+///
+/// Errors that prevent reading: `not-found`, `empty-file`, `no-rows`, `no-accelerometer`,
+/// `columns-unknown`, `all-zero` …, each with the file and a hint. Lesser faults are
+/// [`Finding`](super::Finding)s of the recording.
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
+    let name = path.display().to_string();
+    read_from(&mut Reopenable::of(path), &name, options)
+}
+
+/// Reads a recording from bytes in memory; `name` is used in messages.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
+    read_from(&mut Reopenable::Memory(bytes.into()), name, options)
+}
+
+/// Bytes that tell what a file is that is no recording.
+const HEAD_BYTES: u64 = 65_536;
+
+fn read_from(source: &mut Reopenable, name: &str, options: &ReadOptions) -> Result<Recording> {
+    options.validate()?;
+    let mut input = source.open(options)?;
+    let here = Path::new(name);
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let (magic, reader) = peek(reader, wearable::MAGIC).map_err(|e| Error::io(here, e))?;
+    if wearable::is_one(&magic) {
+        input.reader = reader;
+        let columns = Columns::of_format;
+        let read = collect::collect_from(input, source, name, Role::Recording, options, columns)?;
+        return Ok(read.into_recording());
+    }
+    read_text(reader, &input, name, &text_options(options, false))
+}
+
+/// Reads text; of `input` the other properties are used.
+fn read_text(
+    reader: Box<dyn Read>,
+    input: &Input,
+    name: &str,
+    options: &new::ReadOptions,
+) -> Result<Recording> {
+    let here = Path::new(name);
+    let mut text = bytes::utf8(reader).map_err(|e| Error::io(here, e))?;
+    let mut head = Vec::new();
+    let read = text.by_ref().take(HEAD_BYTES).read_to_end(&mut head);
+    read.map_err(|e| Error::io(here, e))?;
+    foreign::refuse_calibration(&head, here)?;
+    let file = here.file_name().unwrap_or_default().to_string_lossy();
+    let text = Cursor::new(head.clone()).chain(text);
+    let judged = new::Recording::read(text, &file, options).map_err(|e| refused(e, &head, here))?;
+    let mut recording = of_judged(judged, name);
+    let unpacked = input.unpacked.iter().map(|u| format!("{u}, "));
+    recording.description = unpacked.collect::<String>() + &recording.description;
+    recording.sha256 = input.sha256();
+    if input.is_cut_off() {
+        let rows = recording.rows();
+        let text = format!(
+            "the packed file is damaged or ends in the middle; {rows} rows could be unpacked"
+        );
+        let finding = Finding::new(FindingKind::TruncatedFile, text);
+        recording.findings.push(finding.in_file(name));
+    }
+    Ok(recording)
+}
+
+/// A recording from a table in memory.
+pub(super) fn of_table(
+    name: &str,
+    names: &[String],
+    columns: &[TableColumn<'_>],
+    options: &ReadOptions,
+) -> Result<Recording> {
+    let options = text_options(options, false);
+    let judged = new::Recording::from_table(names, columns, &options)
+        .map_err(|e| refused(e, b"", Path::new(name)))?;
+    Ok(of_judged(judged, name))
+}
+
+/// The channels of a table in memory, each with its column from 0.
+pub(super) fn table_fields(
+    name: &str,
+    names: &[String],
+    columns: &[TableColumn<'_>],
+    options: &ReadOptions,
+) -> Result<Vec<(&'static str, usize)>> {
+    new::table_channels(names, columns, &text_options(options, false))
+        .map_err(|e| refused(e, b"", Path::new(name)))
+}
+
+/// The error of the text as one of this crate.
+pub(super) fn refused(error: new::Error, head: &[u8], here: &Path) -> Error {
+    let (code, message) = (error.code(), error.to_string());
+    let (line, hint, option) = (error.line(), error.hint(), error.option());
+    let is_table = !message.starts_with("no table");
+    if code == "no-rows" && !is_table {
+        let what = message.rsplit(": ").next().unwrap_or_default();
+        return foreign::no_table(head, here, what);
+    }
+    if let Some(io) = error.into_io() {
+        return Error::io(here, io);
+    }
+    let refused = match option {
+        Some(option) => Error::usage(code, message).of_option(option),
+        None => Error::input(code, message),
+    };
+    let refused = refused.at(here, line.map(|l| l as u64));
+    match hint {
+        Some(hint) => refused.with_hint(hint),
+        None => refused,
+    }
+}
+
+/// The options for the reader of text.
+pub(super) fn text_options(options: &ReadOptions, is_gyroscope: bool) -> new::ReadOptions {
+    new::ReadOptions {
+        accel_unit: options.accel_unit,
+        accel_range_g: options.accel_range_g,
+        gyro_unit: options.gyro_unit,
+        gyro_range_deg_s: options.gyro_range_deg_s,
+        columns: options.columns.as_ref().map(columns),
+        sensor: options.sensor.clone(),
+        rate_hz: options.rate_hz,
+        time_unit: options.time_unit,
+        zero_offset: options.zero_offset,
+        is_gyroscope,
+    }
+}
+
+fn columns(spec: &ColumnsSpec) -> new::ColumnsSpec {
+    use super::layout::Column;
+    let role = |quantity: &Quantity| match quantity {
+        Quantity::Time => new::Role::Time,
+        Quantity::TimeStep => new::Role::Step,
+        Quantity::Accel(i) => new::Role::Accel(*i),
+        Quantity::Gyro(i) => new::Role::Gyro(*i),
+        Quantity::Temperature => new::Role::Temperature,
+        Quantity::Label => new::Role::Label,
+        Quantity::Index | Quantity::Instance => new::Role::Other,
+    };
+    match spec {
+        ColumnsSpec::Named(pairs) => {
+            let pairs = pairs.iter().map(|(q, name)| (role(q), name.clone()));
+            new::ColumnsSpec::Named(pairs.collect())
+        }
+        ColumnsSpec::Ordered(order) => {
+            let choice = |column: &Column| match column {
+                Column::Channel(q) => new::ColumnChoice::Channel(role(q)),
+                Column::AsRecognised => new::ColumnChoice::AsRecognised,
+                Column::Skipped => new::ColumnChoice::Skipped,
+            };
+            new::ColumnsSpec::Ordered(order.iter().map(choice).collect())
+        }
+    }
+}
+
+/// A judged recording with the name of its file, and its notes as findings.
+pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
+    let known = known(&judged);
+    let mut line_map = RowMap::default();
+    judged
+        .lines
+        .iter()
+        .for_each(|line| line_map.push(u64::from(*line)));
+    let ledger = ledger(&judged.aside, judged.rows());
+    let in_file = |note| Finding::from(note).in_file(name);
+    let is_calibrated_by_board = judged.board.is_some_and(|b| b.is_calibrated());
+    let reads = |own: &[&str; 3]| {
+        let mut pairs = judged.accel_columns.iter().zip(own);
+        pairs.all(|(column, own)| judged.column_names.get(*column).is_some_and(|n| n == own))
+    };
+    Recording {
+        name: name.to_owned(),
+        sha256: None,
+        serial: metadata::serial(&judged.metadata),
+        stated_start_s: metadata::start_s(&judged.metadata),
+        is_calibrated: is_calibrated_by_board || new::CALIBRATED.iter().any(reads),
+        is_calibrated_by_board,
+        description: judged.description,
+        column_names: judged.column_names,
+        accel: judged.accel,
+        gyro: judged.gyro,
+        gyro_file: None,
+        temperature_c: judged.temperature_c,
+        time_s: judged.time_s,
+        time_origin_s: judged.start_s,
+        restarted: judged.restarted,
+        labels: judged.labels,
+        breaks: judged.breaks,
+        zero_offset: judged.zero_offset,
+        accel_scale: judged.accel_scale,
+        unit_doubt: judged.unit_doubt,
+        header_unit: judged.header_unit,
+        gyro_scale: judged.gyro_scale,
+        resolution: judged.resolution,
+        timing: judged.timing,
+        ledger,
+        findings: judged.notes.into_iter().map(in_file).collect(),
+        line_map,
+        known,
+        excerpt: None,
+    }
+}
+
+/// What the rows are read with again.
+fn known(judged: &new::Recording) -> Known {
+    let unit = judged.timing.unit;
+    let reading = unit
+        .zip(judged.timing.median_rate_hz)
+        .map(|(unit, rate_hz)| timing::StampReading {
+            unit,
+            usual: 1.0 / (rate_hz * unit.seconds()),
+            even_hz: None,
+        });
+    Known {
+        facts: Facts {
+            stamp_reading: reading,
+            zero_offset: judged.zero_offset,
+            accel: judged.accel_scale,
+            gyro: judged.gyro_scale,
+            resolution: judged.resolution,
+            celsius: judged.temperature_c.is_some(),
+            ..Facts::none()
+        },
+        zeros_from: None,
+    }
+}
+
+/// The account of all lines.
+pub(super) fn ledger(aside: &new::Aside, rows: usize) -> Ledger {
+    let mut ledger = Ledger::default();
+    (ledger.lines, ledger.rows) = (aside.lines as u64, rows as u64);
+    for (reason, aside) in &aside.reasons {
+        let kind = match reason {
+            Reason::Header => Aside::Header,
+            Reason::Metadata => Aside::Metadata,
+            Reason::Comment => Aside::Comment,
+            Reason::NamedGap => Aside::NamedGap,
+            Reason::Blank => Aside::Blank,
+            Reason::RepeatedHeader => Aside::RepeatedHeader,
+            Reason::OtherSensor => Aside::OtherSensor,
+            Reason::TornLine => Aside::TornLine,
+            Reason::TooManyFields => Aside::TooManyFields,
+            Reason::NotANumber => Aside::NotANumber,
+            Reason::Continuation => Aside::Continuation,
+            Reason::Zeros => Aside::ZeroTail,
+            Reason::Hung => Aside::Hung,
+            Reason::Slipped => Aside::Shifted,
+        };
+        ledger.set(kind, &aside.lines, &aside.first);
+    }
+    ledger
+}
