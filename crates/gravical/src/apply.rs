@@ -218,7 +218,7 @@ fn run(
 ) -> Result<ApplySummary> {
     let table = |format: &Format| table(calibration, format, options, joined.is_some());
     let copied = |format: &Format| table(format).copied().to_vec();
-    let mut reader = BatchReader::open(input, name, &options.read, copied)?;
+    let mut reader = BatchReader::open(input, name, &options.read, false, copied)?;
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options, joined)?;
     applied.findings.extend(renamed(&table));

@@ -39,14 +39,17 @@ use serde::Serialize;
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::recording::batches::{BatchReader, Rows};
-use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, open};
+use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, open};
 use crate::segment::gyro_unit::settle;
 use crate::segment::still::{StillOptions, find_stills};
+use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 /// As [`GyroScale::nominal`] has it, so that °/s stay as they are.
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
+/// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
+const CLOCK_SET_S: f64 = 1.0;
 /// Decimals of a time, s.
 const TIME_DECIMALS: u32 = 6;
 /// Decimals of a value, zeros at the end left out: far below what any sensor resolves, and in g
@@ -114,8 +117,7 @@ pub fn convert_file(
         let column = format.columns.iter().position(|c| c.role == Role::Label);
         column.map(|c| (c, c)).into_iter().collect()
     };
-    let mut reader = BatchReader::open(input, &name, read, label)?;
-    reader.wants_time = true;
+    let mut reader = BatchReader::open(input, &name, read, true, label)?;
     let stills = find_stills(&reader.recording, &StillOptions::default()).spans;
     settle(&mut reader.recording, &stills);
     let start_unix_s = reader
@@ -163,6 +165,8 @@ struct Conversion {
     names: Vec<String>,
     /// Time of the first row, s.
     start_s: f64,
+    /// Seconds of one unit of the stamps, if times since 1970 are wanted and the stamps are dates.
+    dates_unit_s: Option<f64>,
     clock: Clock,
     /// Factors from the unit of the file.
     accel: f64,
@@ -236,9 +240,11 @@ impl Conversion {
         );
         let has_temperature = recording.temperature_c.is_some();
         names.extend(has_temperature.then(|| "temperature_c".to_owned()));
+        let unit_s = recording.timing.unit.map(TimeUnit::seconds);
         Ok(Conversion {
             names,
             start_s,
+            dates_unit_s: unit_s.filter(|_| options.absolute_time),
             clock,
             accel,
             gyro: gyro.map(|g| g.0),
@@ -263,6 +269,24 @@ impl Conversion {
         Table::plain(columns.chain(label_cell), label)
     }
 
+    /// Where the clock of the recorder was set among the rows, dates are those of its stamps from
+    /// there on: two rows that agree on another start.
+    fn follow_dates(&mut self, stamps: Option<&[f64]>, time_s: &[f64], row: usize) {
+        let (Some(unit_s), Some(stamps)) = (self.dates_unit_s, stamps) else {
+            return;
+        };
+        let start_of = |row: usize| Some(stamps.get(row)? * unit_s - time_s.get(row)?);
+        let (Some(start_s), Some(next_s)) = (start_of(row), start_of(row + 1)) else {
+            return;
+        };
+        let is_set = (start_s - self.start_s).abs() > CLOCK_SET_S
+            && (next_s - start_s).abs() < CLOCK_SET_S
+            && UtcTime::of_stamp(stamps[row] * unit_s).is_some();
+        if is_set {
+            self.start_s = start_s;
+        }
+    }
+
     /// Columns of values of the table.
     fn convert(&mut self, rows: &mut Rows) -> Vec<Vec<f64>> {
         let mut values = Vec::new();
@@ -271,7 +295,10 @@ impl Conversion {
             Clock::Stamps => {
                 let none = || vec![f64::NAN; is_measured.len()];
                 let mut time_s = rows.time_s.take().unwrap_or_else(none);
-                time_s.iter_mut().for_each(|t| *t += self.start_s);
+                for row in 0..time_s.len() {
+                    self.follow_dates(rows.stamps.as_deref(), &time_s, row);
+                    time_s[row] += self.start_s;
+                }
                 values.push(time_s);
             }
             Clock::Rate(rate_hz) => {

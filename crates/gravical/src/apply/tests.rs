@@ -217,7 +217,7 @@ fn columns_without_a_header_are_named_by_channel() {
     let (out, summary) = run(&si(), &text);
     assert_eq!(
         out.lines().next().unwrap(),
-        "t,ax_mps2,ay_mps2,az_mps2,column_5,gx,gy,gz"
+        "t,ax_mps2,ay_mps2,az_mps2,temperature,gx,gy,gz"
     );
     assert_eq!((summary.lines, summary.rows), (40, 40));
     let spec = ApplyOptions {

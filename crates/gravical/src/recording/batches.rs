@@ -7,7 +7,9 @@ use std::path::Path;
 use std::rc::Rc;
 
 use gravical_recording as new;
-use gravical_recording::{Batch, Batches, CopiedText, Format, Later, Readings, bytes, open_text};
+use gravical_recording::{
+    Batch, Batches, CopiedText, Format, Later, Readings, Role, bytes, open_text,
+};
 
 use super::ledger::Ledger;
 use super::open::{Input, peek};
@@ -32,8 +34,10 @@ pub(crate) struct Rows {
     pub breaks: Vec<usize>,
     /// Channels as they are read
     pub readings: Readings,
-    /// Time since the first row, s; none where the recording has no clock
+    /// Time since the first row, s, if it is wanted; none where the recording has no clock
     pub time_s: Option<Vec<f64>>,
+    /// Stamps as they are written, if times are wanted and one column holds them
+    pub stamps: Option<Vec<f64>>,
 }
 
 /// A recording that is read batch by batch.
@@ -41,8 +45,9 @@ pub(crate) struct BatchReader {
     /// What the first rows are judged to be; their channels are dropped once they are read
     pub recording: Recording,
     pub format: Format,
-    /// Whether times of the rows are wanted.
-    pub wants_time: bool,
+    wants_time: bool,
+    /// The only column of time stamps.
+    stamps: Option<usize>,
     name: String,
     /// Rows by which it was judged, and the lines of those that are measurements.
     held: VecDeque<Batch>,
@@ -59,8 +64,8 @@ pub(crate) struct BatchReader {
 }
 
 impl BatchReader {
-    /// Opens a recording and judges its first rows. `copied` says which columns keep their text;
-    /// `name` is used in messages.
+    /// Opens a recording and judges its first rows. `copied` says which columns keep their text,
+    /// `wants_time` whether times of the rows are wanted; `name` is used in messages.
     ///
     /// # Errors
     ///
@@ -69,6 +74,7 @@ impl BatchReader {
         mut input: Input,
         name: &str,
         options: &ReadOptions,
+        wants_time: bool,
         copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
     ) -> Result<Self> {
         options.validate()?;
@@ -91,6 +97,11 @@ impl BatchReader {
         let text: Box<dyn BufRead> = Box::new(text);
         let mut batches = format.batches(text).with_text(&copied(&format));
         let (mut head, mut held) = (Batch::default(), VecDeque::new());
+        let is_time = |c: &usize| format.columns[*c].role == Role::Time;
+        let mut times = (0..format.columns.len()).filter(is_time);
+        let stamps = times
+            .next()
+            .filter(|_| wants_time && times.next().is_none());
         while held.len() < HEAD_BATCHES
             && let Some(batch) = batches.next()
         {
@@ -98,6 +109,10 @@ impl BatchReader {
             held.push_back(Batch {
                 text: std::mem::take(&mut batch.text),
                 lines: batch.lines.clone(),
+                columns: stamps
+                    .map(|c| batch.columns[c].clone())
+                    .into_iter()
+                    .collect(),
                 ..Batch::default()
             });
             head.append(batch);
@@ -113,7 +128,8 @@ impl BatchReader {
         Ok(BatchReader {
             recording,
             format,
-            wants_time: false,
+            wants_time,
+            stamps,
             name: name.to_owned(),
             held,
             head_lines,
@@ -163,6 +179,7 @@ impl BatchReader {
                 .with_hint(split_hint(line))
         })?;
         Ok(Some(Rows {
+            stamps: self.stamps.map(|c| std::mem::take(&mut batch.columns[c])),
             breaks: breaks_of(&batch),
             text: batch.text,
             lines: batch.lines,
@@ -192,6 +209,7 @@ impl BatchReader {
         };
         let recording = &self.recording;
         Rows {
+            stamps: batch.columns.into_iter().next(),
             text: batch.text,
             lines: batch.lines,
             breaks,

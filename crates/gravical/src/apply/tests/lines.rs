@@ -18,8 +18,8 @@ fn every_line_is_accounted_for() {
     assert_eq!((summary.lines, summary.rows), (14, 5));
     for (reason, lines) in [
         (Aside::Header, 1),
-        (Aside::Metadata, 1),
-        (Aside::Blank, 3),
+        (Aside::Metadata, 2),
+        (Aside::Blank, 2),
         (Aside::Comment, 1),
         (Aside::RepeatedHeader, 1),
         (Aside::TornLine, 1),
