@@ -57,7 +57,11 @@ fn decode(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
 }
 
 /// The first bytes of a stream. Data that ends within its compression yields what it holds.
-pub(crate) fn read_head(reader: &mut impl Read, bytes: usize) -> io::Result<Vec<u8>> {
+///
+/// # Errors
+///
+/// What reading returns.
+pub fn read_head(reader: &mut impl Read, bytes: usize) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
     match reader.take(bytes as u64).read_to_end(&mut head) {
         Err(e) if e.kind() != io::ErrorKind::UnexpectedEof || head.is_empty() => Err(e),

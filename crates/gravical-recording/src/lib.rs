@@ -48,12 +48,12 @@ pub use judge::UnitDoubt;
 pub use later::{Contradiction, Later, Readings};
 pub use note::{Note, NoteKind};
 pub use options::{ColumnChoice, ColumnsSpec, POSSIBLE, ReadOptions};
-pub use recording::{CALIBRATED, Labels, Recording, Timing, open_text};
+pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, open_text, whole_lines};
 pub use spans::{LineSpans, format_spans};
 pub use table::{TableColumn, table_channels};
 pub use text::{
     Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, Role,
-    is_prose, sniff,
+    is_prose, sniff, sniff_table,
 };
 pub use time_unit::TimeUnit;
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};

@@ -20,7 +20,7 @@ use crate::time_unit::TimeUnit;
 use crate::units::{AccelScale, AccelUnit, GyroScale};
 
 /// Bytes of the text that decide on the format.
-const HEAD_BYTES: usize = 262_144;
+pub const HEAD_BYTES: usize = 262_144;
 /// Bytes that the columns of a recording may take.
 const MAX_BYTES: usize = 1 << 30;
 
@@ -189,8 +189,9 @@ pub fn open_text<R: BufRead>(
     Ok((format, Cursor::new(head).chain(text)))
 }
 
-/// The head as text, without the line that it cuts.
-fn whole_lines(head: &[u8]) -> String {
+/// The first 256 KiB of a text, without the line that they cut.
+#[must_use]
+pub fn whole_lines(head: &[u8]) -> String {
     let is_cut = head.len() == HEAD_BYTES;
     let end = head
         .iter()

@@ -21,4 +21,4 @@ pub use format::Format;
 pub(crate) use format::Layout;
 pub use names::{Column, Role};
 pub(crate) use number::parse_date;
-pub use sniff::{is_prose, sniff};
+pub use sniff::{is_prose, sniff, sniff_table};

@@ -365,6 +365,10 @@ impl<'a> Application<'a> {
     ) -> Result<Self> {
         let mut findings = std::mem::take(&mut recording.findings);
         refuse_contradictions(recording, &findings, options)?;
+        if calibration.drift_model().is_none() {
+            // Temperatures matter to the drift alone.
+            findings.retain(|f| f.kind != FindingKind::TemperatureUnit);
+        }
         let with_gyro = joined.is_some() || recording.gyro.is_some();
         let drift = Drift::new(calibration, recording, with_gyro, &mut findings);
         let judged = judge(

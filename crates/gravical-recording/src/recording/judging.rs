@@ -90,7 +90,13 @@ impl Recording {
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..rows.rows()).contains(row));
-        let gyro_scale = gyro.as_ref().map(|g| gyro_scale(format, g));
+        let gyro_scale = match options.is_gyroscope {
+            true => Some(gyro_scale(format, format.accel, &accel)),
+            false => format
+                .gyro
+                .zip(gyro.as_ref())
+                .map(|(c, g)| gyro_scale(format, c, g)),
+        };
         let mut recording = Recording {
             description: format.describe(),
             metadata: format.metadata.clone(),
@@ -121,14 +127,17 @@ impl Recording {
             let change = judge::unit_change(&recording.accel, &recording.lines, None);
             recording.notes.extend(change.map(|c| c.1));
         }
-        recording.judge_samples(format.is_guessed);
+        recording.judge_samples(format);
         Ok(recording)
     }
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
-    fn judge_samples(&mut self, is_guessed: bool) {
-        let accel_names = ["ax", "ay", "az"];
+    fn judge_samples(&mut self, format: &Format) {
         let gyro_names = ["gx", "gy", "gz"];
+        let accel_names = match format.options.is_gyroscope {
+            true => gyro_names,
+            false => ["ax", "ay", "az"],
+        };
         let held = self.notes.iter().any(|n| {
             n.kind == NoteKind::EmptyCells && n.message.contains("the last value of the others")
         });
@@ -155,7 +164,7 @@ impl Recording {
                 &self.lines,
             ));
         }
-        if is_guessed {
+        if format.is_guessed {
             notes.extend(notes::not_an_accelerometer(&self.accel));
         }
         self.notes.append(&mut notes);
@@ -410,9 +419,9 @@ fn accel_claim(format: &Format) -> AccelClaim {
 }
 
 /// The unit of the gyroscope before any turn was evaluated.
-fn gyro_scale(format: &Format, gyro: &[Vec<f64>; 3]) -> GyroScale {
+fn gyro_scale(format: &Format, columns: [usize; 3], gyro: &[Vec<f64>; 3]) -> GyroScale {
     let options = &format.options;
-    let text = format.gyro.map_or("", |g| &format.columns[g[0]].unit);
+    let text = &format.columns[columns[0]].unit;
     let board = format
         .board
         .filter(|b| b.is_counts() && GyroUnit::parse(text).is_none());

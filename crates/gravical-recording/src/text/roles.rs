@@ -241,7 +241,8 @@ fn find_sensor(
 fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option<[usize; 3]>)> {
     let n = format.columns.len();
     let is_open = sample.columns[n - 1].iter().all(|v| v.is_nan()) && !sample.is_text(n - 1);
-    let from = (0..n).take_while(|c| is_clock(&sample.columns[*c])).count();
+    let clocks = (0..n).take_while(|c| is_clock(&sample.columns[*c])).count();
+    let from = clocks.min((n - usize::from(is_open)).saturating_sub(3));
     for (column, values) in format.columns.iter_mut().zip(&sample.columns).take(from) {
         column.role = if is_counter(values) {
             Role::Other
@@ -253,6 +254,8 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
     let mut thermometer = None;
     let (first, second) = match (n - usize::from(is_open)).checked_sub(from)? {
         3 => return Some((axes(0), None)),
+        // Which of four numbers would be the stamp?
+        4 if format.options.is_gyroscope => return None,
         4 => {
             format.columns[from + 3].role = Role::Temperature;
             return Some((axes(0), None));

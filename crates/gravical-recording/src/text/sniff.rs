@@ -58,6 +58,17 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
     table.map(|(format, _)| format)
 }
 
+/// Dialect and columns of any table of numbers, by the head of a file as UTF-8.
+///
+/// # Errors
+///
+/// There is no table.
+pub fn sniff_table(head: &str) -> Result<Format, Error> {
+    let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
+    let lines: Vec<&str> = head.split(char::from(line_end)).map(trim_end).collect();
+    Format::table(&lines, line_end).ok_or_else(|| Kind::NoTable(NO_ROWS).into())
+}
+
 /// Whether the rows are a few among lines of words or of markup.
 fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
     let Layout::Table(dialect) = &format.layout else {

@@ -5,10 +5,7 @@ use std::ops::Range;
 use super::NoiseOptions;
 use super::allan::Allan;
 use super::density::Density;
-use crate::Result;
 use crate::recording::Recording;
-use crate::recording::collect::{Known, Sink};
-use crate::recording::rows::{Rows, Source};
 use crate::recording::sample::Sample;
 use crate::still::moments;
 
@@ -218,7 +215,6 @@ pub(super) struct Fold {
     at: usize,
     row: usize,
     period_s: f64,
-    known: Known,
     /// A block with a larger variance, sum of the axes, is not quiet.
     most_variance: f64,
     width: usize,
@@ -244,8 +240,6 @@ pub(super) struct Plan {
     pub channels: usize,
     pub most_variance: f64,
     pub width: usize,
-    /// The recording, as it is read again.
-    pub known: Known,
 }
 
 impl Fold {
@@ -256,7 +250,6 @@ impl Fold {
             at: 0,
             row: 0,
             period_s: plan.period_s,
-            known: plan.known,
             most_variance: plan.most_variance,
             width: plan.width,
             last_t_s: f64::NAN,
@@ -289,11 +282,6 @@ impl Fold {
         self.split();
     }
 
-    /// All rows that are used were there.
-    pub fn is_complete(&self) -> bool {
-        self.at == self.ranges.len()
-    }
-
     /// Takes the next row of the file.
     fn push(&mut self, sample: Sample) {
         let row = self.row;
@@ -319,7 +307,7 @@ impl Fold {
             channel.push(value);
         }
         let t_c = sample.temperature_c;
-        if self.known.facts.celsius && t_c.is_finite() {
+        if t_c.is_finite() {
             self.temperature.0 += t_c;
             self.temperature.1 += 1.0;
             let [low, high] = self.counts.temperature_c.unwrap_or([t_c; 2]);
@@ -414,18 +402,5 @@ impl Fold {
             }
             self.towards = (0.0, [0.0; 6], 0.0);
         }
-    }
-}
-
-impl Sink for Fold {
-    fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
-        rows.hold_default();
-        while self.at < self.ranges.len()
-            && let Some(row) = rows.next_row()?
-        {
-            self.push(Sample::of_row(&row, self.row, &self.known));
-        }
-        self.split();
-        Ok(())
     }
 }

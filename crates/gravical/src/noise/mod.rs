@@ -50,11 +50,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::{CHANNELS, InputFile, NoiseParameters, NoiseSection};
-use crate::excerpt::read_ahead;
 use crate::finding::{Finding, FindingKind};
-use crate::recording::collect::Rereader;
-use crate::recording::open::Reopenable;
-use crate::recording::{ReadOptions, Recording};
+use crate::recording::{self, ReadOptions, Recording};
 use crate::segment::check_units;
 use crate::segment::gyro_unit::{Claims, Evidence, decide};
 use crate::segment::still::{StillOptions, block_rows, find_stills};
@@ -323,23 +320,9 @@ pub struct TemperatureDrift {
 /// # Errors
 ///
 /// As [`recording::read`](crate::recording::read); `unit-unknown`; `rate-unknown` (usage) without
-/// time stamps and rate; `not-at-rest` without a static interval of ten seconds; `changed` if a long
-/// file has fewer rows when it is read again.
+/// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
 pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<NoiseResult> {
-    let name = path.display().to_string();
-    let mut source = Reopenable::of(path);
-    let recording = read_ahead(&mut source, &name, read, &options.still)?;
-    let mut fold = Fold::new(plan(&recording, options)?, options);
-    if recording.is_excerpt() {
-        let mut again = Rereader::new(&mut source, &name, read, recording.known);
-        fold = again.collect(|_, _| fold)?;
-        if !fold.is_complete() {
-            return Err(again.changed());
-        }
-    } else {
-        fold.take_recording(&recording);
-    }
-    finish(&recording, fold, options)
+    noise_of(&recording::read(path, read)?, options)
 }
 
 /// The same of a recording in memory.
@@ -405,7 +388,6 @@ fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
         channels: if recording.gyro.is_some() { 6 } else { 3 },
         most_variance: (options.still.noise_factor * stills.noise).powi(2),
         width: block_rows(rate_hz, &options.still),
-        known: recording.known,
     })
 }
 

@@ -9,18 +9,14 @@
 //! Files stamped by different clocks cannot be joined correctly: the directions of gravity then
 //! do not match the turns, which the fit of the gyroscope reports.
 
-use std::cell::Cell;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-use super::collect::{Collected, Columns, collect, collect_from};
-use super::format::Format;
-use super::monitor::Facts;
-use super::names::{Quantity, Role};
 use super::open::{self, Reopenable};
+use super::reading::read_gyroscope;
 use super::{ReadOptions, Recording};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
@@ -86,11 +82,10 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
         meter: None,
         ..options.clone()
     };
-    let source = &mut Reopenable::of(path);
-    let read = collect(source, &name, Role::Gyroscope, &options, Columns::of_format);
+    let read = read_gyroscope(&mut Reopenable::of(path), &name, &options);
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
-        let names = read.about.column_names;
+        let names = read.column_names;
         let named = !names.is_empty() && !names.iter().any(bare);
         named || is_named_gyroscope(path)
     })
@@ -172,35 +167,22 @@ fn read_beside(
     name: &str,
     options: &ReadOptions,
 ) -> Result<Recording> {
-    let unit_is_open = Cell::new(false);
-    let sink = |format: &Format, facts: &Facts| {
-        let layout = &format.layout;
-        let stamped = layout.field(Quantity::Time).is_some();
-        unit_is_open.set(stamped && layout.time_claim.is_none() && options.time_unit.is_none());
-        Columns::new(layout, facts)
-    };
-    let read = collect(source, name, Role::Gyroscope, options, sink);
-    let own = read.map(Collected::into_recording)?;
-    let other = |unit: &_| unit_is_open.get() && own.timing.unit != Some(*unit);
-    let Some(unit) = recording.timing.unit.filter(other) else {
+    let own = read_gyroscope(source, name, options)?;
+    let is_open = own
+        .findings
+        .iter()
+        .any(|f| f.kind == FindingKind::TimeUnitAssumed);
+    let Some(unit) = recording.timing.unit.filter(|_| is_open) else {
         return Ok(own);
     };
     let options = ReadOptions {
         time_unit: Some(unit),
         ..options.clone()
     };
-    let Some(input) = source.reopen(&options)? else {
+    if !source.is_reopenable() {
         return Ok(own);
-    };
-    let read = collect_from(
-        input,
-        source,
-        name,
-        Role::Gyroscope,
-        &options,
-        Columns::of_format,
-    );
-    let by_unit = read.map(Collected::into_recording)?;
+    }
+    let by_unit = read_gyroscope(source, name, &options)?;
     let rates = recording.timing.rate_hz().zip(by_unit.timing.rate_hz());
     let similar = rates.is_some_and(|(accel, gyro)| (0.02..50.0).contains(&(accel / gyro)));
     Ok(if similar { by_unit } else { own })

@@ -56,6 +56,26 @@ fn read_from(source: &mut Reopenable, name: &str, options: &ReadOptions) -> Resu
     read_text(reader, &input, name, &text_options(options, false))
 }
 
+/// Reads the gyroscope of a recording from a file of its own; its accelerometer, if there is one,
+/// is not read.
+///
+/// # Errors
+///
+/// As [`read`]; `no-gyroscope`.
+pub(super) fn read_gyroscope(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Recording> {
+    options.validate()?;
+    let mut input = source.open(options)?;
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let mut read = read_text(reader, &input, name, &text_options(options, true))?;
+    read.gyro = Some(std::mem::take(&mut read.accel));
+    read.resolution.rotate_right(3);
+    Ok(read)
+}
+
 /// Reads text; of `input` the other properties are used.
 fn read_text(
     reader: Box<dyn Read>,

@@ -67,7 +67,7 @@ fn stamps_that_run_backwards_or_are_missing() {
         folder.path(),
         "back.csv --filter savgol:5,2 --filter butter:2,5Hz",
     );
-    finding(&reported, "backward-time");
+    finding(&reported, "bad-stamps");
     assert!(
         finding(&reported, "parted")["message"]
             .as_str()

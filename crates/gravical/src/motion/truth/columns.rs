@@ -1,14 +1,14 @@
 //! Which columns of a table are a reference's, and in which unit they are.
 
-use crate::recording::TimeUnit;
-use crate::recording::dialect::Dialect;
-use crate::recording::names::{Quantity, understand};
+use gravical_recording::{Format, Role, TimeUnit};
+
 use crate::{Error, Result};
 
 /// Which field holds what.
 pub(super) struct Fields {
     pub time: Option<usize>,
-    pub time_unit: Option<TimeUnit>,
+    /// Seconds of one unit of the stamps.
+    pub time_unit_s: Option<f64>,
     pub position: [usize; 3],
     /// Metres per unit of the positions: 1 without a unit in their names.
     pub metres: f64,
@@ -20,8 +20,8 @@ impl Fields {
     /// # Errors
     ///
     /// `truth-columns-missing` (usage), with the columns that are there.
-    pub fn find(dialect: &Dialect, same_file: bool) -> Result<Self> {
-        let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
+    pub fn find(format: &Format, same_file: bool) -> Result<Self> {
+        let names = &format.names;
         let position = by_meaning(names, same_file).ok_or_else(|| {
             let shown: Vec<&str> = names.iter().take(24).map(String::as_str).collect();
             let there = if names.is_empty() {
@@ -35,11 +35,11 @@ impl Fields {
             )
             .with_hint(format!("{there}; name them t_s,px_m,py_m,pz_m"))
         })?;
-        let is_time = |n: &String| understand(n).is_some_and(|u| u.quantity == Quantity::Time);
-        let time = names.iter().position(is_time);
-        let time_unit = time
-            .and_then(|field| understand(&names[field]))
-            .and_then(|name| TimeUnit::parse(name.unit.as_deref()?));
+        let time = format.columns.iter().position(|c| c.role == Role::Time);
+        let time_unit_s = time.and_then(|field| match &format.columns[field] {
+            column if column.is_dated => Some(1.0),
+            column => TimeUnit::parse(&column.unit).map(TimeUnit::seconds),
+        });
         let unit = |field: usize| words(&names[field]).iter().rev().find_map(|w| metres(w));
         let units = position.map(unit);
         if units[1] != units[0] || units[2] != units[0] {
@@ -49,7 +49,7 @@ impl Fields {
         }
         Ok(Fields {
             time,
-            time_unit,
+            time_unit_s,
             position,
             metres: units[0].unwrap_or(1.0),
         })

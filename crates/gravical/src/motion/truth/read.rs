@@ -1,16 +1,15 @@
 //! Reading a reference: stamps and positions out of any table that the reader of
 //! recordings understands.
 
+use std::io::{Cursor, Read};
 use std::path::Path;
+
+use gravical_recording::judge::{ClockOptions, clock};
+use gravical_recording::{HEAD_BYTES, Reason, bytes, sniff_table, whole_lines};
 
 use crate::calibration_file::{InputFile, InputRole};
 use crate::finding::LineSpans;
-use crate::recording::dialect::{sniff, terminator};
-use crate::recording::open::HEAD;
-use crate::recording::row::{ACCEL, RowDefect, RowScanner, SLOTS, TIME, Values};
-use crate::recording::timing::{Claims, judge};
-use crate::recording::{Finding, FindingKind, ReadOptions, Recording, TimeUnit, open};
-use crate::scan::Lines;
+use crate::recording::{Finding, FindingKind, ReadOptions, Recording, open};
 use crate::{Error, Result};
 
 use super::columns::Fields;
@@ -145,28 +144,21 @@ fn base(t_s: &[f64], recording: &Recording) -> f64 {
 struct Raw {
     /// The column itself; NaN where empty; empty without such a column.
     time: Vec<f64>,
-    time_unit: Option<TimeUnit>,
+    time_unit_s: Option<f64>,
     position: Vec<[f64; 3]>,
     lines: Vec<u64>,
     findings: Vec<Finding>,
     sha256: Option<String>,
 }
 
+/// Times by the stamps, on their own clock.
 fn stamps(raw: &mut Raw) -> Option<Vec<f64>> {
-    let time = std::mem::take(&mut raw.time);
-    if time.is_empty() {
-        return None;
-    }
-    let claims = Claims {
-        unit: raw.time_unit,
-        nominal_rate_hz: None,
-        temperature_span_c: 0.0,
+    let options = ClockOptions {
+        unit_s: raw.time_unit_s,
+        ..ClockOptions::default()
     };
-    let line = |row: usize| raw.lines.get(row).copied().unwrap_or(0);
-    let timed = judge(&time, &claims, line, |_| None);
-    raw.findings.extend(timed.findings);
-    let origin = timed.summary.origin_s?;
-    Some(timed.time_s?.iter().map(|t| t + origin).collect())
+    let clock = clock(std::mem::take(&mut raw.time), options).ok()?;
+    Some(clock.time_s.iter().map(|t| t + clock.start_s).collect())
 }
 
 /// The recording's own time of each line; NaN for a line that is no row of it.
@@ -195,10 +187,10 @@ fn read_rows(path: &Path, same_file: bool, hash: bool) -> Result<Raw> {
     };
     let mut input = open::open(path, &options)?;
     let io = |e| Error::io(path, e);
-    let mut lines = Lines::new(&mut input.reader);
-    let head = lines.peek(HEAD).map_err(io)?.to_vec();
-    let mut lines = lines.with_terminator(terminator(&head));
-    let dialect = sniff(&head, head.len() < HEAD, 3).ok_or_else(|| {
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let mut text = bytes::utf8(reader).map_err(io)?;
+    let head = bytes::read_head(&mut text, HEAD_BYTES).map_err(io)?;
+    let format = sniff_table(&whole_lines(&head)).map_err(|_| {
         Error::input(
             "no-rows",
             "there are no rows of at least three numbers in this file",
@@ -206,51 +198,38 @@ fn read_rows(path: &Path, same_file: bool, hash: bool) -> Result<Raw> {
         .at(path, None)
         .with_hint("a reference is a table of text with the columns t_s,px_m,py_m,pz_m")
     })?;
-    let fields = Fields::find(&dialect, same_file).map_err(|e| e.at(path, None))?;
-    let mut scanner = RowScanner::new(dialect.delimiter, dialect.decimal_comma, dialect.fields);
-    if let Some(field) = fields.time {
-        scanner.assign(field, TIME);
-    }
-    for (axis, field) in fields.position.iter().enumerate() {
-        scanner.assign(*field, ACCEL + axis);
-    }
+    let fields = Fields::find(&format, same_file).map_err(|e| e.at(path, None))?;
     let mut raw = Raw {
         time: Vec::new(),
-        time_unit: fields.time_unit,
+        time_unit_s: fields.time_unit_s,
         position: Vec::new(),
         lines: Vec::new(),
         findings: Vec::new(),
         sha256: None,
     };
-    let mut odd = LineSpans::default();
-    let mut label = (0, 0);
-    while let Some(line) = lines.next_line().map_err(io)? {
-        if line.number < dialect.first_data_line {
-            continue;
+    let (mut odd, mut others) = (LineSpans::default(), 0);
+    for batch in format.batches(Cursor::new(head).chain(text)) {
+        let batch = batch.map_err(io)?;
+        let columns = fields.position.map(|c| &batch.columns[c]);
+        let metres = |row: usize| columns.map(|c| c[row] * fields.metres);
+        raw.position.extend((0..batch.rows()).map(metres));
+        raw.lines.extend(batch.lines.iter().map(|l| u64::from(*l)));
+        if let Some(time) = fields.time {
+            raw.time.extend_from_slice(&batch.columns[time]);
         }
-        let mut values: Values = [f64::NAN; SLOTS];
-        match scanner.scan(line.bytes, &mut values, &mut label) {
-            Ok(()) => {
-                if fields.time.is_some() {
-                    raw.time.push(values[TIME]);
-                }
-                let [x, y, z] = [values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]];
-                raw.position.push([x, y, z].map(|v| v * fields.metres));
-                raw.lines.push(line.number);
+        for reason in [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber] {
+            if let Some(aside) = batch.aside.reasons.get(&reason) {
+                others += aside.lines.count();
+                let ranges = aside.lines.ranges().iter();
+                ranges.for_each(|[from, to]| odd.push_range(*from, *to, to - from + 1));
             }
-            Err(RowDefect::Blank) => {}
-            Err(_) => odd.push(line.number),
         }
     }
-    if !odd.is_empty() {
-        let text = format!(
-            "{} lines of the reference are no rows; left out",
-            odd.count()
-        );
+    if others > 0 {
+        let text = format!("{others} lines of the reference are no rows; left out");
         raw.findings
             .push(Finding::new(FindingKind::TruthLines, text).at_lines(&odd));
     }
-    drop(lines);
     raw.sha256 = input.sha256();
     Ok(raw)
 }

@@ -4,8 +4,6 @@ mod clock;
 mod date;
 mod odd;
 mod steps;
-#[cfg(test)]
-mod tests;
 mod unit;
 
 use serde::{Deserialize, Serialize};
@@ -326,46 +324,6 @@ pub(crate) fn untimed(rows: u64, claims: &Claims) -> Timing {
         duration_s: claims.nominal_rate_hz.map(|r| rows as f64 / r),
         jitter_s: None,
         missing_share: None,
-    }
-}
-
-/// Results for time stamps in memory.
-pub(crate) struct Timed {
-    pub summary: ClockSummary,
-    /// Seconds since the first row; `None` if the stamps cannot be used.
-    pub time_s: Option<Vec<f64>>,
-    pub findings: Vec<Finding>,
-}
-
-/// Evaluates raw time stamps in memory; `line` gives the line of a row, `break_kind` the kind of
-/// break before it.
-pub(crate) fn judge(
-    raw: &[f64],
-    claims: &Claims,
-    line: impl Fn(usize) -> u64,
-    break_kind: impl Fn(usize) -> Option<BreakKind>,
-) -> Timed {
-    // Repeated until consistent: the unit depends on the steps, and even spacing on the pauses,
-    // which depend on the unit.
-    let mut stamp_reading: Option<StampReading> = None;
-    loop {
-        let mut clock = ClockMonitor::new(stamp_reading);
-        let mut time_s = Vec::with_capacity(raw.len());
-        for (row, &stamp) in raw.iter().enumerate() {
-            let time = clock.observe(stamp, line(row), break_kind(row));
-            time_s.push(time.t_s);
-        }
-        let mut findings = Vec::new();
-        let summary = clock.finish(claims, &mut findings);
-        let known = stamp_reading.is_some_and(|b| b.even_hz.is_some());
-        if stamp_reading == summary.stamp_reading || known {
-            return Timed {
-                time_s: summary.stamp_reading.map(|_| time_s),
-                summary,
-                findings,
-            };
-        }
-        stamp_reading = summary.stamp_reading;
     }
 }
 
