@@ -60,7 +60,7 @@ pub(crate) struct BatchReader {
     judged_aside: new::Aside,
     rows: usize,
     input: Input,
-    device: Option<Rc<RefCell<DeviceRows<Box<dyn Read>>>>>,
+    device: Option<Device>,
 }
 
 impl BatchReader {
@@ -275,6 +275,7 @@ fn unreadable(error: io::Error, start: &[u8], here: &Path) -> Error {
     }
 }
 
+/// Rows of a worn device, which are read as text and asked for their findings at the end.
 type Device = Rc<RefCell<DeviceRows<Box<dyn Read>>>>;
 
 /// A file of a worn device as text, its rows, and the format in words.
