@@ -38,6 +38,7 @@ impl RenderedError {
         let exit = known.map_or(1, |e| match e.category() {
             Category::Usage => 2,
             Category::Input => 3,
+            Category::Contradiction => 4,
             Category::System => 1,
             Category::Device => DEVICE,
         });

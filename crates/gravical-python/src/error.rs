@@ -9,6 +9,7 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     let category = match error.category() {
         Category::Usage => "usage",
         Category::Input => "input",
+        Category::Contradiction => "contradiction",
         Category::System => "system",
         Category::Device => "device",
     };

@@ -43,8 +43,13 @@ pub fn utf8(reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
 
 fn decode(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
     let head = read_head(&mut reader, HEAD_BYTES)?;
+    let encoding = encoding(&head);
+    if encoding == UTF_8 && Encoding::for_bom(&head).is_none() {
+        let text = io::Cursor::new(head).chain(reader);
+        return Ok(Box::new(BufReader::with_capacity(HEAD_BYTES, text)));
+    }
     let decoder = DecodeReaderBytesBuilder::new()
-        .encoding(Some(encoding(&head)))
+        .encoding(Some(encoding))
         .bom_override(true)
         .strip_bom(true)
         .build(io::Cursor::new(head).chain(reader));

@@ -10,10 +10,12 @@ mod resolution;
 mod unit;
 
 pub use cells::{Channels, POSSIBLE_C, fill_cells, median, trend};
+pub(crate) use cells::{GYRO_HELD, is_sparse};
 pub use change::unit_change;
 pub use clock::{
     Clock, ClockFault, ClockOptions, Marks, clock, holds_steps, steadiness, sum_steps,
 };
+pub(crate) use defects::{MAX_REPEATS, ZEROS_IN_A_ROW, resolves_noise};
 pub use defects::{mark_hung, mark_zeros, slip};
 pub use encoding::{Encoding, decode};
 pub use frozen::{frozen_axes, repeated_rows};

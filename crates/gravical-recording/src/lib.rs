@@ -7,6 +7,7 @@
 //! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
 //! 4. [`judge`]: functions over slices: clock, unit, encodings, defects, breaks.
 //! 5. [`Recording`]: one batch that holds everything, and what was judged of it.
+//! 6. [`write`](mod@write): batches to a table, other columns copied from the text of the rows.
 //!
 //! Rows and lines set aside ([`Aside`]) are all lines, always.
 //!
@@ -29,6 +30,7 @@ pub mod bytes;
 mod error;
 pub mod full_scale;
 pub mod judge;
+mod later;
 pub mod metadata;
 mod note;
 mod options;
@@ -38,18 +40,20 @@ mod table;
 mod text;
 mod time_unit;
 pub mod units;
+pub mod write;
 
 pub use board::BoardSettings;
 pub use error::Error;
 pub use judge::UnitDoubt;
+pub use later::{Contradiction, Later, Readings};
 pub use note::{Note, NoteKind};
 pub use options::{ColumnChoice, ColumnsSpec, POSSIBLE, ReadOptions};
-pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, whole_lines};
+pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, open_text, whole_lines};
 pub use spans::{LineSpans, format_spans};
 pub use table::{TableColumn, table_channels};
 pub use text::{
-    Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, Format, Reason, Role, is_prose, sniff,
-    sniff_table,
+    Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, Role,
+    is_prose, sniff, sniff_table,
 };
 pub use time_unit::TimeUnit;
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};

@@ -1,6 +1,6 @@
 //! A recording: one batch that holds everything, and what was judged of it.
 
-mod judging;
+pub(crate) mod judging;
 
 use std::io::{BufRead, Cursor, ErrorKind, Read};
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::error::{Error, Kind};
 use crate::judge::UnitDoubt;
 use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
-use crate::text::{Aside, Batch, sniff};
+use crate::text::{Aside, Batch, Format, sniff};
 use crate::time_unit::TimeUnit;
 use crate::units::{AccelScale, AccelUnit, GyroScale};
 
@@ -132,16 +132,11 @@ impl Recording {
     /// # Errors
     ///
     /// Reading fails, or there are no samples of an accelerometer.
-    pub fn read(
-        mut text: impl BufRead,
-        file_name: &str,
-        options: &ReadOptions,
-    ) -> Result<Self, Error> {
-        let head = bytes::read_head(&mut text, HEAD_BYTES)?;
-        let format = sniff(&whole_lines(&head), file_name, options)?;
+    pub fn read(text: impl BufRead, file_name: &str, options: &ReadOptions) -> Result<Self, Error> {
+        let (format, text) = open_text(text, file_name, options)?;
         let mut rows = Batch::default();
         let mut is_cut = false;
-        for batch in format.batches(Cursor::new(head).chain(text)) {
+        for batch in format.batches(text) {
             match batch {
                 Ok(batch) => rows.append(batch),
                 Err(e) if e.kind() == ErrorKind::UnexpectedEof && rows.rows() > 0 => is_cut = true,
@@ -177,6 +172,21 @@ impl Recording {
     pub fn rate_hz(&self) -> Option<f64> {
         self.timing.rate_hz()
     }
+}
+
+/// The format of a text by its head, and the text from its beginning on.
+///
+/// # Errors
+///
+/// Those of [`sniff`], and of reading.
+pub fn open_text<R: BufRead>(
+    mut text: R,
+    file_name: &str,
+    options: &ReadOptions,
+) -> Result<(Format, impl BufRead + use<R>), Error> {
+    let head = bytes::read_head(&mut text, HEAD_BYTES)?;
+    let format = sniff(&whole_lines(&head), file_name, options)?;
+    Ok((format, Cursor::new(head).chain(text)))
 }
 
 /// The first 256 KiB of a text, without the line that they cut.

@@ -14,9 +14,11 @@ mod slots;
 mod sniff;
 mod words;
 
-pub use batch::{Aside, AsideLines, Batch, Reason};
+pub use batch::{Aside, AsideLines, Batch, CopiedText, Reason};
 pub use batches::{BATCH_ROWS, Batches};
+pub(crate) use dialect::Delimiter;
 pub use format::Format;
+pub(crate) use format::Layout;
 pub use names::{Column, Role};
 pub(crate) use number::parse_date;
 pub use sniff::{is_prose, sniff, sniff_table};

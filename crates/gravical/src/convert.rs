@@ -2,10 +2,11 @@
 //!
 //! # Overview
 //!
-//! [`convert_file`] reads the recording once to determine unit, clock and faults from all rows, and
-//! once more to write them. The table is `time_s`, the accelerometer, the gyroscope, the
-//! temperature and the label, as far as there are any; other columns are not written. Breaks are
-//! blank lines. Counts are converted by the sensitivity of the data sheet.
+//! [`convert_file`] judges the first 262,144 rows of a recording as [`read`](crate::recording::read)
+//! does, reads the others alike, batch by batch, and writes each batch. The table is `time_s`, the
+//! accelerometer, the gyroscope, the temperature and the label, as far as there are any; other
+//! columns, and rows that are no measurement, are not written. Breaks are blank lines. Counts are
+//! converted by the sensitivity of the data sheet.
 //!
 //! # Example
 //!
@@ -32,18 +33,13 @@ use std::io::Write;
 use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_recording::Role;
+use gravical_recording::write::{Cell, Table, Writer};
 use serde::Serialize;
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
-use crate::excerpt::read_ahead;
-use crate::output::BlockWriter;
-use crate::recording::collect::Rereader;
-use crate::recording::names::Quantity;
-use crate::recording::open::Reopenable;
-use crate::recording::row::TIME;
-use crate::recording::sample::Sample;
-use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording};
-use crate::scan::{write_fixed, write_trimmed};
+use crate::recording::batches::{BatchReader, Rows};
+use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, open};
 use crate::segment::gyro_unit::settle;
 use crate::segment::still::{StillOptions, find_stills};
 use crate::utc::UtcTime;
@@ -52,6 +48,8 @@ use crate::{Error, Result};
 /// As [`GyroScale::nominal`] has it, so that °/s stay as they are.
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
+/// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
+const CLOCK_SET_S: f64 = 1.0;
 /// Decimals of a time, s.
 const TIME_DECIMALS: u32 = 6;
 /// Decimals of a value, zeros at the end left out: far below what any sensor resolves, and in g
@@ -100,13 +98,13 @@ pub struct ConvertSummary {
 
 /// Writes the recording at `path` (`-` is standard input) as a table with a header to `out`.
 ///
-/// Memory does not grow with the recording. What comes from a pipe is copied to a temporary file.
+/// Memory does not grow with the recording.
 ///
 /// # Errors
 ///
 /// Those of [`crate::recording::read`]; `unit-unknown` (input) for counts of unknown range;
-/// `no-date` (input) if times since 1970 are asked for and nothing says when it starts; `changed`
-/// (input) if the file does not have the same rows when it is read again; errors of writing.
+/// `no-date` (input) if times since 1970 are asked for and nothing says when it starts; what later
+/// rows contradict, as [`apply`](crate::apply::apply()); errors of writing.
 pub fn convert_file(
     path: &Path,
     read: &ReadOptions,
@@ -114,86 +112,82 @@ pub fn convert_file(
     out: &mut dyn Write,
 ) -> Result<ConvertSummary> {
     let name = path.display().to_string();
-    let mut source = Reopenable::of(path);
-    let still = StillOptions::default();
-    let mut recording = read_ahead(&mut source, &name, read, &still)?;
-    let stills = find_stills(&recording, &still).spans;
-    settle(&mut recording, &stills);
-    let mut again = Rereader::new(&mut source, &name, read, recording.known);
-    let file = again.open()?;
-    let layout = &file.format.layout;
-    let mut table = Table::new(
-        &recording,
-        options,
-        recording.known.facts.celsius && layout.field(Quantity::Temperature).is_some(),
-        layout.field(Quantity::Label).is_some(),
-    )?;
-    let mut rows = file.rows;
-    let mut out = BlockWriter::new(out);
-    out.bytes
-        .extend_from_slice(table.names.join(",").as_bytes());
-    out.bytes.push(b'\n');
-    let mut number = 0;
-    while let Some(row) = rows.next_row()? {
-        let sample = Sample::of_row(&row, number, &recording.known);
-        if row.restarted {
-            table.restart(row.values[TIME], sample.time_s);
-        }
-        // Breaks are written as blank lines.
-        out.bytes.extend(row.before.iter().map(|_| b'\n'));
-        table.write_row(&sample, number, row.text.label, &mut out.bytes);
-        out.write_if_full()?;
-        number += 1;
+    let input = open::open(path, read)?;
+    let label = |format: &gravical_recording::Format| {
+        let column = format.columns.iter().position(|c| c.role == Role::Label);
+        column.map(|c| (c, c)).into_iter().collect()
+    };
+    let mut reader = BatchReader::open(input, &name, read, true, label)?;
+    let stills = find_stills(&reader.recording, &StillOptions::default()).spans;
+    settle(&mut reader.recording, &stills);
+    let start_unix_s = reader
+        .recording
+        .recorded_at()
+        .and(reader.recording.start_unix_s());
+    let mut conversion = Conversion::new(&reader.recording, options)?;
+    let table = conversion.table(label(&reader.format).first().map(|c| c.0));
+    let columns = table.names.clone();
+    let output = |e| Error::io(Path::new("output"), e);
+    let mut writer = Writer::new(out, table);
+    while let Some(mut rows) = reader.next()? {
+        let values = conversion.convert(&mut rows);
+        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        let is_measured = &rows.readings.is_measured;
+        let measured = (0..is_measured.len()).filter(|row| is_measured[*row]);
+        writer
+            .write_rows(measured, &rows.text, &values, &rows.breaks)
+            .map_err(output)?;
     }
-    if number != recording.rows_in_file() {
-        return Err(again.changed());
-    }
-    rows.trailing().iter().for_each(|_| out.bytes.push(b'\n'));
-    out.finish()?;
+    writer.finish().map_err(output)?;
+    let (recording, ledger, findings) = reader.finish(conversion.rows);
+    let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
+    findings
+        .iter_mut()
+        .for_each(|f| f.file = Some(name.clone()));
     Ok(ConvertSummary {
-        start_unix_s: recording.recorded_at().and(recording.start_unix_s()),
+        start_unix_s,
         description: recording.description,
         serial: recording.serial,
-        lines: recording.ledger.lines,
-        rows: recording.ledger.rows,
-        set_aside: set_aside(&recording.ledger),
+        lines: ledger.lines,
+        rows: ledger.rows,
+        set_aside: set_aside(&ledger),
         accelerometer: recording.accel_scale,
         gyroscope: recording.gyro_scale,
         output_unit: options.output_unit,
-        columns: table.names,
-        findings: recording.findings,
+        columns,
+        findings,
         input: name,
     })
 }
 
-/// The columns of the table.
-struct Table {
+/// From the units of a recording to those of the table.
+struct Conversion {
     names: Vec<String>,
+    /// Time of the first row, s.
+    start_s: f64,
+    /// Seconds of one unit of the stamps, if times since 1970 are wanted and the stamps are dates.
+    dates_unit_s: Option<f64>,
     clock: Clock,
-    /// Factors from the unit of the file, of ax … gz; those of channels that there are.
-    factors: Vec<(usize, f64)>,
-    decimals: u32,
+    /// Factors from the unit of the file.
+    accel: f64,
+    gyro: Option<f64>,
     has_temperature: bool,
-    has_label: bool,
+    decimals: u32,
+    /// Rows that are measurements, so far.
+    rows: usize,
 }
 
-/// The time column.
-#[derive(Clone, Copy)]
+/// Where the times of the rows come from.
+#[derive(Clone, Copy, PartialEq)]
 enum Clock {
-    /// Time stamps, and what is added to them, s; the length of their unit, s, if they are dates.
-    Stamps(f64, Option<f64>),
-    /// No stamps, but a rate: the time of the first row, s, and Hz.
-    Rate(f64, f64),
+    Stamps,
+    /// No stamps, but a rate, Hz.
+    Rate(f64),
     Unknown,
 }
 
-impl Table {
-    fn new(
-        recording: &Recording,
-        options: &ConvertOptions,
-        has_temperature: bool,
-        has_label: bool,
-    ) -> Result<Self> {
+impl Conversion {
+    fn new(recording: &Recording, options: &ConvertOptions) -> Result<Self> {
         let here = Path::new(&recording.name);
         let in_g = options.output_unit == OutputUnit::StandardGravity;
         let accel = recording.accel_scale.nominal().ok_or_else(|| {
@@ -203,112 +197,138 @@ impl Table {
                 .with_hint("give the range, for example --accel-unit counts --accel-range 2")
         })?;
         // From g to g it is 1, without rounding.
-        let accel = match in_g {
-            true => 1.0 / (accel * STANDARD_GRAVITY_MPS2),
-            false => 1.0 / accel,
+        let accel = if in_g {
+            1.0 / (accel * STANDARD_GRAVITY_MPS2)
+        } else {
+            1.0 / accel
         };
-        let start_s = match options.absolute_time {
-            true => recording.start_unix_s().ok_or_else(|| {
-                Error::input("no-date", "nothing in this recording says when it was made")
-                    .at(here, None)
-                    .with_hint("leave --absolute-time out: times are seconds since the first row")
-            })?,
-            false => 0.0,
+        let start_s = match recording.start_unix_s() {
+            Some(start_s) if options.absolute_time => start_s,
+            None if options.absolute_time => {
+                let what = "nothing in this recording says when it was made";
+                let hint = "leave --absolute-time out: times are seconds since the first row";
+                return Err(Error::input("no-date", what).at(here, None).with_hint(hint));
+            }
+            _ => 0.0,
         };
         let clock = match (&recording.time_s, recording.timing.rate_hz()) {
-            (Some(_), _) => {
-                let reading = recording.known.facts.stamp_reading;
-                let unit_s = reading.map(|reading| reading.unit.seconds());
-                Clock::Stamps(start_s, unit_s.filter(|_| options.absolute_time))
-            }
-            (None, Some(rate_hz)) => Clock::Rate(start_s, rate_hz),
+            (Some(_), _) => Clock::Stamps,
+            (None, Some(rate_hz)) => Clock::Rate(rate_hz),
             (None, None) => Clock::Unknown,
         };
-        let mut names = Vec::new();
-        if !matches!(clock, Clock::Unknown) {
-            names.push("time_s".to_owned());
-        }
         let axes = ["x", "y", "z"];
+        let mut names = Vec::new();
+        names.extend((clock != Clock::Unknown).then(|| "time_s".to_owned()));
         names.extend(match (recording.is_calibrated, in_g) {
             (true, _) => options.output_unit.columns().map(str::to_owned),
             (false, true) => axes.map(|axis| format!("a{axis}_g")),
             (false, false) => axes.map(|axis| format!("a{axis}_m_s2")),
         });
-        let mut factors: Vec<(usize, f64)> = (0..3).map(|i| (i, accel)).collect();
-        if recording.gyro.is_some() {
-            // A unit that is not known stays.
-            let gyro = recording.gyro_scale.and_then(|scale| scale.nominal());
-            let (factor, unit) = match (gyro, in_g) {
-                (None, _) => (1.0, ""),
-                (Some(nominal), false) => (1.0 / nominal, "_rad_s"),
-                (Some(nominal), true) => (DEGREES_PER_RADIAN / nominal, "_deg_s"),
-            };
-            names.extend(axes.map(|axis| format!("g{axis}{unit}")));
-            factors.extend((3..6).map(|i| (i, factor)));
-        }
+        // A unit that is not known stays.
+        let gyro = recording
+            .gyro
+            .as_ref()
+            .map(|_| recording.gyro_scale.and_then(|s| s.nominal()));
+        let gyro = gyro.map(|nominal| match (nominal, in_g) {
+            (None, _) => (1.0, ""),
+            (Some(nominal), false) => (1.0 / nominal, "_rad_s"),
+            (Some(nominal), true) => (DEGREES_PER_RADIAN / nominal, "_deg_s"),
+        });
+        names.extend(
+            gyro.iter()
+                .flat_map(|(_, unit)| axes.map(|axis| format!("g{axis}{unit}"))),
+        );
+        let has_temperature = recording.temperature_c.is_some();
         names.extend(has_temperature.then(|| "temperature_c".to_owned()));
-        names.extend(has_label.then(|| "label".to_owned()));
-        Ok(Table {
+        let unit_s = recording.timing.unit.map(TimeUnit::seconds);
+        Ok(Conversion {
             names,
+            start_s,
+            dates_unit_s: unit_s.filter(|_| options.absolute_time),
             clock,
-            factors,
-            decimals: if in_g { G_DECIMALS } else { SI_DECIMALS },
+            accel,
+            gyro: gyro.map(|g| g.0),
             has_temperature,
-            has_label,
+            decimals: if in_g { G_DECIMALS } else { SI_DECIMALS },
+            rows: 0,
         })
     }
 
-    /// The clock of the recording was set at a row with this stamp and time: dates are those of its
-    /// stamps from there on.
-    #[cold]
-    fn restart(&mut self, stamp: f64, time_s: f64) {
-        if let Clock::Stamps(start_s, Some(unit_s)) = &mut self.clock
-            && UtcTime::of_stamp(stamp * *unit_s).is_some()
-        {
-            *start_s = stamp * *unit_s - time_s;
+    /// The columns of the table; the label is that of a column of the input.
+    fn table(&self, label: Option<usize>) -> Table {
+        let cell = |(value, name): (usize, &String)| {
+            let cell = match name.as_str() {
+                "time_s" => Cell::Fixed(value, TIME_DECIMALS),
+                "temperature_c" => Cell::Trimmed(value, SI_DECIMALS),
+                _ => Cell::Trimmed(value, self.decimals),
+            };
+            (name.clone(), cell)
+        };
+        let columns = self.names.iter().enumerate().map(cell);
+        let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
+        Table::plain(columns.chain(label_cell), label)
+    }
+
+    /// Where the clock of the recorder was set among the rows, dates are those of its stamps from
+    /// there on: two rows that agree on another start.
+    fn follow_dates(&mut self, stamps: Option<&[f64]>, time_s: &[f64], row: usize) {
+        let (Some(unit_s), Some(stamps)) = (self.dates_unit_s, stamps) else {
+            return;
+        };
+        let start_of = |row: usize| Some(stamps.get(row)? * unit_s - time_s.get(row)?);
+        let (Some(start_s), Some(next_s)) = (start_of(row), start_of(row + 1)) else {
+            return;
+        };
+        let is_set = (start_s - self.start_s).abs() > CLOCK_SET_S
+            && (next_s - start_s).abs() < CLOCK_SET_S
+            && UtcTime::of_stamp(stamps[row] * unit_s).is_some();
+        if is_set {
+            self.start_s = start_s;
         }
     }
 
-    #[inline]
-    fn write_row(&self, sample: &Sample, number: usize, label: &[u8], out: &mut Vec<u8>) {
+    /// Columns of values of the table.
+    fn convert(&mut self, rows: &mut Rows) -> Vec<Vec<f64>> {
+        let mut values = Vec::new();
+        let is_measured = &rows.readings.is_measured;
         match self.clock {
-            Clock::Stamps(start_s, _) => write_fixed(out, sample.time_s + start_s, TIME_DECIMALS),
-            Clock::Rate(start_s, rate_hz) => {
-                write_fixed(out, start_s + number as f64 / rate_hz, TIME_DECIMALS);
+            Clock::Stamps => {
+                let none = || vec![f64::NAN; is_measured.len()];
+                let mut time_s = rows.time_s.take().unwrap_or_else(none);
+                for row in 0..time_s.len() {
+                    self.follow_dates(rows.stamps.as_deref(), &time_s, row);
+                    time_s[row] += self.start_s;
+                }
+                values.push(time_s);
+            }
+            Clock::Rate(rate_hz) => {
+                let mut row = self.rows as f64;
+                let times_s = is_measured.iter().map(|is_measured| {
+                    let time_s = self.start_s + row / rate_hz;
+                    row += f64::from(u8::from(*is_measured));
+                    time_s
+                });
+                values.push(times_s.collect());
             }
             Clock::Unknown => {}
         }
-        let mut first = matches!(self.clock, Clock::Unknown);
-        for (channel, factor) in &self.factors {
-            if !std::mem::take(&mut first) {
-                out.push(b',');
-            }
-            write_trimmed(out, sample.values[*channel] * factor, self.decimals);
+        self.rows += is_measured.iter().filter(|m| **m).count();
+        let readings = &mut rows.readings;
+        let scaled = |mut channel: Vec<f64>, factor: f64| {
+            channel.iter_mut().for_each(|v| *v *= factor);
+            channel
+        };
+        let accel = std::mem::take(&mut readings.accel);
+        values.extend(accel.map(|channel| scaled(channel, self.accel)));
+        if let (Some(gyro), Some(factor)) = (readings.gyro.take(), self.gyro) {
+            values.extend(gyro.map(|channel| scaled(channel, factor)));
         }
-        if self.has_temperature {
-            out.push(b',');
-            write_trimmed(out, sample.temperature_c, SI_DECIMALS);
-        }
-        if self.has_label {
-            out.push(b',');
-            write_label(label.trim_ascii(), out);
-        }
-        out.push(b'\n');
+        values.extend(
+            readings
+                .temperature_c
+                .take()
+                .filter(|_| self.has_temperature),
+        );
+        values
     }
-}
-
-/// Appends a label, in quotes if necessary; one that has quotes keeps them.
-fn write_label(label: &[u8], out: &mut Vec<u8>) {
-    let quoted = label.len() > 1 && label.first() == Some(&b'"') && label.last() == Some(&b'"');
-    if quoted || !label.iter().any(|b| matches!(b, b',' | b'"')) {
-        return out.extend_from_slice(label);
-    }
-    out.push(b'"');
-    for byte in label {
-        out.push(*byte);
-        if *byte == b'"' {
-            out.push(b'"');
-        }
-    }
-    out.push(b'"');
 }

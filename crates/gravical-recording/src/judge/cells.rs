@@ -27,7 +27,7 @@ const SPARSE_ROWS: usize = 20;
 
 /// Longest holding of the gyroscope's values, in usual distances between them. As for gaps, an
 /// integral over longer holding would be meaningless.
-const GYRO_HELD: f64 = 4.5;
+pub(crate) const GYRO_HELD: f64 = 4.5;
 
 /// The channels of a recording.
 #[derive(Debug)]
@@ -61,12 +61,11 @@ pub fn fill_cells(channels: Channels<'_>, lines: &[u32], names: [&str; 7]) -> Op
     let mut marked = lacks(accel);
     let incomplete = marked.iter().filter(|m| **m).count();
     let mut counts = accel.iter().map(empty).collect::<Vec<_>>();
-    let is_sparse = |incomplete: usize| rows >= SPARSE_ROWS && 5 * incomplete > rows;
-    let mut holds = [is_sparse(incomplete), false];
+    let mut holds = [is_sparse(incomplete, rows), false];
     match &gyro {
         Some(gyro) => {
             let lacking = lacks(gyro);
-            holds[1] = is_sparse(lacking.iter().filter(|l| **l).count());
+            holds[1] = is_sparse(lacking.iter().filter(|l| **l).count(), rows);
             marked.iter_mut().zip(lacking).for_each(|(m, l)| *m |= l);
             counts.extend(gyro.iter().map(empty));
         }
@@ -128,6 +127,11 @@ pub fn fill_cells(channels: Channels<'_>, lines: &[u32], names: [&str; 7]) -> Op
         );
         Note::new(NoteKind::EmptyCells, text).at(marked.map(|(line, _)| u64::from(*line)).collect())
     })
+}
+
+/// Whether so many rows lack a value that each channel is written when it arrives.
+pub(crate) fn is_sparse(incomplete: usize, rows: usize) -> bool {
+    rows >= SPARSE_ROWS && 5 * incomplete > rows
 }
 
 /// Fills empty cells with the last value, for so many rows at most.

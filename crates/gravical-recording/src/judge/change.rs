@@ -20,12 +20,16 @@ const FULL: f64 = 32_700.0;
 
 /// The first row under another unit or range: the magnitude at rest jumps from gravity in one unit
 /// to gravity in another and stays there. No motion can cause this, since a sensor at rest measures
-/// 1 g.
+/// 1 g. `before`: the magnitude at rest before these rows, if it is known.
 #[must_use]
-pub fn unit_change(accel: &[Vec<f64>; 3], lines: &[u32]) -> Option<(usize, Note)> {
+pub fn unit_change(
+    accel: &[Vec<f64>; 3],
+    lines: &[u32],
+    before: Option<f64>,
+) -> Option<(usize, Note)> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
-    let mut established = None;
+    let mut established = before;
     // Blocks that agree with each other and not with that: their number, magnitude, first row.
     let (mut count, mut other, mut from) = (0, 0.0, 0);
     for start in (0..accel[0].len().saturating_sub(BLOCK_ROWS - 1)).step_by(BLOCK_ROWS) {

@@ -8,7 +8,9 @@ use super::cells::median;
 use super::unit::quiet_norms;
 
 /// Rows for which all channels may repeat by chance.
-const MAX_REPEATS: usize = 20;
+pub(crate) const MAX_REPEATS: usize = 20;
+/// Rows in a row in which the accelerometer alone reads zero that are no free fall.
+pub(crate) const ZEROS_IN_A_ROW: usize = 5;
 /// Rows from which the resolution is taken.
 const RESOLUTION_ROWS: usize = 20_000;
 /// Coarser than this, a MEMS accelerometer at rest may stay at one value: its noise is 1 to 5 mg.
@@ -60,7 +62,7 @@ pub fn mark_hung(accel: [&[f64]; 3], gyro: &[&[f64]]) -> Vec<bool> {
 }
 
 /// Whether the steps in which the accelerometer is written are finer than its noise may be.
-fn resolves_noise(accel: [&[f64]; 3]) -> bool {
+pub(crate) fn resolves_noise(accel: [&[f64]; 3]) -> bool {
     let rows = accel[0].len().min(RESOLUTION_ROWS);
     let axes = accel.map(|axis| &axis[..rows]);
     let Some(gravity) = median(quiet_norms(axes)) else {

@@ -3,6 +3,8 @@
 pub(crate) mod notes;
 mod time;
 
+pub(crate) use time::find_clock;
+
 use std::collections::BTreeSet;
 
 use super::{Labels, Recording};
@@ -122,7 +124,7 @@ impl Recording {
         };
         if !options.is_gyroscope {
             recording.notes.extend(judged.notes);
-            let change = judge::unit_change(&recording.accel, &recording.lines);
+            let change = judge::unit_change(&recording.accel, &recording.lines, None);
             recording.notes.extend(change.map(|c| c.1));
         }
         recording.judge_samples(format);
@@ -185,7 +187,11 @@ impl Recording {
 }
 
 /// Keeps the rows of the sensor that the user asks for, else of the lowest number or first word.
-fn keep_sensor(format: &Format, rows: &mut Batch, column: usize) -> Result<Option<Note>, Error> {
+pub(crate) fn keep_sensor(
+    format: &Format,
+    rows: &mut Batch,
+    column: usize,
+) -> Result<Option<Note>, Error> {
     let label = |row: usize| cell_label(rows, column, row);
     let mut labels: Vec<String> = Vec::new();
     let mut numbers: BTreeSet<u64> = BTreeSet::new();
@@ -258,23 +264,35 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
     Ok(())
 }
 
-/// The first thermometer that lives, in °C: one that stays at zero loses.
-fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) -> Option<Vec<f64>> {
+/// The first thermometer that lives: one that stays at zero loses.
+pub(crate) fn find_thermometer(format: &Format, rows: &Batch) -> Option<usize> {
     let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != v[0]);
     let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
     let all: Vec<usize> = (0..format.columns.len()).filter(is_one).collect();
     let alive = all.iter().find(|c| is_alive(&rows.columns[**c]));
-    let column = *alive.or_else(|| {
-        all.iter()
-            .find(|c| rows.columns[**c].iter().any(|t| t.is_finite() && *t != 0.0))
-    })?;
-    let mut values = std::mem::take(&mut rows.columns[column]);
+    alive
+        .or_else(|| {
+            all.iter()
+                .find(|c| rows.columns[**c].iter().any(|t| t.is_finite() && *t != 0.0))
+        })
+        .copied()
+}
+
+/// Converts the counts of our board to °C.
+pub(crate) fn celsius(format: &Format, thermometer: usize, values: &mut [f64]) {
     let board = format
         .board
-        .filter(|b| b.is_counts() && format.columns[column].unit.is_empty());
+        .filter(|b| b.is_counts() && format.columns[thermometer].unit.is_empty());
     if let Some(board) = board {
         values.iter_mut().for_each(|v| *v = board.celsius(*v));
     }
+}
+
+/// The temperature in °C.
+fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) -> Option<Vec<f64>> {
+    let column = find_thermometer(format, rows)?;
+    let mut values = std::mem::take(&mut rows.columns[column]);
+    celsius(format, column, &mut values);
     let middle = judge::median(values.iter().copied())?;
     if judge::POSSIBLE_C.contains(&middle) {
         return Some(values);
@@ -307,9 +325,6 @@ fn set_aside_defects(format: &Format, rows: &mut Batch) -> Option<Note> {
     emptied
 }
 
-/// Rows in a row in which the accelerometer alone reads zero that are no free fall.
-const ZEROS_IN_A_ROW: usize = 5;
-
 fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Note> {
     let is_zero =
         |rows: &Batch, row: usize| format.accel.iter().all(|c| rows.columns[*c][row] == 0.0);
@@ -319,7 +334,7 @@ fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Note> {
         if row < rows.rows() && is_zero(rows, row) {
             continue;
         }
-        if row - from >= ZEROS_IN_A_ROW {
+        if row - from >= judge::ZEROS_IN_A_ROW {
             for column in format.accel {
                 rows.columns[column][from..row].fill(f64::NAN);
             }
@@ -356,18 +371,28 @@ fn decode(format: &Format, rows: &mut Batch) -> Option<Encoding> {
 
 /// Accelerometer and gyroscope that stand side by side may be shifted against their names.
 fn set_aside_slipped(format: &Format, rows: &mut Batch) {
-    let (a, Some(g)) = (format.accel, format.gyro) else {
-        return;
-    };
-    let is_adjacent = |axes: [usize; 3]| axes[1] == axes[0] + 1 && axes[2] == axes[0] + 2;
-    if !is_adjacent(a) || !is_adjacent(g) || a[0].abs_diff(g[0]) != 3 {
+    let channels = format.channels();
+    if channels.len() < 6 {
         return;
     }
-    let from = a[0].min(g[0]);
-    let channels = std::array::from_fn(|i| rows.columns[from + i].as_slice());
-    if let Some(row) = judge::slip(channels, a[0] - from) {
+    let channels = std::array::from_fn(|i| rows.columns[channels[i]].as_slice());
+    if let Some(row) = slipped_row(format, channels) {
         let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
         rows.keep(&keep, Reason::Slipped);
+    }
+}
+
+/// The row from which on the channels, those of the accelerometer first, are shifted.
+pub(crate) fn slipped_row(format: &Format, channels: [&[f64]; 6]) -> Option<usize> {
+    let (a, g) = (format.accel, format.gyro?);
+    let is_adjacent = |axes: [usize; 3]| axes[1] == axes[0] + 1 && axes[2] == axes[0] + 2;
+    if !is_adjacent(a) || !is_adjacent(g) || a[0].abs_diff(g[0]) != 3 {
+        return None;
+    }
+    let [ax, ay, az, gx, gy, gz] = channels;
+    match a[0] < g[0] {
+        true => judge::slip(channels, 0),
+        false => judge::slip([gx, gy, gz, ax, ay, az], 3),
     }
 }
 

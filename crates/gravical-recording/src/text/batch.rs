@@ -149,7 +149,8 @@ impl Aside {
         text
     }
 
-    fn append(&mut self, later: Aside) {
+    /// Adds the lines that follow.
+    pub fn append(&mut self, later: Aside) {
         self.lines = self.lines.max(later.lines);
         for (reason, lines) in later.reasons {
             match self.reasons.entry(reason) {
@@ -187,6 +188,45 @@ pub struct Batch {
     pub nul_lines: LineSpans,
     /// Lines without a row
     pub aside: Aside,
+    /// Text of columns, where it was asked for
+    pub text: CopiedText,
+}
+
+/// Text of the columns that are copied, byte for byte but for NUL bytes and blanks at the end.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct CopiedText {
+    bytes: Vec<u8>,
+    /// Ends of the pieces of all rows.
+    ends: Vec<usize>,
+    pieces: usize,
+}
+
+impl CopiedText {
+    /// Without rows, for so many pieces a row; room for as many bytes as the batch before took.
+    pub(crate) fn new(pieces: usize, bytes: usize, rows: usize) -> Self {
+        CopiedText {
+            bytes: Vec::with_capacity(bytes),
+            ends: Vec::with_capacity(rows * pieces),
+            pieces,
+        }
+    }
+
+    pub(crate) fn push(&mut self, piece: &str) {
+        self.bytes.extend_from_slice(piece.as_bytes());
+        self.ends.push(self.bytes.len());
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// A piece of a row.
+    #[must_use]
+    pub fn piece(&self, row: usize, piece: usize) -> &[u8] {
+        let at = row * self.pieces + piece;
+        let from = at.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.bytes[from..self.ends[at]]
+    }
 }
 
 impl Batch {
@@ -213,9 +253,10 @@ impl Batch {
         columns + texts + size_of_val(self.lines.as_slice())
     }
 
-    /// Adds the rows of the batch that follows.
+    /// Adds the rows of the batch that follows, without their text.
     pub fn append(&mut self, mut later: Batch) {
         let (rows, later_rows) = (self.rows(), later.rows());
+        (self.text, later.text) = Default::default();
         if rows == 0 && self.aside.lines == 0 {
             *self = later;
             return;

@@ -1,8 +1,9 @@
 //! Lines to batches.
 
+use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
-use super::batch::{Batch, Reason, word_code};
+use super::batch::{Batch, CopiedText, Reason, word_code};
 use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
 use super::header::{Header, OTHER_COLUMNS, Same};
@@ -20,21 +21,22 @@ pub(crate) const MANY_WORDS: u8 = 32;
 
 impl Format {
     /// Reads a text from its first line on in batches of [`BATCH_ROWS`](crate::BATCH_ROWS).
-    pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<'_, R> {
-        Batches::new(self, bytes)
+    pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<R> {
+        Batches::new(self.clone(), bytes)
     }
 }
 
 /// Iterates over the batches of a text; made by [`Format::batches`].
-pub struct Batches<'a, R> {
-    format: &'a Format,
+pub struct Batches<R> {
+    format: Format,
     lines: Lines<R>,
     /// Lines read.
     count: usize,
     batch: Batch,
     /// Words of each column, in order of appearance.
     words: Vec<Vec<String>>,
-    values: Vec<Option<f64>>,
+    /// Columns of the row that hold text.
+    text_cells: Vec<usize>,
     /// Blank lines since the last row.
     blanks: usize,
     has_break: bool,
@@ -43,6 +45,12 @@ pub struct Batches<'a, R> {
     torn_header: Option<(usize, usize)>,
     /// Place of the last line within its row.
     place: Option<usize>,
+    /// Columns whose text is kept, each piece from the first to the last.
+    copied: Vec<(usize, usize)>,
+    /// Where the fields of the row begin and end.
+    spans: Vec<(usize, usize)>,
+    /// Text of the numbers of the row that is being read from sentences.
+    slots: Vec<String>,
     error: Option<io::Error>,
     is_done: bool,
 }
@@ -52,24 +60,35 @@ pub(crate) fn header_differs(line: usize, why: &'static str) -> io::Error {
     io::Error::other(Error::from(Kind::HeaderDiffers(line, why)))
 }
 
-impl<'a, R: BufRead> Batches<'a, R> {
-    pub(crate) fn new(format: &'a Format, bytes: R) -> Self {
+impl<R: BufRead> Batches<R> {
+    pub(crate) fn new(format: Format, bytes: R) -> Self {
         let fields = format.columns.len();
         Batches {
-            format,
             lines: Lines::new(bytes, format.line_end),
             count: 0,
             batch: Batch::new(fields),
             words: vec![Vec::new(); fields],
-            values: Vec::with_capacity(fields),
+            text_cells: Vec::new(),
             blanks: 0,
             has_break: false,
             has_header: false,
             torn_header: None,
             place: None,
+            copied: Vec::new(),
+            spans: Vec::new(),
+            slots: vec![String::new(); fields],
+            format,
             error: None,
             is_done: false,
         }
+    }
+
+    /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
+    #[must_use]
+    pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
+        self.copied = pieces.to_vec();
+        self.batch.text = CopiedText::new(pieces.len(), 0, 0);
+        self
     }
 
     /// Reads on until a batch is full and a new row would begin.
@@ -89,18 +108,21 @@ impl<'a, R: BufRead> Batches<'a, R> {
                 self.batch.nul_lines.push(self.count as u64);
             }
             let parser = RowParser {
-                format: self.format,
+                format: &self.format,
                 line_number: self.count,
                 batch: &mut self.batch,
                 words: &mut self.words,
-                values: &mut self.values,
+                text_cells: &mut self.text_cells,
                 blanks: &mut self.blanks,
                 has_break: &mut self.has_break,
                 has_header: &mut self.has_header,
                 torn_header: &mut self.torn_header,
                 place: &mut self.place,
+                copied: &self.copied,
+                spans: &mut self.spans,
+                slots: &mut self.slots,
             };
-            if let Err(e) = parser.read(&line) {
+            if let Err(e) = parser.read(line) {
                 self.error = Some(e);
                 break;
             }
@@ -122,7 +144,11 @@ impl<'a, R: BufRead> Batches<'a, R> {
     }
 
     fn finish_batch(&mut self) -> Batch {
-        let mut batch = std::mem::replace(&mut self.batch, Batch::new(self.format.columns.len()));
+        if self.place.is_some() {
+            push_slots(&mut self.slots, &self.copied, &mut self.batch.text);
+        }
+        let next = self.next_batch();
+        let mut batch = std::mem::replace(&mut self.batch, next);
         let rows = batch.rows();
         batch
             .texts
@@ -134,9 +160,22 @@ impl<'a, R: BufRead> Batches<'a, R> {
         self.place = None;
         batch
     }
+
+    /// An empty batch with room for as many rows as this one has.
+    fn next_batch(&self) -> Batch {
+        let mut next = Batch::new(self.format.columns.len());
+        let rows = self.batch.rows();
+        let columns = next.columns.iter_mut().zip(&self.format.is_read);
+        for (column, _) in columns.filter(|(_, is_read)| **is_read) {
+            column.reserve_exact(rows);
+        }
+        next.lines.reserve_exact(rows);
+        next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
+        next
+    }
 }
 
-impl<R: BufRead> Iterator for Batches<'_, R> {
+impl<R: BufRead> Iterator for Batches<R> {
     type Item = io::Result<Batch>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -154,12 +193,15 @@ struct RowParser<'a> {
     line_number: usize,
     batch: &'a mut Batch,
     words: &'a mut [Vec<String>],
-    values: &'a mut Vec<Option<f64>>,
+    text_cells: &'a mut Vec<usize>,
     blanks: &'a mut usize,
     has_break: &'a mut bool,
     has_header: &'a mut bool,
     torn_header: &'a mut Option<(usize, usize)>,
     place: &'a mut Option<usize>,
+    copied: &'a [(usize, usize)],
+    spans: &'a mut Vec<(usize, usize)>,
+    slots: &'a mut [String],
 }
 
 impl RowParser<'_> {
@@ -234,52 +276,59 @@ impl RowParser<'_> {
     }
 
     fn read_fields(mut self, line: &str, dialect: Dialect) -> io::Result<()> {
-        self.values.clear();
-        let mut has_text = false;
+        let row = self.batch.rows();
+        self.text_cells.clear();
+        self.spans.clear();
+        let (mut count, mut has_number) = (0, false);
+        let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
         let mut cells = fields(line, dialect.delimiter);
         loop {
-            let is_read = self.format.is_read.get(self.values.len()).copied();
-            let cell = if is_read == Some(true) {
+            let is_read = self.format.is_read.get(count) == Some(&true);
+            let cell = if is_read {
                 cells.next_cell(dialect)
             } else {
                 cells.next().map(|_| Some(f64::NAN))
             };
             let Some(value) = cell else { break };
-            has_text |= value.is_none();
-            self.values.push(value);
+            if count < last_copied {
+                self.spans.push(cells.last_span(line));
+            }
+            if is_read {
+                has_number |= value.is_some_and(f64::is_finite);
+                self.batch.columns[count].push(value.unwrap_or(f64::NAN));
+            }
+            if value.is_none() {
+                self.text_cells.push(count);
+            }
+            count += 1;
         }
         // Rows that fit a header that seemed torn.
         if let Some((header, width)) = *self.torn_header
-            && self.values.len() != dialect.fields
-            && self.values.len() == width
-            && self.values.iter().flatten().count() > width / 2
+            && count != dialect.fields
+            && count == width
+            && 2 * (count - self.text_cells.len()) > width
         {
             return Err(header_differs(header, OTHER_COLUMNS));
         }
-        if self.values.len() < dialect.fields {
-            return self.set_aside_or_refuse(Reason::TornLine, line);
-        }
-        if self.values.len() > dialect.fields {
-            return self.set_aside_or_refuse(Reason::TooManyFields, line);
-        }
-        if !self.values.iter().flatten().any(|v| v.is_finite()) {
-            return self.set_aside_or_refuse(Reason::NotANumber, line);
+        let reason = match count.cmp(&dialect.fields) {
+            Ordering::Less => Some(Reason::TornLine),
+            Ordering::Greater => Some(Reason::TooManyFields),
+            Ordering::Equal => (!has_number).then_some(Reason::NotANumber),
+        };
+        if let Some(reason) = reason {
+            self.batch.columns.iter_mut().for_each(|c| c.truncate(row));
+            return self.set_aside_or_refuse(reason, line);
         }
         *self.torn_header = None;
         self.begin_row();
-        for (c, value) in self
-            .values
-            .iter()
-            .enumerate()
-            .filter(|(c, _)| self.format.is_read[*c])
-        {
-            self.batch.columns[c].push(value.unwrap_or(f64::NAN));
+        for (first, last) in self.copied {
+            let (from, to) = (self.spans[*first].0, self.spans[*last].1);
+            self.batch.text.push(&line[from..to]);
         }
-        if has_text {
-            for (c, field) in fields(line, dialect.delimiter).enumerate() {
-                if self.values[c].is_none() {
-                    self.push_word(c, field);
-                }
+        for k in 0..self.text_cells.len() {
+            let column = self.text_cells[k];
+            if let Some(field) = fields(line, dialect.delimiter).nth(column) {
+                self.push_word(column, field);
             }
         }
         Ok(())
@@ -298,6 +347,9 @@ impl RowParser<'_> {
             return self.set_aside(Reason::NotANumber, &line);
         };
         if self.place.is_none_or(|last| sentence.place <= last) {
+            if self.place.is_some() {
+                push_slots(self.slots, self.copied, &mut self.batch.text);
+            }
             self.begin_row();
             let columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
             columns
@@ -309,6 +361,9 @@ impl RowParser<'_> {
         }
         *self.place = Some(sentence.place);
         for (k, number) in sentence.numbers.iter().enumerate() {
+            if !self.copied.is_empty() {
+                (*number).clone_into(&mut self.slots[sentence.first_slot + k]);
+            }
             let cell = self.batch.columns[sentence.first_slot + k].last_mut();
             if let (Some(cell), Some(value)) = (cell, parse_cell(number, false)) {
                 *cell = value;
@@ -332,4 +387,12 @@ impl RowParser<'_> {
             .lines
             .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
     }
+}
+
+/// Copies the numbers of a row that was wrapped in words.
+fn push_slots(slots: &mut [String], copied: &[(usize, usize)], text: &mut CopiedText) {
+    for (first, last) in copied {
+        text.push(&slots[*first..=*last].join(","));
+    }
+    slots.iter_mut().for_each(String::clear);
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use memchr::memchr;
 
-use super::number::{finite, parse_cell, parse_date};
+use super::number::{finite, parse_cell, parse_date, parse_short};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Delimiter {
@@ -38,25 +38,48 @@ pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
     Fields {
         rest: Some(line),
         delimiter,
-        has_quotes: memchr(b'"', line.as_bytes()).is_some(),
+        has_quotes: None,
+        length: 0,
     }
 }
 
 pub(crate) struct Fields<'a> {
     rest: Option<&'a str>,
     delimiter: Delimiter,
-    has_quotes: bool,
+    /// Whether the rest has quotes, once that was looked for.
+    has_quotes: Option<bool>,
+    /// Bytes of the last field with the blanks and quotes around it.
+    length: usize,
 }
 
 impl Fields<'_> {
+    /// Where the last field of the line begins and ends, with blanks and quotes beside a delimiter.
+    pub(crate) fn last_span(&self, line: &str) -> (usize, usize) {
+        let end = self.rest.map_or(line.len(), |rest| {
+            let is_parted_by_byte = matches!(self.delimiter, Delimiter::Byte(_));
+            line.len() - rest.len() - usize::from(is_parted_by_byte)
+        });
+        (end - self.length, end)
+    }
+
     /// The next field as [`parse_cell`] reads it; mostly a number that ends at the delimiter.
     pub(crate) fn next_cell(&mut self, dialect: Dialect) -> Option<Option<f64>> {
+        if let Delimiter::Byte(delimiter) = self.delimiter
+            && let Some(rest) = self.rest
+            && let Some((value, n)) = parse_short(rest.as_bytes())
+            && rest.as_bytes().get(n).is_none_or(|b| *b == delimiter)
+        {
+            self.rest = rest.get(n + 1..);
+            self.length = n;
+            return Some(Some(value));
+        }
         if let Delimiter::Byte(delimiter) = self.delimiter
             && let Some(rest) = self.rest
             && let Ok((value, n)) = fast_float2::parse_partial(rest)
             && rest.as_bytes().get(n).is_none_or(|b| *b == delimiter)
         {
             self.rest = rest.get(n + 1..);
+            self.length = n;
             return Some(Some(finite(value)));
         }
         let field = self.next()?;
@@ -78,10 +101,14 @@ impl<'a> Iterator for Fields<'a> {
                 let rest = rest.trim_ascii_start();
                 let end = rest.bytes().position(|b| b.is_ascii_whitespace());
                 self.rest = end.map(|end| &rest[end..]);
-                Some(&rest[..end.unwrap_or(rest.len())]).filter(|f| !f.is_empty())
+                self.length = end.unwrap_or(rest.len());
+                Some(&rest[..self.length]).filter(|f| !f.is_empty())
             }
             Delimiter::Byte(delimiter) => {
-                let end = if self.has_quotes {
+                let has_quotes = *self
+                    .has_quotes
+                    .get_or_insert_with(|| memchr(b'"', rest.as_bytes()).is_some());
+                let end = if has_quotes {
                     let mut quoted = false;
                     rest.bytes().position(|b| {
                         quoted ^= b == b'"';
@@ -91,8 +118,9 @@ impl<'a> Iterator for Fields<'a> {
                     rest.bytes().position(|b| b == delimiter)
                 };
                 self.rest = end.map(|end| &rest[end + 1..]);
-                let field = trim(&rest[..end.unwrap_or(rest.len())]);
-                Some(if self.has_quotes {
+                self.length = end.unwrap_or(rest.len());
+                let field = trim(&rest[..self.length]);
+                Some(if has_quotes {
                     trim(field.trim_matches('"'))
                 } else {
                     field

@@ -1,9 +1,8 @@
 //! Lines of a stream.
 
-use std::borrow::Cow;
 use std::io::{self, BufRead};
 
-use memchr::memchr;
+use memchr::{memchr, memrchr};
 
 /// Bytes of a line that are kept: what is longer is no text.
 const MAX_LINE_BYTES: usize = 1 << 20;
@@ -11,10 +10,14 @@ const MAX_LINE_BYTES: usize = 1 << 20;
 pub(crate) struct Lines<R> {
     reader: R,
     line_end: u8,
-    buffer: Vec<u8>,
-    /// Where the next line begins in `buffer`.
+    /// Whole lines, and where the next one begins in them.
+    text: String,
     at: usize,
-    is_done: bool,
+    /// Beginning of the line after them.
+    rest: Vec<u8>,
+    /// Whether there are NUL bytes in the lines, and the last line without them.
+    has_nul: bool,
+    cleaned: String,
 }
 
 impl<R: BufRead> Lines<R> {
@@ -22,54 +25,56 @@ impl<R: BufRead> Lines<R> {
         Lines {
             reader,
             line_end,
-            buffer: Vec::new(),
+            text: String::new(),
             at: 0,
-            is_done: false,
+            rest: Vec::new(),
+            has_nul: false,
+            cleaned: String::new(),
         }
     }
 
-    /// The next line, without its end and blanks before it, and whether NUL bytes were removed.
-    pub(crate) fn next(&mut self) -> io::Result<Option<(Cow<'_, str>, bool)>> {
-        let mut searched = self.at;
-        let (start, end) = loop {
-            if let Some(n) = memchr(self.line_end, &self.buffer[searched..]) {
-                let start = self.at;
-                self.at = searched + n + 1;
-                break (start, searched + n);
-            }
-            if self.is_done {
-                let start = self.at;
-                self.at = self.buffer.len();
-                if start == self.at {
-                    return Ok(None);
-                }
-                break (start, self.at);
-            }
-            self.buffer.drain(..self.at);
-            self.at = 0;
-            self.buffer.truncate(MAX_LINE_BYTES);
-            searched = self.buffer.len();
+    /// The next line, without its end and blanks behind it, and whether NUL bytes were removed.
+    pub(crate) fn next(&mut self) -> io::Result<Option<(&str, bool)>> {
+        if self.at >= self.text.len() {
             self.fill()?;
-        };
-        let bytes = &self.buffer[start..end];
-        if memchr(0, bytes).is_some() {
-            let text: Vec<u8> = bytes.iter().copied().filter(|b| *b != 0).collect();
-            let line = trim_end(&String::from_utf8_lossy(&text)).to_owned();
-            return Ok(Some((Cow::Owned(line), true)));
         }
-        let line = match std::str::from_utf8(bytes) {
-            Ok(line) => Cow::Borrowed(trim_end(line)),
-            Err(_) => Cow::Owned(trim_end(&String::from_utf8_lossy(bytes)).to_owned()),
-        };
-        Ok(Some((line, false)))
+        let text = &self.text[self.at..];
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let end = memchr(self.line_end, text.as_bytes()).unwrap_or(text.len());
+        self.at += end + 1;
+        let line = &text[..end];
+        if self.has_nul && memchr(0, line.as_bytes()).is_some() {
+            self.cleaned = line.replace('\0', "");
+            return Ok(Some((trim_end(&self.cleaned), true)));
+        }
+        Ok(Some((trim_end(line), false)))
     }
 
+    /// Reads on until there is a whole line, or to the end.
     fn fill(&mut self) -> io::Result<()> {
-        let chunk = self.reader.fill_buf()?;
-        let n = chunk.len();
-        self.is_done = n == 0;
-        self.buffer.extend_from_slice(chunk);
-        self.reader.consume(n);
+        let mut bytes = std::mem::take(&mut self.text).into_bytes();
+        bytes.clear();
+        self.at = 0;
+        loop {
+            let chunk = self.reader.fill_buf()?;
+            let length = chunk.len();
+            let whole = memrchr(self.line_end, chunk).map_or(0, |n| n + 1);
+            if whole > 0 || length == 0 {
+                bytes.append(&mut self.rest);
+                bytes.extend_from_slice(&chunk[..whole]);
+            }
+            self.rest.extend_from_slice(&chunk[whole..]);
+            self.reader.consume(length);
+            if whole > 0 || length == 0 {
+                break;
+            }
+            self.rest.truncate(MAX_LINE_BYTES);
+        }
+        self.has_nul = memchr(0, &bytes).is_some();
+        self.text = String::from_utf8(bytes)
+            .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
         Ok(())
     }
 }

@@ -4,9 +4,11 @@
 
 mod clock;
 mod defects;
+mod later;
 mod loggers;
 mod properties;
 mod real;
 mod shapes;
 mod support;
+mod write;
 mod writings;

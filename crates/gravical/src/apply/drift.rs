@@ -1,18 +1,15 @@
-//! Subtraction of the temperature drift, row by row.
+//! Subtraction of the temperature drift.
 
 #[cfg(test)]
 mod tests;
 
 use std::array::from_fn;
 
+use gravical_recording::Readings;
 use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
-use crate::recording::file::HeadChannels;
-use crate::recording::layout::Layout;
-use crate::recording::names::Quantity;
-use crate::recording::row::{ACCEL, TEMPERATURE, Values};
-use crate::recording::{Finding, FindingKind, LineSpans};
+use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 use crate::temperature::cost_text;
 
 /// Temperatures outside the range by no more than this are not reported, °C: thermometers are
@@ -35,7 +32,7 @@ pub struct TemperatureOutcome {
 }
 
 /// Temperature correction of a recording.
-pub(crate) struct Drift {
+pub(super) struct Drift {
     model: TemperatureModel,
     applied: Vec<usize>,
     /// Last known temperature; NaN before the first.
@@ -54,9 +51,7 @@ impl Drift {
     /// then reports the possible error.
     pub fn new(
         calibration: &CalibrationFile,
-        head: &HeadChannels,
-        layout: &Layout,
-        celsius: bool,
+        recording: &Recording,
         with_gyro: bool,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
@@ -77,10 +72,13 @@ impl Drift {
         if applied.is_empty() {
             return None;
         }
-        let why = match layout.field(Quantity::Temperature) {
-            None => Some("the recording has no temperatures"),
-            Some(_) if !celsius => Some("the recording's temperatures are not in °C"),
+        let is_no_celsius = |f: &Finding| f.kind == FindingKind::TemperatureUnit;
+        let why = match &recording.temperature_c {
             Some(_) => None,
+            None if findings.iter().any(is_no_celsius) => {
+                Some("the recording's temperatures are not in °C")
+            }
+            None => Some("the recording has no temperatures"),
         };
         if let Some(why) = why {
             findings.push(Finding::new(
@@ -103,7 +101,8 @@ impl Drift {
             without: LineSpans::default(),
         };
         // Rows before the first temperature use that temperature.
-        if let Some(first) = head.temperature.iter().find(|t| t.is_finite()) {
+        let mut temperatures = recording.temperature_c.iter().flatten();
+        if let Some(first) = temperatures.find(|t| t.is_finite()) {
             drift.set_temperature(*first);
         }
         Some(drift)
@@ -114,10 +113,27 @@ impl Drift {
         self.at = CHANNELS.map(|name| self.model.drift_at(name, t_c));
     }
 
-    /// The readings of a row converted to the reference temperature.
-    #[inline]
-    pub fn subtract(&mut self, values: &Values, line: u64) -> Values {
-        let t_c = values[TEMPERATURE];
+    /// Converts the readings of rows to the reference temperature.
+    pub fn subtract(&mut self, readings: &mut Readings, lines: &[u32]) {
+        for (row, line) in lines
+            .iter()
+            .enumerate()
+            .filter(|(r, _)| readings.is_measured[*r])
+        {
+            let t_c = readings.temperature_c.as_ref().map_or(f64::NAN, |t| t[row]);
+            self.follow(t_c, u64::from(*line));
+            let channels = readings
+                .accel
+                .iter_mut()
+                .chain(readings.gyro.iter_mut().flatten());
+            for (channel, drift) in channels.zip(self.at) {
+                channel[row] -= drift;
+            }
+        }
+    }
+
+    /// Sets the temperature of the row in `line`; without one the last holds.
+    fn follow(&mut self, t_c: f64, line: u64) {
         if t_c.is_finite() {
             if t_c != self.now_c {
                 self.set_temperature(t_c);
@@ -127,21 +143,14 @@ impl Drift {
         } else {
             self.held.push(line);
         }
-        if self.now_c.is_finite() {
-            let [low, high] = self.model.range_c;
-            if !(low - NEAR_C..=high + NEAR_C).contains(&self.now_c) {
-                self.outside.push(line);
-                self.outside_range_c = [
-                    self.outside_range_c[0].min(self.now_c),
-                    self.outside_range_c[1].max(self.now_c),
-                ];
-            }
+        let [low, high] = self.model.range_c;
+        if self.now_c.is_finite() && !(low - NEAR_C..=high + NEAR_C).contains(&self.now_c) {
+            self.outside.push(line);
+            self.outside_range_c = [
+                self.outside_range_c[0].min(self.now_c),
+                self.outside_range_c[1].max(self.now_c),
+            ];
         }
-        let mut out = *values;
-        for (value, drift) in out[ACCEL..ACCEL + 6].iter_mut().zip(self.at) {
-            *value -= drift;
-        }
-        out
     }
 
     /// The accelerometer at temperature `t_c` without its drift; unchanged without a temperature.
@@ -154,7 +163,7 @@ impl Drift {
     }
 
     /// Adds the findings and returns the result; to be called after the last row.
-    pub fn finish(&self, findings: &mut Vec<Finding>) -> TemperatureOutcome {
+    pub fn finish(self, findings: &mut Vec<Finding>) -> TemperatureOutcome {
         let [low, high] = self.model.range_c;
         if !self.outside.is_empty() {
             let [coldest, warmest] = self.outside_range_c;

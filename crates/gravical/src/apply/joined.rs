@@ -1,9 +1,8 @@
-//! The gyroscope of a second file, row by row.
+//! The gyroscope of a second file.
 
 use std::path::Path;
 
 use crate::calibration_file::CalibrationFile;
-use crate::recording::row::{GYRO, Values};
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
 use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::segment::still::{StillOptions, find_stills};
@@ -64,18 +63,26 @@ impl<'a> Joined<'a> {
         })
     }
 
-    /// The values of the row in `line` with the gyroscope's; lines come in rising order.
-    pub fn fill(&mut self, values: &Values, line: u64) -> Values {
-        let rows = self.recording.rows();
-        while self.next < rows && self.recording.line(self.next) < line {
-            self.next += 1;
+    /// The gyroscope's values of the rows in these lines, which come in rising order; NaN where
+    /// there are none.
+    pub fn rates(&mut self, lines: &[u32]) -> [Vec<f64>; 3] {
+        let mut rates = [(); 3].map(|()| Vec::with_capacity(lines.len()));
+        for line in lines {
+            let line = u64::from(*line);
+            let rows = self.recording.rows();
+            while self.next < rows && self.recording.line(self.next) < line {
+                self.next += 1;
+            }
+            let is_there = self.next < rows && self.recording.line(self.next) == line;
+            for (rate, channel) in rates.iter_mut().zip(self.gyro) {
+                rate.push(if is_there {
+                    channel[self.next]
+                } else {
+                    f64::NAN
+                });
+            }
         }
-        let there = self.next < rows && self.recording.line(self.next) == line;
-        let mut filled = *values;
-        for (value, channel) in filled[GYRO..].iter_mut().zip(self.gyro) {
-            *value = if there { channel[self.next] } else { f64::NAN };
-        }
-        filled
+        rates
     }
 }
 

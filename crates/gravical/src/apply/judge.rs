@@ -1,14 +1,14 @@
-//! Checks that a calibration fits a recording: unit and range by the rules of [`decide_accel`],
-//! and finally the magnitude of the quietest parts of the head after calibration.
+//! Checks that a calibration fits a recording: its unit and range, and the magnitude of its
+//! quietest parts after calibration.
 
 use std::path::Path;
 
+use gravical_core::calibration::Calibration;
+
 use crate::calibration_file::{Applied, CalibrationFile};
-use crate::recording::file::HeadChannels;
-use crate::recording::monitor::{Facts, quiet};
+use crate::recording::monitor::{Quiet, QuietBlocks};
 use crate::recording::{
-    AccelClaim, AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions,
-    decide_accel,
+    AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions, Recording,
 };
 use crate::segment::gyro_unit;
 use crate::{Error, Result};
@@ -22,19 +22,6 @@ const MOVING: f64 = 0.15;
 /// Tolerance for a moving sensor; the ratio of two units is always larger.
 const MOVING_FACTOR: f64 = 5.0;
 
-/// What is known of the recording before its first row is calibrated.
-pub(super) struct Case<'a> {
-    pub calibration: &'a CalibrationFile,
-    pub head: &'a HeadChannels,
-    /// The head is the whole recording.
-    pub whole: bool,
-    pub facts: &'a Facts,
-    pub claim: AccelClaim,
-    pub options: &'a ReadOptions,
-    pub drift: Option<&'a Drift>,
-    pub name: &'a str,
-}
-
 /// Results of the check.
 pub(super) struct Judged {
     pub accel: AccelScale,
@@ -43,106 +30,120 @@ pub(super) struct Judged {
     pub quiet_norm_mps2: Option<f64>,
 }
 
+/// Judges the rows of `recording`: the first of a file, or all.
+///
 /// # Errors
 ///
-/// `all-zero`, and `unit-mismatch` as in [`super::apply`].
-pub(super) fn judge(case: &Case<'_>, findings: &mut Vec<Finding>) -> Result<Judged> {
-    let (head, options) = (case.head, case.options);
-    let given = options.accel_unit.is_some();
-    let all_zero = head.rows() > 0 && head.accel.iter().flatten().all(|v| *v == 0.0);
-    if all_zero && (case.whole || !given) {
-        return Err(all_zero_error(head.rows() as u64, case.name));
-    }
-    let zero_offset = case.facts.zero_offset;
-    let unsigned = options.zero_offset.is_none() && zero_offset != 0.0;
-    let shifted = head
-        .accel
-        .each_ref()
-        .map(|c| c.iter().map(|v| v - zero_offset).collect());
-    let raw = quiet(&shifted);
-    let accelerometer = case.calibration.accelerometer_calibration();
-    let calibrated = quiet(&head.calibrated(|raw, t_c| {
-        accelerometer.apply(case.drift.map_or(raw, |d| d.accel_at(raw, t_c)))
-    }));
-    let (by_data, mut unit_findings) = {
-        let mut found = Vec::new();
-        let quiet = raw.map(|q| (q.norm, q.integers));
-        (
-            decide_accel(quiet, unsigned, case.claim, options, &mut found).0,
-            found,
-        )
+/// `unit-mismatch` as in [`super::apply`].
+pub(super) fn judge(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    options: &ReadOptions,
+    drift: Option<&Drift>,
+    findings: &mut Vec<Finding>,
+) -> Result<Judged> {
+    let is_given = options.accel_unit.is_some() || recording.accel_scale.origin == Origin::Given;
+    let raw = quiet(recording, |row| recording.accel_at(row));
+    let accelerometer: Calibration<f64> = calibration.accelerometer_calibration();
+    let temperature = |row: usize| {
+        recording
+            .temperature_c
+            .as_ref()
+            .map_or(f64::NAN, |t| t[row])
     };
+    let calibrated = quiet(recording, |row| {
+        let raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
+        accelerometer.apply(drift.map_or(raw, |d| d.accel_at(raw, temperature(row))))
+    });
     let mut applied = Applied {
-        calibration: case.calibration,
-        name: case.name,
-        scale: by_data,
-        given,
+        calibration,
+        name: &recording.name,
+        scale: recording.accel_scale,
+        given: is_given,
         norm_mps2: calibrated.map(|q| q.norm),
-        gravity_mps2: case.calibration.gravity_mps2,
-        at_rest: &format!("the quietest parts of its first {} rows", head.rows()),
+        gravity_mps2: calibration.gravity_mps2,
+        at_rest: &format!("the quietest parts of its first {} rows", recording.rows()),
         moves: false,
     };
     let fits = applied.measures_gravity();
-    let moving = raw.is_none_or(|q| q.spread > MOVING * q.norm);
-    let wanted = case.calibration.accelerometer.input_unit;
-    let is_assumed = by_data.unit == AccelUnit::Unknown && fits && wanted != AccelUnit::Unknown;
-    if !given && !fits && moving && case.claim.unit.is_some() {
+    let is_moving = raw.is_none_or(|q| q.spread > MOVING * q.norm);
+    let wanted = calibration.accelerometer.input_unit;
+    let is_assumed =
+        applied.scale.unit == AccelUnit::Unknown && fits && wanted != AccelUnit::Unknown;
+    if let Some(unit) = recording
+        .header_unit
+        .filter(|_| !is_given && !fits && is_moving)
+    {
+        findings.retain(|f| !is_about_unit(f));
         findings.push(Finding::new(
             FindingKind::UnitUnverified,
             format!(
                 "the sensor moves throughout the first {} rows, so gravity does not determine the unit; that of the header is used",
-                head.rows()
+                recording.rows()
             ),
         ));
-        let near = |norm: f64| {
-            let ratio = norm / case.calibration.gravity_mps2;
+        let is_near = |norm: f64| {
+            let ratio = norm / calibration.gravity_mps2;
             (1.0 / MOVING_FACTOR..=MOVING_FACTOR).contains(&ratio)
         };
-        applied.scale = decide_accel(None, unsigned, case.claim, options, &mut Vec::new()).0;
-        applied.moves = applied.norm_mps2.is_none_or(near);
-    } else if !is_assumed {
-        findings.append(&mut unit_findings);
+        (applied.scale.unit, applied.scale.origin) = (unit, Origin::Header);
+        applied.moves = applied.norm_mps2.is_none_or(is_near);
+    } else if is_assumed {
+        findings.retain(|f| !is_about_unit(f));
     }
     applied.judge(findings)?;
     let mut accel = applied.scale;
     if is_assumed {
         (accel.unit, accel.lsb_per_g, accel.origin) = (wanted, None, Origin::Assumed);
     }
-    let header_is_wrong = (case.claim.unit).is_some_and(|claim| claim != accel.unit);
+    let header_is_wrong = recording
+        .header_unit
+        .is_some_and(|claim| claim != accel.unit);
     Ok(Judged {
         accel,
-        gyro: gyroscope(case, header_is_wrong, findings)?,
+        gyro: gyroscope(calibration, recording, header_is_wrong, findings)?,
         quiet_norm_mps2: applied.norm_mps2,
     })
 }
 
-fn all_zero_error(rows: u64, name: &str) -> Error {
-    Error::input(
-        "all-zero",
-        format!("the accelerometer reads zero or nothing in all {rows} rows: it did not answer"),
+fn quiet(recording: &Recording, accel: impl Fn(usize) -> [f64; 3]) -> Option<Quiet> {
+    let mut blocks = QuietBlocks::default();
+    (0..recording.rows()).for_each(|row| blocks.push(accel(row)));
+    blocks.finish()
+}
+
+/// What gravity said of the unit in the raw values.
+fn is_about_unit(finding: &Finding) -> bool {
+    matches!(
+        finding.kind,
+        FindingKind::UnitMismatch
+            | FindingKind::UnitUnknown
+            | FindingKind::UnitAssumed
+            | FindingKind::WrongFullScale
+            | FindingKind::WithoutGravity
+            | FindingKind::RangeMismatch
     )
-    .at(Path::new(name), None)
-    .with_hint("check the wiring (SDA, SCL, power) and that the sketch wakes the sensor")
 }
 
 /// The unit of the gyroscope, if it is to be calibrated: by the rule of [`gyro_unit`], without
 /// turns, since only the head is known.
 fn gyroscope(
-    case: &Case<'_>,
+    calibration: &CalibrationFile,
+    recording: &Recording,
     header_is_wrong: bool,
     findings: &mut Vec<Finding>,
 ) -> Result<Option<GyroUnit>> {
     let (Some(section), Some(gyro), Some(scale)) = (
-        &case.calibration.gyroscope,
-        &case.head.gyro,
-        case.facts.gyro,
+        &calibration.gyroscope,
+        &recording.gyro,
+        recording.gyro_scale,
     ) else {
         return Ok(None);
     };
     let mut evidence = gyro_unit::Evidence::default();
-    evidence.add_rest(gyro, std::slice::from_ref(&(0..case.head.rows())));
+    evidence.add_rest(gyro, std::slice::from_ref(&(0..recording.rows())));
     let claims = gyro_unit::Claims {
-        file: case.name,
+        file: &recording.name,
         scale,
         calibration: Some(section),
         header_is_wrong,
@@ -151,7 +152,7 @@ fn gyroscope(
     match gyro_unit::mismatch(section, &scale) {
         None => Ok(Some(section.input_unit)),
         Some(why) => Err(Error::input("unit-mismatch", why)
-            .at(Path::new(case.name), None)
+            .at(Path::new(&recording.name), None)
             .with_hint(format!(
                 "give --gyro-unit {} if that is its unit",
                 section.input_unit.name()

@@ -1,45 +1,42 @@
-//! Calibration of one row.
+//! Calibration of rows.
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_recording::Readings;
 
 use crate::calibration_file::CalibrationFile;
-use crate::recording::row::{ACCEL, GYRO, Values};
 use crate::segment::face::AxisMap;
 
 use super::drift::Drift;
 
 /// Calibrations of both sensors and orientation of the board.
-pub(crate) struct Sensor {
+pub(super) struct Sensor {
     accel: Calibration<f64>,
-    pub gyro: Option<GyroscopeCalibration<f64>>,
-    /// The gyroscope has g-sensitivity: its calibration needs the acceleration.
-    g_sensitive: bool,
+    gyro: Option<GyroscopeCalibration<f64>>,
+    /// What was subtracted from the values of the file, in whose unit the calibration is.
+    zero_offset: f64,
     axes: AxisMap,
     rate_axes: AxisMap,
+    /// One m/s² in the unit of the output.
+    per_mps2: f64,
     /// Temperature drift, subtracted before calibrating.
     pub drift: Option<Drift>,
 }
 
 impl Sensor {
-    pub fn new(calibration: &CalibrationFile, with_gyro: bool, axes: AxisMap) -> Self {
-        let gyro = calibration.gyroscope_calibration().filter(|_| with_gyro);
-        Self::of(calibration.accelerometer_calibration(), gyro, axes)
-    }
-
-    /// From values of the file to SI units.
-    pub fn of(
-        accel: Calibration<f64>,
-        gyro: Option<GyroscopeCalibration<f64>>,
+    pub fn new(
+        calibration: &CalibrationFile,
+        with_gyro: bool,
         axes: AxisMap,
+        zero_offset: f64,
+        per_mps2: f64,
     ) -> Self {
         Sensor {
-            accel,
-            g_sensitive: gyro
-                .iter()
-                .any(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0)),
-            gyro,
+            accel: calibration.accelerometer_calibration(),
+            gyro: calibration.gyroscope_calibration().filter(|_| with_gyro),
+            zero_offset,
             axes,
             rate_axes: axes.of_rates(),
+            per_mps2,
             drift: None,
         }
     }
@@ -50,52 +47,35 @@ impl Sensor {
         self
     }
 
-    /// Specific force in m/s² and angular rate in rad/s of the row in `line`; all axes of a
-    /// sensor are NaN if one is missing.
-    #[inline]
-    pub fn calibrate(&mut self, values: &Values, line: u64) -> [f64; 6] {
-        let mut calibrated = if self.drift.is_none() {
-            self.calibrate_values(values)
-        } else {
-            self.calibrate_with_drift(values, line)
-        };
-        let [ax, ay, az, gx, gy, gz] = calibrated;
-        if !(ax + ay + az).is_finite() {
-            calibrated[..3].fill(f64::NAN);
+    /// Calibrates rows in place: specific force in the unit of the output, angular rate in rad/s.
+    /// All axes of a sensor are NaN if one is missing. Without a calibration of the gyroscope its
+    /// channels are dropped.
+    pub fn calibrate(&mut self, readings: &mut Readings, lines: &[u32]) {
+        if let Some(drift) = &mut self.drift {
+            drift.subtract(readings, lines);
         }
-        if self.gyro.is_some() && !(gx + gy + gz).is_finite() {
-            calibrated[3..].fill(f64::NAN);
-        }
-        calibrated
-    }
-
-    // Separate function: the loop without a temperature model stays small.
-    #[inline(never)]
-    fn calibrate_with_drift(&mut self, values: &Values, line: u64) -> [f64; 6] {
-        match &mut self.drift {
-            Some(drift) => {
-                let corrected = drift.subtract(values, line);
-                self.calibrate_values(&corrected)
+        let gyro = self.gyro.as_ref();
+        let is_sensitive =
+            gyro.is_some_and(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0));
+        readings.gyro = readings.gyro.take().filter(|_| gyro.is_some());
+        let [ax, ay, az] = &mut readings.accel;
+        let mut rates = readings.gyro.as_mut();
+        for row in 0..ax.len() {
+            let raw = [ax[row], ay[row], az[row]].map(|v| v + self.zero_offset);
+            let accel = self.accel.apply(raw);
+            if let (Some(gyro), Some([gx, gy, gz])) = (gyro, &mut rates) {
+                let raw = [gx[row], gy[row], gz[row]];
+                let rate = gyro.apply(raw, if is_sensitive { accel } else { [0.0; 3] });
+                [gx[row], gy[row], gz[row]] = complete(self.rate_axes.to_case(rate));
             }
-            None => self.calibrate_values(values),
+            let accel = complete(self.axes.to_case(accel));
+            [ax[row], ay[row], az[row]] = accel.map(|v| v * self.per_mps2);
         }
     }
+}
 
-    #[inline]
-    fn calibrate_values(&self, values: &Values) -> [f64; 6] {
-        let accel = self
-            .accel
-            .apply([values[ACCEL], values[ACCEL + 1], values[ACCEL + 2]]);
-        let [ax, ay, az] = self.axes.to_case(accel);
-        let Some(gyro) = &self.gyro else {
-            return [ax, ay, az, f64::NAN, f64::NAN, f64::NAN];
-        };
-        let accel_for_gyro = if self.g_sensitive { accel } else { [0.0; 3] };
-        let rate = gyro.apply(
-            [values[GYRO], values[GYRO + 1], values[GYRO + 2]],
-            accel_for_gyro,
-        );
-        let [gx, gy, gz] = self.rate_axes.to_case(rate);
-        [ax, ay, az, gx, gy, gz]
-    }
+/// NaN on all axes if one is missing.
+fn complete(axes: [f64; 3]) -> [f64; 3] {
+    let is_complete = (axes[0] + axes[1] + axes[2]).is_finite();
+    if is_complete { axes } else { [f64::NAN; 3] }
 }

@@ -36,13 +36,11 @@ impl OutputUnit {
         }
     }
 
-    /// Converts from m/s².
-    #[inline]
-    pub(super) fn convert(self, mps2: &mut [f64]) {
-        if self == OutputUnit::StandardGravity {
-            for value in mps2 {
-                *value /= STANDARD_GRAVITY_MPS2;
-            }
+    /// One m/s² in this unit.
+    pub(super) fn per_mps2(self) -> f64 {
+        match self {
+            OutputUnit::MetrePerSecondSquared => 1.0,
+            OutputUnit::StandardGravity => 1.0 / STANDARD_GRAVITY_MPS2,
         }
     }
 }

@@ -5,7 +5,6 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::Result;
-use crate::apply::plan::{Plan, channel_field, input_name};
 use crate::calibration_file::InputFile;
 use crate::output::BlockWriter;
 use crate::recording::collect::{self, Rereader};
@@ -15,6 +14,7 @@ use crate::recording::open::Reopenable;
 use crate::recording::{ReadOptions, Recording};
 
 use super::engine::Setup;
+use super::plan::{Plan, channel_field, input_name};
 use super::{DenoiseOptions, DenoiseSummary, begin, filter_in_memory};
 
 /// A recording that was filtered from file to file.

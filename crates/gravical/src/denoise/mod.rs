@@ -47,6 +47,7 @@ mod filter;
 mod gram;
 mod hampel;
 mod parse;
+mod plan;
 mod response;
 mod savgol;
 mod spec;

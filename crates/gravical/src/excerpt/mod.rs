@@ -60,9 +60,6 @@ struct Bounds {
     motions: usize,
     motion_rows: usize,
     motion_s: f64,
-    /// The caller reads all rows again: it needs no labels, and of static intervals and motions
-    /// only where they are.
-    ahead: bool,
 }
 
 const BOUNDS: Bounds = Bounds {
@@ -74,7 +71,6 @@ const BOUNDS: Bounds = Bounds {
     motions: 500,
     motion_rows: 100_000,
     motion_s: 60.0,
-    ahead: false,
 };
 
 /// Reads the recording at `path` (`-` is standard input): completely, or, if it is long, only its
@@ -106,26 +102,6 @@ pub fn read(path: &Path, options: &ReadOptions, still: &StillOptions) -> Result<
     }
     let name = path.display().to_string();
     read_from(&mut Reopenable::of(path), &name, options, still, BOUNDS)
-}
-
-/// The same for a caller that reads all rows of `source` again: rows and labels that are left out
-/// do not matter to it.
-///
-/// # Errors
-///
-/// As [`read`].
-pub(crate) fn read_ahead(
-    source: &mut Reopenable,
-    name: &str,
-    options: &ReadOptions,
-    still: &StillOptions,
-) -> Result<Recording> {
-    options.validate()?;
-    let bounds = Bounds {
-        ahead: true,
-        ..BOUNDS
-    };
-    read_from(source, name, options, still, bounds)
 }
 
 /// Reads the recording at `path`: completely, or, if it is long, only the rows `wanted` of the
@@ -210,7 +186,7 @@ fn read_from(
         move |format: &Format, facts: &Facts| {
             let columns = Columns::of_format(format, facts);
             // Labels refer to all rows.
-            let whole = match columns.has_labels() && !bounds.ahead {
+            let whole = match columns.has_labels() {
                 true => usize::MAX,
                 false => whole,
             };
@@ -444,7 +420,7 @@ fn findings_about_rows_left_out(
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let rows = recording.rows_in_file();
-    if let Some((count, most)) = plan.shortened.filter(|_| !bounds.ahead) {
+    if let Some((count, most)) = plan.shortened {
         let seconds = most as f64 / rate;
         findings.push(
             Finding::new(
@@ -471,7 +447,7 @@ fn findings_about_rows_left_out(
             .counting(left_out as u64),
         );
     }
-    if !plan.motions_left_out.is_empty() && !bounds.ahead {
+    if !plan.motions_left_out.is_empty() {
         let mut lines = LineSpans::default();
         let map = recording.excerpt.as_ref().map(|e| &e.rows);
         let line = |row: usize| Some(recording.line(map?.row(row as u64)?));

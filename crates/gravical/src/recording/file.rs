@@ -11,7 +11,6 @@ use super::ReadOptions;
 use super::dialect::terminator;
 use super::format::Format;
 use super::head::Head;
-pub(crate) use super::head::HeadChannels;
 use super::layout;
 use super::metadata;
 use super::monitor::{Facts, RecordingClaims};
@@ -34,10 +33,6 @@ pub(crate) struct OpenFile {
     pub format: Format,
     /// Findings about the columns.
     pub findings: Vec<Finding>,
-    /// Its first lines.
-    head: Head,
-    /// The first lines are the whole file.
-    pub whole: bool,
     input: Input,
 }
 
@@ -75,7 +70,7 @@ pub(crate) fn open_rows(
         layout: format.layout.clone(),
         options: options.clone(),
     };
-    let (format, length, whole, head, rows) = match wearable::is_one(&magic) {
+    let (format, length, head, rows) = match wearable::is_one(&magic) {
         true => {
             let (bytes, reader) = peek(reader, input.head_bytes).map_err(io)?;
             let whole = bytes.len() < input.head_bytes;
@@ -95,13 +90,7 @@ pub(crate) fn open_rows(
             let first = opened.rows(&bytes[..], name, !whole).map_err(io)?;
             let head = Head::read(first, &claims(&format));
             let all = opened.rows(reader, name, false).map_err(io)?;
-            (
-                format,
-                bytes.len(),
-                whole,
-                head,
-                FileRows::Device(Box::new(all)),
-            )
+            (format, bytes.len(), head, FileRows::Device(Box::new(all)))
         }
         false => {
             let mut lines = Lines::new(reader);
@@ -114,13 +103,7 @@ pub(crate) fn open_rows(
             let head = Head::read(first, &claims(&format));
             let lines = lines.with_terminator(terminator(&clean));
             let all = TextRows::new(lines, name, &format, false);
-            (
-                format,
-                clean.len(),
-                whole,
-                head,
-                FileRows::Text(Box::new(all)),
-            )
+            (format, clean.len(), head, FileRows::Text(Box::new(all)))
         }
     };
     let facts = facts.unwrap_or_else(|| head.facts());
@@ -129,8 +112,6 @@ pub(crate) fn open_rows(
         rows: Rows::new(rows, name, claims(&format), facts).expecting(expected),
         format,
         findings,
-        head,
-        whole,
         input,
     })
 }
@@ -145,11 +126,6 @@ pub(crate) fn complete_rows(head: &[u8]) -> usize {
 }
 
 impl OpenFile {
-    /// Channels of the first rows.
-    pub fn head(&self) -> HeadChannels {
-        self.head.channels(self.rows.facts())
-    }
-
     /// Provides the text of every row, with the byte ranges of all fields.
     pub fn with_spans(mut self) -> Self {
         match self.rows.source_mut() {

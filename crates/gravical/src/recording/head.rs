@@ -3,7 +3,7 @@
 use crate::Result;
 
 use super::monitor::{Facts, RecordingClaims};
-use super::row::{ACCEL, GYRO, SLOTS, TEMPERATURE, Values};
+use super::row::{SLOTS, Values};
 use super::rows::{Item, Rows, Source};
 
 /// Largest number of passes over the head.
@@ -17,35 +17,6 @@ const USUAL_LINES: usize = 1 << 13;
 pub(crate) struct Head {
     claims: RecordingClaims,
     lines: Vec<(u64, Item, Values)>,
-}
-
-/// Channels of the first rows in the unit of the file, with cells filled.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct HeadChannels {
-    pub accel: [Vec<f64>; 3],
-    /// `None` without all three axes.
-    pub gyro: Option<[Vec<f64>; 3]>,
-    /// °C according to the recording; empty cells are NaN.
-    pub temperature: Vec<f64>,
-}
-
-impl HeadChannels {
-    pub fn rows(&self) -> usize {
-        self.accel[0].len()
-    }
-
-    /// The accelerometer converted by `calibrate` from its values and the temperature.
-    pub fn calibrated(&self, calibrate: impl Fn([f64; 3], f64) -> [f64; 3]) -> [Vec<f64>; 3] {
-        let [x, y, z] = &self.accel;
-        let mut out: [Vec<f64>; 3] = Default::default();
-        for (((x, y), z), t_c) in x.iter().zip(y).zip(z).zip(&self.temperature) {
-            let a = calibrate([*x, *y, *z], *t_c);
-            for (channel, value) in out.iter_mut().zip(a) {
-                channel.push(value);
-            }
-        }
-        out
-    }
 }
 
 impl Head {
@@ -72,26 +43,6 @@ impl Head {
     pub fn expected(&self, bytes: usize, size: Option<u64>) -> usize {
         let each = bytes as f64 / self.lines.len() as f64;
         size.map_or(0, |size| (1.01 * size as f64 / each) as usize)
-    }
-
-    /// Channels of its rows.
-    pub fn channels(&self, facts: &Facts) -> HeadChannels {
-        let channels = self.claims.channels(facts);
-        let mut out = HeadChannels {
-            gyro: channels.gyro.then(Default::default),
-            ..HeadChannels::default()
-        };
-        let mut rows = self.rows(*facts);
-        while let Ok(Some(row)) = rows.next_row() {
-            for (i, channel) in out.accel.iter_mut().enumerate() {
-                channel.push(row.values[ACCEL + i]);
-            }
-            for (i, channel) in out.gyro.iter_mut().flatten().enumerate() {
-                channel.push(row.values[GYRO + i]);
-            }
-            out.temperature.push(row.values[TEMPERATURE]);
-        }
-        out
     }
 
     fn rows(&self, facts: Facts) -> Rows<HeadRows<'_>> {

@@ -23,6 +23,7 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+pub(crate) mod batches;
 #[doc(hidden)]
 pub mod board;
 pub(crate) mod cells;

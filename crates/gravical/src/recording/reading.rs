@@ -132,7 +132,7 @@ pub(super) fn table_fields(
 }
 
 /// The error of the text as one of this crate.
-fn refused(error: new::Error, head: &[u8], here: &Path) -> Error {
+pub(super) fn refused(error: new::Error, head: &[u8], here: &Path) -> Error {
     let (code, message) = (error.code(), error.to_string());
     let (line, hint, option) = (error.line(), error.hint(), error.option());
     let is_table = !message.starts_with("no table");
@@ -155,7 +155,7 @@ fn refused(error: new::Error, head: &[u8], here: &Path) -> Error {
 }
 
 /// The options for the reader of text.
-fn text_options(options: &ReadOptions, is_gyroscope: bool) -> new::ReadOptions {
+pub(super) fn text_options(options: &ReadOptions, is_gyroscope: bool) -> new::ReadOptions {
     new::ReadOptions {
         accel_unit: options.accel_unit,
         accel_range_g: options.accel_range_g,
@@ -198,14 +198,14 @@ fn columns(spec: &ColumnsSpec) -> new::ColumnsSpec {
 }
 
 /// A judged recording with the name of its file, and its notes as findings.
-fn of_judged(judged: new::Recording, name: &str) -> Recording {
+pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
     let known = known(&judged);
     let mut line_map = RowMap::default();
     judged
         .lines
         .iter()
         .for_each(|line| line_map.push(u64::from(*line)));
-    let ledger = ledger(&judged);
+    let ledger = ledger(&judged.aside, judged.rows());
     let in_file = |note| Finding::from(note).in_file(name);
     let is_calibrated_by_board = judged.board.is_some_and(|b| b.is_calibrated());
     let reads = |own: &[&str; 3]| {
@@ -270,10 +270,10 @@ fn known(judged: &new::Recording) -> Known {
 }
 
 /// The account of all lines.
-fn ledger(judged: &new::Recording) -> Ledger {
+pub(super) fn ledger(aside: &new::Aside, rows: usize) -> Ledger {
     let mut ledger = Ledger::default();
-    (ledger.lines, ledger.rows) = (judged.aside.lines as u64, judged.rows() as u64);
-    for (reason, aside) in &judged.aside.reasons {
+    (ledger.lines, ledger.rows) = (aside.lines as u64, rows as u64);
+    for (reason, aside) in &aside.reasons {
         let kind = match reason {
             Reason::Header => Aside::Header,
             Reason::Metadata => Aside::Metadata,

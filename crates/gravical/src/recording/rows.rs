@@ -170,8 +170,6 @@ pub(crate) struct Finished {
     pub summary: MonitorSummary,
     /// About rows of zeros.
     pub zeros: Vec<Finding>,
-    /// Breaks after the last row.
-    pub trailing: Vec<Aside>,
     /// The line from which all rows are zero, if they were too many to hold back and count as
     /// rows.
     pub zeros_from: Option<u64>,
@@ -184,7 +182,6 @@ impl Finished {
             ledger: Ledger::default(),
             summary: monitor.finish_with_resolution(),
             zeros: Vec::new(),
-            trailing: Vec::new(),
             zeros_from: None,
         }
     }
@@ -574,7 +571,6 @@ impl<S: Source> Rows<S> {
             ledger: std::mem::take(&mut self.ledger),
             summary: self.monitor.finish_with_resolution(),
             zeros,
-            trailing: std::mem::take(&mut self.pending_breaks),
             zeros_from: self.unresolved.first(),
         })
     }

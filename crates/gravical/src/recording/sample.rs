@@ -3,9 +3,6 @@
 use std::array::from_fn;
 
 use super::Recording;
-use super::collect::Known;
-use super::row::{ACCEL, GYRO, TEMPERATURE};
-use super::rows;
 
 /// A row. What is missing is NaN.
 #[derive(Debug, Clone, Copy)]
@@ -17,22 +14,6 @@ pub(crate) struct Sample {
     pub temperature_c: f64,
     /// It does not continue the row before.
     pub is_break: bool,
-}
-
-impl Sample {
-    /// Row `number` of a file that is read again.
-    pub fn of_row(row: &rows::Row<'_>, number: usize, known: &Known) -> Self {
-        let even_hz = known.facts.stamp_reading.and_then(|s| s.even_hz);
-        Sample {
-            time_s: even_hz.map_or(row.t_s, |rate_hz| number as f64 / rate_hz),
-            values: from_fn(|i| match i {
-                0..3 => row.values[ACCEL + i] - known.facts.zero_offset,
-                _ => row.values[GYRO + i - 3],
-            }),
-            temperature_c: row.values[TEMPERATURE],
-            is_break: row.is_break(),
-        }
-    }
 }
 
 impl Recording {

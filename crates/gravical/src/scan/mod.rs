@@ -24,10 +24,9 @@
 //! # Ok::<(), std::io::Error>(())
 //! ```
 
-mod fixed;
 mod lines;
 mod number;
 
-pub use fixed::{write_fixed, write_trimmed};
+pub use gravical_recording::write::{write_fixed, write_trimmed};
 pub use lines::{Line, Lines, MAX_LINE};
 pub use number::{parse_field, parse_field_decimal_comma, scan_number};

@@ -3,6 +3,7 @@
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod applied;
 mod axivity;
 mod compare_check;
 #[path = "../../../../tests/support/axivity.rs"]

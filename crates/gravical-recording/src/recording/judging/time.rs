@@ -194,7 +194,7 @@ fn temperature_range(temperature_c: Option<&[f64]>) -> (f64, f64) {
 }
 
 /// The column of time that rises most often and most evenly; steps only if there is no other.
-fn find_clock(
+pub(crate) fn find_clock(
     format: &Format,
     rows: &Batch,
     options: ClockOptions<'_>,

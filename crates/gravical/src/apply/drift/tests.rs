@@ -151,7 +151,7 @@ fn without_temperatures_drift_is_reported_but_not_subtracted() {
     assert_eq!(rows[2][1], "0.400000");
     assert_eq!(
         kinds(&summary),
-        ["temperature-not-applied", "temperature-unit"]
+        ["temperature-unit", "temperature-not-applied"]
     );
 }
 

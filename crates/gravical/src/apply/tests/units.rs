@@ -218,21 +218,6 @@ fn a_change_of_unit_is_refused_with_its_line() {
 }
 
 #[test]
-fn unrepresentative_first_rows_are_reported() {
-    // The gyroscope has whole numbers at first, then others.
-    let row = |i: usize| {
-        let rate = (i % 7) as f64 + if i < 12_000 { 0.0 } else { 0.25 };
-        format!("{},{rate},1,2", two_units(i % 12_000))
-    };
-    let (_, summary) = run(&si(), &still("t_ms,ax,ay,az,gx,gy,gz", 36_000, row));
-    let reported = finding(&summary, "first-rows-differ");
-    assert!(
-        reported.message.contains("unit of the gyroscope"),
-        "{reported:?}"
-    );
-}
-
-#[test]
 fn calibrated_in_g_is_recognised_as_calibrated() {
     let text = still("t_ms,ax,ay,az", 300, |i| {
         format!("{},0.1,-0.2,9.81", 10 * i)

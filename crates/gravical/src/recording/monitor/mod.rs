@@ -9,8 +9,6 @@
 mod defects;
 mod unit;
 
-use std::path::Path;
-
 use gravical_core::matrix3;
 use serde::{Deserialize, Serialize};
 
@@ -27,11 +25,10 @@ use super::{POSSIBLE_C, ReadOptions, Recording, UnitDoubt};
 use crate::finding::{Finding, FindingKind};
 use crate::resolution::AxisValues;
 use crate::stats::{Thinned, median};
-use crate::{Error, Result};
 
 pub(crate) use defects::Defects;
 pub use unit::quiet_norm;
-pub(crate) use unit::{GyroCounts, Quiet, QuietBlocks, quiet};
+pub(crate) use unit::{GyroCounts, Quiet, QuietBlocks};
 use unit::{UnitWatch, Unsigned};
 
 /// Recordings with fewer rows are tables of means or a single pose and need no sampling rate.
@@ -449,31 +446,6 @@ impl Temperatures {
             ));
         }
         fits
-    }
-}
-
-/// Refuses rows whose unit changes, unless the user gives the unit.
-///
-/// # Errors
-///
-/// `unit-changed` (input), with the line.
-pub(crate) fn refuse_unit_change(
-    found: &MonitorFindings,
-    options: &ReadOptions,
-    name: &str,
-) -> Result<()> {
-    let changed = |f: &&Finding| f.kind == FindingKind::UnitChanged;
-    let Some(finding) = found.unit.iter().find(changed) else {
-        return Ok(());
-    };
-    let line = finding.lines.first().map_or(0, |l| l[0]);
-    match options.accel_unit {
-        Some(_) => Ok(()),
-        None => Err(Error::input("unit-changed", finding.message.clone())
-            .at(Path::new(name), Some(line))
-            .with_hint(format!(
-                "split the file before line {line} and read the parts separately; --accel-unit UNIT reads all rows in one unit regardless"
-            ))),
     }
 }
 

@@ -292,6 +292,27 @@ impl<R: Read> DeviceRows<R> {
         Ok(())
     }
 
+    /// Writes the next row, or a comment for a block that is skipped, as a line of text; false at
+    /// the end.
+    ///
+    /// # Errors
+    ///
+    /// Errors of reading.
+    pub fn next_line(&mut self, out: &mut Vec<u8>) -> Result<bool> {
+        let mut values = [f64::NAN; SLOTS];
+        match self.next(&mut values)? {
+            None => return Ok(false),
+            Some(Item::Row) => out.extend_from_slice(&self.text),
+            Some(Item::Gap) => out.extend_from_slice(b"# gap: blocks are missing"),
+            Some(_) => {
+                out.extend_from_slice(b"# ");
+                out.extend_from_slice(&self.text);
+            }
+        }
+        out.push(b'\n');
+        Ok(true)
+    }
+
     fn write_text(&mut self, values: &Values) {
         self.text.clear();
         self.spans.clear();

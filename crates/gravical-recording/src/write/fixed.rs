@@ -20,14 +20,23 @@ const TWO_POW_53: f64 = 9_007_199_254_740_992.0;
 ///
 /// ```
 /// let mut row = Vec::new();
-/// gravical::scan::write_fixed(&mut row, -9.80665, 3);
+/// gravical_recording::write::write_fixed(&mut row, -9.80665, 3);
 /// assert_eq!(row, b"-9.807");
 /// ```
 #[inline]
 pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
-    let Some(power) = POWERS.get(decimals as usize) else {
-        return by_std(out, value, decimals);
-    };
+    match decimals {
+        // With the usual number the loops over digits are unrolled.
+        6 => write_by(out, value, POWERS[6], 6),
+        _ => match POWERS.get(decimals as usize) {
+            Some(power) => write_by(out, value, *power, decimals),
+            None => by_std(out, value, decimals),
+        },
+    }
+}
+
+#[inline(always)]
+fn write_by(out: &mut Vec<u8>, value: f64, power: f64, decimals: u32) {
     let scaled = value.abs() * power;
     if scaled >= TWO_POW_53 || scaled.is_nan() {
         return by_std(out, value, decimals);
@@ -40,7 +49,7 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     } else if scaled < TWO_POW_50 {
         // A fused multiply-add gives the exact error of the product; a true tie rounds to even,
         // as in the standard library.
-        let above_half = above_half + value.abs().mul_add(*power, -scaled);
+        let above_half = above_half + value.abs().mul_add(power, -scaled);
         above_half > 0.0 || (above_half == 0.0 && floor % 2 == 1)
     } else {
         return by_std(out, value, decimals);
@@ -92,7 +101,7 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
 ///
 /// ```
 /// let mut row = Vec::new();
-/// gravical::scan::write_trimmed(&mut row, -0.0625, 12);
+/// gravical_recording::write::write_trimmed(&mut row, -0.0625, 12);
 /// assert_eq!(row, b"-0.0625");
 /// ```
 #[inline]

@@ -1,18 +1,11 @@
 //! Columns of the output: their names and sources.
 
-use std::array::from_fn;
-
 use crate::recording::dialect::Dialect;
 use crate::recording::layout::Layout;
 use crate::recording::names::Quantity;
 use crate::recording::row::{Delimiter, Span};
 use crate::recording::{Finding, FindingKind};
 use crate::scan::write_fixed;
-
-use super::unit::OutputUnit;
-
-/// Names of the calibrated channels of the gyroscope.
-pub(super) const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
 
 /// Decimals of a calibrated value.
 const DECIMALS: u32 = 6;
@@ -40,21 +33,6 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// The calibrated channels under their names.
-    pub fn new(
-        dialect: &Dialect,
-        layout: &Layout,
-        unit: OutputUnit,
-        with_gyro: bool,
-        keep_raw: bool,
-    ) -> Self {
-        let names = from_fn(|i| match i {
-            0..3 => Some(unit.columns()[i].to_owned()),
-            _ => with_gyro.then(|| RATES[i - 3].to_owned()),
-        });
-        Self::with_names(dialect, layout, &names, keep_raw)
-    }
-
     /// Channels with a name here are written as values under that name; all other columns are
     /// copied.
     pub fn with_names(

@@ -1,0 +1,442 @@
+//! Rows after those by which a recording was judged.
+//!
+//! A recording of any size is judged by its first rows, with all that [`Recording`] judges. The
+//! rows after them are read alike, batch by batch; where they cannot be, they end the reading.
+
+mod clock;
+
+use clock::LaterClock;
+
+use crate::error::Error;
+use crate::judge::{self, Encoding};
+use crate::note::{Note, NoteKind};
+use crate::recording::Recording;
+use crate::recording::judging::{self, celsius, find_thermometer, keep_sensor};
+use crate::text::{Aside, Batch, Format, Reason};
+
+/// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
+/// much it then differs from gravity.
+const SLIP_END_ROWS: usize = 640;
+const SLIP_TOLERANCE: f64 = 0.2;
+/// Rows before a batch with which shifted channels are looked for.
+const TAIL_ROWS: usize = 20_000;
+
+/// Channels of the rows of a batch, as the recording was judged.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Readings {
+    /// Specific force in the unit of the file, less the zero offset; NaN in a row that is no
+    /// measurement
+    pub accel: [Vec<f64>; 3],
+    /// Angular rate in the unit of the file; NaN in a row that is no measurement
+    pub gyro: Option<[Vec<f64>; 3]>,
+    /// Temperature, °C
+    pub temperature_c: Option<Vec<f64>>,
+    /// Whether each row is a measurement of the sensor that is read
+    pub is_measured: Vec<bool>,
+}
+
+/// Why rows cannot be read as those before them.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Contradiction {
+    /// Line of the first of them, from 1
+    pub line: u64,
+    /// What differs, for scripts: `encoding-changed`, `shifted-columns`, `sensor-ended`,
+    /// `unit-changed`
+    pub code: &'static str,
+    /// The same in words
+    pub message: String,
+}
+
+const ENCODING: (&str, &str) = (
+    "encoding-changed",
+    "numbers are written in another way than before: unsigned integers in one part, signed ones or fractions in the other",
+);
+const SLIPPED: (&str, &str) = (
+    "shifted-columns",
+    "the values stand in the columns of others from here on: the bus lost a byte",
+);
+const SENSOR: (&str, &str) = (
+    "sensor-ended",
+    "the sensor that is read has no more rows from here on",
+);
+
+/// How rows are read after those by which a recording was judged.
+#[derive(Clone, Debug)]
+pub struct Later {
+    format: Format,
+    encoding: Option<Encoding>,
+    /// Whether the gyroscope is decoded with the accelerometer.
+    decodes_gyro: bool,
+    /// Whether some value of the accelerometer was negative or had a fraction.
+    is_signed: bool,
+    zero_offset: f64,
+    /// Where the last value of each channel holds in empty cells.
+    accel_held: Option<[Held; 3]>,
+    gyro_held: Option<[Held; 3]>,
+    /// Column of the sensors, and the sensor that is read.
+    sensor: Option<(usize, Cell)>,
+    thermometer: Option<usize>,
+    /// Whether repeats of all channels mean that the sensor hung.
+    marks_hung: bool,
+    /// Channels of the last row, and length of the run in which they repeat.
+    last: (Vec<f64>, usize),
+    /// Gravity in the unit of the file, and the last rows: by them shifted channels are told.
+    gravity: Option<f64>,
+    tail: [Vec<f64>; 6],
+    /// The unit changed, but the user gives it.
+    unit_note: Option<Note>,
+    clock: Option<LaterClock>,
+    aside: Aside,
+}
+
+/// A number, or a word of its column.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Cell {
+    Number(f64),
+    Word(u8),
+}
+
+impl Cell {
+    fn of(batch: &Batch, column: usize, row: usize) -> Self {
+        match batch.texts[column].get(row) {
+            Some(word) if *word > 0 => Cell::Word(*word),
+            _ => Cell::Number(batch.columns[column][row]),
+        }
+    }
+}
+
+/// The last value of a channel, and for how many more rows it holds.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    value: f64,
+    rows: f64,
+    max_rows: f64,
+}
+
+impl Held {
+    /// `None` for a sensor whose cells are rarely empty.
+    fn of(axes: [&[f64]; 3], max_distances: f64) -> Option<[Self; 3]> {
+        let rows = axes[0].len();
+        let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
+        judge::is_sparse(lacking.count(), rows).then(|| {
+            axes.map(|axis| {
+                let known = axis.iter().filter(|v| !v.is_nan()).count();
+                Held {
+                    value: f64::NAN,
+                    rows: 0.0,
+                    max_rows: max_distances * rows as f64 / known.max(1) as f64,
+                }
+            })
+        })
+    }
+
+    fn fill(&mut self, channel: &mut [f64], is_measured: &[bool]) {
+        for (v, _) in channel.iter_mut().zip(is_measured).filter(|(_, m)| **m) {
+            if !v.is_nan() {
+                (self.value, self.rows) = (*v, 0.0);
+            } else if self.rows < self.max_rows {
+                *v = self.value;
+                self.rows += 1.0;
+            }
+        }
+    }
+}
+
+impl Later {
+    /// Judges the first rows of a recording, or all of them, and tells how later ones are read.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Recording::judge`].
+    pub fn judge(format: &Format, mut head: Batch) -> Result<(Recording, Later), Error> {
+        let (mut note, mut sensor) = (None, None);
+        if let Some((column, _)) = format.sensor {
+            note = keep_sensor(format, &mut head, column)?;
+            sensor = (head.rows() > 0).then(|| (column, Cell::of(&head, column, 0)));
+        }
+        let columns = format.channels();
+        let channels = slices(&head, &columns);
+        let is_unsigned = |c: &&[f64]| {
+            c.iter()
+                .all(|v| v.is_nan() || v.fract() == 0.0 && *v >= 0.0)
+        };
+        let axes = |columns: [usize; 3]| columns.map(|c| head.columns[c].as_slice());
+        let mut later = Later {
+            encoding: None,
+            decodes_gyro: channels[3..].iter().all(is_unsigned),
+            is_signed: !channels[..3].iter().all(is_unsigned),
+            zero_offset: 0.0,
+            accel_held: Held::of(axes(format.accel), f64::INFINITY),
+            gyro_held: format
+                .gyro
+                .and_then(|g| Held::of(axes(g), judge::GYRO_HELD)),
+            sensor,
+            thermometer: find_thermometer(format, &head),
+            marks_hung: false,
+            last: (Vec::new(), 0),
+            gravity: None,
+            tail: Default::default(),
+            unit_note: None,
+            clock: Some(LaterClock::new(format, &head)),
+            aside: Aside::default(),
+            format: format.clone(),
+        };
+        let rows = head.rows();
+        let short = (0..rows).filter(|row| {
+            let run = later.push_repeat(&channels, *row);
+            (2..=judge::MAX_REPEATS).contains(&run)
+        });
+        let repeats_are_rare = short.count() * 20 <= rows;
+
+        let mut recording = Recording::judge(format, head)?;
+        recording.notes.extend(note);
+        let accel = recording.accel.each_ref().map(Vec::as_slice);
+        later.marks_hung = repeats_are_rare && judge::resolves_noise(accel);
+        later.gravity = judge::quiet_norm(accel);
+        later.zero_offset = recording.zero_offset;
+        let is_decoded = |n: &Note| n.kind == NoteKind::UnsignedCounts;
+        later.encoding = recording.notes.iter().any(is_decoded).then_some({
+            let is_offset = recording.zero_offset != 0.0;
+            if is_offset {
+                Encoding::OffsetBinary
+            } else {
+                Encoding::TwosComplement
+            }
+        });
+        let accel = later.accel_held.iter_mut().flatten().zip(&recording.accel);
+        let gyro = recording.gyro.iter().flatten();
+        for (held, channel) in accel.chain(later.gyro_held.iter_mut().flatten().zip(gyro)) {
+            held.value = channel.last().copied().unwrap_or(f64::NAN);
+        }
+        later.keep_tail(&recording.accel, recording.gyro.as_ref());
+        let mut clock = later.clock.take();
+        later.clock = clock.take_if(|clock| clock.set(&recording));
+        Ok((recording, later))
+    }
+
+    /// Reads the rows of the next batch, whose columns are taken.
+    ///
+    /// A run of repeats that goes on from one batch to the next may leave 20 rows before it.
+    ///
+    /// # Errors
+    ///
+    /// The rows cannot be read as those before them.
+    pub fn read(&mut self, batch: &mut Batch) -> Result<Readings, Contradiction> {
+        let own = self.rows_of_sensor(batch);
+        let lines = &batch.lines;
+        let at = |row: usize, (code, message): (&'static str, &str)| Contradiction {
+            line: lines.get(row).copied().unwrap_or_default().into(),
+            code,
+            message: message.to_owned(),
+        };
+        if own.is_empty() && !lines.is_empty() {
+            return Err(at(0, SENSOR));
+        }
+        let columns = self.format.channels();
+        let channels: Vec<&[f64]> = columns
+            .iter()
+            .map(|c| batch.columns[*c].as_slice())
+            .collect();
+        let mut is_measured = vec![false; lines.len()];
+        let reads_zeros = self.format.columns[columns[0]].is_linear;
+        for row in &own {
+            is_measured[*row] = reads_zeros || channels.iter().any(|c| c[*row] != 0.0);
+        }
+        let is_read = is_measured.clone();
+        if self.marks_hung {
+            self.mark_hung(&channels, &own, &mut is_measured);
+        }
+        let mut take = |c: usize| std::mem::take(&mut batch.columns[c]);
+        let mut accel = self.format.accel.map(&mut take);
+        let mut gyro = self.format.gyro.map(|g| g.map(&mut take));
+        let mut temperature_c = self.thermometer.map(&mut take);
+        for (row, _) in is_measured.iter().enumerate().filter(|(_, m)| !**m) {
+            let reason = match own.binary_search(&row) {
+                Err(_) => Reason::OtherSensor,
+                Ok(_) if is_read[row] => Reason::Hung,
+                Ok(_) => Reason::Zeros,
+            };
+            self.aside.add(reason, lines[row] as usize, "");
+            let channels = accel.iter_mut().chain(gyro.iter_mut().flatten());
+            channels.for_each(|channel| channel[row] = f64::NAN);
+        }
+        if !reads_zeros {
+            empty_unread(&mut accel);
+        }
+        if !self.decode(&mut accel, gyro.as_mut()) {
+            return Err(at(0, ENCODING));
+        }
+        if let Some(row) = self.slipped_row(&accel, gyro.as_ref()) {
+            return Err(at(row, SLIPPED));
+        }
+        let before = self.gravity.filter(|_| !self.format.options.is_gyroscope);
+        if let Some((row, note)) = before.and_then(|g| judge::unit_change(&accel, lines, Some(g))) {
+            if self.format.options.accel_unit.is_none() {
+                return Err(at(row, ("unit-changed", &note.message)));
+            }
+            self.unit_note.get_or_insert(note);
+        }
+        self.keep_tail(&accel, gyro.as_ref());
+        for (held, axis) in self.accel_held.iter_mut().flatten().zip(&mut accel) {
+            held.fill(axis, &is_measured);
+        }
+        let axes = gyro.iter_mut().flatten();
+        for (held, axis) in self.gyro_held.iter_mut().flatten().zip(axes) {
+            held.fill(axis, &is_measured);
+        }
+        if let (Some(column), Some(temperature_c)) = (self.thermometer, &mut temperature_c) {
+            celsius(&self.format, column, temperature_c);
+            let possible = |t: &&mut f64| !judge::POSSIBLE_C.contains(*t);
+            temperature_c
+                .iter_mut()
+                .filter(possible)
+                .for_each(|t| *t = f64::NAN);
+        }
+        Ok(Readings {
+            accel,
+            gyro,
+            temperature_c,
+            is_measured,
+        })
+    }
+
+    /// Times of the rows of the next batch since the first row of the recording, s; NaN in rows of
+    /// other sensors. `None` without a clock. To be called before [`read`](Self::read).
+    pub fn times(&mut self, batch: &Batch) -> Option<Vec<f64>> {
+        let own = self.rows_of_sensor(batch);
+        self.clock.as_mut().map(|clock| clock.times(batch, &own))
+    }
+
+    /// Rows that are no measurements.
+    #[must_use]
+    pub fn aside(&self) -> &Aside {
+        &self.aside
+    }
+
+    /// What was found beside that, once all rows are read.
+    #[must_use]
+    pub fn note(&self) -> Option<&Note> {
+        self.unit_note.as_ref()
+    }
+
+    /// Rows of the sensor that is read.
+    fn rows_of_sensor(&self, batch: &Batch) -> Vec<usize> {
+        let is_own = |row: &usize| {
+            self.sensor
+                .is_none_or(|(column, cell)| Cell::of(batch, column, *row) == cell)
+        };
+        (0..batch.rows()).filter(is_own).collect()
+    }
+
+    /// Length of the run of repeats that ends in this row.
+    fn push_repeat(&mut self, channels: &[&[f64]], row: usize) -> usize {
+        let (last, run) = &mut self.last;
+        let repeats = last.len() == channels.len()
+            && channels
+                .iter()
+                .zip(last.iter())
+                .all(|(c, last)| c[row] == *last);
+        if repeats {
+            *run += 1;
+        } else {
+            *run = 1;
+            last.clear();
+            last.extend(channels.iter().map(|c| c[row]));
+        }
+        *run
+    }
+
+    fn mark_hung(&mut self, channels: &[&[f64]], own: &[usize], is_measured: &mut [bool]) {
+        for (k, row) in own.iter().enumerate() {
+            let run = self.push_repeat(channels, *row);
+            if run == judge::MAX_REPEATS + 1 {
+                // All but the first row of the run, as far as they are in this batch.
+                let from = k.saturating_sub(run - 2);
+                own[from..=k]
+                    .iter()
+                    .for_each(|row| is_measured[*row] = false);
+            } else if run > judge::MAX_REPEATS {
+                is_measured[*row] = false;
+            }
+        }
+    }
+
+    /// Undoes the encoding and subtracts the zero offset; false if the numbers are written in
+    /// another way.
+    fn decode(&self, accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> bool {
+        let is_unsigned = |v: &f64| v.is_nan() || v.fract() == 0.0 && (0.0..65_536.0).contains(v);
+        match self.encoding {
+            Some(_) if !accel.iter().flatten().all(is_unsigned) => return false,
+            Some(Encoding::TwosComplement) => {
+                let gyro = gyro.into_iter().filter(|_| self.decodes_gyro).flatten();
+                let cells = accel.iter_mut().chain(gyro).flatten();
+                cells
+                    .filter(|v| **v > 32_767.0)
+                    .for_each(|v| *v -= 65_536.0);
+            }
+            Some(Encoding::OffsetBinary) => {}
+            None if self.is_signed || self.zero_offset != 0.0 => {}
+            None => return judge::decode(accel, gyro).is_none(),
+        }
+        if self.zero_offset != 0.0 {
+            accel
+                .iter_mut()
+                .flatten()
+                .for_each(|v| *v -= self.zero_offset);
+        }
+        true
+    }
+
+    /// The row from which on the channels are shifted, where the magnitude at the end of the batch
+    /// is not that of gravity.
+    fn slipped_row(&self, accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> Option<usize> {
+        let (gravity, gyro) = (self.gravity?, gyro?);
+        let end = |axis: &Vec<f64>| axis.len().saturating_sub(SLIP_END_ROWS);
+        let norm = judge::quiet_norm(accel.each_ref().map(|axis| &axis[end(axis)..]))?;
+        if (norm / gravity - 1.0).abs() < SLIP_TOLERANCE {
+            return None;
+        }
+        let axes = accel.iter().chain(gyro);
+        let joined: Vec<Vec<f64>> = self
+            .tail
+            .iter()
+            .zip(axes)
+            .map(|(t, a)| [&t[..], a].concat())
+            .collect();
+        let row =
+            judging::slipped_row(&self.format, std::array::from_fn(|i| joined[i].as_slice()))?;
+        Some(row.saturating_sub(self.tail[0].len()))
+    }
+
+    fn keep_tail(&mut self, accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) {
+        let axes = accel.iter().chain(gyro.into_iter().flatten());
+        for (tail, axis) in self.tail.iter_mut().zip(axes) {
+            tail.clear();
+            tail.extend_from_slice(&axis[axis.len().saturating_sub(TAIL_ROWS)..]);
+        }
+    }
+}
+
+fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
+    columns
+        .iter()
+        .map(|c| rows.columns[*c].as_slice())
+        .collect()
+}
+
+/// Empties the accelerometer where it reads zero in several rows in a row: it was not read.
+fn empty_unread(accel: &mut [Vec<f64>; 3]) {
+    let rows = accel[0].len();
+    let mut from = 0;
+    for row in 0..=rows {
+        if row < rows && accel.iter().all(|axis| axis[row] == 0.0) {
+            continue;
+        }
+        if row - from >= judge::ZEROS_IN_A_ROW {
+            accel
+                .iter_mut()
+                .for_each(|axis| axis[from..row].fill(f64::NAN));
+        }
+        from = row + 1;
+    }
+}

@@ -1,0 +1,98 @@
+//! Times of rows after those by which a recording was judged.
+
+use crate::judge::ClockOptions;
+use crate::recording::Recording;
+use crate::recording::judging::find_clock;
+use crate::text::{Batch, Format, Role};
+
+/// Rows before a batch with which its stamps are judged.
+const TAIL_ROWS: usize = 1024;
+
+/// The clock of a recording, carried on from batch to batch.
+#[derive(Clone, Debug)]
+pub(super) struct LaterClock {
+    format: Format,
+    rate_hz: Option<f64>,
+    /// The last rows; of their columns only those of time.
+    tail: Batch,
+    /// Which of them has a known time, and that time, s.
+    anchor: (usize, f64),
+}
+
+impl LaterClock {
+    /// The stamps of the first rows; to be taken before they are judged.
+    pub fn new(format: &Format, head: &Batch) -> Self {
+        let mut clock = LaterClock {
+            format: format.clone(),
+            rate_hz: None,
+            tail: Batch::new(format.columns.len()),
+            anchor: (0, 0.0),
+        };
+        let from = head.rows().saturating_sub(TAIL_ROWS);
+        clock.push(head, from..head.rows());
+        clock
+    }
+
+    /// Sets the clock; false if the recording has none.
+    pub fn set(&mut self, recording: &Recording) -> bool {
+        let (Some(time_s), Some(line)) = (&recording.time_s, recording.lines.last()) else {
+            return false;
+        };
+        self.rate_hz = recording.timing.rate_hz();
+        let row = self.tail.lines.binary_search(line).ok();
+        let time_s = time_s.iter().rev().find(|t| t.is_finite());
+        self.anchor = (
+            row.unwrap_or(self.tail.rows().saturating_sub(1)),
+            time_s.copied().unwrap_or(0.0),
+        );
+        true
+    }
+
+    /// Times of these rows of a batch since the first row of the recording, s; NaN in the others.
+    pub fn times(&mut self, batch: &Batch, own: &[usize]) -> Vec<f64> {
+        let before = self.tail.rows();
+        self.push(batch, own.iter().copied());
+        let place = |row: &usize| before + own.partition_point(|r| r < row);
+        let gaps: Vec<usize> = batch.breaks.iter().map(place).collect();
+        let blanks = batch.blanks.iter().map(|b| &b.0);
+        let pauses: Vec<usize> = batch.headers.iter().chain(blanks).map(place).collect();
+        let options = ClockOptions {
+            rate_hz: self.rate_hz,
+            gaps: &gaps,
+            pauses: &pauses,
+            ..ClockOptions::default()
+        };
+        let mut times_s = vec![f64::NAN; batch.rows()];
+        let (row, time_s) = self.anchor;
+        if let Some(Ok(clock)) = find_clock(&self.format, &self.tail, options) {
+            let offset_s = time_s - clock.time_s[row];
+            for (k, row) in own.iter().enumerate() {
+                times_s[*row] = clock.time_s[before + k] + offset_s;
+            }
+        }
+        let drop = self.tail.rows().saturating_sub(TAIL_ROWS);
+        let last = own.iter().rposition(|row| times_s[*row].is_finite());
+        self.anchor = match last {
+            Some(k) if before + k >= drop => (before + k - drop, times_s[own[k]]),
+            _ => (row.saturating_sub(drop), time_s),
+        };
+        self.tail.lines.drain(..drop);
+        let columns = self.tail.columns.iter_mut().filter(|c| !c.is_empty());
+        columns.for_each(|c| drop_first(c, drop));
+        times_s
+    }
+
+    fn push(&mut self, batch: &Batch, rows: impl Iterator<Item = usize> + Clone) {
+        for (c, column) in self.tail.columns.iter_mut().enumerate() {
+            let is_time = matches!(self.format.columns[c].role, Role::Time | Role::Step);
+            if is_time {
+                column.extend(rows.clone().map(|row| batch.columns[c][row]));
+            }
+        }
+        self.tail.lines.extend(rows.map(|row| batch.lines[row]));
+    }
+}
+
+fn drop_first(values: &mut Vec<f64>, count: usize) {
+    values.drain(..count.min(values.len()));
+}

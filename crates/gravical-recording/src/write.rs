@@ -1,0 +1,311 @@
+//! Tables: batches to text.
+//!
+//! A [`Table`] says where each column of the output comes from: copied byte for byte from the
+//! text of the rows, or written from values. A [`Writer`] writes batch after batch in memory that
+//! does not grow.
+
+mod fixed;
+
+pub use fixed::{write_fixed, write_trimmed};
+
+use std::io::{self, Write};
+
+use crate::text::{CopiedText, Delimiter, Format, Layout, Role};
+
+/// Bytes that are collected before they are written.
+const BLOCK_BYTES: usize = 1 << 18;
+
+/// A column of values that takes the place of a column of the input, or is appended.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct NewColumn {
+    /// Its name
+    pub name: String,
+    /// Column of the input whose place it takes; `None`: it is appended
+    pub replaces: Option<usize>,
+}
+
+/// Where the cells of a column come from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Cell {
+    /// A piece of the text of the input, byte for byte
+    Copied(usize),
+    /// The same in quotes where this table needs them
+    Quoted(usize),
+    /// A column of values with so many decimals; empty where it is NaN
+    Fixed(usize, u32),
+    /// The same without zeros at the end of the decimals
+    Trimmed(usize, u32),
+}
+
+/// Columns of an output.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Table {
+    /// Their names
+    pub names: Vec<String>,
+    /// Columns of the input that were renamed, because a new one has their name: old and new name
+    pub renamed: Vec<(String, String)>,
+    cells: Vec<Cell>,
+    delimiter: u8,
+    decimal_comma: bool,
+    copied: Vec<(usize, usize)>,
+}
+
+impl Table {
+    /// All columns of the input, with those that are replaced in their place and the others at
+    /// the end; with `keep_replaced` all new columns come at the end.
+    ///
+    /// Delimiter and decimal sign are those of the input; white space becomes a tab.
+    #[must_use]
+    pub fn with_new(
+        format: &Format,
+        columns: &[NewColumn],
+        decimals: u32,
+        keep_replaced: bool,
+    ) -> Self {
+        let (delimiter, decimal_comma) = dialect(format);
+        let mut table = Table {
+            names: Vec::new(),
+            renamed: Vec::new(),
+            cells: Vec::new(),
+            delimiter: match delimiter {
+                Delimiter::Byte(byte) => byte,
+                Delimiter::Whitespace => b'\t',
+            },
+            decimal_comma,
+            copied: Vec::new(),
+        };
+        let fields = format.columns.len();
+        let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
+        for (field, name) in input.iter().enumerate() {
+            let new = columns.iter().position(|c| c.replaces == Some(field));
+            match new.filter(|_| !keep_replaced) {
+                Some(value) => {
+                    table.push(columns[value].name.clone(), Cell::Fixed(value, decimals))
+                }
+                None => {
+                    let name = table.unused_name(name, columns, &input);
+                    table.copy(field, name, delimiter);
+                }
+            }
+        }
+        for (value, column) in columns.iter().enumerate() {
+            if keep_replaced || column.replaces.is_none() {
+                table.push(column.name.clone(), Cell::Fixed(value, decimals));
+            }
+        }
+        table
+    }
+
+    /// A table of these columns, parted by commas; `copied` are the columns of the input that are
+    /// its pieces.
+    #[must_use]
+    pub fn plain(
+        columns: impl IntoIterator<Item = (String, Cell)>,
+        copied: impl IntoIterator<Item = usize>,
+    ) -> Self {
+        let (names, cells) = columns.into_iter().unzip();
+        Table {
+            names,
+            renamed: Vec::new(),
+            cells,
+            delimiter: b',',
+            decimal_comma: false,
+            copied: copied.into_iter().map(|c| (c, c)).collect(),
+        }
+    }
+
+    /// The columns whose text is copied, for [`Batches::with_text`](crate::Batches::with_text).
+    #[must_use]
+    pub fn copied(&self) -> &[(usize, usize)] {
+        &self.copied
+    }
+
+    fn push(&mut self, name: String, cell: Cell) {
+        self.names.push(name);
+        self.cells.push(cell);
+    }
+
+    /// Copies a column, together with the one before it if that is copied too and one byte parts
+    /// them.
+    fn copy(&mut self, field: usize, name: String, delimiter: Delimiter) {
+        let follows = matches!(self.cells.last(), Some(Cell::Copied(_)));
+        match self.copied.last_mut() {
+            Some((_, last)) if follows && matches!(delimiter, Delimiter::Byte(_)) => {
+                *last = field;
+                self.names.push(name);
+            }
+            _ => {
+                self.push(name, Cell::Copied(self.copied.len()));
+                self.copied.push((field, field));
+            }
+        }
+    }
+
+    /// The name of a copied column, or one that no other column has if a new one is called so.
+    fn unused_name(&mut self, name: &str, new: &[NewColumn], input: &[String]) -> String {
+        let is_new = |name: &str| new.iter().any(|c| c.name == name);
+        let mut free = name.to_owned();
+        while is_new(&free) || free != name && (input.contains(&free) || self.names.contains(&free))
+        {
+            free.insert_str(0, "input_");
+        }
+        if free != name {
+            self.renamed.push((name.to_owned(), free.clone()));
+        }
+        free
+    }
+}
+
+fn dialect(format: &Format) -> (Delimiter, bool) {
+    match &format.layout {
+        Layout::Table(dialect) => (dialect.delimiter, dialect.decimal_comma),
+        Layout::Sentences(_) => (Delimiter::Byte(b','), false),
+    }
+}
+
+/// Name of a column of the input: from the header, or by what it holds.
+fn input_name(format: &Format, column: usize) -> String {
+    if !format.names.is_empty() {
+        return format.names.get(column).cloned().unwrap_or_default();
+    }
+    let place = |axes: [usize; 3]| axes.iter().position(|c| *c == column);
+    let axis = |sensor: &str, i: usize| format!("{sensor}{}", ["x", "y", "z"][i]);
+    if let Some(i) = place(format.accel) {
+        return axis("a", i);
+    }
+    if let Some(i) = format.gyro.and_then(place) {
+        return axis("g", i);
+    }
+    let is_dropped = format.columns[column].is_dropped;
+    match format.columns[column].role {
+        _ if is_dropped => format!("column_{}", column + 1),
+        Role::Time => "t".to_owned(),
+        Role::Temperature => "temperature".to_owned(),
+        Role::Label => "label".to_owned(),
+        _ => format!("column_{}", column + 1),
+    }
+}
+
+/// Writes a table batch by batch.
+pub struct Writer<W> {
+    out: W,
+    table: Table,
+    bytes: Vec<u8>,
+}
+
+impl<W: Write> Writer<W> {
+    /// A table that begins with the names of its columns, quoted where they need it.
+    pub fn new(out: W, table: Table) -> Self {
+        let mut bytes = Vec::with_capacity(BLOCK_BYTES + BLOCK_BYTES / 4);
+        for name in &table.names {
+            write_quoted(&mut bytes, name.as_bytes(), table.delimiter);
+            bytes.push(table.delimiter);
+        }
+        end_line(&mut bytes);
+        Writer { out, table, bytes }
+    }
+
+    /// Writes rows of a batch: its text, and columns of values of the same length. A blank line
+    /// stands before the rows of `breaks`, which rise.
+    ///
+    /// # Errors
+    ///
+    /// Errors of writing.
+    pub fn write_rows(
+        &mut self,
+        rows: impl IntoIterator<Item = usize>,
+        text: &CopiedText,
+        values: &[&[f64]],
+        breaks: &[usize],
+    ) -> io::Result<()> {
+        let mut breaks = breaks.iter().copied().peekable();
+        for row in rows {
+            while breaks.next_if(|b| *b <= row).is_some() {
+                self.bytes.push(b'\n');
+            }
+            self.write_row(text, values, row);
+            if self.bytes.len() >= BLOCK_BYTES {
+                self.out.write_all(&self.bytes)?;
+                self.bytes.clear();
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what is left.
+    ///
+    /// # Errors
+    ///
+    /// Errors of writing.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.out.write_all(&self.bytes)?;
+        self.out.flush()
+    }
+
+    #[inline]
+    fn write_row(&mut self, text: &CopiedText, values: &[&[f64]], row: usize) {
+        let out = &mut self.bytes;
+        for cell in &self.table.cells {
+            match *cell {
+                Cell::Copied(piece) => out.extend_from_slice(text.piece(row, piece)),
+                Cell::Quoted(piece) => {
+                    write_quoted(out, unquoted(text.piece(row, piece)), self.table.delimiter);
+                }
+                Cell::Fixed(column, decimals) => {
+                    write_fixed(out, values[column][row], decimals);
+                    if self.table.decimal_comma {
+                        set_decimal_comma(out, decimals);
+                    }
+                }
+                Cell::Trimmed(column, decimals) => {
+                    write_trimmed(out, values[column][row], decimals);
+                }
+            }
+            out.push(self.table.delimiter);
+        }
+        end_line(out);
+    }
+}
+
+/// The last delimiter ends the line.
+fn end_line(out: &mut [u8]) {
+    if let Some(end) = out.last_mut() {
+        *end = b'\n';
+    }
+}
+
+/// A text without blanks and quotes around it; quotes in it stay doubled.
+fn unquoted(text: &[u8]) -> &[u8] {
+    let text = text.trim_ascii();
+    let inner = text.strip_prefix(b"\"").and_then(|t| t.strip_suffix(b"\""));
+    inner.unwrap_or(text)
+}
+
+/// Writes a text, in quotes where it needs them; quotes in it are doubled unless they are.
+fn write_quoted(out: &mut Vec<u8>, text: &[u8], delimiter: u8) {
+    let is_special = |b: &u8| *b == delimiter || matches!(b, b'"' | b'\n' | b'\r');
+    if !text.iter().any(is_special) {
+        return out.extend_from_slice(text);
+    }
+    out.push(b'"');
+    let mut at = 0;
+    while let Some(byte) = text.get(at) {
+        out.push(*byte);
+        at += 1;
+        if *byte == b'"' {
+            out.push(b'"');
+            at += usize::from(text.get(at) == Some(&b'"'));
+        }
+    }
+    out.push(b'"');
+}
+
+/// Replaces the point of the last number by a comma.
+fn set_decimal_comma(out: &mut [u8], decimals: u32) {
+    let at = out.len().wrapping_sub(decimals as usize + 1);
+    if let Some(point) = out.get_mut(at)
+        && *point == b'.'
+    {
+        *point = b',';
+    }
+}

@@ -1,0 +1,140 @@
+//! Rows after those that are judged are read as all rows judged together.
+
+use std::io::Cursor;
+
+use gravical_recording::{Batch, Contradiction, Later, ReadOptions, Recording, sniff};
+
+use crate::support::*;
+
+/// Reads the first rows to judge by, then the others.
+fn read_in_two(
+    header: &str,
+    rows: &[String],
+    first: usize,
+) -> (Recording, Result<Vec<Vec<f64>>, Contradiction>) {
+    let text = |rows: &[String]| format!("{header}\n{}\n", rows.join("\n"));
+    let head = text(&rows[..first]);
+    let format = sniff(&head, "", &ReadOptions::default()).unwrap();
+    let batch =
+        |text: String| -> Batch { format.batches(Cursor::new(text)).next().unwrap().unwrap() };
+    let (recording, mut later) = Later::judge(&format, batch(head)).unwrap();
+    let channels = later.read(&mut batch(text(&rows[first..])));
+    let channels = channels.map(|channels| {
+        let axes = channels.accel.iter().chain(channels.gyro.iter().flatten());
+        let kept = |axis: &Vec<f64>| {
+            let kept = axis.iter().zip(&channels.is_measured).filter(|(_, m)| **m);
+            kept.map(|(v, _)| *v).collect()
+        };
+        axes.map(kept).collect()
+    });
+    (recording, channels)
+}
+
+fn assert_reads_alike(header: &str, rows: &[String], first: usize) {
+    let whole = read(&format!("{header}\n{}\n", rows.join("\n")), "");
+    let (head, later) = read_in_two(header, rows, first);
+    let later = later.unwrap();
+    let axes = |r: &Recording| {
+        r.accel
+            .iter()
+            .chain(r.gyro.iter().flatten())
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    for ((whole, head), later) in axes(&whole).iter().zip(axes(&head)).zip(&later) {
+        assert_eq!(*whole, [head, later.clone()].concat(), "{header}");
+    }
+    assert!(!later[0].is_empty());
+}
+
+/// Counts of a sensor on its six faces, at 16384 per g.
+fn counts(of: impl Fn(usize, [i32; 6]) -> String) -> Vec<String> {
+    let rows = six_faces(3).into_iter().enumerate();
+    rows.map(|(i, row)| {
+        let accel = row.accel_g.map(|v| (16_384.0 * v).round() as i32);
+        let gyro = row.gyro_deg_s.map(|v| (131.0 * v).round() as i32);
+        of(i, [accel[0], accel[1], accel[2], gyro[0], gyro[1], gyro[2]])
+    })
+    .collect()
+}
+
+fn joined(cells: &[i32]) -> String {
+    let cells: Vec<String> = cells.iter().map(i32::to_string).collect();
+    cells.join(",")
+}
+
+#[test]
+fn later_rows_are_read_as_all_rows_together() {
+    let header = "t_ms,ax,ay,az,gx,gy,gz";
+    let unsigned = counts(|i, v| format!("{},{}", 40 * i, joined(&v.map(|v| v & 0xffff))));
+    assert_reads_alike(header, &unsigned, 200);
+    let shifted = counts(|i, v| {
+        let accel = [v[0] / 4 + 32_768, v[1] / 4 + 32_768, v[2] / 4 + 32_768];
+        format!("{},{}", 40 * i, joined(&accel))
+    });
+    assert_reads_alike("t_ms,ax,ay,az", &shifted, 200);
+    let two_sensors =
+        counts(|i, v| format!("{},0,{}\n{},1,5,6,7,1,2,3", 40 * i, joined(&v), 40 * i));
+    assert_reads_alike("t_ms,I,ax,ay,az,gx,gy,gz", &two_sensors, 200);
+    let slow = counts(|i, v| {
+        let z = if i % 3 == 0 {
+            v[2].to_string()
+        } else {
+            String::new()
+        };
+        format!("{},{},{},{z}", 40 * i, v[0], v[1])
+    });
+    assert_reads_alike("t_ms,ax,ay,az", &slow, 200);
+    let zeros = counts(|i, v| match i {
+        120..130 | 250.. => format!("{},0,0,0,0,0,0", 40 * i),
+        _ => format!("{},{}", 40 * i, joined(&v)),
+    });
+    assert_reads_alike(header, &zeros, 200);
+    let hung = counts(|i, v| match i {
+        220..250 => format!("{},5,6,16384,7,8,9", 40 * i),
+        _ => format!("{},{}", 40 * i, joined(&v)),
+    });
+    assert_reads_alike(header, &hung, 200);
+}
+
+#[test]
+fn rows_that_cannot_be_read_alike_end_the_reading() {
+    let refused = |header: &str, rows: Vec<String>| {
+        let contradiction = read_in_two(header, &rows, 200).1.unwrap_err();
+        (contradiction.line - 1, contradiction.code)
+    };
+    let header = "t_ms,ax,ay,az,gx,gy,gz";
+    let unsigned_then_signed = counts(|i, v| {
+        let cells = if i < 200 { v.map(|v| v & 0xffff) } else { v };
+        format!("{},{}", 40 * i, joined(&cells))
+    });
+    assert_eq!(
+        refused(header, unsigned_then_signed),
+        (1, "encoding-changed")
+    );
+    // One byte of the bus is lost: each channel holds what the one before it held.
+    let slipped = counts(|i, mut v| {
+        if i >= 230 {
+            v.rotate_right(1);
+        }
+        format!("{},{}", 40 * i, joined(&v))
+    });
+    assert_eq!(refused(header, slipped), (31, "shifted-columns"));
+    let other_sensor = counts(|i, v| match i {
+        0..200 => format!("{},0,{}\n{},1,5,6,7,1,2,3", 40 * i, joined(&v), 40 * i),
+        _ => format!("{},1,5,6,7,1,2,3", 40 * i),
+    });
+    assert_eq!(
+        refused("t_ms,I,ax,ay,az,gx,gy,gz", other_sensor),
+        (1, "sensor-ended")
+    );
+    let pose = &six_faces(3)[..FACE_ROWS];
+    let other_unit: Vec<String> = (0..400)
+        .map(|i| {
+            let unit = if i < 230 { 1.0 } else { 9.80665 };
+            let a = pose[i % FACE_ROWS].accel_g.map(|v| unit * v);
+            format!("{},{:.4},{:.4},{:.4}", 40 * i, a[0], a[1], a[2])
+        })
+        .collect();
+    assert_eq!(refused("t_ms,ax,ay,az", other_unit), (31, "unit-changed"));
+}

@@ -1,0 +1,157 @@
+//! Tables: copied columns byte for byte, new ones with the decimal sign and delimiter of the input.
+
+use std::io::Cursor;
+
+use gravical_recording::write::{Cell, NewColumn, Table, Writer};
+use gravical_recording::{Batch, Format, ReadOptions, sniff};
+
+fn write(
+    text: &str,
+    format: &Format,
+    table: Table,
+    values: impl Fn(&Batch) -> Vec<Vec<f64>>,
+) -> String {
+    let mut out = Vec::new();
+    let batches = format.batches(Cursor::new(text)).with_text(table.copied());
+    let mut writer = Writer::new(&mut out, table);
+    for batch in batches {
+        let batch = batch.unwrap();
+        let values = values(&batch);
+        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        let rows = 0..batch.rows();
+        let breaks: Vec<usize> = batch.blanks.iter().map(|b| b.0).collect();
+        writer
+            .write_rows(rows, &batch.text, &values, &breaks)
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+/// The axes of the accelerometer with three decimals under new names.
+fn rewritten(text: &str, keep_replaced: bool) -> (String, Table) {
+    let format = sniff(text, "", &ReadOptions::default()).unwrap();
+    let new: Vec<NewColumn> = (0..3)
+        .map(|i| NewColumn {
+            name: ["new_x", "new_y", "new_z"][i].to_owned(),
+            replaces: Some(format.accel[i]),
+        })
+        .collect();
+    let table = Table::with_new(&format, &new, 3, keep_replaced);
+    let axes = |b: &Batch| format.accel.map(|c| b.columns[c].clone()).to_vec();
+    (write(text, &format, table.clone(), axes), table)
+}
+
+#[test]
+fn other_columns_are_copied_byte_for_byte() {
+    let text = "\"note, of mine\",aX (g),t, aZ (g),aY (g),flag\n\
+        \"a,b\",0.1, 007,9.80,0.1,+1e0\n\
+        \"c\"\"d\",0.1,8 ,9.81,0.2, x\r\n\
+        \n\
+        \u{0}e,,9,9.8,\"0.2\",\"\"\n\
+        f,0.1,9,9.8,0.2,\n";
+    let (out, table) = rewritten(text, false);
+    assert_eq!(
+        out,
+        "\"note, of mine\",new_x,t,new_z,new_y,flag\n\
+         \"a,b\",0.100, 007,9.800,0.100,+1e0\n\
+         \"c\"\"d\",0.100,8 ,9.810,0.200, x\n\
+         \n\
+         e,,9,9.800,0.200,\"\"\n\
+         f,0.100,9,9.800,0.200,\n"
+    );
+    assert_eq!(table.names[0], "note, of mine");
+}
+
+#[test]
+fn delimiters_and_decimal_commas_are_kept() {
+    let plain = "t,new_x,new_y,new_z,T\n0.5,0.100,0.200,9.800,25.5\n0.6,0.100,-0.200,9.700,25.5\n";
+    for (text, delimiter, comma) in [
+        (
+            "t,ax,ay,az,T\n0.5,0.1,0.2,9.8,25.5\n0.6,0.1,-0.2,9.7,25.5\n",
+            ",",
+            ".",
+        ),
+        (
+            "t;ax;ay;az;T\n0,5;0,1;0,2;9,8;25,5\n0,6;0,1;-0,2;9,7;25,5\n",
+            ";",
+            ",",
+        ),
+        (
+            " t  ax ay az   T\n 0.5 0.1   0.2 9.8 25.5 \n0.6\t0.1 -0.2 9.7  25.5\n",
+            "\t",
+            ".",
+        ),
+        (
+            "t ax ay az T\n0,5 0,1 0,2 9,8 25,5\n0,6 0,1 -0,2 9,7 25,5\n",
+            "\t",
+            ",",
+        ),
+    ] {
+        let (out, _) = rewritten(text, false);
+        let expected = plain.replace('.', "point").replace(',', delimiter);
+        assert_eq!(out, expected.replace("point", comma), "{text}");
+    }
+}
+
+#[test]
+fn replaced_columns_can_be_kept_under_names_of_their_own() {
+    let text = "t,new_x,ay,az,input_new_x\n0,0.1,0.2,9.80,1\n1,0.1,0.2,9.81,2\n";
+    let text = text
+        .replace("new_x,ay", "ax,new_x")
+        .replace("new_x,az", "ay,az");
+    let (out, _) = rewritten(&text, true);
+    assert!(
+        out.starts_with("t,ax,ay,az,input_new_x,new_x,new_y,new_z\n0,0.1,0.2,9.80,1,0.100,"),
+        "{out}"
+    );
+    let text = "t,ax,ay,az,new_x,input_new_x\n0,0.1,0.2,9.80,1,5\n1,0.1,0.2,9.81,2,5\n";
+    let (out, table) = rewritten(text, false);
+    let header = "t,new_x,new_y,new_z,input_input_new_x,input_new_x";
+    assert_eq!(out.lines().next(), Some(header));
+    let renamed = [("new_x".to_owned(), "input_input_new_x".to_owned())];
+    assert_eq!(table.renamed, renamed);
+}
+
+#[test]
+fn columns_without_a_header_are_named_by_what_they_hold() {
+    let row = |i: usize| format!("{},0.1,0.{},9.8,0.5,0.{i},0.2,5\n", 10 * i + i % 2, i % 3);
+    let text: String = (0..40).map(row).collect();
+    let (out, _) = rewritten(&text, false);
+    assert!(
+        out.starts_with("t,new_x,new_y,new_z,gx,gy,gz,temperature\n"),
+        "{out}"
+    );
+    let lines = out.lines().count();
+    assert_eq!(lines, 41);
+}
+
+#[test]
+fn numbers_wrapped_in_words_become_a_table() {
+    let row = |i: usize| format!("aX = 0.1{i} | aY = -0.2 | aZ = 9.8\ntmp = 25.{i}\n\n");
+    let text: String = (0..9).map(row).collect();
+    let (out, table) = rewritten(&text, false);
+    assert_eq!(table.names[..3], ["new_x", "new_y", "new_z"]);
+    let rows: Vec<&str> = out.lines().skip(1).filter(|l| !l.is_empty()).collect();
+    assert_eq!(rows.len(), 9);
+    assert_eq!(rows[3], "0.130,-0.200,9.800,25.3");
+    assert_eq!(rows[8], "0.180,-0.200,9.800,25.8");
+}
+
+#[test]
+fn a_plain_table_quotes_what_needs_it() {
+    let text = "t;ax;ay;az;label\n0;0,1;0,2;9,8;\"a \"\"b\"\", c\"\n1;0,1;0,2;9,75;\"on; top\"\n2;0,1;0,2;9,7;desk\n";
+    let format = sniff(text, "", &ReadOptions::default()).unwrap();
+    let columns = [
+        ("z".to_owned(), Cell::Trimmed(0, 9)),
+        ("label".to_owned(), Cell::Quoted(0)),
+    ];
+    let table = Table::plain(columns, [4]);
+    let out = write(text, &format, table, |b| {
+        vec![b.columns[format.accel[2]].clone()]
+    });
+    assert_eq!(
+        out,
+        "z,label\n9.8,\"a \"\"b\"\", c\"\n9.75,on; top\n9.7,desk\n"
+    );
+}

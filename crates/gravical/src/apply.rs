@@ -1,0 +1,506 @@
+//! Application of a calibration to a recording of any size, in one pass.
+//!
+//! # Overview
+//!
+//! [`apply`] reads a recording in batches. The first ones are judged as a recording, and whether
+//! the calibration fits them (`judge`); then each batch is calibrated (`sensor`) and written. The
+//! calibrated channels replace the raw ones under SI names; every other column is copied byte for
+//! byte. A calibration that does not fit is refused before anything is written. The
+//! [`ApplySummary`] accounts for every line.
+//!
+//! `calibrated = matrix · (raw − bias)` for the accelerometer and `matrix · (raw − bias −
+//! g_sensitivity · a)` for the gyroscope, where raw is the value in the file. The temperature
+//! drift is subtracted first if the calibration has a temperature model and the recording has
+//! temperatures (`drift`).
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::apply::{ApplyOptions, apply};
+//! use gravical::calibration_file::CalibrationFile;
+//! use gravical::recording::open::from_reader;
+//!
+//! let calibration = CalibrationFile::parse(br#"{
+//!     "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "g", "cal_type": "Ferraris",
+//!     "K_a": [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], "b_a": [0, 0, 0.02],
+//!     "R_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+//!     "K_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_g": [0, 0, 0],
+//!     "R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+//!     "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
+//! }"#)?;
+//! let recording = "t_ms,ax,ay,az,battery\n0,0.01,0.00,1.00,3.30\n10,0.02,0.00,1.01,3.30\n";
+//! let input = from_reader(Box::new(recording.as_bytes()), false)?;
+//! let mut out = Vec::new();
+//! let summary = apply(&calibration, input, "desk.csv", &mut out, &ApplyOptions::default())?;
+//! assert_eq!(summary.rows, 2);
+//! assert_eq!(
+//!     String::from_utf8_lossy(&out),
+//!     "t_ms,ax_mps2,ay_mps2,az_mps2,battery\n\
+//!      0,0.100000,0.000000,9.800000,3.30\n\
+//!      10,0.200000,0.000000,9.900000,3.30\n"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod drift;
+mod joined;
+mod judge;
+mod sensor;
+mod unit;
+
+#[cfg(test)]
+mod tests;
+
+use std::io::Write;
+use std::path::Path;
+
+use gravical_recording::write::{NewColumn, Table, Writer};
+use gravical_recording::{Format, Readings};
+use serde::Serialize;
+
+use crate::calibration_file::CalibrationFile;
+use crate::recording::batches::{BatchReader, split_hint};
+use crate::recording::board::why_calibrated;
+use crate::recording::open::Input;
+use crate::recording::{
+    AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Recording,
+};
+use crate::segment::face::AxisMap;
+use crate::{Error, Result};
+
+pub use drift::TemperatureOutcome;
+pub use unit::OutputUnit;
+
+use drift::Drift;
+use joined::Joined;
+use judge::{Judged, judge};
+use sensor::Sensor;
+
+/// Names of the calibrated channels of the gyroscope.
+const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
+/// Decimals of a calibrated value.
+const DECIMALS: u32 = 6;
+
+/// Options of [`apply`].
+#[derive(Debug, Clone, Default)]
+pub struct ApplyOptions {
+    /// Options of the recording. `zero_offset` is used only to determine the unit: a
+    /// calibration's bias contains it. With `accel_unit` the calibration is applied even if
+    /// gravity contradicts it.
+    pub read: ReadOptions,
+    /// Keep the raw columns; the calibrated ones are added at the end. Default: they replace the
+    /// raw ones.
+    pub keep_raw: bool,
+    /// Orientation of the board in its case: the calibrated vectors are written in the axes of
+    /// the case. Default: those of the board.
+    pub axes: AxisMap,
+    /// Unit of the calibrated specific force. Default: m/s².
+    pub output_unit: OutputUnit,
+}
+
+/// Result of [`apply`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ApplySummary {
+    /// Path of the recording as given, `-` for standard input.
+    pub input: String,
+    /// Its text format in words: `comma separated, header in line 1`.
+    pub description: String,
+    /// Its lines: `lines = rows + Σ set_aside`.
+    pub lines: u64,
+    /// Rows that were written.
+    pub rows: u64,
+    /// Rows written without calibrated acceleration because a value was missing.
+    pub rows_without_acceleration: u64,
+    /// Lines that are not rows, by reason. Breaks are written as blank lines.
+    pub set_aside: Vec<SetAside>,
+    /// Unit of the accelerometer in the recording, and its source.
+    pub accelerometer: AccelScale,
+    /// Input unit of the accelerometer's calibration.
+    pub calibration_unit: AccelUnit,
+    /// Unit of the calibrated specific force.
+    pub output_unit: OutputUnit,
+    /// Treatment of the gyroscope.
+    pub gyroscope: GyroscopeOutcome,
+    /// Result of the temperature correction; null if the calibration has no drift or the
+    /// recording no temperatures.
+    pub temperature: Option<TemperatureOutcome>,
+    /// Calibrated magnitude in the quietest parts of the head, m/s²; null if no row of it is
+    /// complete.
+    pub quiet_norm_mps2: Option<f64>,
+    /// Gravity that the calibration is based on, m/s².
+    pub gravity_mps2: f64,
+    /// Names of the columns written.
+    pub columns: Vec<String>,
+    /// Faults found.
+    pub findings: Vec<Finding>,
+}
+
+/// Lines that are not rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct SetAside {
+    /// Reason; in JSON its name, as in the counts of `inspect`.
+    #[serde(serialize_with = "by_name")]
+    pub reason: Aside,
+    /// Number of lines.
+    pub lines: u64,
+}
+
+fn by_name<S: serde::Serializer>(reason: &Aside, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(reason.name())
+}
+
+/// Treatment of the gyroscope's columns.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "outcome", content = "unit")]
+pub enum GyroscopeOutcome {
+    /// Calibrated from this unit to rad/s.
+    Calibrated(GyroUnit),
+    /// Copied byte for byte: the calibration has no gyroscope.
+    Kept,
+    /// The recording has none.
+    Absent,
+}
+
+/// Applies `calibration` to the recording `input` and writes a table with a header to `out`;
+/// `name` is used in messages.
+///
+/// The first 262,144 rows are held and judged as [`read`](crate::recording::read) judges a
+/// recording; nothing is written before that. The others are read alike, 65,536 at a time, so that
+/// memory stays flat. A row that is no measurement (of another sensor, of zeros, of a sensor that
+/// hung) stays a row without calibrated values.
+///
+/// Values have six decimals, in the unit of the options. The delimiter is that of the input; white
+/// space becomes a tab. Decimal commas are kept.
+///
+/// # Errors
+///
+/// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
+/// gravity is off by more than a fifth; what [`read`](crate::recording::read) refuses. What later
+/// rows contradict (exit code 4), with the line: `unit-changed` unless `accel_unit` is given,
+/// `encoding-changed`, `shifted-columns`, `sensor-ended`, and `header-differs` (input); rows before
+/// it may have been written. Errors of reading and writing.
+pub fn apply(
+    calibration: &CalibrationFile,
+    input: Input,
+    name: &str,
+    out: &mut dyn Write,
+    options: &ApplyOptions,
+) -> Result<ApplySummary> {
+    run(calibration, input, name, out, options, None)
+}
+
+/// The same with the gyroscope of a second file: `joined` is the recording `input`, read as a
+/// whole, with the gyroscope joined to it
+/// ([`join_gyroscope`](crate::recording::join_gyroscope)). The calibrated angular rate is
+/// appended as columns; rows without a reading of the gyroscope nearby have none.
+///
+/// # Errors
+///
+/// As [`apply`], and `gyro-not-calibrated` (usage) if the calibration has no gyroscope.
+pub fn apply_with_gyroscope(
+    calibration: &CalibrationFile,
+    input: Input,
+    name: &str,
+    out: &mut dyn Write,
+    options: &ApplyOptions,
+    joined: &Recording,
+) -> Result<ApplySummary> {
+    run(calibration, input, name, out, options, Some(joined))
+}
+
+fn run(
+    calibration: &CalibrationFile,
+    input: Input,
+    name: &str,
+    out: &mut dyn Write,
+    options: &ApplyOptions,
+    joined: Option<&Recording>,
+) -> Result<ApplySummary> {
+    let table = |format: &Format| table(calibration, format, options, joined.is_some());
+    let copied = |format: &Format| table(format).copied().to_vec();
+    let mut reader = BatchReader::open(input, name, &options.read, false, copied)?;
+    let table = table(&reader.format);
+    let mut applied = Application::begin(calibration, &mut reader.recording, options, joined)?;
+    applied.findings.extend(renamed(&table));
+    let columns = table.names.clone();
+    let mut writer = Writer::new(out, table);
+    let output = |e| Error::io(Path::new("output"), e);
+    let mut written = 0;
+    while let Some(mut rows) = reader.next()? {
+        applied.calibrate(&mut rows.readings, &rows.lines);
+        let gyro = rows.readings.gyro.iter().flatten();
+        let values = rows.readings.accel.iter().chain(gyro);
+        let values: Vec<&[f64]> = values.map(Vec::as_slice).collect();
+        let all = 0..rows.lines.len();
+        written += all.len();
+        writer
+            .write_rows(all, &rows.text, &values, &rows.breaks)
+            .map_err(output)?;
+    }
+    writer.finish().map_err(output)?;
+    let (recording, ledger, found) = reader.finish(written);
+    applied.findings.extend(found);
+    Ok(applied.summary(name, recording.description, &ledger, columns))
+}
+
+/// Columns of the output.
+fn table(
+    calibration: &CalibrationFile,
+    format: &Format,
+    options: &ApplyOptions,
+    is_joined: bool,
+) -> Table {
+    let column = |name: &str, replaces| NewColumn {
+        name: name.to_owned(),
+        replaces,
+    };
+    let accel = options.output_unit.columns().into_iter().zip(format.accel);
+    let mut columns: Vec<NewColumn> = accel.map(|(name, c)| column(name, Some(c))).collect();
+    match format.gyro.filter(|_| calibration.gyroscope.is_some()) {
+        _ if is_joined => columns.extend(RATES.map(|name| column(name, None))),
+        Some(gyro) => columns.extend(RATES.iter().zip(gyro).map(|(n, c)| column(n, Some(c)))),
+        None => {}
+    }
+    Table::with_new(format, &columns, DECIMALS, options.keep_raw)
+}
+
+fn renamed(table: &Table) -> impl Iterator<Item = Finding> {
+    let renamed = table.renamed.iter().map(|(name, free)| {
+        let text = format!("the input has a column {name}; it is written as {free}");
+        Finding::new(FindingKind::RenamedColumn, text)
+    });
+    renamed.collect::<Vec<_>>().into_iter()
+}
+
+/// Calibrated channels of a recording in memory.
+#[derive(Debug, Clone)]
+pub struct Applied {
+    /// Specific force along x, y, z, in the unit of the options; NaN where a value is missing.
+    pub accel: [Vec<f64>; 3],
+    /// Angular rate about x, y, z, rad/s; none if the recording or the calibration has no
+    /// gyroscope.
+    pub gyro: Option<[Vec<f64>; 3]>,
+    /// What was done, and what is odd. Its columns are those of the calibrated channels.
+    pub summary: ApplySummary,
+}
+
+/// Applies `calibration` to all rows of a recording in memory, with the checks of [`apply`], which
+/// writes the same values with six decimals. A gyroscope that was joined from a second file is
+/// calibrated with it.
+///
+/// # Errors
+///
+/// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
+/// gravity is off by more than a fifth; `unit-changed`, `shifted-columns` as [`apply`]; `excerpt`
+/// (usage) if rows of the file are left out.
+///
+/// # Example
+///
+/// ```
+/// use gravical::apply::{ApplyOptions, apply_recording};
+/// use gravical::calibrate::{CalibrateOptions, Method, calibrate};
+/// use gravical::recording::{ReadOptions, read_bytes};
+///
+/// let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
+///            -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
+/// let means = read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default())?;
+/// let mut options = CalibrateOptions::default();
+/// options.estimate.method = Method::Ferraris;
+/// let file = calibrate(&[means.clone()], &options)?.file;
+/// let applied = apply_recording(&file, &means, &ApplyOptions::default())?;
+/// assert!((applied.accel[2][5] - 9.80665).abs() < 1e-3);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub fn apply_recording(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    options: &ApplyOptions,
+) -> Result<Applied> {
+    options.read.validate()?;
+    recording.refuse_excerpt("use `apply`, which reads the file")?;
+    let mut recording = recording.clone();
+    let mut applied = Application::begin(calibration, &mut recording, options, None)?;
+    let lines: Vec<u32> = (0..recording.rows())
+        .map(|row| u32::try_from(recording.line(row)).unwrap_or(u32::MAX))
+        .collect();
+    let mut readings = Readings {
+        is_measured: vec![true; lines.len()],
+        accel: std::mem::take(&mut recording.accel),
+        gyro: recording.gyro.take(),
+        temperature_c: recording.temperature_c.take(),
+    };
+    applied.calibrate(&mut readings, &lines);
+    let rates = RATES.into_iter().filter(|_| readings.gyro.is_some());
+    let columns = options.output_unit.columns().into_iter().chain(rates);
+    let columns = columns.map(str::to_owned).collect();
+    let description = std::mem::take(&mut recording.description);
+    Ok(Applied {
+        summary: applied.summary(&recording.name, description, &recording.ledger, columns),
+        accel: readings.accel,
+        gyro: readings.gyro,
+    })
+}
+
+/// A calibration on its way over the rows of a recording.
+struct Application<'a> {
+    calibration: &'a CalibrationFile,
+    judged: Judged,
+    /// Unit of the gyroscope, if it is calibrated.
+    gyro_unit: Option<GyroUnit>,
+    has_gyro: bool,
+    joined: Option<Joined<'a>>,
+    sensor: Sensor,
+    without_acceleration: u64,
+    output_unit: OutputUnit,
+    findings: Vec<Finding>,
+}
+
+impl<'a> Application<'a> {
+    /// Judges whether the calibration fits the recording, whose findings are taken.
+    fn begin(
+        calibration: &'a CalibrationFile,
+        recording: &mut Recording,
+        options: &ApplyOptions,
+        joined: Option<&'a Recording>,
+    ) -> Result<Self> {
+        let mut findings = std::mem::take(&mut recording.findings);
+        refuse_contradictions(recording, &findings, options)?;
+        if calibration.drift_model().is_none() {
+            // Temperatures matter to the drift alone.
+            findings.retain(|f| f.kind != FindingKind::TemperatureUnit);
+        }
+        let with_gyro = joined.is_some() || recording.gyro.is_some();
+        let drift = Drift::new(calibration, recording, with_gyro, &mut findings);
+        let judged = judge(
+            calibration,
+            recording,
+            &options.read,
+            drift.as_ref(),
+            &mut findings,
+        )?;
+        let joined = joined.map(|r| Joined::new(calibration, r, &mut findings));
+        let joined = joined.transpose()?;
+        let gyro_unit = joined.as_ref().map(|j| j.unit).or(judged.gyro);
+        findings.extend(about_calibration(
+            calibration,
+            recording.is_calibrated,
+            recording.is_calibrated_by_board,
+        ));
+        let sensor = Sensor::new(
+            calibration,
+            gyro_unit.is_some(),
+            options.axes,
+            recording.zero_offset,
+            options.output_unit.per_mps2(),
+        );
+        Ok(Application {
+            calibration,
+            judged,
+            gyro_unit,
+            has_gyro: recording.gyro.is_some(),
+            joined,
+            sensor: sensor.with_drift(drift),
+            without_acceleration: 0,
+            output_unit: options.output_unit,
+            findings,
+        })
+    }
+
+    /// Calibrates rows in place; the gyroscope is left out if it is not calibrated.
+    fn calibrate(&mut self, readings: &mut Readings, lines: &[u32]) {
+        if let Some(joined) = &mut self.joined {
+            readings.gyro = Some(joined.rates(lines));
+        }
+        self.sensor.calibrate(readings, lines);
+        let missing = readings.accel[0].iter().filter(|v| v.is_nan());
+        self.without_acceleration += missing.count() as u64;
+    }
+
+    fn summary(
+        mut self,
+        name: &str,
+        description: String,
+        ledger: &Ledger,
+        columns: Vec<String>,
+    ) -> ApplySummary {
+        let drift = self.sensor.drift.take();
+        let temperature = drift.map(|d| d.finish(&mut self.findings));
+        for finding in &mut self.findings {
+            finding.file = Some(name.to_owned());
+        }
+        ApplySummary {
+            input: name.to_owned(),
+            description,
+            lines: ledger.lines,
+            rows: ledger.rows,
+            rows_without_acceleration: self.without_acceleration,
+            set_aside: set_aside(ledger),
+            accelerometer: self.judged.accel,
+            calibration_unit: self.calibration.accelerometer.input_unit,
+            output_unit: self.output_unit,
+            gyroscope: match self.gyro_unit {
+                Some(unit) => GyroscopeOutcome::Calibrated(unit),
+                None if self.has_gyro => GyroscopeOutcome::Kept,
+                None => GyroscopeOutcome::Absent,
+            },
+            temperature,
+            quiet_norm_mps2: self.judged.quiet_norm_mps2,
+            gravity_mps2: self.calibration.gravity_mps2,
+            columns,
+            findings: self.findings,
+        }
+    }
+}
+
+/// Refuses rows of two units, and rows whose channels are shifted, before anything is written.
+fn refuse_contradictions(
+    recording: &Recording,
+    findings: &[Finding],
+    options: &ApplyOptions,
+) -> Result<()> {
+    let contradicts = |f: &&Finding| match f.kind {
+        FindingKind::UnitChanged => options.read.accel_unit.is_none(),
+        kind => kind == FindingKind::ShiftedColumns,
+    };
+    let Some(finding) = findings.iter().find(contradicts) else {
+        return Ok(());
+    };
+    let line = finding.lines.first().map_or(0, |l| l[0]);
+    let hint = match finding.kind {
+        FindingKind::UnitChanged => format!(
+            "{}; --accel-unit UNIT reads all rows in one unit regardless",
+            split_hint(line)
+        ),
+        _ => split_hint(line),
+    };
+    Err(
+        Error::contradiction(finding.kind.name(), finding.message.clone())
+            .at(Path::new(&recording.name), Some(line))
+            .with_hint(hint),
+    )
+}
+
+/// What is odd about applying this calibration to this recording.
+fn about_calibration(
+    calibration: &CalibrationFile,
+    already: bool,
+    by_board: bool,
+) -> impl Iterator<Item = Finding> {
+    let twice = already.then(|| {
+        Finding::new(
+            FindingKind::AlreadyCalibrated,
+            format!(
+                "{}: calibrating again would apply the correction twice",
+                why_calibrated(by_board)
+            ),
+        )
+    });
+    calibration.poor_finding().into_iter().chain(twice)
+}
+
+pub(crate) fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
+    let reasons = ledger.reasons();
+    reasons
+        .map(|(reason, lines)| SetAside { reason, lines })
+        .collect()
+}

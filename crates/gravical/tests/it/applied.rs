@@ -1,0 +1,109 @@
+//! `apply` reads a file as `calibrate` does: real recordings and the cases of the reader.
+
+use std::path::{Path, PathBuf};
+
+use gravical::apply::{ApplyOptions, apply};
+use gravical::calibration_file::CalibrationFile;
+use gravical::recording::{AccelUnit, ReadOptions, Recording, open, read};
+
+use crate::support::data;
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|e| e != "json" && e != "md") {
+            found.push(path);
+        }
+    }
+}
+
+/// A calibration that only converts the unit of a recording to m/s².
+fn nominal(recording: &Recording) -> CalibrationFile {
+    let scale = recording.accel_scale.nominal().unwrap_or(1.0);
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let unit = match recording.accel_scale.unit {
+        AccelUnit::Counts => Some("a.u."),
+        AccelUnit::Unknown => None,
+        unit => Some(unit.name()),
+    };
+    let bias = [recording.zero_offset; 3];
+    let file = serde_json::json!({
+        "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": unit, "cal_type": "Ferraris",
+        "K_a": identity.map(|row| row.map(|v| v * scale)), "b_a": bias, "R_a": identity,
+        "K_g": identity, "b_g": [0, 0, 0], "R_g": identity, "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]],
+    });
+    CalibrationFile::parse(file.to_string().as_bytes()).unwrap()
+}
+
+/// Calibrated acceleration of the rows that have one.
+fn calibrated(table: &[u8]) -> Vec<[f64; 3]> {
+    let header_end = table.iter().position(|b| *b == b'\n').unwrap();
+    let header = String::from_utf8_lossy(&table[..header_end]);
+    let at = header.find("ax_mps2").unwrap();
+    let delimiter = *header.as_bytes()[at..]
+        .iter()
+        .find(|b| b",;\t|".contains(b))
+        .unwrap();
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .flexible(true)
+        .from_reader(table);
+    let names = reader.byte_headers().unwrap().clone();
+    let axes = ["ax_mps2", "ay_mps2", "az_mps2"]
+        .map(|axis| names.iter().position(|n| n == axis.as_bytes()).unwrap());
+    let mut rows = Vec::new();
+    for record in reader.byte_records() {
+        let record = record.unwrap();
+        let cell = |c: usize| String::from_utf8_lossy(&record[c]).replace(',', ".");
+        let cells = axes.map(|c| cell(c).parse::<f64>().ok());
+        if let [Some(x), Some(y), Some(z)] = cells {
+            rows.push([x, y, z]);
+        }
+    }
+    rows
+}
+
+#[test]
+fn apply_uses_the_reading_of_calibrate() {
+    let Some(data) = data() else { return };
+    let mut paths = Vec::new();
+    files(&data, &mut paths);
+    files(&data.join("../cases"), &mut paths);
+    let mut compared = 0;
+    for path in paths {
+        let Ok(recording) = read(&path, &ReadOptions::default()) else {
+            continue;
+        };
+        let name = path.display().to_string();
+        let mut table = Vec::new();
+        let input = open::open(&path, &ReadOptions::default()).unwrap();
+        let options = ApplyOptions::default();
+        let summary = match apply(&nominal(&recording), input, &name, &mut table, &options) {
+            Ok(summary) => summary,
+            Err(e) => {
+                let codes = ["unit-mismatch", "unit-changed", "shifted-columns"];
+                assert!(codes.contains(&e.code()), "{name}: {e}");
+                continue;
+            }
+        };
+        let scale = recording.accel_scale.nominal().unwrap_or(1.0);
+        let is_whole = |row: &usize| recording.accel_at(*row).iter().all(|v| v.is_finite());
+        let rows: Vec<usize> = (0..recording.rows()).filter(is_whole).collect();
+        let table = calibrated(&table);
+        assert_eq!(table.len(), rows.len(), "{name}");
+        assert_eq!(
+            summary.rows - summary.rows_without_acceleration,
+            rows.len() as u64,
+            "{name}"
+        );
+        for (values, row) in table.iter().zip(rows) {
+            for (value, raw) in values.iter().zip(recording.accel_at(row)) {
+                assert!((value - raw / scale).abs() < 1e-6, "{name}, row {row}");
+            }
+        }
+        compared += 1;
+    }
+    assert!(compared > 70, "{compared}");
+}
