@@ -164,7 +164,8 @@ fn dialect(format: &Format) -> (Delimiter, bool) {
 }
 
 /// Name of a column of the input: from the header, or by what it holds.
-fn input_name(format: &Format, column: usize) -> String {
+#[must_use]
+pub fn input_name(format: &Format, column: usize) -> String {
     if !format.names.is_empty() {
         return format.names.get(column).cloned().unwrap_or_default();
     }

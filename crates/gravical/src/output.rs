@@ -9,53 +9,6 @@ use flate2::write::GzEncoder;
 
 use crate::{Error, Result};
 
-/// Buffers output and writes it in blocks.
-pub(crate) struct BlockWriter<'a> {
-    out: &'a mut dyn Write,
-    /// Bytes not yet written.
-    pub bytes: Vec<u8>,
-}
-
-impl<'a> BlockWriter<'a> {
-    /// Size of a block.
-    const SIZE: usize = 256 << 10;
-
-    pub fn new(out: &'a mut dyn Write) -> Self {
-        BlockWriter {
-            out,
-            bytes: Vec::with_capacity(Self::SIZE + (Self::SIZE >> 2)),
-        }
-    }
-
-    /// # Errors
-    ///
-    /// Errors of writing.
-    #[inline]
-    pub fn write_if_full(&mut self) -> Result<()> {
-        if self.bytes.len() < Self::SIZE {
-            return Ok(());
-        }
-        self.write_block()
-    }
-
-    fn write_block(&mut self) -> Result<()> {
-        let written = self.out.write_all(&self.bytes);
-        self.bytes.clear();
-        written.map_err(|e| Error::io(Path::new("output"), e))
-    }
-
-    /// Writes the rest.
-    ///
-    /// # Errors
-    ///
-    /// Errors of writing.
-    pub fn finish(mut self) -> Result<()> {
-        self.write_block()?;
-        let flushed = self.out.flush();
-        flushed.map_err(|e| Error::io(Path::new("output"), e))
-    }
-}
-
 /// Refuses a `path` that exists unless `force` is given, and a folder in any case.
 ///
 /// # Errors

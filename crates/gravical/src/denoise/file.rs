@@ -4,18 +4,20 @@ use std::array::from_fn;
 use std::io::Write;
 use std::path::Path;
 
-use crate::Result;
+use gravical_recording::Format;
+use gravical_recording::write::{NewColumn, Table, Writer, input_name};
+
 use crate::calibration_file::InputFile;
-use crate::output::BlockWriter;
-use crate::recording::collect::{self, Rereader};
-use crate::recording::dialect::Dialect;
-use crate::recording::layout::Layout;
+use crate::recording::batches::BatchReader;
 use crate::recording::open::Reopenable;
-use crate::recording::{ReadOptions, Recording};
+use crate::recording::{ReadOptions, Recording, reading};
+use crate::{Error, Result};
 
 use super::engine::Setup;
-use super::plan::{Plan, channel_field, input_name};
 use super::{DenoiseOptions, DenoiseSummary, begin, filter_in_memory};
+
+/// Decimals of a filtered value.
+const DECIMALS: u32 = 6;
 
 /// A recording that was filtered from file to file.
 #[derive(Debug, Clone)]
@@ -31,7 +33,8 @@ pub struct DenoisedFile {
 ///
 /// Filtered channels keep the name and the unit of their column, so that a calibration for the
 /// recording also applies to the output; for a derivative `_per_s` is appended. Every other
-/// column is copied byte for byte, breaks become blank lines. Values have six decimals.
+/// column is copied byte for byte, breaks become blank lines. Values have six decimals. A row that
+/// is no measurement stays a row with empty channels.
 ///
 /// The channels are held in memory. What comes from a pipe is copied to a temporary file.
 ///
@@ -49,75 +52,92 @@ pub fn denoise_file(
     options.validate()?;
     let name = path.display().to_string();
     let mut source = Reopenable::of(path);
-    let mut recording = collect::read_from(&mut source, &name, read)?;
+    let mut recording = reading::read_from(&mut source, &name, read)?;
     let inputs = InputFile::of(std::slice::from_ref(&recording));
     let (setup, mut begun) = begin(&mut recording, options)?;
     let done = filter_in_memory(&setup, &mut recording);
     begun
         .summary
         .finish(&setup, done, begun.scales, begun.duration_s);
-    let mut again = Rereader::new(&mut source, &name, read, recording.known);
-    begun.summary.columns = write(&mut again, &setup, &recording, out)?;
+    let changed = || {
+        let what = "it does not have the same rows when it is read again";
+        Error::input("changed", what)
+            .at(path, None)
+            .with_hint("wait until no program writes to it; write the data of a pipe to a file")
+    };
+    let again = ReadOptions {
+        hash: false,
+        ..read.clone()
+    };
+    let input = source.reopen(&again)?.ok_or_else(changed)?;
+    let columns = |format: &Format| table(&setup, format);
+    let copied = |format: &Format| columns(format).copied().to_vec();
+    let mut rows = BatchReader::open(input, &name, &again, false, copied)?;
+    let table = columns(&rows.format);
+    begun.summary.columns.clone_from(&table.names);
+    // A filter that removes constants also removes the offset.
+    let keeps_offset = setup.filters.iter().all(|f| f.spec().keeps_constants());
+    let offset = if keeps_offset {
+        recording.zero_offset
+    } else {
+        0.0
+    };
+    let output = |e| Error::io(Path::new("output"), e);
+    let mut writer = Writer::new(out, table);
+    let mut next = 0;
+    while let Some(batch) = rows.next()? {
+        let mut values: [Vec<f64>; 6] = from_fn(|_| Vec::with_capacity(batch.lines.len()));
+        for line in &batch.lines {
+            let row = (next < recording.rows()).then_some(next);
+            let row = row.filter(|row| recording.line(*row) == u64::from(*line));
+            next += usize::from(row.is_some());
+            for (i, out) in values.iter_mut().enumerate() {
+                out.push(row.map_or(f64::NAN, |row| value(&recording, i, row, offset)));
+            }
+        }
+        let filtered: Vec<&[f64]> = setup.channels.iter().map(|c| &values[*c][..]).collect();
+        writer
+            .write_rows(0..batch.lines.len(), &batch.text, &filtered, &batch.breaks)
+            .map_err(output)?;
+    }
+    if next != recording.rows() {
+        return Err(changed());
+    }
+    writer.finish().map_err(output)?;
     Ok(DenoisedFile {
         summary: begun.summary,
         inputs,
     })
 }
 
-/// Writes the rows of the file with the filtered values of `recording`; returns the names of the
-/// columns.
-fn write(
-    again: &mut Rereader<'_>,
-    setup: &Setup,
-    recording: &Recording,
-    out: &mut dyn Write,
-) -> Result<Vec<String>> {
-    let known = again.known;
-    let file = again.open()?.with_spans();
-    let mut rows = file.rows;
-    let (dialect, layout) = (&file.format.dialect, &file.format.layout);
-    let plan = Plan::with_names(dialect, layout, &names(setup, dialect, layout), false);
-    let mut out = BlockWriter::new(out);
-    out.bytes.extend_from_slice(&plan.header());
-    // A filter that removes constants also removes the offset.
-    let kept = setup.filters.iter().all(|f| f.spec().keeps_constants());
-    let offset = if kept { known.facts.zero_offset } else { 0.0 };
-    let columns: Vec<&Vec<f64>> = recording
-        .accel
-        .iter()
-        .chain(recording.gyro.iter().flatten())
-        .collect();
-    let mut number = 0;
-    while let Some(row) = rows.next_row()? {
-        let values = from_fn(|c| {
-            let value = columns.get(c).and_then(|column| column.get(number));
-            value.map_or(f64::NAN, |v| if c < 3 { v + offset } else { *v })
-        });
-        // Breaks are written as blank lines.
-        out.bytes.extend(row.before.iter().map(|_| b'\n'));
-        plan.write_row(row.text.bytes, row.text.spans, &values, &mut out.bytes);
-        out.write_if_full()?;
-        number += 1;
+/// A value of a channel as the file has it.
+fn value(recording: &Recording, channel: usize, row: usize, offset: f64) -> f64 {
+    match (channel, &recording.gyro) {
+        (0..3, _) => recording.accel[channel][row] + offset,
+        (_, Some(gyro)) => gyro[channel - 3][row],
+        (_, None) => f64::NAN,
     }
-    if number != recording.rows() {
-        return Err(again.changed());
-    }
-    rows.trailing().iter().for_each(|_| out.bytes.push(b'\n'));
-    out.finish()?;
-    Ok(plan.names)
 }
 
-/// Names of the filtered channels.
-fn names(setup: &Setup, dialect: &Dialect, layout: &Layout) -> [Option<String>; 6] {
+/// All columns, with the filtered channels in their places.
+fn table(setup: &Setup, format: &Format) -> Table {
     let order: usize = setup.filters.iter().map(|f| f.spec().derivative()).sum();
     let suffix = match order {
         0 => String::new(),
         1 => "_per_s".to_owned(),
         n => format!("_per_s{n}"),
     };
-    from_fn(|i| {
-        setup.channels.contains(&i).then_some(())?;
-        let field = channel_field(layout, i)?;
-        Some(input_name(dialect, layout, field) + &suffix)
-    })
+    let fields: Vec<usize> = format
+        .accel
+        .into_iter()
+        .chain(format.gyro.into_iter().flatten())
+        .collect();
+    let columns = setup.channels.iter().map(|channel| {
+        let field = fields[*channel];
+        NewColumn {
+            name: input_name(format, field) + &suffix,
+            replaces: Some(field),
+        }
+    });
+    Table::with_new(format, &columns.collect::<Vec<_>>(), DECIMALS, false)
 }

@@ -47,7 +47,6 @@ mod filter;
 mod gram;
 mod hampel;
 mod parse;
-mod plan;
 mod response;
 mod savgol;
 mod spec;

@@ -21,22 +21,6 @@ use super::rows::{Finished, Row, Rows, Source};
 
 use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata};
 
-/// Reads a recording that will be read again.
-///
-/// # Errors
-///
-/// As [`read`](super::read).
-pub(crate) fn read_from(
-    source: &mut Reopenable,
-    name: &str,
-    options: &ReadOptions,
-) -> Result<Recording> {
-    options.validate()?;
-    let columns = Columns::of_format;
-    let read = collect(source, name, Role::Recording, options, columns);
-    read.map(Collected::into_recording)
-}
-
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
 /// and the temperature in it, before all rows are read.
 ///

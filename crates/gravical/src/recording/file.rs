@@ -126,15 +126,6 @@ pub(crate) fn complete_rows(head: &[u8]) -> usize {
 }
 
 impl OpenFile {
-    /// Provides the text of every row, with the byte ranges of all fields.
-    pub fn with_spans(mut self) -> Self {
-        match self.rows.source_mut() {
-            FileRows::Text(rows) => rows.provide_spans(),
-            FileRows::Device(rows) => rows.provide_text(),
-        }
-        self
-    }
-
     /// Results; to be called after the last row.
     ///
     /// # Errors

@@ -52,7 +52,7 @@ pub mod names;
 #[doc(hidden)]
 pub mod open;
 pub(crate) mod range_end;
-mod reading;
+pub(crate) mod reading;
 #[doc(hidden)]
 pub mod row;
 pub(crate) mod rows;

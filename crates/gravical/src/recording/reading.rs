@@ -41,7 +41,16 @@ pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Rec
 /// Bytes that tell what a file is that is no recording.
 const HEAD_BYTES: u64 = 65_536;
 
-fn read_from(source: &mut Reopenable, name: &str, options: &ReadOptions) -> Result<Recording> {
+/// The same of a source that may be read again.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn read_from(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Recording> {
     options.validate()?;
     let mut input = source.open(options)?;
     let here = Path::new(name);

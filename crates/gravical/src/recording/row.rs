@@ -200,29 +200,6 @@ impl RowScanner {
         }
     }
 
-    /// As [`scan`](Self::scan); the ranges of all fields go to `spans`.
-    ///
-    /// # Errors
-    ///
-    /// As [`scan`](Self::scan).
-    #[inline]
-    pub fn scan_spans(
-        &self,
-        line: &[u8],
-        values: &mut Values,
-        spans: &mut Vec<Span>,
-    ) -> Result<(), RowDefect> {
-        spans.clear();
-        let mut label = (0, 0);
-        let on_field = |span| spans.push(span);
-        match self.delimiter {
-            Delimiter::Byte(d) => {
-                self.scan_with(Delimiter::Byte(d), line, values, &mut label, on_field)
-            }
-            white => self.scan_with(white, line, values, &mut label, on_field),
-        }
-    }
-
     /// `delimiter` is that of `self`. Compiled separately for each kind, to keep the check out of
     /// the loop over the fields.
     #[inline(always)]

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
 use super::ledger::{Aside, Ledger};
 use super::monitor::{Facts, Monitor, MonitorSummary, RecordingClaims};
-use super::row::{ACCEL, GYRO, SLOTS, Span, TIME, Values};
+use super::row::{ACCEL, GYRO, SLOTS, TIME, Values};
 use super::timing::{BreakKind, Follower, RowTime, is_usual_step};
 use crate::finding::{Finding, FindingKind, LineSpans};
 
@@ -72,8 +72,6 @@ pub(crate) enum Item {
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Text<'a> {
     pub bytes: &'a [u8],
-    /// Byte ranges of all fields, if requested.
-    pub spans: &'a [Span],
     pub label: &'a [u8],
 }
 
@@ -108,8 +106,6 @@ struct Held {
     line: u64,
     values: Values,
     before: Vec<Aside>,
-    bytes: Vec<u8>,
-    spans: Vec<Span>,
     label: Vec<u8>,
 }
 
@@ -270,10 +266,6 @@ impl<S: Source> Rows<S> {
         &self.source
     }
 
-    pub fn source_mut(&mut self) -> &mut S {
-        &mut self.source
-    }
-
     /// The next row; `None` after the last.
     ///
     /// # Errors
@@ -351,8 +343,7 @@ impl<S: Source> Rows<S> {
         let (text, before) = match (place, &self.current) {
             (Place::Held, Some(held)) => (
                 Text {
-                    bytes: &held.bytes,
-                    spans: &held.spans,
+                    bytes: &[],
                     label: &held.label,
                 },
                 &held.before,
@@ -444,19 +435,11 @@ impl<S: Source> Rows<S> {
     }
 
     fn hold(&mut self, values: Values) {
-        let text = self.source.text();
-        // Text is needed only with fields; a long tail of zeros is held as numbers.
-        let bytes = match text.spans {
-            [] => &[],
-            _ => text.bytes,
-        };
         let held = Held {
             line: self.source.number(),
             values,
             before: std::mem::take(&mut self.before),
-            bytes: bytes.to_vec(),
-            spans: text.spans.to_vec(),
-            label: text.label.to_vec(),
+            label: self.source.text().label.to_vec(),
         };
         self.held.push_back(held);
     }
@@ -492,7 +475,7 @@ impl<S: Source> Rows<S> {
         if tail >= 2 {
             let mut breaks = Vec::new();
             for held in self.held.split_off(self.held.len() - tail) {
-                self.ledger.aside(Aside::ZeroTail, held.line, &held.bytes);
+                self.ledger.aside(Aside::ZeroTail, held.line, b"");
                 breaks.extend(held.before);
             }
             breaks.append(&mut self.pending_breaks);
@@ -534,11 +517,6 @@ impl<S: Source> Rows<S> {
         self.pending_breaks.clear();
         self.before.clear();
         Ok(())
-    }
-
-    /// Breaks since the last row.
-    pub fn trailing(&self) -> &[Aside] {
-        &self.pending_breaks
     }
 
     /// The monitor of all rows so far.

@@ -31,9 +31,6 @@ pub(crate) struct TextRows<R> {
     scanner: RowScanner,
     stamps: RowStamps,
     later: LaterHeaders,
-    /// Byte ranges of the fields are requested.
-    with_spans: bool,
-    spans: Vec<Span>,
     label: Span,
     number: u64,
     /// Number of the last blank line, and length of the run of blank lines that it ends.
@@ -93,8 +90,6 @@ impl<R: Read> TextRows<R> {
             stamps: format.layout.stamps(),
             format: format.clone(),
             later: LaterHeaders::default(),
-            with_spans: false,
-            spans: Vec::with_capacity(scanner.fields()),
             scanner,
             label: (0, 0),
             number: 0,
@@ -103,11 +98,6 @@ impl<R: Read> TextRows<R> {
             foreign_lines: LineSpans::default(),
             cut,
         }
-    }
-
-    /// Provides the byte ranges of all fields with every row.
-    pub(super) fn provide_spans(&mut self) {
-        self.with_spans = true;
     }
 
     /// Findings about bytes; `unpacked`: the conversions applied.
@@ -160,11 +150,7 @@ impl<R: Read> Source for TextRows<R> {
             if !self.later.is_idle() {
                 self.later.check(bytes, &self.format, &self.name)?;
             }
-            let scanned = match self.with_spans {
-                true => self.scanner.scan_spans(bytes, values, &mut self.spans),
-                false => self.scanner.scan(bytes, values, &mut self.label),
-            };
-            match scanned {
+            match self.scanner.scan(bytes, values, &mut self.label) {
                 Ok(()) => {
                     self.stamps.stamp(values);
                     return Ok(Some(Item::Row));
@@ -218,7 +204,6 @@ impl<R: Read> Source for TextRows<R> {
         let (from, to) = self.label;
         Text {
             bytes,
-            spans: &self.spans,
             label: bytes.get(from as usize..to as usize).unwrap_or_default(),
         }
     }

@@ -18,7 +18,7 @@ use crate::scan::{write_fixed, write_trimmed};
 use crate::{Error, Result};
 
 use super::dialect::{Dialect, Header as Names};
-use super::row::{ACCEL, Delimiter, GYRO, SLOTS, Span, TEMPERATURE, TIME, Values};
+use super::row::{ACCEL, Delimiter, GYRO, SLOTS, TEMPERATURE, TIME, Values};
 use super::rows::{Item, Source, Text};
 
 use clock::RunClock;
@@ -183,7 +183,6 @@ impl Opened {
             breaks: LineSpans::default(),
             with_text: false,
             text: Vec::new(),
-            spans: Vec::new(),
         })
     }
 }
@@ -210,7 +209,6 @@ pub(crate) struct DeviceRows<R> {
     /// Rows as text are requested.
     with_text: bool,
     text: Vec<u8>,
-    spans: Vec<Span>,
 }
 
 impl<R: Read> DeviceRows<R> {
@@ -244,7 +242,6 @@ impl<R: Read> DeviceRows<R> {
             Event::Skipped(skipped) => {
                 self.number += 1;
                 self.text = skipped.text().into_bytes();
-                self.spans.clear();
                 Some(Item::Aside(skipped.reason))
             }
             Event::Block(placed) => {
@@ -315,14 +312,11 @@ impl<R: Read> DeviceRows<R> {
 
     fn write_text(&mut self, values: &Values) {
         self.text.clear();
-        self.spans.clear();
         for &slot in &self.columns {
-            let from = self.text.len() as u32;
             match slot {
                 TIME => write_fixed(&mut self.text, values[slot], TIME_DECIMALS),
                 _ => write_trimmed(&mut self.text, values[slot], DECIMALS),
             }
-            self.spans.push((from, self.text.len() as u32));
             self.text.push(b',');
         }
         self.text.pop();
@@ -389,7 +383,6 @@ impl<R: Read> Source for DeviceRows<R> {
     fn text(&self) -> Text<'_> {
         Text {
             bytes: &self.text,
-            spans: &self.spans,
             label: &[],
         }
     }
