@@ -242,7 +242,11 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
     let n = format.columns.len();
     let is_open = sample.columns[n - 1].iter().all(|v| v.is_nan()) && !sample.is_text(n - 1);
     let clocks = (0..n).take_while(|c| is_clock(&sample.columns[*c])).count();
-    let from = clocks.min((n - usize::from(is_open)).saturating_sub(3));
+    // The rate of a turn may rise as time does.
+    let from = match format.options.is_gyroscope {
+        true => clocks.min((n - usize::from(is_open)).saturating_sub(3)),
+        false => clocks,
+    };
     for (column, values) in format.columns.iter_mut().zip(&sample.columns).take(from) {
         column.role = if is_counter(values) {
             Role::Other
