@@ -63,6 +63,7 @@ impl Fields<'_> {
     }
 
     /// The next field as [`parse_cell`] reads it; mostly a number that ends at the delimiter.
+    #[inline]
     pub(crate) fn next_cell(&mut self, dialect: Dialect) -> Option<Option<f64>> {
         if let Delimiter::Byte(delimiter) = self.delimiter
             && let Some(rest) = self.rest
@@ -73,6 +74,12 @@ impl Fields<'_> {
             self.length = n;
             return Some(Some(value));
         }
+        self.next_other_cell(dialect)
+    }
+
+    /// The next field, if it is no short number.
+    #[inline(never)]
+    fn next_other_cell(&mut self, dialect: Dialect) -> Option<Option<f64>> {
         if let Delimiter::Byte(delimiter) = self.delimiter
             && let Some(rest) = self.rest
             && let Ok((value, n)) = fast_float2::parse_partial(rest)

@@ -35,25 +35,36 @@ const POWERS: [f64; 16] = [
 #[inline]
 pub(crate) fn parse_short(text: &[u8]) -> Option<(f64, usize)> {
     let is_negative = text.first() == Some(&b'-');
-    let (mut at, mut digits, mut mantissa) = (usize::from(is_negative), 0, 0_u64);
-    let mut point = None;
-    while let Some(byte) = text.get(at) {
+    let unsigned = &text[usize::from(is_negative)..];
+    let (whole, whole_digits) = add_digits(unsigned, 0);
+    let (mantissa, decimals, length) = match unsigned.get(whole_digits) {
+        Some(b'.') => {
+            let (mantissa, decimals) = add_digits(&unsigned[whole_digits + 1..], whole);
+            (mantissa, decimals, whole_digits + 1 + decimals)
+        }
+        _ => (whole, 0, whole_digits),
+    };
+    if !(1..POWERS.len()).contains(&(whole_digits + decimals)) {
+        return None;
+    }
+    let value = mantissa as f64 / POWERS[decimals];
+    let value = if is_negative { -value } else { value };
+    Some((value, usize::from(is_negative) + length))
+}
+
+/// Appends the digits that a text begins with to a number, which may wrap; and how many they are.
+#[inline]
+fn add_digits(text: &[u8], mut number: u64) -> (u64, usize) {
+    let mut count = 0;
+    for byte in text {
         let digit = byte.wrapping_sub(b'0');
-        if digit < 10 {
-            mantissa = 10 * mantissa + u64::from(digit);
-            digits += 1;
-            if digits == POWERS.len() {
-                return None;
-            }
-        } else if *byte == b'.' && point.is_none() {
-            point = Some(at + 1);
-        } else {
+        if digit > 9 {
             break;
         }
-        at += 1;
+        number = number.wrapping_mul(10).wrapping_add(digit.into());
+        count += 1;
     }
-    let value = mantissa as f64 / POWERS[point.map_or(0, |point| at - point)];
-    (digits > 0).then_some((if is_negative { -value } else { value }, at))
+    (number, count)
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
