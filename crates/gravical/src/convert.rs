@@ -37,6 +37,8 @@ use serde::Serialize;
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::excerpt::read_ahead;
 use crate::output::BlockWriter;
+use crate::poses::gyro_unit::settle;
+use crate::poses::rests::find_rests;
 use crate::recording::collect::Rereader;
 use crate::recording::names::Quantity;
 use crate::recording::open::Reopenable;
@@ -44,8 +46,6 @@ use crate::recording::row::TIME;
 use crate::recording::sample::Sample;
 use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording};
 use crate::scan::{write_fixed, write_trimmed};
-use crate::segment::gyro_unit::settle;
-use crate::segment::still::{StillOptions, find_stills};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
@@ -115,9 +115,8 @@ pub fn convert_file(
 ) -> Result<ConvertSummary> {
     let name = path.display().to_string();
     let mut source = Reopenable::of(path);
-    let still = StillOptions::default();
-    let mut recording = read_ahead(&mut source, &name, read, &still)?;
-    let stills = find_stills(&recording, &still).spans;
+    let mut recording = read_ahead(&mut source, &name, read)?;
+    let stills = find_rests(&recording).spans;
     settle(&mut recording, &stills);
     let mut again = Rereader::new(&mut source, &name, read, recording.known);
     let file = again.open()?;

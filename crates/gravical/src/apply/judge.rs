@@ -4,13 +4,13 @@
 use std::path::Path;
 
 use crate::calibration_file::{Applied, CalibrationFile};
+use crate::poses::gyro_unit;
 use crate::recording::file::HeadChannels;
 use crate::recording::monitor::{Facts, quiet};
 use crate::recording::{
     AccelClaim, AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions,
     decide_accel,
 };
-use crate::segment::gyro_unit;
 use crate::{Error, Result};
 
 use super::drift::Drift;

@@ -60,6 +60,7 @@ use serde::Serialize;
 use crate::Result;
 use crate::calibration_file::CalibrationFile;
 use crate::output::BlockWriter;
+use crate::poses::face::AxisMap;
 use crate::recording::board::why_calibrated;
 use crate::recording::file::open_rows;
 use crate::recording::monitor::refuse_unit_change;
@@ -68,7 +69,6 @@ use crate::recording::open::Input;
 use crate::recording::{
     AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Recording,
 };
-use crate::segment::face::AxisMap;
 
 pub use drift::TemperatureOutcome;
 pub use memory::{Applied, apply_recording};

@@ -3,8 +3,8 @@
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 
 use crate::calibration_file::CalibrationFile;
+use crate::poses::face::AxisMap;
 use crate::recording::row::{ACCEL, GYRO, Values};
-use crate::segment::face::AxisMap;
 
 use super::drift::Drift;
 

@@ -10,7 +10,7 @@ use crate::recording::Recording;
 use crate::recording::collect::{Known, Sink};
 use crate::recording::rows::{Rows, Source};
 use crate::recording::sample::Sample;
-use crate::still::moments;
+use crate::stats::moments;
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
 const MOST_FILLED: usize = 8;
