@@ -281,7 +281,7 @@ impl Clock {
             }
             if step > PAUSE * usual_s {
                 if options.pauses.binary_search(&row).is_ok()
-                    && !options.gaps.binary_search(&row).is_ok()
+                    && options.gaps.binary_search(&row).is_err()
                 {
                     (pauses, paused_s) = (pauses + 1, paused_s + step);
                     continue;
