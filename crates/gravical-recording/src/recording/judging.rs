@@ -38,15 +38,20 @@ impl Recording {
         let text_cells = notes::of_text_cells(format, &rows);
         let temperature_c = take_temperature(format, &mut rows, &mut notes);
         let mut own = Vec::new();
-        let time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut own);
-        rows.columns.push(time.time_s.clone());
-        rows.columns.push(temperature_c.clone().unwrap_or_default());
+        let mut time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut own);
+        let columns = format.columns.iter().zip(&mut rows.columns);
+        let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
+        stamps.for_each(|(_, column)| *column = Vec::new());
+        // Rows that are set aside lose these, too.
+        let has_temperature = temperature_c.is_some();
+        rows.columns.push(std::mem::take(&mut time.time_s));
+        rows.columns.push(temperature_c.unwrap_or_default());
         let emptied = set_aside_defects(format, &mut rows);
         let encoding = decode(format, &mut rows);
         set_aside_slipped(format, &mut rows);
         let lines_notes = notes::of_lines(&rows);
         let kept_temperature = rows.columns.pop().unwrap_or_default();
-        let mut temperature_c = temperature_c.map(|_| kept_temperature);
+        let mut temperature_c = has_temperature.then_some(kept_temperature);
         let time_s = rows.columns.pop().unwrap_or_default();
 
         let mut accel = format.accel.map(|c| std::mem::take(&mut rows.columns[c]));
@@ -308,21 +313,23 @@ fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) ->
 /// accelerometer where it alone was not read.
 fn set_aside_defects(format: &Format, rows: &mut Batch) -> Option<Note> {
     let channels = format.channels();
-    let slices = |rows: &Batch, columns: &[usize]| -> Vec<Vec<f64>> {
-        columns.iter().map(|c| rows.columns[*c].clone()).collect()
-    };
     let mut emptied = None;
     if !format.columns[format.accel[0]].is_linear {
-        let values = slices(rows, &channels);
-        let keep = judge::mark_zeros(&values.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let keep = judge::mark_zeros(&slices(rows, &channels));
         rows.keep(&keep, Reason::Zeros);
         emptied = empty_unread(format, rows);
     }
     let values = slices(rows, &channels);
-    let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let keep = judge::mark_hung([values[0], values[1], values[2]], &values[3..]);
     rows.keep(&keep, Reason::Hung);
     emptied
+}
+
+fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
+    columns
+        .iter()
+        .map(|c| rows.columns[*c].as_slice())
+        .collect()
 }
 
 fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Note> {

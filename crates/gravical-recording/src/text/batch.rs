@@ -261,7 +261,12 @@ impl Batch {
             *self = later;
             return;
         }
+        // Vectors that double would take as much again.
+        let room = later_rows.max(rows / 8);
         for (column, later) in self.columns.iter_mut().zip(&mut later.columns) {
+            if column.capacity() < column.len() + later.len() {
+                column.reserve_exact(room);
+            }
             column.append(later);
         }
         for (texts, later) in self.texts.iter_mut().zip(&mut later.texts) {
@@ -272,6 +277,9 @@ impl Batch {
             }
         }
         self.words = later.words;
+        if self.lines.capacity() < rows + later_rows {
+            self.lines.reserve_exact(room);
+        }
         self.lines.append(&mut later.lines);
         self.breaks.extend(later.breaks.iter().map(|b| b + rows));
         self.blanks

@@ -213,10 +213,9 @@ pub(crate) fn find_clock(
         if values.iter().all(|v| v.is_nan()) {
             continue;
         }
-        let stamps = if is_step {
-            judge::sum_steps(values)
-        } else {
-            values.clone()
+        let stamps = match is_step {
+            true => judge::sum_steps(values),
+            false => values.clone(),
         };
         let unit_s = match column.unit.as_str() {
             _ if column.is_dated => Some(1.0),
