@@ -40,9 +40,9 @@ pub struct Column {
     pub is_dropped: bool,
 }
 
-const ACCEL: &[&str] = &["a", "ac", "acc", "accl", "acce", "xl", "alpha"];
+const ACCEL: &[&str] = &["a", "ac", "acc", "accl", "acce", "xl", "sf", "alpha"];
 const GYRO: &[&str] = &[
-    "g", "gy", "gyr", "w", "omega", "rate", "rot", "rotation", "angular",
+    "g", "gy", "gyr", "w", "omega", "rate", "rot", "rotation", "angular", "angvel",
 ];
 const TIME: &[&str] = &[
     "t",
@@ -61,6 +61,7 @@ const TIME: &[&str] = &[
     "utc",
     "millis",
     "micros",
+    "nanos",
     "seconds",
     "us",
     "ms",
@@ -70,7 +71,7 @@ const TIME: &[&str] = &[
 const TIME_UNITS: &[&str] = &[
     "us", "ms", "ns", "s", "nanosec", "micros", "millis", "seconds", "fine",
 ];
-const STEP: &[&str] = &["dt", "delta", "deltat", "diff"];
+const STEP: &[&str] = &["dt", "delta", "deltat", "timestep", "diff"];
 const LABEL: &[&str] = &["label", "part", "section", "pose", "face", "placement"];
 /// Words of quantities that have axes too, or belong to a result.
 const FOREIGN: &[&str] = &[

@@ -86,6 +86,10 @@ pub(crate) struct About {
     pub findings: Vec<Finding>,
 }
 
+/// Bytes that the columns may take, and those of a row of six channels.
+const MAX_BYTES: u64 = 1 << 30;
+const BYTES_OF_ROW: u64 = 72;
+
 impl Columns {
     /// Empty columns for the channels of `layout`.
     pub fn new(layout: &Layout, facts: &Facts) -> Self {
@@ -150,10 +154,18 @@ impl Columns {
     ///
     /// # Errors
     ///
-    /// `no-memory` if there is not enough.
+    /// `too-large`; `no-memory` if there is not enough.
     #[cold]
     fn reserve(&mut self, rows: usize) -> Result<()> {
         let held = self.rows() as u64;
+        if (held + rows as u64) * BYTES_OF_ROW > MAX_BYTES {
+            let what = format!(
+                "its columns take more than {} MiB of memory",
+                MAX_BYTES >> 20
+            );
+            return Err(Error::input("too-large", what)
+                .with_hint("cut the file, and read the parts separately"));
+        }
         let labels = self
             .labels
             .as_mut()
