@@ -35,6 +35,7 @@ pub(crate) enum Kind {
     /// A header with other columns, its line and what is wrong.
     HeaderDiffers(usize, &'static str),
     EpochsOfCounts,
+    TooManyLabels,
     /// A channel of a table in memory is a column of texts, from 1.
     TextColumn(usize),
     TooLarge(usize),
@@ -60,6 +61,7 @@ impl Error {
             Kind::SensorUnknown(..) => "sensor-unknown",
             Kind::HeaderDiffers(..) => "header-differs",
             Kind::EpochsOfCounts => "epochs-of-counts",
+            Kind::TooManyLabels => "too-many-labels",
             Kind::TooLarge(_) => "too-large",
             Kind::NoValues(..) | Kind::TextColumn(_) => "no-values",
             Kind::AllZero(..) => "all-zero",
@@ -135,6 +137,9 @@ impl Error {
             }
             Kind::EpochsOfCounts => {
                 "export the raw acceleration (in ActiLife: a RAW CSV file)".to_owned()
+            }
+            Kind::TooManyLabels => {
+                "leave the column out with --columns label=-, or cut the file".to_owned()
             }
             Kind::TextColumn(_) => {
                 "convert it to numbers, or name other columns: --columns t=…,ax=…".to_owned()
@@ -229,6 +234,7 @@ impl fmt::Display for Error {
                     "the file holds activity counts per epoch, not acceleration"
                 )
             }
+            Kind::TooManyLabels => write!(f, "the label column holds more than 254 words"),
             Kind::TextColumn(column) => write!(f, "column {column} holds texts, not numbers"),
             Kind::TooLarge(bytes) => {
                 write!(

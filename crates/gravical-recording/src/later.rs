@@ -18,6 +18,8 @@ use crate::text::{Aside, Batch, Format, Reason};
 /// much it then differs from gravity.
 const SLIP_END_ROWS: usize = 640;
 const SLIP_TOLERANCE: f64 = 0.2;
+/// So many rows of other sensors alone show that the one that is read has ended.
+const MIN_ROWS_OF_OTHERS: usize = 100;
 /// Rows before a batch with which shifted channels are looked for.
 const TAIL_ROWS: usize = 20_000;
 
@@ -229,7 +231,7 @@ impl Later {
             code,
             message: message.to_owned(),
         };
-        if own.is_empty() && !lines.is_empty() {
+        if own.is_empty() && lines.len() >= MIN_ROWS_OF_OTHERS {
             return Err(at(0, SENSOR));
         }
         let columns = self.format.channels();

@@ -27,6 +27,7 @@
 
 mod board;
 pub mod bytes;
+mod date;
 mod error;
 pub mod full_scale;
 pub mod judge;
@@ -35,6 +36,7 @@ pub mod metadata;
 mod note;
 mod options;
 mod recording;
+mod role;
 mod spans;
 mod table;
 mod text;
@@ -47,13 +49,15 @@ pub use error::Error;
 pub use judge::UnitDoubt;
 pub use later::{Contradiction, Later, Readings};
 pub use note::{Note, NoteKind};
-pub use options::{ColumnChoice, ColumnsSpec, POSSIBLE, ReadOptions};
+pub use options::{ColumnChoice, ColumnsSpec, ReadOptions};
 pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, open_text, whole_lines};
+pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use table::{TableColumn, table_channels};
 pub use text::{
-    Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, Role,
-    is_prose, sniff, sniff_table,
+    Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, is_prose,
+    sniff, sniff_table,
 };
 pub use time_unit::TimeUnit;
+pub use units::POSSIBLE;
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};

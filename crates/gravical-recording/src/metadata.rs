@@ -1,7 +1,7 @@
 //! Metadata above the header: sampling rate, range, serial number, start.
 
-use crate::options::POSSIBLE;
-use crate::text::parse_date;
+use crate::date::parse_date;
+use crate::units::POSSIBLE;
 
 /// Words and numbers of a line.
 fn words(line: &str) -> Vec<&str> {

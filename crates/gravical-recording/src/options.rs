@@ -1,14 +1,8 @@
 //! What the user specifies about a recording.
 
-use std::ops::RangeInclusive;
-
-use crate::text::Role;
+use crate::role::Role;
 use crate::time_unit::TimeUnit;
 use crate::units::{AccelUnit, GyroUnit};
-
-/// Sampling rates (Hz) and full-scale ranges (g, °/s) that are accepted: much wider than any real
-/// sensor, so that windows, scales and durations computed from them are finite.
-pub const POSSIBLE: RangeInclusive<f64> = 1e-6..=1e9;
 
 /// What the user specifies about a recording; everything else is told from the file.
 #[derive(Debug, Clone, PartialEq, Default)]

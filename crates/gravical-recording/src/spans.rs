@@ -43,6 +43,9 @@ impl LineSpans {
 
     /// Adds lines that come after all so far.
     pub fn append(&mut self, later: &LineSpans) {
+        if later.is_empty() {
+            return;
+        }
         for span in &later.spans {
             let kept = self.spans.len();
             match self.spans.last_mut() {

@@ -3,7 +3,8 @@
 use crate::error::{Error, Kind};
 use crate::options::ReadOptions;
 use crate::recording::Recording;
-use crate::text::{Batch, Format, Role};
+use crate::role::Role;
+use crate::text::{Batch, Format};
 
 /// Rows by which columns without names are recognised.
 const SAMPLE_ROWS: usize = 400;

@@ -19,6 +19,5 @@ pub use batches::{BATCH_ROWS, Batches};
 pub(crate) use dialect::Delimiter;
 pub use format::Format;
 pub(crate) use format::Layout;
-pub use names::{Column, Role};
-pub(crate) use number::parse_date;
+pub use names::Column;
 pub use sniff::{is_prose, sniff, sniff_table};

@@ -5,6 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::time_unit::time_scale_s;
 
+/// Sampling rates (Hz) and full-scale ranges (g, °/s) that are accepted: much wider than any real
+/// sensor, so that windows, scales and durations computed from them are finite.
+pub const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
+
 /// Unit of an accelerometer channel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -10,7 +10,8 @@ pub use fixed::{write_fixed, write_trimmed};
 
 use std::io::{self, Write};
 
-use crate::text::{CopiedText, Delimiter, Format, Layout, Role};
+use crate::role::Role;
+use crate::text::{CopiedText, Delimiter, Format, Layout};
 
 /// Bytes that are collected before they are written.
 const BLOCK_BYTES: usize = 1 << 18;

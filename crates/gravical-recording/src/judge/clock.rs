@@ -24,6 +24,8 @@ const FEWEST_BURSTS: usize = 5;
 const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
 /// Counters of 16, 24 and 32 bits.
 const COUNTERS: [f64; 3] = [65_536.0, 16_777_216.0, 4_294_967_296.0];
+/// Blank lines after every so many rows or fewer belong to the way a file is written.
+const REGULAR_ROWS: usize = 6;
 /// Steps of which a share is regular if missing rows can be told from jitter.
 const REGULAR: f64 = 0.9;
 
@@ -303,7 +305,10 @@ impl Clock {
         let mean_hz = self.mean_rate_hz.unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..0.2 / mean_hz).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();
-        if bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual_s)
+        if self.mean_rate_hz.is_some()
+            && bunched * 2 > steps.len()
+            && stamped > RAREST_BURST
+            && !has_only_pauses(&steps, usual_s)
         {
             self.bunched = Some(bunched);
             self.rate_hz = mean_hz;
@@ -480,7 +485,7 @@ impl Marks<'_> {
     /// Blank lines between most rows.
     #[must_use]
     pub fn regular_blanks(&self, rows: usize) -> usize {
-        if self.blanks.len() * 20 <= rows {
+        if self.blanks.len() < 3 || self.blanks.len() * REGULAR_ROWS < rows {
             return 0;
         }
         median(self.blanks.iter().map(|b| b.1 as f64)).unwrap_or(0.0) as usize

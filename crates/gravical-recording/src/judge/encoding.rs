@@ -22,7 +22,7 @@ impl fmt::Display for Encoding {
 
 /// Undoes an encoding of all channels, if the accelerometer shows one.
 pub fn decode(accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> Option<Encoding> {
-    let is_unsigned = |v: &f64| v.fract() == 0.0 && (0.0..65_536.0).contains(v);
+    let is_unsigned = |v: &f64| v.is_nan() || v.fract() == 0.0 && (0.0..65_536.0).contains(v);
     if !accel.iter().flatten().all(is_unsigned) {
         return None;
     }
@@ -56,5 +56,6 @@ pub fn decode(accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> Op
 
 fn share_within(column: &[f64], low: f64, high: f64) -> f64 {
     let within = column.iter().filter(|v| (low..high).contains(*v)).count();
-    within as f64 / column.len() as f64
+    let known = column.iter().filter(|v| !v.is_nan()).count();
+    within as f64 / known as f64
 }

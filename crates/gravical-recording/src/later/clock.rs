@@ -3,7 +3,8 @@
 use crate::judge::ClockOptions;
 use crate::recording::Recording;
 use crate::recording::judging::find_clock;
-use crate::text::{Batch, Format, Role};
+use crate::role::Role;
+use crate::text::{Batch, Format};
 
 /// Rows before a batch with which its stamps are judged.
 const TAIL_ROWS: usize = 1024;
@@ -35,16 +36,18 @@ impl LaterClock {
 
     /// Sets the clock; false if the recording has none.
     pub fn set(&mut self, recording: &Recording) -> bool {
-        let (Some(time_s), Some(line)) = (&recording.time_s, recording.lines.last()) else {
+        let Some(time_s) = &recording.time_s else {
             return false;
         };
         self.rate_hz = recording.timing.rate_hz();
-        let row = self.tail.lines.binary_search(line).ok();
-        let time_s = time_s.iter().rev().find(|t| t.is_finite());
-        self.anchor = (
-            row.unwrap_or(self.tail.rows().saturating_sub(1)),
-            time_s.copied().unwrap_or(0.0),
-        );
+        let known = time_s.iter().zip(&recording.lines).rev();
+        let mut known = known.filter(|(t, _)| t.is_finite());
+        let last = known.clone().next().map_or(0.0, |(t, _)| *t);
+        let in_tail = known.find_map(|(t, line)| {
+            let row = self.tail.lines.binary_search(line).ok()?;
+            Some((row, *t))
+        });
+        self.anchor = in_tail.unwrap_or((self.tail.rows().saturating_sub(1), last));
         true
     }
 
@@ -55,7 +58,8 @@ impl LaterClock {
         let place = |row: &usize| before + own.partition_point(|r| r < row);
         let gaps: Vec<usize> = batch.breaks.iter().map(place).collect();
         let blanks = batch.blanks.iter().map(|b| &b.0);
-        let pauses: Vec<usize> = batch.headers.iter().chain(blanks).map(place).collect();
+        let mut pauses: Vec<usize> = batch.headers.iter().chain(blanks).map(place).collect();
+        pauses.sort_unstable();
         let options = ClockOptions {
             rate_hz: self.rate_hz,
             gaps: &gaps,

@@ -5,7 +5,7 @@ mod time;
 
 pub(crate) use time::find_clock;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use super::{Labels, Recording};
 use crate::error::{Error, Kind};
@@ -13,7 +13,8 @@ use crate::full_scale::{Clipping, FullScale};
 use crate::judge::{self, AccelClaim, Channels, Encoding};
 use crate::metadata;
 use crate::note::{Note, NoteKind};
-use crate::text::{Batch, Format, Reason, Role};
+use crate::role::Role;
+use crate::text::{Batch, Format, Reason};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
 use time::JudgedTime;
@@ -121,7 +122,7 @@ impl Recording {
             gyro_scale,
             resolution,
             temperature_c,
-            labels: find_labels(format, &mut rows),
+            labels: find_labels(format, &rows)?,
             breaks,
             lines: rows.lines,
             aside: rows.aside,
@@ -314,7 +315,8 @@ fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) ->
 fn set_aside_defects(format: &Format, rows: &mut Batch) -> Option<Note> {
     let channels = format.channels();
     let mut emptied = None;
-    if !format.columns[format.accel[0]].is_linear {
+    // Zero is no rate that a sensor at rest could not have.
+    if !format.columns[format.accel[0]].is_linear && !format.options.is_gyroscope {
         let keep = judge::mark_zeros(&slices(rows, &channels));
         rows.keep(&keep, Reason::Zeros);
         emptied = empty_unread(format, rows);
@@ -459,17 +461,23 @@ fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
     [ax, ay, az, gx, gy, gz]
 }
 
-fn find_labels(format: &Format, rows: &mut Batch) -> Option<Labels> {
-    let column = format.columns.iter().position(|c| c.role == Role::Label)?;
+fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
+    let Some(column) = format.columns.iter().position(|c| c.role == Role::Label) else {
+        return Ok(None);
+    };
+    if rows.texts[column].contains(&u8::MAX) {
+        return Err(Kind::TooManyLabels.into());
+    }
     let mut labels = Labels::default();
+    let mut known: HashMap<String, u32> = HashMap::new();
     for row in 0..rows.rows() {
         let name = cell_label(rows, column, row);
-        let known = labels.names.iter().position(|n| *n == name);
-        let at = known.unwrap_or_else(|| {
-            labels.names.push(name);
-            labels.names.len() - 1
+        let next = labels.names.len() as u32;
+        let at = *known.entry(name).or_insert_with_key(|name| {
+            labels.names.push(name.clone());
+            next
         });
-        labels.of_row.push(at as u32);
+        labels.of_row.push(at);
     }
-    Some(labels)
+    Ok(Some(labels))
 }

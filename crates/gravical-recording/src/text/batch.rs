@@ -163,6 +163,9 @@ impl Aside {
     }
 }
 
+/// So many rows of zeros in a row leave a break.
+const LEAST_GAP: usize = 5;
+
 /// Rows as columns, in the unit of the file.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Batch {
@@ -290,7 +293,8 @@ impl Batch {
         self.aside.append(later.aside);
     }
 
-    /// Keeps the rows that are marked and counts the others; they leave a break.
+    /// Keeps the rows that are marked and counts the others; where a sensor hung, or was not read
+    /// for several rows, they leave a break.
     pub(crate) fn keep(&mut self, keep: &[bool], reason: Reason) {
         if keep.iter().all(|k| *k) {
             return;
@@ -318,12 +322,25 @@ impl Batch {
         {
             *row = kept_before[*row];
         }
-        if matches!(reason, Reason::Hung | Reason::Slipped) {
-            let ends = keep.windows(2).enumerate().filter(|(_, k)| !k[0] && k[1]);
-            self.breaks
-                .extend(ends.map(|(row, _)| kept_before[row + 1]));
-            self.breaks.sort_unstable();
+        // Marks of rows at the end that are gone.
+        let rows = self.lines.len();
+        self.breaks.retain(|row| *row < rows);
+        self.headers.retain(|row| *row < rows);
+        self.blanks.retain(|(row, _)| *row < rows);
+        let least = match reason {
+            Reason::Hung | Reason::Slipped => 1,
+            Reason::Zeros => LEAST_GAP,
+            _ => usize::MAX,
+        };
+        let mut gone = 0;
+        for (row, keep) in keep.iter().enumerate() {
+            if *keep && gone >= least {
+                self.breaks.push(kept_before[row]);
+            }
+            gone = if *keep { 0 } else { gone + 1 };
         }
+        self.breaks.sort_unstable();
+        self.breaks.dedup();
     }
 
     /// The first rows alone.

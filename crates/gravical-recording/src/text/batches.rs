@@ -131,7 +131,8 @@ impl<R: BufRead> Batches<R> {
                 || self
                     .place
                     .is_none_or(|p| self.format.layout.last_place() == p);
-            if self.batch.rows() >= BATCH_ROWS && is_whole {
+            let rows = self.batch.rows();
+            if rows >= BATCH_ROWS && (is_whole || rows >= 2 * BATCH_ROWS) {
                 return Ok(Some(self.finish_batch()));
             }
         }
@@ -325,10 +326,13 @@ impl RowParser<'_> {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);
             self.batch.text.push(&line[from..to]);
         }
-        for k in 0..self.text_cells.len() {
-            let column = self.text_cells[k];
-            if let Some(field) = fields(line, dialect.delimiter).nth(column) {
-                self.push_word(column, field);
+        if let (Some(first), Some(last)) = (self.text_cells.first(), self.text_cells.last()) {
+            let between = last - first + 1;
+            let cells = fields(line, dialect.delimiter).enumerate().skip(*first);
+            for (column, field) in cells.take(between) {
+                if self.text_cells.binary_search(&column).is_ok() {
+                    self.push_word(column, field);
+                }
             }
         }
         Ok(())

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use memchr::memchr;
 
-use super::number::{finite, parse_cell, parse_date, parse_short};
+use super::number::{finite, parse_cell, parse_short};
+use crate::date::parse_date;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Delimiter {

@@ -1,10 +1,11 @@
 //! What the head of a file says.
 
 use super::dialect::Dialect;
-use super::names::{Column, Role};
+use super::names::Column;
 use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::options::ReadOptions;
+use crate::role::Role;
 
 #[derive(Clone, Debug)]
 pub(crate) enum Layout {

@@ -1,9 +1,9 @@
 //! Columns that the user names.
 
 use super::format::Format;
-use super::names::Role;
 use crate::error::Kind;
 use crate::options::{ColumnChoice, ColumnsSpec};
+use crate::role::Role;
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.
 pub(crate) fn assign(format: &mut Format) -> Result<(), Kind> {

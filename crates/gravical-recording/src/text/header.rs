@@ -2,9 +2,10 @@
 
 use super::dialect::{Delimiter, Dialect, fields};
 use super::format::{Format, Layout};
-use super::names::{Column, Role};
+use super::names::Column;
 use super::number::parse_cell;
 use super::roles::is_counter;
+use crate::role::Role;
 use crate::units::{AccelUnit, GyroUnit, is_unit};
 
 /// Rows by which a column without a name is told.

@@ -1,25 +1,7 @@
 //! What the name of a column says.
 
+use crate::role::Role;
 use crate::units::{AccelUnit, GyroUnit, is_celsius};
-
-/// What a column holds. Axes are 0, 1, 2 for x, y, z.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Role {
-    /// Time of the row
-    Time,
-    /// Time since the row before
-    Step,
-    /// Specific force along an axis
-    Accel(usize),
-    /// Angular rate about an axis
-    Gyro(usize),
-    /// Temperature
-    Temperature,
-    /// Name of the placement or section
-    Label,
-    /// Anything else
-    Other,
-}
 
 /// A column as its name, or the row of units, describes it.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -1,5 +1,6 @@
 //! One cell: a number, a date, nothing, or text.
 
+use crate::date::parse_date;
 /// Value of a cell: NaN where it is empty or not finite, `None` where it is text.
 ///
 /// A date counts as seconds since 1970, a time of day as seconds since midnight.
@@ -17,7 +18,7 @@ pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
         return Some(value);
     }
     if let Some(rest) = field.strip_prefix('\u{2212}') {
-        return parse_cell(rest, decimal_comma).map(|v| -v);
+        return fast_float2::parse::<f64, _>(rest).ok().map(|v| -finite(v));
     }
     parse_date(field, false)
 }
@@ -83,110 +84,6 @@ fn parse_with_comma(field: &str) -> Option<f64> {
     text.copy_from_slice(field.as_bytes());
     *text.iter_mut().find(|b| **b == b',')? = b'.';
     fast_float2::parse(&*text).ok()
-}
-
-/// Seconds since 1970, or since midnight for a time of day (`mm:ss.f` counts from the hour).
-pub(crate) fn parse_date(text: &str, is_day_first: bool) -> Option<f64> {
-    if !text.as_bytes().first()?.is_ascii_digit() || !text.contains(':') {
-        return None;
-    }
-    let (day, time) = match text.split_once(['T', ' ']) {
-        Some((day, time)) if day.len() > 5 && !day.contains(':') => (Some(day), time),
-        _ => (None, text),
-    };
-    let zone_at = time
-        .find(['Z', '+', '-', 'A', 'P', 'a', 'p'])
-        .unwrap_or(time.len());
-    let (clock, zone) = time.split_at(zone_at);
-    if !zone
-        .chars()
-        .all(|c| c.is_ascii_digit() || "Z+-:AaPpMm. ".contains(c))
-    {
-        return None;
-    }
-    let (h, m, s) = parse_clock(clock.trim())?;
-    let h = match zone.as_bytes() {
-        [b'a' | b'A', ..] => h % 12.0,
-        [b'p' | b'P', ..] => h % 12.0 + 12.0,
-        _ => h % 24.0,
-    };
-    Some(day.map_or(Some(0.0), |d| parse_day(d, is_day_first))? + h * 3600.0 + m * 60.0 + s)
-}
-
-/// `h:m:s.f`, `h:m:s:ffff` (fraction behind a colon), `m:s.f` or `h:m`.
-fn parse_clock(text: &str) -> Option<(f64, f64, f64)> {
-    let (whole, fraction) = match text.rsplit_once(['.', ',']) {
-        Some(parts) => parts,
-        None if text.matches(':').count() == 3 => text.rsplit_once(':')?,
-        None => (text, ""),
-    };
-    let mut parts = [0.0; 3];
-    let mut count = 0;
-    for part in whole.split(':') {
-        *parts.get_mut(count)? = f64::from(part.parse::<u32>().ok()?);
-        count += 1;
-    }
-    let fraction_s = match fraction {
-        "" => 0.0,
-        f if f.bytes().all(|b| b.is_ascii_digit()) => {
-            f.parse::<f64>().ok()? / 10_f64.powi(i32::try_from(f.len()).ok()?)
-        }
-        _ => return None,
-    };
-    match count {
-        3 => Some((parts[0], parts[1], parts[2] + fraction_s)),
-        2 if !fraction.is_empty() => Some((0.0, parts[0], parts[1] + fraction_s)),
-        2 => Some((parts[0], parts[1], 0.0)),
-        _ => None,
-    }
-}
-
-/// Seconds from 1970 to a day: `2024-3-1`, `1.3.2024`, `3/1/2024` (month first unless it cannot
-/// be), `01-Mar-2024`.
-fn parse_day(day: &str, is_day_first: bool) -> Option<f64> {
-    let mut parts = [0; 3];
-    let mut count = 0;
-    let mut has_name = false;
-    for part in day.split(['-', '/', '.']) {
-        *parts.get_mut(count)? = match part.parse::<u16>() {
-            Ok(n) => i64::from(n),
-            Err(_) => {
-                has_name = true;
-                month(part)?
-            }
-        };
-        count += 1;
-    }
-    let [a, b, c] = parts;
-    let (year, month, day) = match () {
-        _ if count < 3 => return None,
-        _ if a > 31 => (a, b, c),
-        _ if a > 12 || has_name || day.contains('.') || is_day_first => (c, b, a),
-        _ => (c, a, b),
-    };
-    // Days of the civil calendar, years beginning in March (Hinnant, chrono-compatible algorithms).
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    let days = 365 * year + year / 4 - year / 100 + year / 400 + (month * 306 + 5) / 10 + day - 1;
-    Some((days - 719_468) as f64 * 86_400.0)
-}
-
-fn month(name: &str) -> Option<i64> {
-    const MONTHS: [&str; 12] = [
-        "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
-    ];
-    let word: String = name.to_lowercase().chars().take(3).collect();
-    let word = match word.as_str() {
-        "mär" | "mrz" => "mar",
-        "mai" => "may",
-        "okt" => "oct",
-        "dez" => "dec",
-        word => word,
-    };
-    MONTHS.iter().position(|m| *m == word).map(|m| m as i64 + 1)
 }
 
 #[cfg(test)]

@@ -3,9 +3,10 @@
 use super::batch::Batch;
 use super::format::{Format, Layout};
 use super::given;
-use super::names::{Column, FileSensor, Role, role_from_unit, sensor_of_file, words};
+use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
 use crate::error::{Error, Kind};
 use crate::judge::{median, shows_gravity};
+use crate::role::Role;
 
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;

@@ -97,6 +97,9 @@ impl Format {
         sample: &Batch,
         options: &ReadOptions,
     ) -> Result<Self, Error> {
+        if columns == 0 {
+            return Err(Kind::NoRows("0 lines = 0 rows".to_owned()).into());
+        }
         let dialect = Dialect {
             delimiter: Delimiter::Byte(b','),
             decimal_comma: false,

@@ -6,9 +6,10 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use super::names::{Column, Role, axis, names_sensor, words};
+use super::names::{Column, axis, names_sensor, words};
 use super::number::parse_cell;
 use super::slots::{SLOT, is_decorated, skeleton};
+use crate::role::Role;
 use crate::units::is_unit;
 
 /// Lines of which the skeletons are counted.

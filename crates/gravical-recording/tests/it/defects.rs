@@ -293,3 +293,67 @@ fn what_holds_no_samples_is_refused_with_the_reason() {
     );
     assert!(refusal(&epochs).code() == "epochs-of-counts");
 }
+
+#[test]
+fn what_stands_before_rows_that_are_set_aside_is_no_break_of_others() {
+    let text = "ax,ay,az\n1,2,9\n\n1,2.1,9\n\n1,2.2,9\n\n\n0,0,0\n";
+    let recording = read(text, "");
+    assert_eq!((recording.rows(), &recording.breaks[..]), (3, &[1, 2][..]));
+    // A board that was reset often reads zeros first.
+    let text = table("ms,ax,ay,az", |k, [x, y, z]| match k {
+        0..150 => format!("{},{x:.5},{y:.5},{z:.5}", 50_000 + 40 * k),
+        150 => "12,0,0,0".to_owned(),
+        _ => format!("{},{x:.5},{y:.5},{z:.5}", 12 + 40 * (k - 150)),
+    });
+    assert_eq!(read(&text, "").breaks, [150]);
+}
+
+#[test]
+fn one_empty_cell_hides_no_encoding() {
+    let text = table("t_ms,ax,ay,az", |k, a| {
+        let [x, y, z] = a.map(|g| (g * 16_384.0).round() as i64 as u16);
+        let x = if k == 70 {
+            String::new()
+        } else {
+            x.to_string()
+        };
+        format!("{},{x},{y},{z}", 40 * k)
+    });
+    assert!(has(&read(&text, ""), NoteKind::UnsignedCounts));
+}
+
+#[test]
+fn seconds_and_nanoseconds_are_one_stamp_across_a_gap() {
+    let text = table("stamp.sec,stamp.nanosec,ax,ay,az", |k, [x, y, z]| {
+        let ns = 40_000_000 * k as u64 + if k >= 112 { 3_410_000_000 } else { 0 };
+        let (sec, below) = (ns / 1_000_000_000, ns % 1_000_000_000);
+        format!("{sec},{below},{x:.5},{y:.5},{z:.5}")
+    });
+    let recording = read(&text, "");
+    let note = recording.notes.iter().find(|n| n.kind == NoteKind::Gap);
+    assert!(note.unwrap().message.contains("3.450 s"));
+}
+
+#[test]
+fn hostile_cells_are_text() {
+    let text = table("ms,ax,ay,az,note", |k, a| {
+        let note = if k == 9 {
+            "\u{2212}".repeat(100_000)
+        } else {
+            k.to_string()
+        };
+        format!("{},{note}", plain(k, a))
+    });
+    assert_eq!(read(&text, "").rows(), 6 * FACE_ROWS);
+    let labels = table("ms,ax,ay,az,label", |k, a| {
+        let letter = |k: usize| char::from(b'a' + k as u8);
+        format!("{},{}{}", plain(k, a), letter(k / 26), letter(k % 26))
+    });
+    assert_eq!(
+        try_read(labels.into_bytes(), "")
+            .map(|_| ())
+            .unwrap_err()
+            .code(),
+        "too-many-labels"
+    );
+}

@@ -73,6 +73,7 @@ pub fn denoise_file(
     let columns = |format: &Format| table(&setup, format);
     let copied = |format: &Format| columns(format).copied().to_vec();
     let mut rows = BatchReader::open(input, &name, &again, false, copied)?;
+    let is_device = rows.is_device();
     let table = columns(&rows.format);
     begun.summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
@@ -89,7 +90,9 @@ pub fn denoise_file(
         let mut values: [Vec<f64>; 6] = from_fn(|_| Vec::with_capacity(batch.lines.len()));
         for line in &batch.lines {
             let row = (next < recording.rows()).then_some(next);
-            let row = row.filter(|row| recording.line(*row) == u64::from(*line));
+            // Samples of a device have no lines; all of them are measurements.
+            let is_row = |row: &usize| is_device || recording.line(*row) == u64::from(*line);
+            let row = row.filter(is_row);
             next += usize::from(row.is_some());
             for (i, out) in values.iter_mut().enumerate() {
                 out.push(row.map_or(f64::NAN, |row| value(&recording, i, row, offset)));

@@ -276,8 +276,8 @@ kinds! {
             "the option is used as given; gravity overrides the header"
             "remove or correct the option";
         UnsignedCounts "unsigned-counts" Note
-            "16-bit values around 32768"
-            "32768 is subtracted; the bias includes it again; no range is assumed"
+            "16-bit values written as unsigned: around 32768, or 65535 for −1"
+            "32768 is subtracted; the bias includes it again; no range is assumed; 65535 is read as −1"
             "nothing, or `--zero-offset`";
         GyroUnitUnverified "gyro-unit-unverified" Note
             "no rotation between static intervals shows the unit of the gyroscope"

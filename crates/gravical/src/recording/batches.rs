@@ -143,6 +143,11 @@ impl BatchReader {
         })
     }
 
+    /// Whether it is the file of a worn device.
+    pub fn is_device(&self) -> bool {
+        self.device.is_some()
+    }
+
     /// The next rows; `None` after the last.
     ///
     /// # Errors

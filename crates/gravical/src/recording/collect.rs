@@ -276,18 +276,6 @@ impl<T> Collected<T> {
         let of = |facts: &Facts| facts.stamp_reading.and_then(|reading| reading.even_hz);
         of(&self.facts).and(of(&self.finished.summary.facts))
     }
-
-    /// What the rows are read with another time.
-    pub fn known(&self) -> Known {
-        let mut facts = self.facts;
-        if let Some(reading) = &mut facts.stamp_reading {
-            reading.even_hz = self.even_hz().or(reading.even_hz);
-        }
-        Known {
-            facts,
-            zeros_from: self.zeros_from,
-        }
-    }
 }
 
 impl Collected<Columns> {
@@ -295,7 +283,7 @@ impl Collected<Columns> {
     /// reports it.
     pub fn into_recording(mut self) -> Recording {
         // When the rows are read again, they have the same times.
-        let (even_hz, known) = (self.even_hz(), self.known());
+        let even_hz = self.even_hz();
         let Columns {
             accel,
             gyro,
@@ -348,7 +336,6 @@ impl Collected<Columns> {
             ledger: self.finished.ledger,
             findings,
             line_map: lines,
-            known,
             excerpt: None,
         }
     }

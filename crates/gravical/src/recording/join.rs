@@ -140,7 +140,7 @@ fn join_source(
             }
             by_stamps(recording, &own, &gyro, &channels, &other, &mut findings)?
         }
-        _ => row_by_row(recording, channels, name, &mut findings)?,
+        _ => row_by_row(recording, &gyro, channels, name, &mut findings)?,
     };
     // Of the measured values, before interpolation.
     recording.resolution[3..].copy_from_slice(&gyro.gyro_resolution());
@@ -207,6 +207,7 @@ fn restarted(file: &str, line: Option<u64>) -> Error {
 
 fn row_by_row(
     recording: &Recording,
+    gyro: &Recording,
     channels: [Vec<f64>; 3],
     name: &str,
     findings: &mut Vec<Finding>,
@@ -219,6 +220,17 @@ fn row_by_row(
         )
         .at(name.as_ref(), None)
         .with_hint("give files with time stamps, or with equal numbers of rows"));
+    }
+    let apart =
+        |row: &usize| recording.line(*row) - recording.line(0) != gyro.line(*row) - gyro.line(0);
+    if let Some(row) = (0..own).find(apart) {
+        let line = recording.line(row);
+        return Err(Error::input(
+            "gyro-length",
+            format!("rows were set aside before line {line} in one of the files, and there are no time stamps in both to join them by"),
+        )
+        .at(name.as_ref(), None)
+        .with_hint("give files with time stamps, or without such rows"));
     }
     findings.push(Finding::new(
         FindingKind::GyroRowByRow,

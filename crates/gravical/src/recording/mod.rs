@@ -240,8 +240,6 @@ pub struct Recording {
     /// Faults found.
     pub findings: Vec<Finding>,
     pub(crate) line_map: RowMap,
-    /// What to read the rows with again.
-    pub(crate) known: collect::Known,
     /// Set if only some rows of a long recording are in memory.
     #[serde(skip_deserializing, serialize_with = "whole")]
     pub(crate) excerpt: Option<excerpt::Excerpt>,

@@ -6,13 +6,12 @@ use std::path::Path;
 use gravical_recording as new;
 use gravical_recording::{Reason, bytes};
 
-use super::collect::{self, Columns, Known};
+use super::collect::{self, Columns};
 use super::ledger::{Aside, Ledger};
-use super::monitor::Facts;
 use super::names::{Quantity, Role};
 use super::open::{Input, Reopenable, peek};
 use super::{
-    ColumnsSpec, ReadOptions, Recording, RowMap, TableColumn, foreign, metadata, timing, wearable,
+    ColumnsSpec, ReadOptions, Recording, RowMap, TableColumn, foreign, metadata, wearable,
 };
 use crate::finding::{Finding, FindingKind};
 use crate::{Error, Result};
@@ -208,7 +207,6 @@ fn columns(spec: &ColumnsSpec) -> new::ColumnsSpec {
 
 /// A judged recording with the name of its file, and its notes as findings.
 pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
-    let known = known(&judged);
     let mut line_map = RowMap::default();
     judged
         .lines
@@ -249,32 +247,7 @@ pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
         ledger,
         findings: judged.notes.into_iter().map(in_file).collect(),
         line_map,
-        known,
         excerpt: None,
-    }
-}
-
-/// What the rows are read with again.
-fn known(judged: &new::Recording) -> Known {
-    let unit = judged.timing.unit;
-    let reading = unit
-        .zip(judged.timing.median_rate_hz)
-        .map(|(unit, rate_hz)| timing::StampReading {
-            unit,
-            usual: 1.0 / (rate_hz * unit.seconds()),
-            even_hz: None,
-        });
-    Known {
-        facts: Facts {
-            stamp_reading: reading,
-            zero_offset: judged.zero_offset,
-            accel: judged.accel_scale,
-            gyro: judged.gyro_scale,
-            resolution: judged.resolution,
-            celsius: judged.temperature_c.is_some(),
-            ..Facts::none()
-        },
-        zeros_from: None,
     }
 }
 

@@ -2,7 +2,8 @@
 
 use crate::judge;
 use crate::note::{Note, NoteKind};
-use crate::text::{Batch, Format, Reason, Role};
+use crate::role::Role;
+use crate::text::{Batch, Format, Reason};
 
 /// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
 /// g. Loggers use `ax_g` for what they measure.
@@ -129,10 +130,11 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Note> {
         }
     }
     lines.sort_unstable();
+    let cells = lines.len();
+    lines.dedup();
     let first = first?;
     let text = format!(
-        "{} cells hold text where the rows have numbers; they are empty, first: \"{first}\"",
-        lines.len()
+        "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\""
     );
     Some(Note::new(NoteKind::NotANumber, text).at(lines.into_iter().collect()))
 }

@@ -3,7 +3,8 @@
 use crate::judge::{self, Clock, ClockFault, ClockOptions, Marks};
 use crate::note::{Note, NoteKind};
 use crate::recording::Timing;
-use crate::text::{Batch, Format, Role};
+use crate::role::Role;
+use crate::text::{Batch, Format};
 use crate::time_unit::{TimeUnit, time_scale_s};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
@@ -56,6 +57,7 @@ impl JudgedTime {
         };
         match find_clock(format, rows, options) {
             Some(Ok(clock)) => judged.tell(clock, rows, notes),
+            Some(Err(ClockFault::Frozen)) if rows.rows() < 2 => {}
             Some(Err(ClockFault::Frozen)) => {
                 let text = "the time stamps never advance; they are not used";
                 notes.push(Note::new(NoteKind::FrozenTime, text));
@@ -87,11 +89,9 @@ impl JudgedTime {
         };
         let rate_hz = self.timing.median_rate_hz;
         let mut breaks = marks.breaks(time_s, rate_hz, rows.rows());
-        let restarted = self
-            .restarts
-            .iter()
-            .filter_map(|l| rows.lines.binary_search(l).ok());
-        breaks.extend(restarted);
+        // The first row after a restart may have been set aside.
+        let first = |line: &u32| rows.lines.partition_point(|l| l < line);
+        breaks.extend(self.restarts.iter().map(first));
         breaks
     }
 
@@ -278,21 +278,24 @@ fn in_two_columns(format: &Format, rows: &Batch) -> Option<Vec<f64>> {
 }
 
 fn is_split(seconds: &[f64], fraction: &[f64], unit_s: f64) -> bool {
-    let (mut rising, mut within) = (0, 0);
+    let (mut rising, mut within, mut falls, mut turns) = (0, 0, 0, 0);
     for row in 1..seconds.len() {
         let more = seconds[row] - seconds[row - 1];
         let less = fraction[row] - fraction[row - 1];
         if more == 0.0 {
             within += 1;
             rising += usize::from(less > 0.0);
-        } else if less >= 0.0 {
-            return false;
+        } else {
+            // In a gap the fraction may rise.
+            turns += 1;
+            falls += usize::from(less < 0.0);
         }
     }
     let parts = seconds.iter().zip(fraction);
     let mut parts = parts.filter(|(s, f)| s.is_finite() && f.is_finite());
     within > 0
         && rising * 10 >= within * 9
+        && falls * 10 >= turns * 8
         && parts.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)))
 }
 

@@ -9,8 +9,8 @@ fn every_line_is_accounted_for() {
                 3,0.1,0.2,9.8,4,0.1\n4,0.1,abc,9.8\n5,,0.2,9.8\n\u{0}6,0.1,0.2,9.8\n";
     let (out, summary) = run(&si(), text);
     let starts: Vec<&str> = out.lines().map(|l| l.split(',').next().unwrap()).collect();
-    assert_eq!(starts, ["t", "0", "1", "4", "5", "6"]);
-    assert_eq!(out.lines().nth(3).unwrap(), "4,,,");
+    assert_eq!(starts, ["t", "0", "", "1", "4", "5", "6"]);
+    assert_eq!(out.lines().nth(4).unwrap(), "4,,,");
     let aside = |reason: Aside| {
         let entry = summary.set_aside.iter().find(|s| s.reason == reason);
         entry.map_or(0, |s| s.lines)

@@ -207,7 +207,7 @@ fn read_rows(path: &Path, same_file: bool, hash: bool) -> Result<Raw> {
         findings: Vec::new(),
         sha256: None,
     };
-    let (mut odd, mut others) = (LineSpans::default(), 0);
+    let (mut odd, mut ranges, mut others) = (LineSpans::default(), Vec::new(), 0);
     for batch in format.batches(Cursor::new(head).chain(text)) {
         let batch = batch.map_err(io)?;
         let columns = fields.position.map(|c| &batch.columns[c]);
@@ -220,10 +220,13 @@ fn read_rows(path: &Path, same_file: bool, hash: bool) -> Result<Raw> {
         for reason in [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber] {
             if let Some(aside) = batch.aside.reasons.get(&reason) {
                 others += aside.lines.count();
-                let ranges = aside.lines.ranges().iter();
-                ranges.for_each(|[from, to]| odd.push_range(*from, *to, to - from + 1));
+                ranges.extend_from_slice(aside.lines.ranges());
             }
         }
+    }
+    ranges.sort_unstable();
+    for [from, to] in ranges {
+        odd.push_range(from, to, to - from + 1);
     }
     if others > 0 {
         let text = format!("{others} lines of the reference are no rows; left out");
