@@ -14,13 +14,6 @@ const SAME: f64 = 3e-7;
 /// Largest number of decimal places of a table of means.
 const MOST_PLACES: i32 = 9;
 
-/// Variance of rounding to these steps, all axes together.
-pub(crate) fn floors(step: &[f64]) -> f64 {
-    step.iter()
-        .map(|q| gravical_core::rounding::floor(*q))
-        .sum()
-}
-
 /// Values of `N` axes from which their resolution is computed.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisValues<const N: usize> {

@@ -193,7 +193,12 @@ fn compute(
     read_options: &ReadOptions,
     options: &CheckOptions,
 ) -> Result<(CheckReport, Vec<Recording>)> {
-    let (recordings, left_out) = read_session(inputs, args.gyro.as_deref(), read_options, true)?;
+    let (recordings, left_out) = read_session(
+        inputs,
+        args.gyro.as_deref(),
+        read_options,
+        Some(&options.still),
+    )?;
     let name = path.display().to_string();
     let mut result = check(calibration, &name, &recordings, options)?;
     result.findings.extend(left_out);
@@ -205,6 +210,7 @@ impl Args {
         Ok(CheckOptions {
             gravity: self.gravity.given()?,
             axes: self.recording.axes.0,
+            ..CheckOptions::default()
         })
     }
 }

@@ -99,5 +99,6 @@ fn options_of(args: &Args) -> DenoiseOptions {
             ChannelsArg::Gyro => Channels::Gyro,
             ChannelsArg::All => Channels::All,
         },
+        ..DenoiseOptions::default()
     }
 }
