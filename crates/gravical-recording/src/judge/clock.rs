@@ -300,8 +300,8 @@ impl Clock {
         let stamped = self.time_s.iter().filter(|t| t.is_finite()).count();
         let recorded_s = self.duration_s - paused_s;
         let rows = stamped as f64 - 1.0 - f64::from(pauses);
-        self.mean_rate_hz =
-            coarse_hz.or((rows > 0.0 && recorded_s > 0.0).then(|| rows / recorded_s));
+        let mean_hz = (rows > 0.0 && recorded_s > 0.0).then(|| rows / recorded_s);
+        self.mean_rate_hz = coarse_hz.or(mean_hz.filter(|hz| hz.is_finite()));
         let mean_hz = self.mean_rate_hz.unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..0.2 / mean_hz).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();

@@ -83,7 +83,7 @@ fn parse_with_comma(field: &str) -> Option<f64> {
     let text = buffer.get_mut(..field.len())?;
     text.copy_from_slice(field.as_bytes());
     *text.iter_mut().find(|b| **b == b',')? = b'.';
-    fast_float2::parse(&*text).ok()
+    fast_float2::parse(&*text).ok().map(finite)
 }
 
 #[cfg(test)]
@@ -133,6 +133,7 @@ mod tests {
             assert_eq!(parse_cell(text, false), Some(value), "{text}");
         }
         assert_eq!(parse_cell("-3,25", true), Some(-3.25));
+        assert!(parse_cell("1,0e999", true).is_some_and(f64::is_nan));
         for text in ["", "NaN", "null", "inf", "1e300"] {
             assert!(parse_cell(text, false).is_some_and(f64::is_nan), "{text}");
         }
