@@ -25,7 +25,7 @@ const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
 /// Counters of 16, 24 and 32 bits.
 const COUNTERS: [f64; 3] = [65_536.0, 16_777_216.0, 4_294_967_296.0];
 /// Blank lines after every so many rows or fewer belong to the way a file is written.
-const REGULAR_ROWS: usize = 6;
+const REGULAR_ROWS: usize = 20;
 /// Steps of which a share is regular if missing rows can be told from jitter.
 const REGULAR: f64 = 0.9;
 
