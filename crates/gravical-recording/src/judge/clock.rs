@@ -122,11 +122,8 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     };
     clock.start_s = start * clock.unit_s;
     clock.continue_over(&stamps, usual, options.gaps);
-    clock.judge_steps(
-        coarse.map(|c| c / clock.unit_s),
-        usual * clock.unit_s,
-        &options,
-    );
+    clock.judge_steps(coarse, usual, &options);
+    clock.scale();
     Ok(clock)
 }
 
@@ -240,7 +237,8 @@ fn guess_unit_s(
 }
 
 impl Clock {
-    /// Times from the first stamp on, over counters that wrap, clocks without a date, and restarts.
+    /// Times from the first stamp on, in its unit, over counters that wrap, clocks without a date,
+    /// and restarts.
     fn continue_over(&mut self, stamps: &[f64], usual: f64, gaps: &[usize]) {
         let (mut offset, mut before) = (f64::NAN, f64::NAN);
         for (row, &stamp) in stamps.iter().enumerate() {
@@ -264,15 +262,16 @@ impl Clock {
             if stamp.is_finite() {
                 before = stamp;
             }
-            self.time_s.push((stamp + offset) * self.unit_s);
+            self.time_s.push(stamp + offset);
         }
         self.bad.sort_unstable();
     }
 
-    /// Rates, gaps and missing rows by the steps of the times. Rows that arrive in bursts, or that
-    /// share coarse stamps, are parted evenly.
-    fn judge_steps(&mut self, coarse_hz: Option<f64>, usual_s: f64, options: &ClockOptions<'_>) {
-        let (mut steps, mut pauses, mut paused_s) = (Vec::new(), 0, 0.0);
+    /// Rates, gaps and missing rows by the steps of the times, all in the unit of the stamps: in it
+    /// the steps of most clocks are exact. Rows that arrive in bursts, or that share coarse stamps,
+    /// are parted evenly.
+    fn judge_steps(&mut self, coarse: Option<f64>, usual: f64, options: &ClockOptions<'_>) {
+        let (mut steps, mut pauses, mut paused) = (Vec::new(), 0, 0.0);
         let mut before = f64::NAN;
         for row in 0..self.time_s.len() {
             let t = self.time_s[row];
@@ -281,11 +280,11 @@ impl Clock {
                 before = t;
                 self.duration_s = self.duration_s.max(t);
             }
-            if step > PAUSE * usual_s {
+            if step > PAUSE * usual {
                 if options.pauses.binary_search(&row).is_ok()
                     && options.gaps.binary_search(&row).is_err()
                 {
-                    (pauses, paused_s) = (pauses + 1, paused_s + step);
+                    (pauses, paused) = (pauses + 1, paused + step);
                     continue;
                 }
                 self.gaps.push(row);
@@ -298,70 +297,82 @@ impl Clock {
             }
         }
         let stamped = self.time_s.iter().filter(|t| t.is_finite()).count();
-        let recorded_s = self.duration_s - paused_s;
+        let recorded = self.duration_s - paused;
         let rows = stamped as f64 - 1.0 - f64::from(pauses);
-        let mean_hz = (rows > 0.0 && recorded_s > 0.0).then(|| rows / recorded_s);
-        self.mean_rate_hz = coarse_hz.or(mean_hz.filter(|hz| hz.is_finite()));
-        let mean_hz = self.mean_rate_hz.unwrap_or(0.0);
-        let is_bunched = |s: &&f64| (0.0..0.2 / mean_hz).contains(*s);
+        let mean = (rows > 0.0 && recorded > 0.0).then(|| rows / recorded);
+        self.mean_rate_hz = coarse.or(mean);
+        let mean = self.mean_rate_hz.unwrap_or(0.0);
+        let is_bunched = |s: &&f64| (0.0..0.2 / mean).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();
         if self.mean_rate_hz.is_some()
             && bunched * 2 > steps.len()
             && stamped > RAREST_BURST
-            && !has_only_pauses(&steps, usual_s)
+            && !has_only_pauses(&steps, usual)
         {
             self.bunched = Some(bunched);
-            self.rate_hz = mean_hz;
-            self.part_evenly(coarse_hz.is_some().then_some(PAUSE * usual_s), options);
+            self.rate_hz = mean;
+            self.part_evenly(coarse.is_some().then_some(PAUSE * usual), options);
             return;
         }
-        let near = |s: &&f64| (0.5 * usual_s..1.5 * usual_s).contains(*s);
+        let near = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
         let (sum, count) = steps
             .iter()
             .filter(near)
             .fold((0.0, 0), |(s, n), v| (s + v, n + 1));
-        let period_s = if count > 0 {
+        let period = if count > 0 {
             sum / f64::from(count)
         } else {
-            usual_s
+            usual
         };
-        self.rate_hz = 1.0 / period_s;
+        self.rate_hz = 1.0 / period;
         let regular: Vec<f64> = steps
             .iter()
             .copied()
-            .filter(|s| *s >= 0.0 && *s < 1.5 * usual_s)
+            .filter(|s| *s >= 0.0 && *s < 1.5 * usual)
             .collect();
         self.jitter_s = deviation(&regular);
-        let expected = recorded_s / period_s + 1.0 + f64::from(pauses);
+        let expected = recorded / period + 1.0 + f64::from(pauses);
         if f64::from(count) >= REGULAR * steps.len() as f64 {
             self.missing = (expected - stamped as f64).round().max(0.0);
         }
     }
 
     /// Rows at equal distances between the breaks, and between steps of the stamps that are longer
-    /// than `longest_s`.
-    fn part_evenly(&mut self, longest_s: Option<f64>, options: &ClockOptions<'_>) {
-        let period_s = 1.0 / self.rate_hz;
-        let (mut start_s, mut from) = (0.0, 0);
+    /// than `longest`.
+    fn part_evenly(&mut self, longest: Option<f64>, options: &ClockOptions<'_>) {
+        let period = 1.0 / self.rate_hz;
+        let (mut start, mut from) = (0.0, 0);
         let mut before = f64::NAN;
         for row in 0..self.time_s.len() {
-            let stamp_s = self.time_s[row];
+            let stamp = self.time_s[row];
             let is_apart = options.gaps.binary_search(&row).is_ok()
                 || options.pauses.binary_search(&row).is_ok()
                 || self.restarts.binary_search(&row).is_ok()
-                || longest_s.is_some_and(|longest_s| stamp_s - before > longest_s);
+                || longest.is_some_and(|longest| stamp - before > longest);
             if is_apart && row > 0 {
-                let next_s = self.time_s[row - 1] + period_s;
-                (start_s, from) = (stamp_s.max(next_s), row);
+                let next = self.time_s[row - 1] + period;
+                (start, from) = (stamp.max(next), row);
             }
-            if stamp_s.is_finite() {
-                before = stamp_s;
+            if stamp.is_finite() {
+                before = stamp;
             }
-            self.time_s[row] = start_s + (row - from) as f64 * period_s;
+            self.time_s[row] = start + (row - from) as f64 * period;
         }
         self.gaps.clear();
         self.duplicates.clear();
         self.duration_s = self.time_s.last().copied().unwrap_or(0.0);
+    }
+
+    /// From the unit of the stamps to seconds.
+    fn scale(&mut self) {
+        let unit_s = self.unit_s;
+        self.time_s.iter_mut().for_each(|t| *t *= unit_s);
+        self.duration_s *= unit_s;
+        self.longest_gap_s *= unit_s;
+        self.jitter_s = self.jitter_s.map(|jitter| jitter * unit_s);
+        self.rate_hz /= unit_s;
+        let mean_hz = self.mean_rate_hz.map(|mean| mean / unit_s);
+        self.mean_rate_hz = mean_hz.filter(|hz| hz.is_finite());
     }
 }
 
