@@ -18,6 +18,8 @@ pub use clock::{
 pub(crate) use defects::{MAX_REPEATS, ZEROS_IN_A_ROW, resolves_noise};
 pub use defects::{mark_hung, mark_zeros, slip};
 pub use encoding::{Encoding, decode};
-pub use frozen::{frozen_axes, repeated_rows};
-pub use resolution::resolution;
-pub use unit::{AccelClaim, JudgedUnit, UnitDoubt, accel_unit, quiet_norm, shows_gravity};
+pub use frozen::{OtherAxis, frozen_axes, is_frozen, repeated_rows};
+pub use resolution::{Axis, resolution, resolution_of};
+pub use unit::{
+    AccelClaim, JudgedUnit, UnitDoubt, accel_unit, quiet_norm, shows_gravity, unit_of_quiet,
+};

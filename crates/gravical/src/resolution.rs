@@ -1,18 +1,17 @@
-//! Resolution of a channel: the step of the converter, or the last decimal place that was
-//! printed.
+//! Resolution of channels whose rows pass one by one.
+
+use gravical_recording::judge::{Axis, resolution_of};
 
 use crate::stats::Thinned;
 
 /// Largest number of values examined, evenly distributed over a channel (of a long one at least
-/// half as many). Enough to contain neighbouring steps, and fast to sort.
+/// half as many).
 const MOST_VALUES: usize = 1 << 12;
 /// Tables with fewer rows contain means, whose differences are not steps.
 const LEAST_ROWS: u64 = 40;
 /// Relative difference up to which values are equal: 9.81 − 9.80 is not exactly 0.01 in binary,
 /// and 32-bit floats computed differently differ in their last bit.
 const SAME: f64 = 3e-7;
-/// Largest number of decimal places of a table of means.
-const MOST_PLACES: i32 = 9;
 
 /// Values of `N` axes from which their resolution is computed.
 #[derive(Debug, Clone)]
@@ -75,241 +74,14 @@ impl<const N: usize> AxisValues<N> {
     fn axis(&self, i: usize) -> Axis {
         let values = self.some.items().iter().map(|values| values[i]);
         Axis {
-            rows: self.rows,
+            rows: self.rows as usize,
             some: values.filter(|v| v.is_finite()).collect(),
             least: self.least[i],
         }
     }
 
-    /// The resolution of three axes, from `from` on: the smallest difference between occurring
-    /// values; 0 if unknown.
-    ///
-    /// A greatest common divisor would be wrong: counts of 1/131 °/s printed with six decimals
-    /// have steps of 0.0076. An axis that never changes gets the resolution of the finest other
-    /// axis, which was measured and printed in the same way; if none changes, and in a table of
-    /// means, the resolution is the last decimal place in use. For computed values (filtered,
-    /// rotated, interpolated) the result is far below their noise.
+    /// The resolution of three axes, from `from` on; 0 if unknown.
     pub fn resolution(&self, from: usize) -> [f64; 3] {
-        of_axes([0, 1, 2].map(|i| self.axis(from + i)))
-    }
-}
-
-/// The stored values of an axis, without empty ones.
-struct Axis {
-    rows: u64,
-    some: Vec<f64>,
-    least: f64,
-}
-
-fn of_axes(mut axes: [Axis; 3]) -> [f64; 3] {
-    let steps = axes.each_mut().map(|axis| match axis.rows {
-        0..LEAST_ROWS => Step::Unknown,
-        _ => smallest_difference(axis),
-    });
-    let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
-    let certain = least(&|step| match step {
-        Step::Certain(step) => Some(*step),
-        _ => None,
-    });
-    let finest = certain.or_else(|| {
-        least(&|step| match step {
-            Step::AtMost(step) => Some(*step),
-            _ => None,
-        })
-    });
-    let fallback = finest.unwrap_or_else(|| decimal_step(&axes));
-    steps.map(|step| match step {
-        Step::Certain(step) => step,
-        Step::AtMost(step) => step.min(fallback),
-        Step::Unknown => fallback,
-    })
-}
-
-/// Resolution of each axis of a sensor, in its unit: the smallest difference between occurring
-/// values, 0 if unknown.
-#[must_use]
-pub fn resolution(channels: &[Vec<f64>; 3]) -> [f64; 3] {
-    let mut values = AxisValues::<3>::default();
-    let [x, y, z] = channels;
-    for ((x, y), z) in x.iter().zip(y).zip(z) {
-        values.observe([*x, *y, *z]);
-    }
-    values.resolution(0)
-}
-
-/// Resolution of an axis from its values.
-#[derive(Clone, Copy)]
-enum Step {
-    /// Two values with this difference occur repeatedly.
-    Certain(f64),
-    /// An upper limit: too few different values, or all different.
-    AtMost(f64),
-    /// There is only one value.
-    Unknown,
-}
-
-/// The smallest difference between occurring values.
-fn smallest_difference(axis: &mut Axis) -> Step {
-    let some = &mut axis.some;
-    sort(some);
-    // If most values occur repeatedly, a single different row is ignored; if they do not, two
-    // repeated rows are.
-    let again: usize = groups(some).filter(|g| g.len() > 1).map(<[f64]>::len).sum();
-    if 2 * again > some.len()
-        && let Some(step) = smallest_gap(some, 2)
-    {
-        return Step::Certain(step);
-    }
-    // An axis that changes rarely: the smallest distance from the first value, over all rows.
-    let rare = || axis.least.is_finite().then_some(axis.least);
-    let step = smallest_gap(some, 1).or_else(rare);
-    step.map_or(Step::Unknown, Step::AtMost)
-}
-
-/// Sorts by `total_cmp`, through integers of the same order, which compare faster.
-fn sort(values: &mut [f64]) {
-    let in_order = |bits: i64| bits ^ (((bits >> 63) as u64) >> 1) as i64;
-    let mut keys: Vec<i64> = values
-        .iter()
-        .map(|v| in_order(v.to_bits() as i64))
-        .collect();
-    keys.sort_unstable();
-    for (value, key) in values.iter_mut().zip(keys) {
-        *value = f64::from_bits(in_order(key) as u64);
-    }
-}
-
-/// The smallest gap between sorted values that occur at least `least` times.
-fn smallest_gap(sorted: &[f64], least: usize) -> Option<f64> {
-    let often = groups(sorted).filter(|g| g.len() >= least);
-    let mut values = often.map(|g| g[0]);
-    let mut before = values.next()?;
-    values
-        .map(|value| value - std::mem::replace(&mut before, value))
-        .reduce(f64::min)
-}
-
-/// Groups of equal values in a sorted list.
-fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
-    let ends = [sorted.first(), sorted.last()];
-    let largest = ends
-        .into_iter()
-        .flatten()
-        .fold(0.0, |most: f64, v| most.max(v.abs()));
-    sorted.chunk_by(move |a, b| b - a <= SAME * largest)
-}
-
-/// The last decimal place in use; 0 if there are more than nine, and if all values are zero.
-fn decimal_step(axes: &[Axis; 3]) -> f64 {
-    let some = || axes.iter().flat_map(|axis| &axis.some);
-    if some().all(|v| *v == 0.0) {
-        return 0.0;
-    }
-    let written_with = |p: &f64| some().all(|v| ((v * p).round() - v * p).abs() < 1e-4);
-    (0..=MOST_PLACES)
-        .map(|places| 10_f64.powi(places))
-        .find(written_with)
-        .map_or(0.0, |p| 1.0 / p)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::StandardNormal;
-
-    /// Noise of `sigma` about `mean`, rounded by `write`.
-    fn channel(n: usize, mean: f64, sigma: f64, write: impl Fn(f64) -> f64) -> Vec<f64> {
-        let mut rng = ChaCha8Rng::seed_from_u64(5);
-        (0..n)
-            .map(|_| write(mean + sigma * rng.sample::<f64, _>(StandardNormal)))
-            .collect()
-    }
-
-    fn near(found: f64, wanted: f64) {
-        assert!((found / wanted - 1.0).abs() < 2e-3, "{found} {wanted}");
-    }
-
-    fn of(values: Vec<f64>) -> f64 {
-        resolution(&[values.clone(), values.clone(), values])[0]
-    }
-
-    fn decimals(places: i32) -> impl Fn(f64) -> f64 {
-        let p = 10_f64.powi(places);
-        move |v| (v * p).round() / p
-    }
-
-    #[test]
-    fn sorting_is_that_of_total_cmp() {
-        let mut values = channel(1000, 0.0, 1.0, |v| v * 10_f64.powi((v * 90.0) as i32));
-        values.extend([0.0, -0.0, f64::MAX, f64::MIN, 1e-310, -1e-310, 0.0]);
-        let mut wanted = values.clone();
-        wanted.sort_by(f64::total_cmp);
-        sort(&mut values);
-        let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&values), bits(&wanted));
-    }
-
-    #[test]
-    fn resolution_of_printed_decimals() {
-        for places in 1..=3 {
-            let found = of(channel(5000, 9.81, 0.03, decimals(places)));
-            near(found, 10_f64.powi(-places));
-        }
-    }
-
-    #[test]
-    fn resolution_of_converted_counts() {
-        near(
-            of(channel(5000, -1.7, 0.01, |v| {
-                decimals(6)((v * 131.0).round() / 131.0)
-            })),
-            1.0 / 131.0,
-        );
-        near(of(channel(5000, 120.0, 20.0, f64::round)), 1.0);
-        // In 32 bits, with a bias subtracted.
-        let single = |v: f64| f64::from((v * 1670.7).round() as f32 / 1670.7 - 0.123_f32);
-        near(of(channel(5000, 9.81, 0.03, single)), 1.0 / 1670.7);
-    }
-
-    #[test]
-    fn resolution_of_computed_values_is_negligible() {
-        let mut values = channel(5000, 9.81, 0.03, |v| v);
-        assert!(of(values.clone()) < 1e-5);
-        // Two repeated rows are not evidence.
-        for i in [1000, 3000] {
-            values[i] = values[i - 1];
-        }
-        assert!(of(values) < 1e-5);
-    }
-
-    #[test]
-    fn stray_values_and_rare_changes_are_handled() {
-        let mut values = channel(5000, 9.81, 0.03, decimals(2));
-        values[77] = 9.80665;
-        near(of(values), 0.01);
-        // Also if the stray value is the only other one.
-        let mut quiet = vec![0.5; 5000];
-        quiet[77] = 3.0;
-        let flips = channel(5000, 0.0, 0.004, decimals(2));
-        near(resolution(&[quiet, flips.clone(), flips])[0], 0.01);
-        let mut values = vec![0.02; 200_000];
-        values[131_071] = 0.03;
-        near(of(values), 0.01);
-    }
-
-    #[test]
-    fn resolution_of_constant_channels() {
-        let quiet = |v: f64| vec![v; 500];
-        let flips = channel(500, 0.0, 0.004, decimals(2));
-        near(resolution(&[quiet(0.5), flips, quiet(0.0)])[2], 0.01);
-        near(resolution(&[quiet(0.12), quiet(-0.3), quiet(9.8)])[0], 0.01);
-        assert_eq!(resolution(&[quiet(0.0), quiet(0.0), quiet(0.0)]), [0.0; 3]);
-        // Differences of means are not steps.
-        assert_eq!(
-            resolution(&[vec![9.43, -0.27], vec![0.1, 10.2], vec![0.0; 2]]),
-            [0.01; 3]
-        );
+        resolution_of([0, 1, 2].map(|i| self.axis(from + i)))
     }
 }

@@ -1,10 +1,11 @@
 //! What is written: columns of a virtual sensor whose truth is known.
 
-use gravical::recording::{Recording, quiet_norm};
+use gravical::recording::Recording;
 use gravical::simulate::{
     LineOptions, PosesOptions, Scenario, SensorOptions, SimulateOptions, SixPositionOptions,
     simulate,
 };
+use gravical_recording::judge::quiet_norm;
 
 use super::{Rate, Scene};
 
@@ -69,7 +70,8 @@ impl Session {
             .iter()
             .map(|r| {
                 // Counts of an unknown range: gravity tells what one m/s² is in them.
-                let at_rest = quiet_norm(&r.accel).map_or(1.0, |(norm, _)| norm / 9.80665);
+                let at_rest = quiet_norm(r.accel.each_ref().map(Vec::as_slice))
+                    .map_or(1.0, |norm| norm / 9.80665);
                 let accel = r.accel_scale.nominal().unwrap_or(at_rest);
                 let gyro = r.gyro_scale.and_then(|g| g.nominal());
                 let channel = |v: &Vec<f64>, k: f64| v.iter().map(|x| x / k).collect();

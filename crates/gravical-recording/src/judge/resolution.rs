@@ -22,7 +22,18 @@ const MOST_PLACES: i32 = 9;
 /// interpolated) the result is far below their noise.
 #[must_use]
 pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
-    of_axes(sensor.each_ref().map(|channel| Axis::new(channel)))
+    resolution_of(sensor.each_ref().map(|channel| Axis::new(channel)))
+}
+
+/// What the resolution of an axis is found from.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// Number of rows
+    pub rows: usize,
+    /// Values of rows at equal distances, without empty ones
+    pub some: Vec<f64>,
+    /// The smallest distance of another value from the first
+    pub least: f64,
 }
 
 impl Axis {
@@ -52,14 +63,9 @@ impl Axis {
     }
 }
 
-/// The stored values of an axis, without empty ones.
-struct Axis {
-    rows: usize,
-    some: Vec<f64>,
-    least: f64,
-}
-
-fn of_axes(mut axes: [Axis; 3]) -> [f64; 3] {
+/// [`resolution`] of three axes.
+#[must_use]
+pub fn resolution_of(mut axes: [Axis; 3]) -> [f64; 3] {
     let steps = axes.each_mut().map(|axis| match axis.rows {
         0..LEAST_ROWS => Step::Unknown,
         _ => smallest_difference(axis),
@@ -156,4 +162,106 @@ fn decimal_step(axes: &[Axis; 3]) -> f64 {
         .map(|places| 10_f64.powi(places))
         .find(written_with)
         .map_or(0.0, |p| 1.0 / p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    /// Noise of `sigma` about `mean`, rounded by `write`.
+    fn channel(n: usize, mean: f64, sigma: f64, write: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        (0..n)
+            .map(|_| write(mean + sigma * rng.sample::<f64, _>(StandardNormal)))
+            .collect()
+    }
+
+    fn near(found: f64, wanted: f64) {
+        assert!((found / wanted - 1.0).abs() < 2e-3, "{found} {wanted}");
+    }
+
+    fn of(values: Vec<f64>) -> f64 {
+        resolution(&[values.clone(), values.clone(), values])[0]
+    }
+
+    fn decimals(places: i32) -> impl Fn(f64) -> f64 {
+        let p = 10_f64.powi(places);
+        move |v| (v * p).round() / p
+    }
+
+    #[test]
+    fn sorting_is_that_of_total_cmp() {
+        let mut values = channel(1000, 0.0, 1.0, |v| v * 10_f64.powi((v * 90.0) as i32));
+        values.extend([0.0, -0.0, f64::MAX, f64::MIN, 1e-310, -1e-310, 0.0]);
+        let mut wanted = values.clone();
+        wanted.sort_by(f64::total_cmp);
+        sort(&mut values);
+        let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&values), bits(&wanted));
+    }
+
+    #[test]
+    fn resolution_of_printed_decimals() {
+        for places in 1..=3 {
+            let found = of(channel(5000, 9.81, 0.03, decimals(places)));
+            near(found, 10_f64.powi(-places));
+        }
+    }
+
+    #[test]
+    fn resolution_of_converted_counts() {
+        near(
+            of(channel(5000, -1.7, 0.01, |v| {
+                decimals(6)((v * 131.0).round() / 131.0)
+            })),
+            1.0 / 131.0,
+        );
+        near(of(channel(5000, 120.0, 20.0, f64::round)), 1.0);
+        // In 32 bits, with a bias subtracted.
+        let single = |v: f64| f64::from((v * 1670.7).round() as f32 / 1670.7 - 0.123_f32);
+        near(of(channel(5000, 9.81, 0.03, single)), 1.0 / 1670.7);
+    }
+
+    #[test]
+    fn resolution_of_computed_values_is_negligible() {
+        let mut values = channel(5000, 9.81, 0.03, |v| v);
+        assert!(of(values.clone()) < 1e-5);
+        // Two repeated rows are not evidence.
+        for i in [1000, 3000] {
+            values[i] = values[i - 1];
+        }
+        assert!(of(values) < 1e-5);
+    }
+
+    #[test]
+    fn stray_values_and_rare_changes_are_handled() {
+        let mut values = channel(5000, 9.81, 0.03, decimals(2));
+        values[77] = 9.80665;
+        near(of(values), 0.01);
+        // Also if the stray value is the only other one.
+        let mut quiet = vec![0.5; 5000];
+        quiet[77] = 3.0;
+        let flips = channel(5000, 0.0, 0.004, decimals(2));
+        near(resolution(&[quiet, flips.clone(), flips])[0], 0.01);
+        let mut values = vec![0.02; 200_000];
+        values[131_071] = 0.03;
+        near(of(values), 0.01);
+    }
+
+    #[test]
+    fn resolution_of_constant_channels() {
+        let quiet = |v: f64| vec![v; 500];
+        let flips = channel(500, 0.0, 0.004, decimals(2));
+        near(resolution(&[quiet(0.5), flips, quiet(0.0)])[2], 0.01);
+        near(resolution(&[quiet(0.12), quiet(-0.3), quiet(9.8)])[0], 0.01);
+        assert_eq!(resolution(&[quiet(0.0), quiet(0.0), quiet(0.0)]), [0.0; 3]);
+        // Differences of means are not steps.
+        assert_eq!(
+            resolution(&[vec![9.43, -0.27], vec![0.1, 10.2], vec![0.0; 2]]),
+            [0.01; 3]
+        );
+    }
 }

@@ -86,6 +86,18 @@ pub fn accel_unit(
     let is_whole = |c: &&[f64]| c.iter().all(|v| v.is_nan() || v.fract() == 0.0);
     let integers = accel.iter().all(is_whole);
     let quiet = median(quiet_norms(accel)).map(|norm| (norm, integers));
+    unit_of_quiet(quiet, is_unsigned, claim, options)
+}
+
+/// The same by the magnitude of quiet rows, and whether all values are whole numbers; `None` without
+/// a complete row.
+#[must_use]
+pub fn unit_of_quiet(
+    quiet: Option<(f64, bool)>,
+    is_unsigned: bool,
+    claim: AccelClaim,
+    options: &ReadOptions,
+) -> JudgedUnit {
     let mut judged = JudgedUnit {
         scale: AccelScale {
             unit: AccelUnit::Unknown,

@@ -39,7 +39,6 @@ pub mod growing;
 mod head;
 #[doc(hidden)]
 pub mod join;
-mod known;
 mod later;
 #[doc(hidden)]
 pub mod layout;
@@ -60,7 +59,6 @@ pub(crate) mod sample;
 mod text;
 #[doc(hidden)]
 pub mod timing;
-mod unit_choice;
 mod unpacking;
 pub(crate) mod wearable;
 
@@ -88,9 +86,7 @@ pub use {
     join::{holds_gyroscope_alone, is_named_gyroscope},
     layout::stream_layout,
     ledger::{Aside, Ledger},
-    monitor::quiet_norm,
     text::GAP_LINE,
-    unit_choice::{AccelClaim, decide_accel},
 };
 
 /// Temperatures that a sensor of this kind can have, °C.

@@ -10,7 +10,6 @@ use super::ReadOptions;
 use super::dialect::{Dialect, sniff};
 use super::foreign;
 use super::format::Format;
-use super::known;
 use super::later::LaterHeaders;
 use super::layout::{self, Request};
 use super::ledger::{Aside, is_comment};
@@ -58,9 +57,8 @@ pub(super) fn find_format(
     }
     foreign::refuse_calibration(head, here)?;
     let min_columns = 3;
-    let mut dialect = sniff(head, whole, min_columns)
+    let dialect = sniff(head, whole, min_columns)
         .ok_or_else(|| foreign::no_table(head, here, "no rows of at least three numbers"))?;
-    known::name_columns(&mut dialect);
     if options.columns.is_none() && foreign::is_no_table(head, &dialect) {
         let what = "only a few lines of numbers among others";
         return Err(foreign::no_table(head, here, what));

@@ -10,12 +10,13 @@
 
 use std::ops::Range;
 
+use gravical_recording::judge::resolution;
+
 use super::face::angle_deg;
 use super::turns::{Motion, motions, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::resolution::resolution;
 use crate::still::floors;
 use crate::still::moments;
 

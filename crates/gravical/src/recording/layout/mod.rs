@@ -19,10 +19,10 @@ use super::names::Role;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
 use super::row::{RowScanner, RowStamps};
 use super::timing::TimeUnit;
-use super::unit_choice::AccelClaim;
 use super::units::{AccelUnit, GyroUnit};
 use crate::finding::{Finding, FindingKind};
 use crate::stats::median;
+use gravical_recording::judge::AccelClaim;
 
 use clock::Clock;
 use content::{by_content, guessed};

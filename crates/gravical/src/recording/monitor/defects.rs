@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use gravical_recording::judge::{OtherAxis, is_frozen};
+
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::recording::cells::Channels;
 use crate::recording::full_scale::{Clipping, FullScale};
@@ -206,49 +208,6 @@ impl Defects {
         }
         findings
     }
-}
-
-/// Changes of another axis of the sensor while one axis keeps its value.
-#[derive(Debug, Clone, Copy, Default)]
-struct OtherAxis {
-    squares: f64,
-    /// Lowest and highest value so far, less the first one.
-    first: Option<f64>,
-    low: f64,
-    high: f64,
-}
-
-impl OtherAxis {
-    /// Adds a value; `before` is the value of the row before.
-    #[inline]
-    pub fn observe(&mut self, before: f64, now: f64) {
-        let step = now - before;
-        // Skip empty cells.
-        if step.is_nan() {
-            return;
-        }
-        self.squares += step * step;
-        let off = now - *self.first.get_or_insert(before);
-        self.low = self.low.min(off);
-        self.high = self.high.max(off);
-    }
-}
-
-/// Rms step from row to row, in resolutions, at which a working axis next to it would change too:
-/// twice that of noise.
-const LIVE_STEP: f64 = 2.0 * std::f64::consts::SQRT_2;
-/// Range, in resolutions, that both other axes must cover: a turn or a push about one axis may
-/// leave another one unchanged, but not a motion that changes both so much.
-const FAR_RANGE: f64 = 20.0;
-
-/// True if an axis that keeps one value for `rows` rows is faulty: one of the other two scatters
-/// by more than the resolution `step` can hide, or both change by much. At rest with a coarse
-/// resolution an axis may keep its value without a fault.
-fn is_frozen(others: &[OtherAxis; 2], step: f64, rows: f64) -> bool {
-    let lively = others
-        .iter()
-        .any(|o| o.squares > 0.0 && o.squares >= (LIVE_STEP * step).powi(2) * rows);
-    lively || others.iter().all(|o| o.high - o.low > FAR_RANGE * step)
 }
 
 /// Number of resolution steps by which a channel must change to show that the row before was not

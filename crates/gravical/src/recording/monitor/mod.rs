@@ -10,16 +10,17 @@ mod defects;
 mod unit;
 
 use gravical_core::matrix3;
+use gravical_recording::judge::unit_of_quiet;
 use serde::{Deserialize, Serialize};
 
 use super::cells::{CellCounts, CellRules, Channels};
 use super::layout::Layout;
 use super::names::Quantity;
+use super::reading::text_options;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::timing::{
     BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, untimed,
 };
-use super::unit_choice::decide_accel;
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE_C, ReadOptions, Recording, UnitDoubt};
 use crate::finding::{Finding, FindingKind};
@@ -27,7 +28,6 @@ use crate::resolution::AxisValues;
 use crate::stats::{Thinned, median};
 
 pub(crate) use defects::Defects;
-pub use unit::quiet_norm;
 pub(crate) use unit::{GyroCounts, Quiet, QuietBlocks};
 use unit::{UnitWatch, Unsigned};
 
@@ -337,15 +337,16 @@ impl Monitor {
         }
         found.cells = self.cells.finding(&self.facts.cells);
         let quiet = self.quiet.finish();
-        let (accel, unit_doubt) = decide_accel(
+        let judged = unit_of_quiet(
             quiet.map(|q| (q.norm, q.integers)),
             unsigned,
             self.claims.layout.accel_claim,
-            options,
-            &mut found.unit,
+            &text_options(options, false),
         );
-        if !has_accel {
-            found.unit.clear();
+        if has_accel {
+            found
+                .unit
+                .extend(judged.notes.into_iter().map(Finding::from));
         }
         found.unit.extend(self.watch.finding());
         let held = self.facts.cells.holds();
@@ -357,7 +358,7 @@ impl Monitor {
                 stamp_reading,
                 cells: self.cells.rules(without_gravity),
                 zero_offset: self.claims.zero_offset(unsigned),
-                accel,
+                accel: judged.scale,
                 gyro: self
                     .channels
                     .gyro
@@ -367,7 +368,7 @@ impl Monitor {
             },
             timing,
             origin_s,
-            unit_doubt,
+            unit_doubt: judged.doubt,
             found,
         }
     }

@@ -4,7 +4,6 @@
 use gravical_core::matrix3;
 
 use crate::finding::{Finding, FindingKind, LineSpans};
-use crate::recording::unit_choice::is_whole_number;
 use crate::stats::{Thinned, median};
 
 /// Rows of a block.
@@ -25,24 +24,7 @@ pub(crate) struct Quiet {
     pub integers: bool,
 }
 
-/// Median magnitude of the quietest third of the blocks, and whether all values are whole numbers.
-/// `None` without a complete row.
-#[must_use]
-pub fn quiet_norm(accel: &[Vec<f64>; 3]) -> Option<(f64, bool)> {
-    quiet(accel).map(|q| (q.norm, q.integers))
-}
-
-/// As [`quiet_norm`], with the standard deviation.
-pub(crate) fn quiet(accel: &[Vec<f64>; 3]) -> Option<Quiet> {
-    let mut blocks = QuietBlocks::default();
-    let [x, y, z] = accel;
-    for ((x, y), z) in x.iter().zip(y).zip(z) {
-        blocks.push([*x, *y, *z]);
-    }
-    blocks.finish()
-}
-
-/// The same, row by row. Of a long recording only every nth block is stored.
+/// Collects them row by row. Of a long recording only every nth block is stored.
 #[derive(Debug, Clone)]
 pub(crate) struct QuietBlocks {
     rows: [[f64; 3]; BLOCK],
@@ -253,6 +235,12 @@ fn is_other_unit(before: f64, after: f64, integers: bool) -> bool {
         .into_iter()
         .chain(to_counts.filter(|r| *r > 8.5));
     units.any(|r| is(r) || is(1.0 / r)) || integers && ranges.iter().any(|r| is(*r) || is(1.0 / r))
+}
+
+/// True for a whole number in the range of a converter. (`fract` is a library call on most
+/// processors and too slow for every value.)
+fn is_whole_number(v: f64) -> bool {
+    v == f64::from(v as i32)
 }
 
 /// Unsigned counts of a sensor at rest: at ±2 g, 1 g is 16384 from the middle.
