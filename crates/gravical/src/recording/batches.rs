@@ -13,7 +13,8 @@ use gravical_recording::{
 
 use super::ledger::Ledger;
 use super::open::{Input, peek};
-use super::reading::{ledger, of_judged, refused, text_options};
+use super::reading::{ledger, of_judged, refused};
+use super::text_options::text_options;
 use super::wearable::{self, DeviceRows, Opened};
 use super::{ReadOptions, Recording, foreign};
 use crate::finding::{Finding, FindingKind};

@@ -57,6 +57,7 @@ pub mod row;
 pub(crate) mod rows;
 pub(crate) mod sample;
 mod text;
+mod text_options;
 #[doc(hidden)]
 pub mod timing;
 mod unpacking;

@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 use super::cells::{CellCounts, CellRules, Channels};
 use super::layout::Layout;
 use super::names::Quantity;
-use super::reading::text_options;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
+use super::text_options::text_options;
 use super::timing::{
     BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, untimed,
 };
