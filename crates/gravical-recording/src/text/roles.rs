@@ -34,6 +34,13 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     if format.channels().iter().any(|c| sample.is_text(*c)) {
         return Err(Kind::ColumnsUnknown(format.columns.len(), format.misfit).into());
     }
+    // Numbers may tell an axis where a name tells a clock.
+    for column in format.channels() {
+        let column = &mut format.columns[column];
+        if !is_accel(column) && !is_gyro(column) {
+            column.role = Role::Other;
+        }
+    }
     find_clocks(format, sample);
     Ok(())
 }
