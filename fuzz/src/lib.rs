@@ -10,7 +10,7 @@ mod recordings;
 mod references;
 
 use gravical::calibration_file::{CalibrationFile, from_imucal, to_imucal};
-use gravical::segment::sections::parse_sections;
+use gravical::poses::sections::parse_sections;
 
 pub use numbers::number;
 pub use options::{filter, intervals};

@@ -6,11 +6,11 @@ use std::ops::Range;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::CalibrationFile;
 use gravical::inspect::inspect;
+use gravical::poses::sections::Section;
+use gravical::poses::{SegmentOptions, Segmentation, segment};
 use gravical::recording::{
     AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, read_bytes,
 };
-use gravical::segment::sections::Section;
-use gravical::segment::{SegmentOptions, Segmentation, segment};
 use gravical_report::document::Detail;
 use gravical_report::report;
 
@@ -319,12 +319,12 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
         return;
     };
     let Segmentation {
-        placements,
+        poses,
         turns,
         noise,
         ..
     } = &found;
-    for placement in placements {
+    for placement in poses {
         let mut rows = 0;
         for range in &placement.rows {
             check_range(recordings, placement.recording, range);

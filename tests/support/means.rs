@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use gravical::fit::model::sphere;
-use gravical::segment::face::Face;
+use gravical::poses::face::Face;
 use gravical::simulate::spread_directions;
 
 /// Distribution of the parts and poses.

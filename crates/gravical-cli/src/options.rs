@@ -3,8 +3,8 @@
 use clap::{Args, ValueEnum};
 use gravical::apply::OutputUnit;
 use gravical::gravity::Gravity;
+use gravical::poses::face::AxisMap;
 use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
-use gravical::segment::face::AxisMap;
 use gravical::{Error, Result};
 
 use crate::progress;

@@ -9,7 +9,7 @@ use gravical::export::{TARGETS, Target, export};
 use gravical::gravity::Gravity;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::recording::Recording as Rows;
-use gravical::segment::Segmentation;
+use gravical::poses::Segmentation;
 use gravical::session::{Session, SessionCalibration, calibrate_recordings as calibrate_rows};
 use gravical::{Error, Result};
 use gravical_report::figure::{self, Figure};

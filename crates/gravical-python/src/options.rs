@@ -13,10 +13,9 @@ use gravical::gravity::Gravity;
 use gravical::motion::{GravityRemoval, Intervals, MotionOptions};
 use gravical::noise::{NoiseOptions, PARTS, Part, Spacing, Term};
 use gravical::recording::{AccelUnit, GyroUnit, Meter, ReadOptions, Recording, TimeUnit};
-use gravical::segment::SegmentOptions;
-use gravical::segment::face::AxisMap;
-use gravical::segment::sections::read_sections;
-use gravical::segment::still::StillOptions;
+use gravical::poses::SegmentOptions;
+use gravical::poses::face::AxisMap;
+use gravical::poses::sections::read_sections;
 use gravical::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyDictMethods};
@@ -225,7 +224,6 @@ impl<'py> Options<'py> {
                 turn_angle_deg: self
                     .number("turn_angle")?
                     .unwrap_or(defaults.turn_angle_deg),
-                ..defaults
             },
             gravity: self.gravity()?.unwrap_or_default(),
             estimate: EstimateOptions {
@@ -258,8 +256,7 @@ impl<'py> Options<'py> {
             return Ok(Vec::new());
         }
         crate::task::run(self.py(), &meter, move || {
-            let still = StillOptions::default();
-            let all = paths.iter().map(|path| excerpt::read(path, &read, &still));
+            let all = paths.iter().map(|path| excerpt::read(path, &read));
             all.collect::<Result<_>>()
         })
     }
@@ -306,7 +303,6 @@ impl<'py> Options<'py> {
         let options = DenoiseOptions {
             filters: self.filters("filter")?.unwrap_or_default(),
             channels: self.word("channels", &channels)?.unwrap_or_default(),
-            ..DenoiseOptions::default()
         };
         options.validate().or_raise(self.py())?;
         Ok(options)

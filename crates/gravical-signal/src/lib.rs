@@ -6,7 +6,8 @@
 //!
 //! 1. [`Channels`]: specific force and angular rate over time, in pieces without a gap.
 //! 2. [`blocks`]: means and variances of short blocks.
-//! 3. [`detect_rests`]: where the sensor lay still; [`RestDetector`]: the same as samples come.
+//! 3. [`detect_rests`]: where the sensor lay still; [`RestDetector`]: the same as samples come;
+//!    [`detect_quiet`]: where it was quiet, but may have turned slowly.
 #![deny(missing_docs)]
 
 mod channels;
@@ -18,4 +19,4 @@ pub use channels::{
     Block, Channels, block_len, blocks, is_gap, pieces, quantile, resolution, sampling_period,
 };
 pub use detector::{RestDetector, RestEvent};
-pub use rests::{BLOCK_S, MIN_VARIANCE, detect_rests};
+pub use rests::{BLOCK_S, MIN_VARIANCE, detect_quiet, detect_rests};

@@ -91,6 +91,19 @@ pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
     rests
 }
 
+/// Spans of 0.8 s and more in which every block is quiet enough for a rest, whether or not its mean stays
+/// the same: rests, and what a hand holds or turns slowly.
+#[must_use]
+pub fn detect_quiet(channels: &Channels<'_>) -> Vec<Range<usize>> {
+    let size = block_len(channels.period_s, BLOCK_S);
+    let blocks = blocks(channels, &(0..channels.time_s.len()), size);
+    let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
+    quiet_runs(channels, &blocks, level)
+        .iter()
+        .map(|run| run[0].span.start..run[run.len() - 1].span.end)
+        .collect()
+}
+
 /// Noise of blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct Noise {

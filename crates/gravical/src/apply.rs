@@ -59,13 +59,13 @@ use gravical_recording::{Format, Readings};
 use serde::Serialize;
 
 use crate::calibration_file::CalibrationFile;
+use crate::poses::face::AxisMap;
 use crate::recording::batches::{BatchReader, split_hint};
 use crate::recording::board::why_calibrated;
 use crate::recording::open::Input;
 use crate::recording::{
     AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Recording,
 };
-use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
 pub use drift::TemperatureOutcome;

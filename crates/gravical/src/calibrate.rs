@@ -41,8 +41,8 @@ use crate::calibration_file::{
     SensorInfo, TemperatureRange, creation_time,
 };
 use crate::gravity::Gravity;
+use crate::poses::{SegmentOptions, Segmentation, segment};
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity, common_serial};
-use crate::segment::{SegmentOptions, Segmentation, segment};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -139,7 +139,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     // Does the joint fit tell the drift with temperature, or what lay still while it changed?
     let drift = options.thermal.is_empty()
         && options.estimate.method == Method::Joint
-        && enough_poses(&segmentation.placements);
+        && enough_poses(&segmentation.poses);
     let mut temperature_model = match drift {
         true => None,
         false => for_calibration(recordings, &options.thermal, &mut segmentation)?,
@@ -171,7 +171,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             estimate = estimated(&segmentation, false)?;
         }
     }
-    let placements = &segmentation.placements;
+    let placements = &segmentation.poses;
 
     // The gyroscope from the pauses and the known turns.
     let turns = match &estimate.faces {

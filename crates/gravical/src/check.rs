@@ -24,11 +24,10 @@ use crate::calibration_file::{
 };
 use crate::gravity::Gravity;
 use crate::later::{SAME_GRAVITY, sensor, singular};
+use crate::poses::face::{AxisMap, Face};
+use crate::poses::{Pose, Selection};
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
-use crate::segment::face::{AxisMap, Face};
-use crate::segment::still::StillOptions;
-use crate::segment::{Placement, Selection};
 
 use intervals::static_intervals;
 
@@ -56,24 +55,12 @@ const TEMPERATURE_MARGIN_C: f64 = 2.0;
 const UNKNOWN_TEMPERATURE_C: f64 = 2.0;
 
 /// How to check.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct CheckOptions {
     /// Local gravity; default: that of the calibration.
     pub gravity: Option<Gravity>,
     /// How the board sits in its case, for the names of directions.
     pub axes: AxisMap,
-    /// How static intervals are found; default: short ones, too.
-    pub still: StillOptions,
-}
-
-impl Default for CheckOptions {
-    fn default() -> Self {
-        CheckOptions {
-            gravity: None,
-            axes: AxisMap::default(),
-            still: StillOptions::short_rests(),
-        }
-    }
 }
 
 /// A calibration held against readings at rest.
@@ -219,7 +206,7 @@ pub fn check(
         value_mps2: g.value_mps2,
         sd_mps2: g.uncertainty_mps2(),
     });
-    let mean = |interval: &Placement| static_mean(&recordings[interval.recording], interval);
+    let mean = |interval: &Pose| static_mean(&recordings[interval.recording], interval);
     let means: Vec<StaticMean> = intervals.iter().map(mean).collect();
     let fitted = fitted(calibration, recordings, &intervals);
     let counted = counted(&intervals, &fitted);
@@ -353,7 +340,7 @@ fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
 }
 
 /// Keeps the longest [`MAX_INTERVALS`] in their order.
-fn keep_longest(intervals: &mut Vec<Placement>, findings: &mut Vec<Finding>) {
+fn keep_longest(intervals: &mut Vec<Pose>, findings: &mut Vec<Finding>) {
     let all = intervals.len();
     if all <= MAX_INTERVALS {
         return;
@@ -384,7 +371,7 @@ fn indices_of_largest(counts: &[usize], max: usize) -> Vec<usize> {
 fn judge_units(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    intervals: &[Placement],
+    intervals: &[Pose],
     gravity: &Gravity,
     findings: &mut Vec<Finding>,
 ) -> Result<()> {
@@ -406,11 +393,7 @@ fn judge_units(
 }
 
 /// Adds to the bias what it drifts by where one of the temperatures is not known.
-fn widen_for_temperature(
-    sensor: &mut Sensor,
-    calibration: &CalibrationFile,
-    intervals: &[Placement],
-) {
+fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, intervals: &[Pose]) {
     let is_known = (calibration.drift_model().is_some() || calibration.temperature_c.is_some())
         && intervals.iter().all(|r| r.temperature_c.is_some());
     if is_known || calibration.accelerometer.covariance.is_none() {
@@ -423,7 +406,7 @@ fn widen_for_temperature(
     }
 }
 
-fn static_mean(recording: &Recording, interval: &Placement) -> StaticMean {
+fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
     // Without a rate, or where a row is a mean itself, the duration is not known.
     let (rate_hz, is_assumed) = recording.working_rate_hz();
     let speed = if is_assumed || interval.count < 2 {
@@ -444,9 +427,9 @@ fn static_mean(recording: &Recording, interval: &Placement) -> StaticMean {
 fn fitted(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    intervals: &[Placement],
+    intervals: &[Pose],
 ) -> Vec<bool> {
-    let fitted = |interval: &Placement| {
+    let fitted = |interval: &Pose| {
         let recording = &recordings[interval.recording];
         let [first, last] = interval.lines.unwrap_or_default();
         inputs_of(calibration, recording).any(|input| {
@@ -472,7 +455,7 @@ fn inputs_of<'a>(
 
 /// The intervals that the judgement uses: those that the calibration was not fitted to, among them
 /// those without clipped samples; in both cases all where none is left.
-fn counted(intervals: &[Placement], fitted: &[bool]) -> Vec<usize> {
+fn counted(intervals: &[Pose], fitted: &[bool]) -> Vec<usize> {
     let mut counted: Vec<usize> = (0..intervals.len()).collect();
     if fitted.contains(&false) {
         counted.retain(|i| !fitted[*i]);
@@ -483,12 +466,7 @@ fn counted(intervals: &[Placement], fitted: &[bool]) -> Vec<usize> {
     counted
 }
 
-fn describe(
-    recording: &Recording,
-    interval: &Placement,
-    length: &Length,
-    axes: &AxisMap,
-) -> StillCheck {
+fn describe(recording: &Recording, interval: &Pose, length: &Length, axes: &AxisMap) -> StillCheck {
     let (rate, is_assumed) = recording.working_rate_hz();
     let first = interval.rows.first().map_or(0, |rows| rows.start);
     let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
@@ -549,7 +527,7 @@ fn coverage(lengths: &[&Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
 fn circumstances(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    intervals: &[Placement],
+    intervals: &[Pose],
     gravity: &Gravity,
     options: &CheckOptions,
     findings: &mut Vec<Finding>,
@@ -601,7 +579,7 @@ fn of_recording(calibration: &CalibrationFile, recording: &Recording) -> Vec<Fin
         .collect()
 }
 
-fn temperature(calibration: &CalibrationFile, intervals: &[Placement]) -> Option<Finding> {
+fn temperature(calibration: &CalibrationFile, intervals: &[Pose]) -> Option<Finding> {
     // Within the range of a temperature model the drift is taken off.
     let [least, most] = match (calibration.drift_model(), calibration.temperature_c) {
         (Some(model), _) => model.range_c,

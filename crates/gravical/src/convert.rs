@@ -38,10 +38,10 @@ use gravical_recording::write::{Cell, Table, Writer};
 use serde::Serialize;
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
+use crate::poses::gyro_unit::settle;
+use crate::poses::rests::find_rests;
 use crate::recording::batches::{BatchReader, Rows};
 use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, open};
-use crate::segment::gyro_unit::settle;
-use crate::segment::still::{StillOptions, find_stills};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
@@ -118,7 +118,7 @@ pub fn convert_file(
         column.map(|c| (c, c)).into_iter().collect()
     };
     let mut reader = BatchReader::open(input, &name, read, true, label)?;
-    let stills = find_stills(&reader.recording, &StillOptions::default()).spans;
+    let stills = find_rests(&reader.recording).spans;
     settle(&mut reader.recording, &stills);
     let start_unix_s = reader
         .recording

@@ -3,15 +3,15 @@
 use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
+use crate::poses::MOST_FACE_ANGLE_DEG;
+use crate::poses::face::{AxisMap, Face};
+use crate::poses::gyro_unit::{Claims, Evidence, decide};
+use crate::poses::rests::find_rests;
+use crate::poses::turns::{Turn, full_turns, motions};
 use crate::recording::timing::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
 use crate::recording::{Finding, Recording};
-use crate::segment::MOST_FACE_ANGLE_DEG;
-use crate::segment::face::{AxisMap, Face};
-use crate::segment::gyro_unit::{Claims, Evidence, decide};
-use crate::segment::still::{StillOptions, find_calmest, find_stills};
-use crate::segment::turns::{Turn, full_turns, motions};
-use crate::still::moments;
+use crate::stats::moments;
 use crate::temperature::study;
 
 /// Result of [`inspect`].
@@ -100,11 +100,7 @@ pub struct TurnSpan {
 #[must_use]
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
-    let mut spans = find_stills(recording, &StillOptions::default()).spans;
-    // Very few rows, or rows with a label, are used as poses directly.
-    if spans.is_empty() && recording.labels.is_none() && recording.rows_in_file() >= 40 {
-        spans = find_calmest(recording, &mut findings);
-    }
+    let spans = find_rests(recording).spans;
     let moves = motions(recording, &spans);
     let gyroscope = Claims::of(recording, None).map(|claims| {
         decide(
@@ -171,7 +167,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
 
 fn turn_span(recording: &Recording, turn: &Turn) -> TurnSpan {
     TurnSpan {
-        axis: crate::segment::face::AXES[turn.axis],
+        axis: crate::poses::face::AXES[turn.axis],
         start_row: recording.row_in_file(turn.rows.start),
         end_row: recording.row_in_file(turn.rows.end - 1) + 1,
     }

@@ -6,7 +6,7 @@
 //!
 //! 1. [`recording`] reads recordings in many formats and reports their faults; [`inspect`]
 //!    summarises their contents.
-//! 2. [`segment`] finds the static intervals and the face that was up in each.
+//! 2. [`poses`] finds the static intervals and the face that was up in each.
 //! 3. [`calibrate`] estimates the parameters and gives a verdict on their accuracy. Read it first: it contains the whole method in order.
 //! 4. [`calibration_file`] stores them; [`apply`] calibrates recordings of any size with them,
 //!    [`check`] determines whether one still fits new recordings, [`compare`] whether two of them
@@ -68,19 +68,18 @@ pub mod noise;
 pub mod numfmt;
 #[doc(hidden)]
 pub mod output;
-mod poses;
+pub mod poses;
 pub mod recording;
 #[doc(hidden)]
 pub mod resolution;
 #[doc(hidden)]
 pub mod scan;
-pub mod segment;
 pub mod session;
 pub mod simulate;
 #[doc(hidden)]
 pub mod stats;
 #[doc(hidden)]
-pub mod still;
+pub mod stills;
 #[doc(hidden)]
 pub mod targets;
 #[doc(hidden)]

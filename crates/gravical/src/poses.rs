@@ -1,7 +1,558 @@
-//! What a calibration takes from recordings: means at rest, and what is known of their directions.
+//! From recordings to poses: where the sensor lay still, which face was
+//! up, and the mean of each.
+//!
+//! Poses come from several files (one each, or several parted by blank
+//! rows), a label column, a section list, or are found in one continuous
+//! recording. Faces come from the data; names are claims that the data confirm
+//! or refute.
 
-pub(crate) mod from_segments;
+pub mod face;
+pub(crate) mod for_fit;
+mod found;
+pub(crate) mod gyro_unit;
+mod judge;
+#[doc(hidden)]
+pub mod mean;
+mod named;
+#[doc(hidden)]
+pub mod rests;
+#[doc(hidden)]
+pub mod sections;
+mod spikes;
+#[doc(hidden)]
+pub mod turns;
+
+pub(crate) use found::{intervals_of, is_too_short};
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use crate::recording::units::GyroScale;
+use crate::recording::{Finding, FindingKind, Recording, UnitDoubt, full_scale};
+use crate::{Error, Result};
+
+use face::{AxisMap, Claim, Face};
+use judge::{check_names, check_rows, check_steadiness};
+use mean::{PoseMean, PoseNoise, plain_mean, pooled_noise, robust_mean};
+use sections::Section;
+pub use turns::Turn;
+
+/// A reading further than this from every axis is no face, degrees.
+#[doc(hidden)]
+pub const MOST_FACE_ANGLE_DEG: f64 = 25.0;
 
 /// Nobody places a sensor in so many poses: they are found in days of wear, and enough to test a model on
 /// eighths of them.
 pub(crate) const MANY_POSES: usize = 64;
+
+/// How a session is cut into poses.
+#[derive(Debug, Clone)]
+pub struct SegmentOptions {
+    /// Take the first so many rows of each pose, as the student
+    /// report does; default: the longest quiet part.
+    pub rows: Option<usize>,
+    /// Sections of the one recording; default: found.
+    pub sections: Option<Vec<Section>>,
+    /// How the board sits in its case; default: as it is.
+    pub axes: AxisMap,
+    /// Believe the names of files and labels rather than the data.
+    pub faces_by_name: bool,
+    /// Angle of each known turn, degrees, with its sign; default −360.
+    pub turn_angle_deg: f64,
+}
+
+impl Default for SegmentOptions {
+    fn default() -> Self {
+        SegmentOptions {
+            rows: None,
+            sections: None,
+            axes: AxisMap::default(),
+            faces_by_name: false,
+            turn_angle_deg: -360.0,
+        }
+    }
+}
+
+/// Which rows of a pose its mean is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// Given by section, label or `--rows`: plain mean of all rows.
+    Given,
+    /// A rest that was found: robust mean.
+    Found,
+}
+
+/// One pose of the sensor.
+#[derive(Debug, Clone)]
+pub struct Pose {
+    /// What it is called: label, or name of the file.
+    pub label: String,
+    /// The file it is from.
+    pub source: String,
+    /// Index of the recording.
+    pub recording: usize,
+    /// Its rows, in one or several stretches.
+    pub rows: Vec<Range<usize>>,
+    /// First and last line of the file that they stand in.
+    pub lines: Option<[u64; 2]>,
+    /// Given or found.
+    pub selection: Selection,
+    /// Mean reading in the unit of the file, less the zero offset.
+    pub mean: [f64; 3],
+    /// Standard error of each component; none where a row is a mean itself.
+    pub standard_error: Option<[f64; 3]>,
+    /// Rows that the mean is over.
+    pub count: usize,
+    /// Mean of the gyroscope, and the sum behind it with its number of rows.
+    pub gyro_sum: Option<([f64; 3], usize)>,
+    /// Mean temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// The face that is up, in axes of the case; none when it lies oblique.
+    pub face: Option<Face>,
+    /// Angle of the raw mean to the nearest face, degrees.
+    pub angle_deg: f64,
+    /// What its name claims.
+    pub claim: Option<Claim>,
+    /// Samples of it that are clipped.
+    pub clipped: usize,
+}
+
+/// A session, cut.
+#[derive(Debug, Clone)]
+pub struct Segmentation {
+    /// Poses in the order of the session.
+    pub poses: Vec<Pose>,
+    /// Full turns about the axes.
+    pub turns: Vec<Turn>,
+    /// Noise of all poses together.
+    pub noise: PoseNoise,
+    /// The gyroscope's unit after the turns had their say.
+    pub gyro_scale: Option<GyroScale>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+/// A pose before its mean is taken.
+pub(crate) struct Interval {
+    label: String,
+    recording: usize,
+    rows: Vec<Range<usize>>,
+    selection: Selection,
+    claim: Option<Claim>,
+}
+
+impl From<Pose> for Interval {
+    fn from(pose: Pose) -> Self {
+        Interval {
+            label: pose.label,
+            recording: pose.recording,
+            rows: pose.rows,
+            selection: pose.selection,
+            claim: pose.claim,
+        }
+    }
+}
+
+/// The values of a sensor in a static interval, one or several stretches of rows.
+pub(crate) type Stretches = Vec<[Vec<f64>; 3]>;
+
+/// Static intervals with their means.
+pub(crate) struct Measured {
+    pub poses: Vec<Pose>,
+    /// The accelerometer in each, rows with a spike empty.
+    pub held: Vec<Stretches>,
+    pub noise: PoseNoise,
+}
+
+fn rows_not_kept(recording: &Recording) -> Error {
+    Error::usage(
+        "rows-not-kept",
+        "sections and numbers of rows refer to rows of which, in this long recording, not all are in memory",
+    )
+    .at(recording.name.as_ref(), None)
+    .with_hint("read it with `recording::read`, which keeps all")
+}
+
+/// Sections name rows of the file, of which an excerpt has some.
+fn sections_in_memory<'a>(
+    recording: &Recording,
+    sections: &'a [Section],
+) -> Result<Cow<'a, [Section]>> {
+    if !recording.is_excerpt() {
+        return Ok(Cow::Borrowed(sections));
+    }
+    let in_memory = |section: &Section| {
+        let rows = recording.rows_in_memory(&section.rows);
+        let label = section.label.clone();
+        rows.map(|rows| Section { label, rows })
+    };
+    let sections: Option<Vec<Section>> = sections.iter().map(in_memory).collect();
+    sections
+        .map(Cow::Owned)
+        .ok_or_else(|| rows_not_kept(recording))
+}
+
+/// Cuts a session into poses and turns.
+///
+/// # Errors
+///
+/// `no-recordings`, `sections-range` (a section beyond the end), `several-files`
+/// (sections for more than one file), `units-differ`, `unit-unknown`,
+/// `never-static`, each with the next thing to do.
+pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Segmentation> {
+    let Some(first) = recordings.first() else {
+        return Err(Error::input("no-recordings", "there is no recording"));
+    };
+    check_units(recordings)?;
+    let by_rows = options.rows.is_some();
+    if let Some(excerpt) = recordings.iter().find(|r| by_rows && r.is_excerpt()) {
+        return Err(rows_not_kept(excerpt));
+    }
+    let mut findings = Vec::new();
+    let (mut intervals, mut turns) = (Vec::new(), Vec::new());
+    let mut named = false;
+    match (&options.sections, recordings) {
+        (Some(sections), [one]) => {
+            let sections = sections_in_memory(one, sections)?;
+            (intervals, turns) = named::by_sections(one, &sections, options)?;
+            named = true;
+        }
+        (Some(_), _) => {
+            return Err(Error::usage(
+                "several-files",
+                format!(
+                    "a section list belongs to one recording; there are {}",
+                    recordings.len()
+                ),
+            )
+            .of_option("sections")
+            .with_hint("calibrate that recording alone, or name each file after its face"));
+        }
+        (None, _) => {
+            for (index, recording) in recordings.iter().enumerate() {
+                if let Some(cut) = named::by_labels(index, recording, options, &mut findings) {
+                    let (poses, about) = cut?;
+                    intervals.extend(poses);
+                    turns.extend(about);
+                    named = true;
+                } else {
+                    intervals.extend(found::in_recording(
+                        index,
+                        recordings,
+                        options,
+                        &mut findings,
+                    )?);
+                }
+            }
+        }
+    }
+    if intervals.is_empty() {
+        let error = found::never_still(&first.name, recordings.len());
+        return Err(error.after(&findings, FindingKind::NoStaticInterval));
+    }
+    let (gyro_scale, found) = between_rests(recordings, &intervals, &turns, options, &mut findings);
+    if !named {
+        turns = found;
+    }
+    let Measured {
+        mut poses,
+        held,
+        noise,
+    } = measure_intervals(recordings, intervals, &options.axes, &mut findings);
+    check_steadiness(&poses, &held, recordings, &mut findings);
+    leave_out_empty(&mut poses, &mut findings);
+    check_names(&mut poses, options, &mut findings);
+    check_rows(&poses, options, &mut findings);
+    Ok(Segmentation {
+        poses,
+        turns,
+        noise,
+        gyro_scale,
+        findings,
+    })
+}
+
+/// What the moves between the rests of each recording say of the gyroscope: its
+/// unit, and full turns. The turns that are `named` tell the unit, too.
+fn between_rests(
+    recordings: &[Recording],
+    intervals: &[Interval],
+    named: &[Turn],
+    options: &SegmentOptions,
+    findings: &mut Vec<Finding>,
+) -> (Option<GyroScale>, Vec<Turn>) {
+    let angle = options.turn_angle_deg.to_radians();
+    let mut evidence = gyro_unit::Evidence::default();
+    let mut all = Vec::new();
+    for (index, recording) in recordings.iter().enumerate() {
+        let mut rests: Vec<_> = intervals
+            .iter()
+            .filter(|d| d.recording == index)
+            .flat_map(|d| d.rows.iter().cloned())
+            .collect();
+        rests.sort_by_key(|rows| rows.start);
+        let motions = turns::motions(recording, &rests);
+        evidence.add(recording, &rests, &motions);
+        for turn in named.iter().filter(|t| t.recording == index) {
+            if let Some(integral) = turns::plain_integral(recording, &turn.rows, &rests) {
+                evidence.add_known_turn(integral, angle);
+            }
+        }
+        all.push(motions);
+    }
+    let scale = recordings
+        .iter()
+        .find_map(|r| gyro_unit::Claims::of(r, None))
+        .map(|claims| gyro_unit::decide(claims, &evidence, findings));
+    let mut turns: Vec<Turn> = all
+        .iter()
+        .enumerate()
+        .flat_map(|(index, motions)| turns::full_turns(index, motions, scale, angle))
+        .collect();
+    for turn in &mut turns {
+        // Found by the board's channel, meant about an axis of the case.
+        turn.axis = options.axes.case_axis(turn.axis);
+    }
+    (scale, turns)
+}
+
+/// One known unit of the accelerometer in all recordings.
+pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Result<()> {
+    let mut first: Option<&Recording> = None;
+    for recording in recordings {
+        let first = *first.get_or_insert(recording);
+        if recording.accel_scale.unit == crate::recording::AccelUnit::Unknown {
+            let why = recording
+                .findings
+                .iter()
+                .find(|f| {
+                    matches!(
+                        f.kind,
+                        FindingKind::WrongFullScale
+                            | FindingKind::UnitUnknown
+                            | FindingKind::WithoutGravity
+                    )
+                })
+                .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
+            let hint = match recording.unit_doubt {
+                Some(UnitDoubt::WithoutGravity) => {
+                    "calibrate with recordings of the raw acceleration"
+                }
+                Some(UnitDoubt::WrongFullScale) => {
+                    "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
+                }
+                _ => "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale",
+            };
+            return Err(Error::input("unit-unknown", why)
+                .at(recording.name.as_ref(), None)
+                .with_hint(hint));
+        }
+        let same = recording.accel_scale.unit == first.accel_scale.unit
+            && recording.accel_scale.lsb_per_g == first.accel_scale.lsb_per_g
+            && recording.zero_offset == first.zero_offset;
+        if !same {
+            return Err(Error::input(
+                "units-differ",
+                format!(
+                    "the recordings are not in the same unit: {} is in {}, this one in {}",
+                    first.name,
+                    describe(first),
+                    describe(recording)
+                ),
+            )
+            .at(recording.name.as_ref(), None)
+            .with_hint(
+                "record all poses with the same settings; where they are in one unit, --accel-unit says it for all",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn describe(recording: &Recording) -> String {
+    match recording.accel_scale.lsb_per_g {
+        Some(lsb) => format!("counts at {lsb} per g"),
+        None => recording.accel_scale.unit.name().to_owned(),
+    }
+}
+
+/// Measures static intervals: means with the noise of all together, single spikes left out.
+pub(crate) fn measure_intervals(
+    recordings: &[Recording],
+    intervals: Vec<Interval>,
+    axes: &AxisMap,
+    findings: &mut Vec<Finding>,
+) -> Measured {
+    let held = without_spikes(recordings, &intervals, findings);
+    let selected = intervals.iter().map(|i| (i.recording, i.selection));
+    let step = Recording::accel_resolution;
+    let (means, noise) = means_of(recordings, selected, &held, step);
+    let poses = intervals
+        .into_iter()
+        .zip(held.iter().zip(means))
+        .map(|(interval, (held, mean))| pose(interval, held, mean, recordings, axes))
+        .collect();
+    Measured { poses, held, noise }
+}
+
+/// Means of a sensor in static intervals, each of a recording and a selection, and the noise of
+/// all together; `resolution` is the sensor's.
+pub(crate) fn means_of(
+    recordings: &[Recording],
+    intervals: impl Iterator<Item = (usize, Selection)>,
+    held: &[Stretches],
+    resolution: fn(&Recording) -> [f64; 3],
+) -> (Vec<PoseMean>, PoseNoise) {
+    let coarsest = recordings
+        .iter()
+        .map(resolution)
+        .fold([0.0; 3], |most: [f64; 3], step| {
+            std::array::from_fn(|i| step[i].max(most[i]))
+        });
+    let stretches: Vec<[&[f64]; 3]> = held.iter().flatten().map(slices).collect();
+    let noise = pooled_noise(&stretches, coarsest);
+    let mean = |((recording, selection), held): ((usize, Selection), &Stretches)| {
+        let (rate, _) = Recording::working_rate_hz(&recordings[recording]);
+        let values: [Vec<f64>; 3] =
+            std::array::from_fn(|i| held.iter().flat_map(|s| s[i].iter().copied()).collect());
+        match selection {
+            Selection::Given => plain_mean(&slices(&values), &noise, rate),
+            Selection::Found => robust_mean(&slices(&values), &noise, rate),
+        }
+    };
+    (intervals.zip(held).map(mean).collect(), noise)
+}
+
+fn slices(channels: &[Vec<f64>; 3]) -> [&[f64]; 3] {
+    channels.each_ref().map(|c| &c[..])
+}
+
+/// The values of a sensor in some rows.
+pub(crate) fn cut(sensor: &[Vec<f64>; 3], rows: &[Range<usize>]) -> Stretches {
+    let values = |rows: &Range<usize>| sensor.each_ref().map(|c| c[rows.clone()].to_vec());
+    rows.iter().map(values).collect()
+}
+
+/// The accelerometer in every static interval, rows with a spike empty.
+fn without_spikes(
+    recordings: &[Recording],
+    intervals: &[Interval],
+    findings: &mut Vec<Finding>,
+) -> Vec<Stretches> {
+    // Of every recording: spikes, static intervals that have any, and their rows.
+    let mut counts = vec![[0_usize; 3]; recordings.len()];
+    let held = intervals
+        .iter()
+        .map(|interval| {
+            let recording = &recordings[interval.recording];
+            let mut taken_out = 0;
+            let mut stretches = cut(&recording.accel, &interval.rows);
+            for values in &mut stretches {
+                taken_out += spikes::take_out(values, recording.accel_resolution());
+            }
+            if taken_out > 0 {
+                let rows: usize = interval.rows.iter().map(ExactSizeIterator::len).sum();
+                let count = &mut counts[interval.recording];
+                *count = [count[0] + taken_out, count[1] + 1, count[2] + rows];
+            }
+            stretches
+        })
+        .collect();
+    for (recording, [spikes, intervals, rows]) in recordings.iter().zip(counts) {
+        if spikes > 0 {
+            findings.push(
+                Finding::new(
+                    FindingKind::SpikesLeftOut,
+                    format!(
+                        "{spikes} of the {rows} samples of {intervals} static interval{} stand out from their neighbours by more than 6 standard deviations: left out",
+                        if intervals == 1 { "" } else { "s" },
+                    ),
+                )
+                .in_file(&recording.name),
+            );
+        }
+    }
+    held
+}
+
+fn pose(
+    interval: Interval,
+    held: &Stretches,
+    mean: PoseMean,
+    recordings: &[Recording],
+    axes: &AxisMap,
+) -> Pose {
+    let recording = &recordings[interval.recording];
+    let channels = held.iter().flatten();
+    let clipped = channels
+        .map(|values| full_scale::clipped_count(values, &recording.accel_scale))
+        .sum();
+    let gyro_sum = recording
+        .gyro
+        .as_ref()
+        .and_then(|gyro| sum_of_rows(gyro, interval.rows.iter().flat_map(Clone::clone)));
+    let temperature_c = recording.mean_temperature_c(&interval.rows);
+    let in_case = axes.to_case(mean.mean);
+    let (nearest, angle) = Face::nearest(in_case);
+    let lines = interval
+        .rows
+        .first()
+        .zip(interval.rows.last())
+        .filter(|(first, last)| !first.is_empty() && !last.is_empty())
+        .map(|(first, last)| [recording.line(first.start), recording.line(last.end - 1)]);
+    Pose {
+        lines,
+        label: interval.label,
+        source: recording.name.clone(),
+        recording: interval.recording,
+        rows: interval.rows,
+        selection: interval.selection,
+        mean: mean.mean,
+        standard_error: mean.standard_error,
+        count: mean.rows,
+        gyro_sum,
+        temperature_c,
+        face: (angle <= MOST_FACE_ANGLE_DEG).then_some(nearest),
+        angle_deg: angle,
+        claim: interval.claim,
+        clipped,
+    }
+}
+
+/// Sum of the rows of a sensor that have all three values, and their number; none without any.
+pub(crate) fn sum_of_rows(
+    sensor: &[Vec<f64>; 3],
+    rows: impl IntoIterator<Item = usize>,
+) -> Option<([f64; 3], usize)> {
+    let (mut sum, mut count) = ([0.0; 3], 0);
+    for row in rows {
+        let values = sensor.each_ref().map(|channel| channel[row]);
+        if values.iter().all(|v| v.is_finite()) {
+            (0..3).for_each(|i| sum[i] += values[i]);
+            count += 1;
+        }
+    }
+    (count > 0).then_some((sum, count))
+}
+
+/// A pose that a section or label names may have rows, but no value of
+/// some axis in any of them: it has no mean.
+pub(crate) fn leave_out_empty(poses: &mut Vec<Pose>, findings: &mut Vec<Finding>) {
+    poses.retain(|pose| {
+        let Some(axis) = pose.mean.iter().position(|m| !m.is_finite()) else {
+            return true;
+        };
+        findings.push(
+            Finding::new(
+                FindingKind::EmptyPose,
+                format!(
+                    "\"{}\" has no value of a{} in any of its rows; left out",
+                    pose.label,
+                    face::AXES[axis]
+                ),
+            )
+            .in_file(&pose.source),
+        );
+        false
+    });
+}

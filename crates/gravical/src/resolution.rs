@@ -13,6 +13,13 @@ const LEAST_ROWS: u64 = 40;
 /// and 32-bit floats computed differently differ in their last bit.
 const SAME: f64 = 3e-7;
 
+/// Variance of rounding to these steps, all axes together.
+pub(crate) fn floors(step: &[f64]) -> f64 {
+    step.iter()
+        .map(|q| gravical_core::rounding::floor(*q))
+        .sum()
+}
+
 /// Values of `N` axes from which their resolution is computed.
 #[derive(Debug, Clone)]
 pub(crate) struct AxisValues<const N: usize> {

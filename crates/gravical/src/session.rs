@@ -9,13 +9,12 @@ use crate::escape::path_word;
 use crate::excerpt;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
+use crate::poses::Segmentation;
+use crate::poses::face::{Claim, claim};
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
     is_named_gyroscope, is_prose, join_gyroscope, open::open, read, read_head,
 };
-use crate::segment::Segmentation;
-use crate::segment::face::{Claim, claim};
-use crate::segment::still::StillOptions;
 use crate::{Error, Result};
 
 /// What a session is calibrated from, and how.
@@ -67,8 +66,7 @@ impl Session<'_> {
                 recordings,
             });
         }
-        let still = (!by_rows).then_some(&segment.still);
-        let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read, still)?;
+        let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read, !by_rows)?;
         let mut done = calibrate_recordings(recordings, self.options)?;
         done.file.findings.extend(left_out);
         Ok(done)
@@ -221,19 +219,16 @@ pub fn is_something_else(error: &Error) -> bool {
     )
 }
 
-/// Reads a recording whole or, for the stills that `still` finds, in flat memory.
+/// Reads a recording whole or, its static intervals (`at_rest`), in flat memory.
 ///
 /// # Errors
 ///
 /// Those of [`read`] and [`excerpt::read`].
-pub fn read_for(
-    path: &Path,
-    options: &ReadOptions,
-    still: Option<&StillOptions>,
-) -> Result<Recording> {
-    match still {
-        Some(still) => excerpt::read(path, options, still),
-        None => read(path, options),
+pub fn read_for(path: &Path, options: &ReadOptions, at_rest: bool) -> Result<Recording> {
+    if at_rest {
+        excerpt::read(path, options)
+    } else {
+        read(path, options)
     }
 }
 
@@ -242,15 +237,11 @@ pub fn read_for(
 /// # Errors
 ///
 /// `no-rows` for prose, such as a licence; those of [`read_for`].
-pub fn read_listed(
-    path: &Path,
-    options: &ReadOptions,
-    still: Option<&StillOptions>,
-) -> Result<Recording> {
+pub fn read_listed(path: &Path, options: &ReadOptions, at_rest: bool) -> Result<Recording> {
     if ends_in_words(path) {
         return Err(Error::input("no-rows", "this is text, not rows of numbers").at(path, None));
     }
-    read_for(path, options, still)
+    read_for(path, options, at_rest)
 }
 
 /// True for a file that ends in words: however a recording begins, it ends in
@@ -283,7 +274,7 @@ pub fn several_with_gyro(inputs: usize) -> Error {
 /// Reads files, or the recordings of one folder, with the gyroscope of `gyro`
 /// joined to the one recording that there is. A file with a gyroscope alone is
 /// no placement: it is joined where it can belong to one recording only. What is
-/// left out comes back as findings. With `still`, long recordings without a second
+/// left out comes back as findings. With `at_rest`, long recordings without a second
 /// file are read for their stills alone.
 ///
 /// # Errors
@@ -294,10 +285,10 @@ pub fn read_session(
     inputs: &[PathBuf],
     gyro: Option<&Path>,
     options: &ReadOptions,
-    still: Option<&StillOptions>,
+    at_rest: bool,
 ) -> Result<(Vec<Recording>, Vec<Finding>)> {
     // Samples of two files are joined one by one.
-    let still = still.filter(|_| gyro.is_none());
+    let at_rest = at_rest && gyro.is_none();
     let folder = match inputs {
         [one] if one.as_path() != Path::new("-") && one.is_dir() => Some(one),
         _ => None,
@@ -317,8 +308,8 @@ pub fn read_session(
             continue;
         }
         let recording = match folder {
-            Some(_) => read_listed(path, &of_recordings, still),
-            None => read_for(path, &of_recordings, still),
+            Some(_) => read_listed(path, &of_recordings, at_rest),
+            None => read_for(path, &of_recordings, at_rest),
         };
         let doubtful = match &recording {
             Ok(recording) => recording.gyro.is_none() && is_named_gyroscope(path),

@@ -1,5 +1,7 @@
 //! Statistics used by several modules.
 
+use std::ops::Range;
+
 /// Median; the slice is reordered. `None` if empty.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     if values.is_empty() {
@@ -35,6 +37,25 @@ pub(crate) fn mean_of_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> f
     let finite = values.into_iter().filter(|v| v.is_finite());
     let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
     sum / count
+}
+
+/// Mean of each axis and the sum of the variances; empty cells are left out.
+pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3], f64) {
+    let mut means = [f64::NAN; 3];
+    let mut total = 0.0;
+    for (axis, channel) in channels.iter().enumerate() {
+        let values = || channel[rows.clone()].iter().filter(|v| v.is_finite());
+        let mean = mean_of_finite(values());
+        means[axis] = mean;
+        let squares: f64 = values().map(|v| (v - mean).powi(2)).sum();
+        let n = values().count() as f64;
+        total += if n > 1.0 {
+            squares / (n - 1.0)
+        } else {
+            f64::NAN
+        };
+    }
+    (means, total)
 }
 
 /// Sample standard deviation; NaN for fewer than two values.

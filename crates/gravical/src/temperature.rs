@@ -49,9 +49,9 @@ use crate::calibration_file::{
 };
 use crate::numfmt::{milli_g, small};
 use crate::poses::MANY_POSES;
+use crate::poses::{Pose, Segmentation, check_units};
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
-use crate::segment::{Placement, Segmentation, check_units};
-use crate::still::{self, TemperatureBlock};
+use crate::stills::{self, TemperatureBlock};
 use crate::{Error, Result};
 
 pub use gravical_fit::polynomial::evaluate;
@@ -226,7 +226,7 @@ fn fit_model(
 /// Coefficients and verdict of a channel, without its name and unit.
 fn test_channel(
     blocks: &[DirectedBlock<'_>],
-    reading: impl Fn(&still::Block) -> f64,
+    reading: impl Fn(&stills::Block) -> f64,
     reference_c: f64,
     shared: &std::result::Result<[f64; 2], String>,
 ) -> ChannelDrift {
@@ -304,7 +304,7 @@ pub fn for_calibration(
         return Ok(Some(model));
     }
     let [low, high] = model.range_c;
-    let Some(session) = temperatures(&segmentation.placements) else {
+    let Some(session) = temperatures(&segmentation.poses) else {
         findings.push(Finding::new(
             FindingKind::TemperatureReference,
             format!(
@@ -327,24 +327,24 @@ pub fn for_calibration(
     }
     model = model.about(reference_c);
     model.reference_source = ReferenceSource::Session;
-    bring_to_reference(&mut segmentation.placements, &model);
+    bring_to_reference(&mut segmentation.poses, &model);
     Ok(Some(model))
 }
 
-fn temperatures(placements: &[Placement]) -> Option<TemperatureRange> {
-    TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c))
+fn temperatures(poses: &[Pose]) -> Option<TemperatureRange> {
+    TemperatureRange::of(poses.iter().filter_map(|p| p.temperature_c))
 }
 
 /// Converts the means of the poses to the reference temperature.
-pub(crate) fn bring_to_reference(placements: &mut [Placement], model: &TemperatureModel) {
-    for placement in placements {
-        let Some(t_c) = placement.temperature_c else {
+pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
+    for pose in poses {
+        let Some(t_c) = pose.temperature_c else {
             continue;
         };
-        for (mean, name) in placement.mean.iter_mut().zip(CHANNELS) {
+        for (mean, name) in pose.mean.iter_mut().zip(CHANNELS) {
             *mean -= model.drift_at(name, t_c);
         }
-        if let Some((sum, rows)) = &mut placement.gyro_sum {
+        if let Some((sum, rows)) = &mut pose.gyro_sum {
             for (sum, name) in sum.iter_mut().zip(&CHANNELS[3..]) {
                 *sum -= model.drift_at(name, t_c) * *rows as f64;
             }
@@ -356,10 +356,10 @@ pub(crate) fn bring_to_reference(placements: &mut [Placement], model: &Temperatu
 /// accelerometer with its other parameters: rests in which the temperature changes, which [`study`]
 /// needs, are then not needed.
 #[must_use]
-pub fn enough_poses(placements: &[Placement]) -> bool {
-    let span_c = temperatures(placements).map_or(0.0, |range| range.span_c());
-    let complete = placements.iter().all(|p| p.temperature_c.is_some());
-    complete && placements.len() >= MANY_POSES && span_c > MIN_SPAN_C
+pub fn enough_poses(poses: &[Pose]) -> bool {
+    let span_c = temperatures(poses).map_or(0.0, |range| range.span_c());
+    let complete = poses.iter().all(|p| p.temperature_c.is_some());
+    complete && poses.len() >= MANY_POSES && span_c > MIN_SPAN_C
 }
 
 /// The drift of the accelerometer as the poses of the session were `fitted` and tested, and that of the
@@ -372,7 +372,7 @@ pub(crate) fn from_poses(
     fitted: Option<BiasDrift>,
     segmentation: &mut Segmentation,
 ) -> Option<TemperatureModel> {
-    let range = temperatures(&segmentation.placements)?;
+    let range = temperatures(&segmentation.poses)?;
     let reference_c = range.mean;
     let unit = recordings.first().map(|r| r.accel_scale.unit.name());
     let (verdict, ending) = match fitted {
@@ -410,7 +410,7 @@ pub(crate) fn from_poses(
     }
     let finding = summary_finding(&model, !segmentation.turns.is_empty());
     segmentation.findings.push(finding);
-    bring_to_reference(&mut segmentation.placements, &model);
+    bring_to_reference(&mut segmentation.poses, &model);
     Some(model)
 }
 

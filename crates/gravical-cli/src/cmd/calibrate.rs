@@ -9,10 +9,9 @@ use gravical::escape::path_word;
 use gravical::excerpt;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
+use gravical::poses::SegmentOptions;
+use gravical::poses::sections::read_sections;
 use gravical::recording::{ReadOptions, Recording};
-use gravical::segment::SegmentOptions;
-use gravical::segment::sections::read_sections;
-use gravical::segment::still::StillOptions;
 use gravical::session::{self, SessionCalibration};
 use gravical::utc::UtcTime;
 use gravical::{Error, Result};
@@ -382,10 +381,7 @@ impl Args {
     fn thermal(&self) -> Result<Vec<Recording>> {
         let options = self.recording.read_options(true);
         let files = self.method.thermal.iter();
-        let still = StillOptions::default();
-        files
-            .map(|file| excerpt::read(file, &options, &still))
-            .collect()
+        files.map(|file| excerpt::read(file, &options)).collect()
     }
 
     fn options(&self) -> Result<CalibrateOptions> {
@@ -399,7 +395,6 @@ impl Args {
                 axes: self.recording.axes.0,
                 faces_by_name: m.faces_from == FacesFrom::Names,
                 turn_angle_deg: m.turn_angle,
-                ..SegmentOptions::default()
             },
             gravity: self.gravity.given()?.unwrap_or_default(),
             estimate: EstimateOptions {

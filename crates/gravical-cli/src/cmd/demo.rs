@@ -13,8 +13,8 @@ use gravical::gravity::Gravity;
 use gravical::inspect::inspect;
 use gravical::motion::{Calibrated, Motion, MotionOptions, motion};
 use gravical::output::{check_target, make_folder};
+use gravical::poses::face::AxisMap;
 use gravical::recording::{ReadOptions, Recording, Severity, read};
-use gravical::segment::face::AxisMap;
 use gravical::simulate::{
     FileFormat, FileOptions, LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation,
     simulate, write,

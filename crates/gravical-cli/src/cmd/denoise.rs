@@ -99,6 +99,5 @@ fn options_of(args: &Args) -> DenoiseOptions {
             ChannelsArg::Gyro => Channels::Gyro,
             ChannelsArg::All => Channels::All,
         },
-        ..DenoiseOptions::default()
     }
 }

@@ -7,7 +7,6 @@ use gravical::Error;
 use gravical::calibration_file::InputFile;
 use gravical::inspect::inspect;
 use gravical::recording::join_gyroscope;
-use gravical::segment::still::StillOptions;
 use gravical::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
 use gravical_report::report;
 
@@ -76,12 +75,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         None => options.clone(),
     };
     // A second file is joined to all rows.
-    let still = args.gyro.is_none().then(StillOptions::default);
+    let at_rest = args.gyro.is_none();
     for (path, listed) in &files {
         let recording = if *listed {
-            read_listed(path, &of_recording, still.as_ref())
+            read_listed(path, &of_recording, at_rest)
         } else {
-            read_for(path, &of_recording, still.as_ref())
+            read_for(path, &of_recording, at_rest)
         };
         let recording = recording.and_then(|mut recording| {
             if let Some(gyro) = &args.gyro {

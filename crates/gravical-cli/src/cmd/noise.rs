@@ -8,7 +8,7 @@ use gravical::escape::path_text;
 use gravical::export::kalibr;
 use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
 use gravical::output::write_text;
-use gravical::segment::face::AxisMap;
+use gravical::poses::face::AxisMap;
 use gravical::{Error, Result};
 use gravical_report::figure::noise::figures;
 use gravical_report::report;

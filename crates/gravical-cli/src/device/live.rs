@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 
 use gravical::core::matrix3::norm;
-use gravical::segment::MOST_FACE_ANGLE_DEG;
-use gravical::segment::face::Face;
-use gravical::still::{LiveStills, StillOptions};
+use gravical::poses::MOST_FACE_ANGLE_DEG;
+use gravical::poses::face::Face;
+use gravical::stills::LiveStills;
 use serde::Serialize;
 
 use super::item::Row;
@@ -182,7 +182,7 @@ impl Rests {
     fn new(rate_hz: f64) -> Self {
         Rests {
             rate_hz,
-            stills: LiveStills::new(rate_hz, StillOptions::default()),
+            stills: LiveStills::new(rate_hz),
             switches: Vec::new(),
             last_row_s: f64::NAN,
             earlier: Poses::default(),

@@ -118,49 +118,6 @@ fn a_recording_of_the_calibration_does_not_count_beside_a_new_one() {
     }
 }
 
-/// The rests at the end of two recordings of a lift, 0.16 to 0.19 s after the
-/// sensor was put back, took no part in the calibration.
-#[test]
-fn airbrakes_end_rests_agree_within_the_predicted_error() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let source = data.join("airbrakes-sixmoves");
-    let source = source.display();
-    for method in ["joint", "ferraris"] {
-        let line = format!("calibrate {source} --method {method} -o {method}.json --quiet");
-        assert_eq!(run_in(folder.path(), words(&line)).code, 0);
-        for (name, after_s, up) in [("zplus", 2.7, "+z"), ("zminus", 3.8, "-z")] {
-            let report = json(
-                folder.path(),
-                &format!("check {method}.json {source}/{name}.csv"),
-                0,
-            );
-            let stills = report["static_intervals"].as_array().unwrap();
-            let ends: Vec<&Value> = stills
-                .iter()
-                .filter(|s| s["start_s"].as_f64().unwrap() > after_s)
-                .collect();
-            assert_eq!(ends.len(), 1, "{name}: {stills:?}");
-            let number = |key: &str| ends[0][key].as_f64().unwrap();
-            assert_eq!(ends[0]["nearest"], up);
-            assert!(
-                (150.0..=300.0).contains(&number("rows")),
-                "{}",
-                number("rows")
-            );
-            assert!(
-                number("error_mps2").abs() < number("sigma_mps2"),
-                "{name}: {:?}",
-                ends[0]
-            );
-            // Within 2 mg, too, and with a prediction that says something.
-            assert!(number("error_mps2").abs() < 0.02);
-            assert!(number("sigma_mps2") < 0.04, "{}", number("sigma_mps2"));
-            assert_eq!(report["verdict"]["judgement"], "fits");
-        }
-    }
-}
-
 /// Three sensors of one type, 22 or 23 poses each: they differ from each other,
 /// and each one's later poses fit its earlier ones.
 #[test]

@@ -90,7 +90,8 @@ fn handheld_rows_repeat() {
     finding(&looked, "repeated-rows");
     finding(&looked, "columns-guessed");
     assert_eq!(looked["accelerometer"]["unit"], "counts");
-    assert!(looked["static_share"].as_f64().unwrap() < 0.02);
+    // The hand pauses three times.
+    assert!(looked["static_share"].as_f64().unwrap() < 0.05);
 }
 
 #[test]
@@ -163,7 +164,8 @@ fn mikoff_poses_are_found_in_all_three() {
     let Some(data) = data() else { return };
     for n in 0..3 {
         let looked = inspected(&data, &format!("mikoff-mpu9150/imu{n}.log"), "");
-        assert!((21..=23).contains(&stills(&looked)), "{}", stills(&looked));
+        // A twitch parts the third in two of them: one pose, and two intervals.
+        assert!((21..=24).contains(&stills(&looked)), "{}", stills(&looked));
         assert_eq!(looked["accelerometer"]["unit"], "m/s^2");
         assert!(looked["gyroscope"].is_object());
     }

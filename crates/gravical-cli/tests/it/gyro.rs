@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use gravical::calibrate::gyro::of_session;
 use gravical::calibration_file::{CalibrationFile, GyroMethod};
+use gravical::poses::{SegmentOptions, Segmentation, segment};
 use gravical::recording::{ReadOptions, Recording, read};
-use gravical::segment::{SegmentOptions, Segmentation, segment};
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use serde_json::Value;
 

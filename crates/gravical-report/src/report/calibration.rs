@@ -12,7 +12,7 @@ use gravical::calibration_file::{
 };
 use gravical::escape::path_word;
 use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
-use gravical::segment::face::in_words;
+use gravical::poses::face::in_words;
 
 use super::gyroscope::gyroscope;
 use super::matrices::matrices;

@@ -1,10 +1,9 @@
 //! Report of a check of a calibration.
 
-use crate::document::{Block, Cell, Column, Document, Grade, Row, Section, Table, Verdict};
+use crate::document::{Cell, Column, Document, Grade, Row, Section, Table, Verdict};
 use gravical::calibration_file::GravitySource;
 use gravical::check::{Cause, CheckReport, GyroscopeCheck, Judgement, Reason, StillCheck};
 use gravical::numfmt::{fixed, milli_g, signed};
-use gravical::segment::still::StillOptions;
 
 use super::short_name;
 
@@ -100,10 +99,6 @@ fn intervals(report: &CheckReport) -> Section<'static> {
     Section::new("intervals", "Static intervals")
         .opening()
         .with(table)
-        .with(Block::note(format!(
-            "A static interval lasts at least {} here; `inspect` lists longer ones only.",
-            StillOptions::short_rests().shortest()
-        )))
 }
 
 fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {

@@ -3,9 +3,9 @@
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use gravical::inspect::{Inspection, StillSpan};
 use gravical::numfmt::{decimals_of, fixed};
+use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
 use gravical::recording::units::{AccelUnit, GyroUnit};
-use gravical::segment::still::StillOptions;
 
 use super::short_name;
 use super::temperature::drift;
@@ -182,10 +182,9 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
         ])
         .columns(Column::axes("mean reading"))
         .rows(all.iter().enumerate().map(row));
-    let shortest = StillOptions::default().shortest();
     Section::new("intervals", "Static intervals")
         .with(table)
         .full(Block::note(format!(
-            "A static interval lasts at least {shortest}, as for `calibrate`; `check` and `motion` use shorter ones, too. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
+            "A static interval lasts at least {MIN_REST_S} s. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
         )))
 }

@@ -41,7 +41,7 @@ fn named<'a>(figures: &'a [Figure], names: &[&str]) -> Vec<&'a Figure> {
 
 /// "+z", "12° off +z", or all three components if no axis is near.
 fn direction(n: [f64; 3]) -> String {
-    let (face, off) = gravical::segment::face::Face::nearest(n);
+    let (face, off) = gravical::poses::face::Face::nearest(n);
     match off {
         off if off < 1.0 => face.name(),
         off if off < 25.0 => format!("{off:.0}° off {}", face.name()),

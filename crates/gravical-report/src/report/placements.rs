@@ -4,7 +4,7 @@ use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::figure::Figure;
 use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
 use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed, unit};
-use gravical::segment::face::in_words;
+use gravical::poses::face::in_words;
 
 use super::direction;
 

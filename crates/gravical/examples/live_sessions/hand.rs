@@ -4,7 +4,7 @@ use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::fit::model::sphere;
 use gravical::live::event::{Event, Loss, Message, Rejection, SourceKind, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
-use gravical::segment::face::Face;
+use gravical::poses::face::Face;
 use gravical::simulate::{
     InteractiveReading, InteractiveSensor, LineOptions, Scenario, SensorOptions, SimulateOptions,
     StaticOptions,

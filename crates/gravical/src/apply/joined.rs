@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::calibration_file::CalibrationFile;
+use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
+use crate::poses::rests::find_rests;
+use crate::poses::turns::motions;
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
-use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
-use crate::segment::still::{StillOptions, find_stills};
-use crate::segment::turns::motions;
 use crate::{Error, Result};
 
 /// The recording with its gyroscope joined; its rows are found by their lines.
@@ -43,7 +43,7 @@ impl<'a> Joined<'a> {
                     .at(name, None),
             );
         };
-        let stills = find_stills(recording, &StillOptions::default()).spans;
+        let stills = find_rests(recording).spans;
         let evidence = Evidence::of(recording, &stills, &motions(recording, &stills));
         let scale = decide(claims, &evidence, findings);
         if let Some(why) = mismatch(section, &scale) {

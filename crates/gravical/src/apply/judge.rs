@@ -6,11 +6,11 @@ use std::path::Path;
 use gravical_core::calibration::Calibration;
 
 use crate::calibration_file::{Applied, CalibrationFile};
+use crate::poses::gyro_unit;
 use crate::recording::monitor::{Quiet, QuietBlocks};
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions, Recording,
 };
-use crate::segment::gyro_unit;
 use crate::{Error, Result};
 
 use super::drift::Drift;

@@ -4,7 +4,7 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_recording::Readings;
 
 use crate::calibration_file::CalibrationFile;
-use crate::segment::face::AxisMap;
+use crate::poses::face::AxisMap;
 
 use super::drift::Drift;
 

@@ -4,10 +4,10 @@ mod fit;
 
 use crate::calibration_file::{AccelerometerSection, Method, TiltSource};
 use crate::numfmt::milli_g;
+use crate::poses::Pose;
+use crate::poses::face::{AxisMap, Claim, Face};
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::Placement;
-use crate::segment::face::{AxisMap, Claim, Face};
 
 use crate::poses::MANY_POSES;
 
@@ -71,7 +71,7 @@ fn orientations(estimate: &Estimate) -> Option<Finding> {
 pub(super) fn accelerometer(
     section: &AccelerometerSection,
     estimate: &Estimate,
-    placements: &[Placement],
+    placements: &[Pose],
     offset: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -206,11 +206,7 @@ pub(super) fn inputs(recordings: &[Recording]) -> Vec<Finding> {
 
 /// Tilts: of single faces that lie far off, and of all when they are larger
 /// than the uncertainty assumes.
-fn tilts(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Placement],
-) -> Vec<Finding> {
+fn tilts(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut list = Vec::new();
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
@@ -264,7 +260,7 @@ fn tilts(
 /// swapped. All six the other way round is a convention, and a turned board a
 /// mounting; both keep the data's word.
 #[must_use]
-pub(super) fn names(axes: &AxisMap, placements: &[Placement], by_name: bool) -> Vec<Finding> {
+pub(super) fn names(axes: &AxisMap, placements: &[Pose], by_name: bool) -> Vec<Finding> {
     if by_name {
         return Vec::new();
     }

@@ -6,9 +6,9 @@ use gravical_fit::model::Covariance;
 use gravical_fit::{Fit, Options, Trust, fit};
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
-use crate::poses::from_segments::{Names, Poses, poses, start};
-use crate::segment::Placement;
-use crate::segment::face::Face;
+use crate::poses::Pose;
+use crate::poses::face::Face;
+use crate::poses::for_fit::{Names, Poses, poses, start};
 use crate::{Error, Result};
 
 use super::ferraris;
@@ -160,7 +160,7 @@ pub(crate) fn accelerometer(session: &Session<'_>, options: &EstimateOptions) ->
 }
 
 fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<Estimate> {
-    let placements = &session.segmentation.placements;
+    let placements = &session.segmentation.poses;
     let faces = ferraris::sort_into_faces(placements, session.recordings).ok();
     if session.faces_by_name
         && let Some(faces) = &faces
@@ -232,7 +232,7 @@ fn by_ferraris(
     options: &EstimateOptions,
     found: &Poses,
 ) -> Result<Estimate> {
-    let placements = &session.segmentation.placements;
+    let placements = &session.segmentation.poses;
     let gravity = session.gravity.value_mps2;
     let faces = ferraris::sort_into_faces(placements, session.recordings)?;
     let names = session.faces_by_name.then_some(session.axes);
@@ -246,7 +246,7 @@ fn by_ferraris(
         None if seen > USUAL_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
         None => (USUAL_TILT_DEG, TiltSource::Assumed),
     };
-    let on_face = |(index, placement): (usize, &Placement)| {
+    let on_face = |(index, placement): (usize, &Pose)| {
         let face = faces.face_of(index);
         Use {
             face,

@@ -12,7 +12,7 @@ use gravical_fit::model::{Covariance, DRIFT};
 use gravical_fit::propagate;
 use nalgebra::DVector;
 
-use crate::segment::face::{AXES, AxisMap, Face, angle_deg};
+use crate::poses::face::{AXES, AxisMap, Face, angle_deg};
 use crate::{Error, Result};
 
 pub(super) use faces::six_positions;

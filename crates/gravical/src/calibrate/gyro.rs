@@ -11,10 +11,10 @@ use gravical_core::matrix3;
 use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MotionFit};
 
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
+use crate::poses::Segmentation;
+use crate::poses::face::AXES;
 use crate::recording::units::GyroUnit;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
-use crate::segment::Segmentation;
-use crate::segment::face::AXES;
 
 use readings::Readings;
 

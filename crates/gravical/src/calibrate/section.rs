@@ -11,7 +11,7 @@ use crate::calibration_file::{
     PoseKind, PoseResult, Source, TemperatureRange, WorstDirection,
 };
 use crate::gravity::Gravity;
-use crate::segment::Placement;
+use crate::poses::Pose;
 use crate::stats::standard_deviation;
 
 use super::estimate::{By, Estimate};
@@ -194,12 +194,12 @@ fn drift_sd(estimate: &Estimate) -> f64 {
 /// One entry a placement: faces against ±g on their axis, free poses against gravity's length along
 /// their own direction. `offset` is added back to the raw means, so that they are the file's numbers.
 pub(super) fn poses(
-    placements: &[Placement],
+    placements: &[Pose],
     estimate: &Estimate,
     gravity: f64,
     offset: f64,
 ) -> Vec<PoseResult> {
-    let one = |(index, placement): (usize, &Placement)| {
+    let one = |(index, placement): (usize, &Pose)| {
         let calibrated = estimate.calibration.apply(placement.mean);
         let used = &estimate.uses[index];
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);

@@ -25,7 +25,7 @@ const CHANGES: [f64; 2] = [2e-3, 0.05];
 ///
 /// `sensors-differ`, at the recording that contradicts all others where they agree.
 pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Options) -> Result<()> {
-    let placements = &session.segmentation.placements;
+    let placements = &session.segmentation.poses;
     let fit_alone = |index: usize| {
         let of_recording = poses
             .iter()

@@ -3,9 +3,9 @@
 use gravical_core::matrix3;
 
 use crate::gravity::Gravity;
+use crate::poses::Segmentation;
+use crate::poses::face::AxisMap;
 use crate::recording::Recording;
-use crate::segment::Segmentation;
-use crate::segment::face::AxisMap;
 
 /// Recordings, poses, and what the user says of them.
 #[derive(Debug, Clone, Copy)]
@@ -28,7 +28,7 @@ impl Session<'_> {
 
     /// Input units per m/s²: nominal, or as gravity reads.
     pub fn scale(&self) -> f64 {
-        let placements = self.segmentation.placements.iter();
+        let placements = self.segmentation.poses.iter();
         let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
         let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity.value_mps2;
         self.nominal().unwrap_or_else(usual)

@@ -5,7 +5,7 @@ use gravical_fit::Undetermined;
 
 use crate::Error;
 use crate::numfmt::milli_g;
-use crate::segment::face::{AXES, Face, in_words};
+use crate::poses::face::{AXES, Face, in_words};
 
 use super::session::Session;
 
@@ -15,7 +15,7 @@ const SPANNED: f64 = 0.17;
 
 /// The error for poses that leave the parameters open.
 pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
-    let placements = &session.segmentation.placements;
+    let placements = &session.segmentation.poses;
     let directions: Vec<[f64; 3]> = placements
         .iter()
         .filter(|p| p.mean.iter().all(|v| v.is_finite()))
@@ -71,7 +71,7 @@ fn distinct(directions: &[[f64; 3]]) -> usize {
     for d in directions {
         if kept
             .iter()
-            .all(|k| crate::segment::face::angle_deg(*k, *d) > 25.0)
+            .all(|k| crate::poses::face::angle_deg(*k, *d) > 25.0)
         {
             kept.push(*d);
         }

@@ -8,8 +8,8 @@ use crate::calibration_file::{
     AccelerometerSection, Grade, GravitySource, Method, PoseKind, TiltSource, Verdict,
 };
 use crate::numfmt::milli_g;
+use crate::poses::face::in_words;
 use crate::recording::{Finding, FindingKind};
-use crate::segment::face::in_words;
 
 use super::estimate::Estimate;
 

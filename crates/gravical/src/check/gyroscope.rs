@@ -6,11 +6,11 @@ use gravical_core::matrix3::dot;
 use super::intervals::include_slow_noise;
 use super::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
+use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
+use crate::poses::mean::PoseMean;
+use crate::poses::turns::motions;
+use crate::poses::{Pose, Stretches, cut, means_of};
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
-use crate::segment::hold::HoldMean;
-use crate::segment::turns::motions;
-use crate::segment::{Placement, Stretches, cut, means_of};
 
 /// A calibrated rate at rest above this is worth a new bias, °/s: what an
 /// MPU6050 may drift in 3 °C (product specification, 6.1: ±20 °/s over 125 °C).
@@ -24,7 +24,7 @@ const CONFIDENCE: f64 = 2.576;
 pub(super) fn gyroscope(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    intervals: &[Placement],
+    intervals: &[Pose],
     accel: &[[f64; 3]],
     findings: &mut Vec<Finding>,
 ) -> Option<GyroscopeCheck> {
@@ -106,9 +106,9 @@ pub(super) fn gyroscope(
 fn mean_rates(
     calibration: &CalibrationFile,
     recordings: &[Recording],
-    intervals: &[Placement],
-) -> Vec<HoldMean> {
-    let held = |interval: &Placement| match &recordings[interval.recording].gyro {
+    intervals: &[Pose],
+) -> Vec<PoseMean> {
+    let held = |interval: &Pose| match &recordings[interval.recording].gyro {
         Some(gyro) => cut(gyro, &interval.rows),
         None => Vec::new(),
     };
@@ -118,7 +118,7 @@ fn mean_rates(
     let errors = intervals.iter().zip(&mut means);
     let errors = errors.map(|(p, mean)| (p.recording, mean.rows, &mut mean.standard_error));
     include_slow_noise(recordings, &held, errors);
-    for (interval, HoldMean { mean, .. }) in intervals.iter().zip(&mut means) {
+    for (interval, PoseMean { mean, .. }) in intervals.iter().zip(&mut means) {
         if let (Some(model), Some(t_c)) = (calibration.drift_model(), interval.temperature_c) {
             *mean = std::array::from_fn(|i| model.at_reference(3 + i, t_c, mean[i]));
         }

@@ -1,13 +1,13 @@
 //! Static intervals to hold a calibration against, and what their means are worth.
 
 use crate::calibration_file::CalibrationFile;
-use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::hold::pooled_noise;
-use crate::segment::still::{StillOptions, find_calm, find_calmest};
-use crate::segment::{
-    Draft, Measured, Placement, SegmentOptions, Selection, Stretches, drafts_of, leave_out_empty,
+use crate::poses::mean::pooled_noise;
+use crate::poses::rests::find_rests;
+use crate::poses::{
+    Interval, Measured, Pose, SegmentOptions, Selection, Stretches, intervals_of, leave_out_empty,
     measure_intervals, segment,
 };
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::stats::mean_of_finite;
 use crate::temperature::{bring_to_reference, cost_text};
 use crate::{Error, Result};
@@ -29,26 +29,26 @@ pub(super) fn static_intervals(
     recordings: &[Recording],
     options: &CheckOptions,
     findings: &mut Vec<Finding>,
-) -> Result<Vec<Placement>> {
+) -> Result<Vec<Pose>> {
     let Some(first) = recordings.first() else {
         return Err(Error::input("no-recordings", "there is no recording"));
     };
-    let mut drafts = Vec::new();
+    let mut intervals = Vec::new();
     for (index, recording) in recordings.iter().enumerate() {
-        let found = in_one(index, recording, &options.still, findings);
+        let found = in_one(index, recording);
         if found.is_empty() {
             findings.push(
                 Finding::new(FindingKind::NoStaticInterval, "never at rest; not used")
                     .in_file(&recording.name),
             );
         }
-        drafts.extend(found);
+        intervals.extend(found);
     }
     let Measured {
-        placements: mut intervals,
+        poses: mut intervals,
         held,
         ..
-    } = measure_intervals(recordings, drafts, &options.axes, findings);
+    } = measure_intervals(recordings, intervals, &options.axes, findings);
     let errors = intervals
         .iter_mut()
         .map(|p| (p.recording, p.count, &mut p.standard_error));
@@ -69,30 +69,24 @@ pub(super) fn static_intervals(
     Ok(intervals)
 }
 
-fn in_one(
-    index: usize,
-    recording: &Recording,
-    still: &StillOptions,
-    findings: &mut Vec<Finding>,
-) -> Vec<Draft> {
-    let found = find_calm(recording, still);
+fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
+    let found = find_rests(recording).spans;
     if !found.is_empty() {
-        return drafts_of(index, found, None, Selection::Found);
+        return intervals_of(index, found, None, Selection::Found);
     }
-    // A table of means, or placements that somebody named: the intervals are given.
+    // A table of means, or poses that somebody named: the intervals are given.
     if recording.labels.is_some() || recording.rows_in_file() < 40 {
         let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
         if let Ok(given) = given {
-            let of_this = |placement| Placement {
+            let of_this = |pose| Pose {
                 recording: index,
-                ..placement
+                ..pose
             };
-            let placements = given.placements.into_iter().map(of_this);
-            return placements.map(Draft::from).collect();
+            let poses = given.poses.into_iter().map(of_this);
+            return poses.map(Interval::from).collect();
         }
     }
-    let calmest = find_calmest(recording, findings);
-    drafts_of(index, calmest, None, Selection::Found)
+    Vec::new()
 }
 
 /// Raises standard errors of means to what averages of samples say of them. `errors` are in the
@@ -136,7 +130,7 @@ pub(super) fn include_slow_noise<'a>(
 /// row by row, held at the edges of the model's range.
 pub(super) fn at_reference(
     calibration: &CalibrationFile,
-    intervals: &mut [Placement],
+    intervals: &mut [Pose],
     findings: &mut Vec<Finding>,
 ) {
     let Some(model) = calibration.drift_model() else {

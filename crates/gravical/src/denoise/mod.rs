@@ -66,9 +66,9 @@ pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
 
 use std::ops::Range;
 
+use crate::poses::gyro_unit::settle;
+use crate::poses::rests::find_rests;
 use crate::recording::{Finding, Recording};
-use crate::segment::gyro_unit::settle;
-use crate::segment::still::{StillOptions, find_stills};
 use crate::{Error, Result};
 
 use clock::{Clock, FIRST_STAMPS};
@@ -94,8 +94,6 @@ pub struct DenoiseOptions {
     pub filters: Vec<FilterSpec>,
     /// The channels that are filtered. Default: all.
     pub channels: Channels,
-    /// Options for detecting the static intervals in which noise is measured.
-    pub still: StillOptions,
 }
 
 impl DenoiseOptions {
@@ -176,7 +174,7 @@ fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<(Setup, 
                 .with_hint("omit --channels, or name its columns with --columns"),
         );
     }
-    let stills = find_stills(recording, &options.still).spans;
+    let stills = find_rests(recording).spans;
     settle(recording, &stills);
     let mut setup = set_up(recording, options)?;
     let mut reach = 0;

@@ -8,8 +8,7 @@
 //! them, up to a number that does not depend on the length of the recording. What exceeds it is
 //! reported as a [`Finding`].
 //!
-//! The static intervals are those that [`find_stills`](crate::segment::still::find_stills) finds
-//! in the whole recording, with the same rows. Beyond 131 072 blocks (7 h at 100 Hz) the noise
+//! The static intervals are found in short blocks ([`crate::stills`]), to a block. Beyond 131 072 blocks (7 h at 100 Hz) the noise
 //! level is computed from every second, fourth … group of 64 blocks, and a static interval is
 //! split after 16 384 blocks (an hour).
 //!
@@ -26,6 +25,7 @@ use std::path::Path;
 
 use crate::Result;
 use crate::finding::{Finding, FindingKind, LineSpans};
+use crate::poses::rests::{TURNING_RAD_S, without_turns};
 use crate::recording::collect::{Columns, Known, Rereader, Sink, collect, collect_from};
 use crate::recording::excerpt::Excerpt;
 use crate::recording::format::Format;
@@ -37,7 +37,8 @@ use crate::recording::row::TEMPERATURE;
 use crate::recording::rows::{Mark, Rows, Source};
 use crate::recording::timing::Timing;
 use crate::recording::{self, ReadOptions, Recording, RowMap, between, wearable};
-use crate::still::{Levels, StillOptions, Stills, TemperatureCutter, block_rows};
+use crate::stats::moments;
+use crate::stills::{Levels, TemperatureCutter, block_rows};
 use crate::temperature::MIN_SPAN_C;
 
 use plan::{Plan, find_quiet};
@@ -74,7 +75,7 @@ const BOUNDS: Bounds = Bounds {
 };
 
 /// Reads the recording at `path` (`-` is standard input): completely, or, if it is long, only its
-/// static intervals, found with `still`, and the motions between them.
+/// static intervals and the motions between them.
 ///
 /// # Errors
 ///
@@ -85,23 +86,21 @@ const BOUNDS: Bounds = Bounds {
 ///
 /// ```
 /// use gravical::recording::ReadOptions;
-/// use gravical::segment::still::StillOptions;
 ///
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("desk.csv");
 /// # std::fs::write(&path, "t_ms,ax,ay,az\n0,0.1,0.0,9.8\n10,0.1,0.1,9.8\n20,0.1,0.0,9.7\n")?;
-/// let recording =
-///     gravical::excerpt::read(&path, &ReadOptions::default(), &StillOptions::default())?;
+/// let recording = gravical::excerpt::read(&path, &ReadOptions::default())?;
 /// assert!(!recording.is_excerpt() && recording.rows_in_file() == 3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn read(path: &Path, options: &ReadOptions, still: &StillOptions) -> Result<Recording> {
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
     if !path.is_file() || !wearable::is_file(path)? {
         return recording::read(path, options);
     }
     let name = path.display().to_string();
-    read_from(&mut Reopenable::of(path), &name, options, still, BOUNDS)
+    read_from(&mut Reopenable::of(path), &name, options, BOUNDS)
 }
 
 /// Reads the recording at `path`: completely, or, if it is long, only the rows `wanted` of the
@@ -156,7 +155,8 @@ fn read_rows_from(
         temperature_c: recording.temperature_range_c(),
         thermal: Vec::new(),
         still_rows_left_out: 0,
-        stills: Vec::new(),
+        rests: Vec::new(),
+        is_worn: false,
     });
     time_by_rows_of_the_file(&mut recording, even_hz);
     Ok(recording)
@@ -174,7 +174,6 @@ fn read_from(
     source: &mut Reopenable,
     name: &str,
     options: &ReadOptions,
-    still: &StillOptions,
     bounds: Bounds,
 ) -> Result<Recording> {
     let input = source.open(options)?;
@@ -190,7 +189,7 @@ fn read_from(
                 true => usize::MAX,
                 false => whole,
             };
-            Survey::new(columns, whole, bounds.blocks, still, rate)
+            Survey::new(columns, whole, bounds.blocks, rate)
         }
     };
     let mut read = collect_from(input, source, name, Role::Recording, options, survey(None))?;
@@ -198,7 +197,7 @@ fn read_from(
     let mut rate = rate_hz(&read.finished.summary.timing);
     let width = read.rows.long.as_ref().map(|long| long.width);
     // The first rows may give another rate than all of them.
-    if width.is_some_and(|width| width != block_rows(rate, still))
+    if width.is_some_and(|width| width != block_rows(rate))
         && let Some(input) = source.reopen(options)?
     {
         read = collect_from(
@@ -233,16 +232,9 @@ fn read_from(
     let mut rereader = Rereader::new(source, name, options, known);
 
     // Find the quiet runs …
-    let wanted = [still.clone(), StillOptions::unsteady()];
-    let levels = wanted.each_ref().map(|options| {
-        let options = StillOptions {
-            block_s: still.block_s,
-            ..options.clone()
-        };
-        let steps = &read.finished.summary.facts.resolution;
-        Levels::of(&blocks.groups, rate, steps, &options)
-    });
-    let mut quiet = Default::default();
+    let steps = &read.finished.summary.facts.resolution;
+    let levels = Levels::of(&blocks.groups, rate, steps);
+    let mut quiet = Vec::new();
     if blocks.is_thinned() {
         drop(blocks);
         let sink = |_: &Format, facts: &Facts| {
@@ -251,7 +243,7 @@ fn read_from(
         quiet = rereader.collect(sink)?.found;
     } else {
         for group in &blocks.groups {
-            find_quiet(&levels, group, &mut quiet);
+            find_quiet(levels.as_ref(), group, &mut quiet);
         }
         drop(blocks);
     }
@@ -283,18 +275,16 @@ fn read_from(
         temperature_c,
         thermal: stored.thermal.map_or_else(Vec::new, |c| c.blocks()),
         still_rows_left_out: plan.left_out.1,
-        stills: Vec::new(),
+        rests: Vec::new(),
+        is_worn: false,
     });
     time_by_rows_of_the_file(&mut recording, even_hz);
-    let mut stills = Vec::new();
-    for ((options, levels), rows) in wanted.into_iter().zip(levels).zip(&plan.quiet) {
-        let found = levels.map_or_else(Stills::default, |levels| {
-            stills_in_memory(&recording, &levels, rows)
-        });
-        stills.push((options, found));
-    }
-    if let Some(excerpt) = &mut recording.excerpt {
-        excerpt.stills = stills;
+    if let Some(levels) = levels {
+        let rests = rests_in_memory(&recording, &levels, &plan.quiet);
+        if let Some(excerpt) = &mut recording.excerpt {
+            excerpt.rests = rests;
+            excerpt.is_worn = levels.worn;
+        }
     }
     let left_out = findings_about_rows_left_out(&recording, &plan, &bounds, rate);
     recording.findings.extend(left_out);
@@ -386,28 +376,24 @@ impl StoredRows {
 }
 
 /// Quiet runs of the file as static intervals in memory.
-fn stills_in_memory(recording: &Recording, levels: &Levels, quiet: &[Range<usize>]) -> Stills {
-    let segments = recording.segments();
-    let mut spans: Vec<Range<usize>> = Vec::new();
-    for run in quiet {
-        let row = |row: usize| recording.excerpt.as_ref()?.rows.row(row as u64);
-        let (Some(first), Some(last)) = (row(run.start), row(run.end - 1)) else {
-            continue;
-        };
-        let mut rows = first..last + 1;
-        let at = segments.partition_point(|s| s.end <= first);
-        if let Some(segment) = segments.get(at) {
-            let from = spans.last().map_or(0, |s| s.end).max(segment.start);
-            rows = levels.grow(&recording.accel, rows, from..segment.end);
+fn rests_in_memory(
+    recording: &Recording,
+    levels: &Levels,
+    quiet: &[Range<usize>],
+) -> Vec<Range<usize>> {
+    let row = |row: usize| recording.excerpt.as_ref()?.rows.row(row as u64);
+    let spans: Vec<Range<usize>> = quiet
+        .iter()
+        .filter_map(|run| Some(row(run.start)?..row(run.end - 1)? + 1))
+        .filter(|rows| recording.length(rows) >= levels.shortest)
+        .collect();
+    let per_rad_s = recording.gyro_scale.and_then(|s| s.nominal());
+    match (&recording.gyro, per_rad_s) {
+        (Some(gyro), Some(per_rad_s)) => {
+            let rate = |rest: &Range<usize>| moments(gyro, rest.clone()).0;
+            without_turns(spans, rate, TURNING_RAD_S * per_rad_s)
         }
-        if recording.length(&rows) >= levels.shortest {
-            spans.push(rows);
-        }
-    }
-    Stills {
-        spans: levels.without_turning(recording.gyro.as_ref(), spans),
-        noise: levels.noise(),
-        worn: levels.worn,
+        _ => spans,
     }
 }
 
@@ -435,7 +421,7 @@ fn findings_about_rows_left_out(
     }
     let (left_out, _) = plan.left_out;
     if left_out > 0 {
-        let stored: usize = plan.quiet.iter().map(Vec::len).sum();
+        let stored: usize = plan.quiet.len();
         findings.push(
             Finding::new(
                 FindingKind::IntervalsLeftOut,

@@ -6,9 +6,8 @@ use std::ops::Range;
 use gravical_core::matrix3::{cross, norm};
 
 use super::Bounds;
-use crate::segment::is_too_short;
-use crate::segment::still::MOST_SHAKE;
-use crate::still::{Block, Levels};
+use crate::poses::is_too_short;
+use crate::stills::{Block, Levels};
 
 /// A run of quiet blocks that may be a static interval.
 #[derive(Debug, Clone)]
@@ -17,35 +16,21 @@ pub(super) struct Quiet {
     pub rows: Range<usize>,
     /// Mean of the accelerometer.
     mean: [f64; 3],
-    /// It is long enough and without vibration.
-    calm: bool,
 }
 
-/// Adds the quiet runs of a segment's blocks, for each of the `levels`.
-pub(super) fn find_quiet(
-    levels: &[Option<Levels>; 2],
-    segment: &[Block],
-    out: &mut [Vec<Quiet>; 2],
-) {
-    for (levels, out) in levels.iter().zip(out) {
-        let Some(levels) = levels else { continue };
-        let runs = levels.quiet_rows(segment).into_iter();
-        let runs = runs.filter(|rows| levels.may_be_still(rows));
-        out.extend(runs.map(|rows| {
-            let from = segment.partition_point(|b| b.rows.start < rows.start);
-            let to = segment.partition_point(|b| b.rows.start < rows.end);
-            let blocks = &segment[from..to];
-            let n = blocks.len() as f64;
-            let mean: [f64; 3] =
-                std::array::from_fn(|i| blocks.iter().map(|b| b.mean[i]).sum::<f64>() / n);
-            let off = |b: &Block| (0..3).map(|i| (b.mean[i] - mean[i]).powi(2)).sum::<f64>();
-            let variance = blocks.iter().map(|b| b.variance + off(b)).sum::<f64>() / n;
-            // Slightly below the limit for vibration, since this is an estimate.
-            let shakes = variance.sqrt() >= 0.9 * MOST_SHAKE * norm(&mean);
-            let calm = rows.len() >= levels.shortest && !shakes;
-            Quiet { rows, mean, calm }
-        }));
-    }
+/// Adds the quiet runs of a segment's blocks.
+pub(super) fn find_quiet(levels: Option<&Levels>, segment: &[Block], out: &mut Vec<Quiet>) {
+    let Some(levels) = levels else { return };
+    let runs = levels.quiet_rows(segment).into_iter();
+    let runs = runs.filter(|rows| rows.len() >= levels.shortest);
+    out.extend(runs.map(|rows| {
+        let from = segment.partition_point(|b| b.rows.start < rows.start);
+        let to = segment.partition_point(|b| b.rows.start < rows.end);
+        let blocks = &segment[from..to];
+        let n = blocks.len() as f64;
+        let mean = std::array::from_fn(|i| blocks.iter().map(|b| b.mean[i]).sum::<f64>() / n);
+        Quiet { rows, mean }
+    }));
 }
 
 /// The rows that are stored, and what is left out.
@@ -53,8 +38,8 @@ pub(super) fn find_quiet(
 pub(super) struct Plan {
     /// Rows of the file, in order, not overlapping.
     pub rows: Vec<Range<usize>>,
-    /// Quiet runs that are stored, for each set of options.
-    pub quiet: [Vec<Range<usize>>; 2],
+    /// Quiet runs that are stored.
+    pub quiet: Vec<Range<usize>>,
     /// Number of quiet runs that are left out, and of their rows.
     pub left_out: (usize, usize),
     /// If only the ends of long runs are stored: number of such runs, and rows stored of each.
@@ -68,16 +53,14 @@ pub(super) struct Plan {
 struct Chosen {
     rows: Range<usize>,
     mean: [f64; 3],
-    /// Index of the options with which it was found.
-    which: usize,
     segment: usize,
 }
 
 impl Plan {
     /// Plans from the `quiet` runs of all `segments`, at a rate in Hz, with `width` rows per
-    /// block. The second set of runs is used only in segments where the first has no calm run.
+    /// block.
     pub fn new(
-        quiet: &[Vec<Quiet>; 2],
+        quiet: &[Quiet],
         segments: &[Range<usize>],
         rate: f64,
         width: usize,
@@ -87,15 +70,10 @@ impl Plan {
         let mut plan = Plan::default();
         let mut all: Vec<Chosen> = Vec::new();
         for (at, segment) in segments.iter().enumerate() {
-            let of_segment = |which: usize| {
-                let of = &quiet[which];
-                let from = of.partition_point(|q| q.rows.start < segment.start);
-                let to = of.partition_point(|q| q.rows.start < segment.end);
-                of[from..to].iter().map(move |q| (which, q))
-            };
-            let calm = of_segment(0).any(|(_, q)| q.calm);
-            let second = of_segment(1).filter(|_| !calm);
-            if of_segment(0).next().is_none() && second.clone().next().is_none() {
+            let from = quiet.partition_point(|q| q.rows.start < segment.start);
+            let to = quiet.partition_point(|q| q.rows.start < segment.end);
+            let of_segment = &quiet[from..to];
+            if of_segment.is_empty() {
                 // Its lines are reported, and a short segment is used as it is.
                 plan.rows.push(match is_too_short(segment.len(), rate) {
                     true => segment.clone(),
@@ -104,10 +82,9 @@ impl Plan {
             }
             plan.rows.push(segment.start..segment.start + 1);
             plan.rows.push(segment.end - 1..segment.end);
-            all.extend(of_segment(0).chain(second).map(|(which, q)| Chosen {
+            all.extend(of_segment.iter().map(|q| Chosen {
                 rows: q.rows.clone(),
                 mean: q.mean,
-                which,
                 segment: at,
             }));
         }
@@ -121,11 +98,7 @@ impl Plan {
             .filter(|(_, selected)| !**selected);
         for (chosen, _) in left_out {
             plan.left_out.0 += 1;
-            plan.left_out.1 += if chosen.which == 0 {
-                chosen.rows.len()
-            } else {
-                0
-            };
+            plan.left_out.1 += chosen.rows.len();
         }
         let mut selected = selected.iter();
         all.retain(|_| selected.next().is_some_and(|selected| *selected));
@@ -147,13 +120,7 @@ impl Plan {
             bounds.still_rows,
         );
         let mut shortened = 0;
-        for Chosen {
-            rows,
-            which,
-            segment,
-            ..
-        } in all
-        {
+        for Chosen { rows, segment, .. } in all {
             let within = &segments[*segment];
             let from = rows.start.saturating_sub(margin).max(within.start);
             let to = (rows.end + margin).min(within.end);
@@ -164,7 +131,7 @@ impl Plan {
             } else {
                 self.rows.push(from..to);
             }
-            self.quiet[*which].push(rows.clone());
+            self.quiet.push(rows.clone());
         }
         self.shortened = (shortened > 0).then_some((shortened, most));
     }
@@ -182,25 +149,19 @@ impl Plan {
             return;
         }
         let mut motions: Vec<(Range<usize>, [i8; 3])> = Vec::new();
-        for which in 0..2 {
-            let runs: Vec<(&Chosen, bool)> = all
-                .iter()
-                .zip(selected.iter().copied())
-                .filter(|(c, _)| c.which == which)
-                .collect();
-            for pair in runs.windows(2) {
-                let [(a, selected_a), (b, selected_b)] = [pair[0], pair[1]];
-                if a.segment != b.segment || a.rows.end >= b.rows.start {
-                    continue;
-                }
-                let rows = a.rows.end..b.rows.start;
-                self.motions += 1;
-                let longest = bounds.motion_s * rate;
-                if selected_a && selected_b && rows.len() as f64 <= longest {
-                    motions.push((rows, turn(a.mean, b.mean)));
-                } else {
-                    self.motions_left_out.push(rows);
-                }
+        let runs: Vec<(&Chosen, bool)> = all.iter().zip(selected.iter().copied()).collect();
+        for pair in runs.windows(2) {
+            let [(a, selected_a), (b, selected_b)] = [pair[0], pair[1]];
+            if a.segment != b.segment || a.rows.end >= b.rows.start {
+                continue;
+            }
+            let rows = a.rows.end..b.rows.start;
+            self.motions += 1;
+            let longest = bounds.motion_s * rate;
+            if selected_a && selected_b && rows.len() as f64 <= longest {
+                motions.push((rows, turn(a.mean, b.mean)));
+            } else {
+                self.motions_left_out.push(rows);
             }
         }
         let shortest_first =

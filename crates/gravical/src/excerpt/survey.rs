@@ -8,7 +8,7 @@ use crate::recording::monitor::Facts;
 use crate::recording::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use crate::recording::rows::{Mark, Rows, Source};
 use crate::stats::Thinned;
-use crate::still::{Block, Levels, StillOptions, block_rows};
+use crate::stills::{Block, Levels, block_rows};
 
 /// The first pass: stores all rows of a short recording, and blocks of a long one.
 pub(super) struct Survey {
@@ -16,7 +16,6 @@ pub(super) struct Survey {
     pub long: Option<Long>,
     whole: usize,
     blocks: usize,
-    still: StillOptions,
     rate: Option<f64>,
     marks: Thinned<(usize, Option<Mark>), MOST_MARKS>,
 }
@@ -46,21 +45,13 @@ pub(super) struct Long {
 }
 
 impl Survey {
-    /// Stores up to `whole` rows, then up to `blocks` blocks with the block length of `still` at
-    /// the `rate`, Hz, if it is known.
-    pub fn new(
-        columns: Columns,
-        whole: usize,
-        blocks: usize,
-        still: &StillOptions,
-        rate: Option<f64>,
-    ) -> Self {
+    /// Stores up to `whole` rows, then up to `blocks` blocks at the `rate`, Hz, if it is known.
+    pub fn new(columns: Columns, whole: usize, blocks: usize, rate: Option<f64>) -> Self {
         Survey {
             whole,
             columns,
             long: None,
             blocks,
-            still: still.clone(),
             rate,
             marks: Thinned::default(),
         }
@@ -90,7 +81,7 @@ impl Sink for Survey {
         }
         let so_far = || rows.monitor().finish().timing.rate_hz();
         let rate = self.rate.or_else(so_far);
-        let width = block_rows(rate.unwrap_or(Recording::ASSUMED_RATE_HZ), &self.still);
+        let width = block_rows(rate.unwrap_or(Recording::ASSUMED_RATE_HZ));
         let zero_offset = rows.facts().zero_offset;
         let mut long = Long::of(std::mem::take(&mut self.columns), width, self.blocks);
         while let Some(row) = rows.next_row()? {
@@ -301,9 +292,8 @@ impl Cutter {
 
 /// The pass over a very long recording that finds its quiet runs.
 pub(super) struct QuietRows {
-    /// For each of the levels.
-    pub found: [Vec<Quiet>; 2],
-    levels: [Option<Levels>; 2],
+    pub found: Vec<Quiet>,
+    levels: Option<Levels>,
     cutter: Cutter,
     zero_offset: f64,
     /// Blocks of the segment that were not searched yet, and their largest number.
@@ -313,14 +303,14 @@ pub(super) struct QuietRows {
 
 impl QuietRows {
     pub fn new(
-        levels: [Option<Levels>; 2],
+        levels: Option<Levels>,
         width: usize,
         gyro: bool,
         facts: &Facts,
         at_once: usize,
     ) -> Self {
         QuietRows {
-            found: Default::default(),
+            found: Vec::new(),
             levels,
             cutter: Cutter::new(width, gyro),
             zero_offset: facts.zero_offset,
@@ -337,7 +327,7 @@ impl QuietRows {
             self.search(self.pending.len(), 0);
         } else if self.pending.len() >= self.at_once {
             // Prefer a split in a motion; that block borders on the runs before and after it.
-            let quiet = |b: &Block| self.levels.iter().flatten().any(|l| l.is_quiet(b));
+            let quiet = |b: &Block| self.levels.as_ref().is_some_and(|l| l.is_quiet(b));
             let last = self.pending.iter().rposition(|b| !quiet(b));
             match last.filter(|at| *at > self.at_once / 2) {
                 Some(at) => self.search(at + 1, 1),
@@ -350,7 +340,11 @@ impl QuietRows {
     /// Searches the first `blocks` of the pending blocks, and removes them except for the last
     /// `keep`.
     fn search(&mut self, blocks: usize, keep: usize) {
-        find_quiet(&self.levels, &self.pending[..blocks], &mut self.found);
+        find_quiet(
+            self.levels.as_ref(),
+            &self.pending[..blocks],
+            &mut self.found,
+        );
         self.pending.drain(..blocks.saturating_sub(keep));
     }
 }

@@ -13,14 +13,14 @@ mod template;
 
 use crate::calibration_file::CalibrationFile;
 use crate::numfmt;
+use crate::poses::face::AxisMap;
 use crate::recording::units::AccelUnit;
-use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 pub use kalibr::kalibr;
 
-use fill::Draft;
+use fill::Interval;
 use sensor::Sensor;
 use template::{Values, fill_template, nine_digits};
 
@@ -34,7 +34,7 @@ pub struct Target {
     options: &'static [&'static str],
     template: &'static str,
     /// Adds values that only this target has, and notes on what it cannot hold.
-    fill: fn(&mut Draft<'_>) -> Result<()>,
+    fill: fn(&mut Interval<'_>) -> Result<()>,
 }
 
 const KALIBR: &str = include_str!("templates/kalibr.yaml.in");
@@ -176,7 +176,7 @@ fn check_name(name: &str) -> Result<()> {
 /// [`CalibrationFile::to_json`].
 pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) -> Result<Export> {
     target.check(options)?;
-    let mut draft = Draft {
+    let mut draft = Interval {
         file,
         options,
         accelerometer: Sensor::accelerometer(file),
@@ -188,7 +188,7 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
     draft.values.text("name", name);
     draft.values.text("NAME", name.to_uppercase());
     (target.fill)(&mut draft)?;
-    let Draft {
+    let Interval {
         accelerometer,
         gyroscope,
         mut values,

@@ -247,7 +247,7 @@ kinds! {
             "correct the stated rate";
         RateUnknown "rate-unknown" Note
             "neither time stamps nor `--rate`"
-            "static intervals are detected as at 100 Hz"
+            "static intervals are counted in rows"
             "give `--rate`";
     }
     "Units" {
@@ -372,8 +372,8 @@ kinds! {
             "not used"
             "record it again";
         WornSensor "worn-sensor" Note
-            "a recording of half a day or longer, in which limits for a worn sensor find twice as many static intervals as its noise"
-            "static is what stays within 13 mg on each axis for 10 s or more"
+            "a recording of half a day or longer with more static intervals than poses that somebody places a sensor in"
+            "rests of less than 10 s are not used"
             "nothing";
         UnsteadyPose "unsteady-pose" Warning
             "the sensor moves slightly all the time, as if held by hand"

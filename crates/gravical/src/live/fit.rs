@@ -5,10 +5,10 @@ use gravical_core::matrix3::norm;
 use crate::Result;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::CalibrationFile;
+use crate::poses::SegmentOptions;
+use crate::poses::sections::Section;
 use crate::recording::Recording;
 use crate::recording::units::GyroUnit;
-use crate::segment::SegmentOptions;
-use crate::segment::sections::Section;
 
 use super::event::{Fit, FittedPose, GyroFit, Stage};
 use super::{LiveOptions, Pose, mg};
@@ -31,7 +31,6 @@ pub(super) fn fit(
     let options = CalibrateOptions {
         segment: SegmentOptions {
             sections: Some(sections),
-            still: options.still.clone(),
             ..SegmentOptions::default()
         },
         gravity: options.gravity,

@@ -13,9 +13,9 @@ use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::calibration_file::{GravitySource, InputFile, InputRole};
 use crate::excerpt::read_rows;
 use crate::gravity::Gravity;
+use crate::poses::sections::Section;
 use crate::recording::{ReadOptions, Recording};
-use crate::segment::sections::Section;
-use crate::still::moments;
+use crate::stats::moments;
 use crate::{Error, Result};
 
 use super::Pose;

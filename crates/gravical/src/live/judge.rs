@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
 
+use crate::poses::face::{AXES, Face};
 use crate::recording::full_scale::clipped_count;
 use crate::recording::units::AccelScale;
-use crate::segment::face::{AXES, Face};
+use crate::stats::moments;
 use crate::stats::standard_deviation;
-use crate::still::moments;
 
 use super::event::Rejection;
 use super::{LiveOptions, Pose, mg};

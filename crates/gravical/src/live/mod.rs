@@ -4,7 +4,7 @@
 //!
 //! [`Session`] is a state machine without clock and without I/O. It reads the bytes of a recording
 //! as they are written to the disk, by the ordinary reader, so that a replay of the recording
-//! gives the same events. It finds holds with the detector of static intervals ([`crate::still`]),
+//! gives the same events. It finds holds with the detector of static intervals ([`crate::stills`]),
 //! accepts a pose or says why not, calibrates with [`calibrate`](crate::calibrate::calibrate) after
 //! every pose, and asks for the pose that lowers the predicted error most.
 //!
@@ -46,10 +46,9 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::SensorInfo;
 use crate::gravity::Gravity;
+use crate::poses::MOST_FACE_ANGLE_DEG;
+use crate::poses::face::Face;
 use crate::recording::ReadOptions;
-use crate::segment::MOST_FACE_ANGLE_DEG;
-use crate::segment::face::Face;
-use crate::still::StillOptions;
 
 pub use event::{Command, EVENTS_VERSION, Event, Message, Pose};
 pub use session::Session;
@@ -63,8 +62,6 @@ pub struct LiveOptions {
     pub gravity: Gravity,
     /// Which sensor it is.
     pub sensor: SensorInfo,
-    /// How rest is detected.
-    pub still: StillOptions,
     /// Rest before the noise is known, s. Default 3.
     pub floor_s: f64,
     /// Rest before a capture begins, s. Default 0.5.
@@ -93,7 +90,6 @@ impl Default for LiveOptions {
             read: ReadOptions::default(),
             gravity: Gravity::default(),
             sensor: SensorInfo::default(),
-            still: StillOptions::default(),
             floor_s: 3.0,
             settle_s: 0.5,
             capture_s: 2.5,

@@ -14,9 +14,9 @@ use gravical_core::matrix3::{mul_vec, norm};
 
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
+use crate::poses::face::Face;
 use crate::recording::Recording;
-use crate::segment::face::Face;
-use crate::still::{LiveState, LiveStills};
+use crate::stills::{LiveState, LiveStills};
 use crate::{Error, Result};
 
 use super::attitude::Attitude;

@@ -1,7 +1,7 @@
 //! Sentences of a session.
 
 use crate::calibration_file::{CalibrationFile, Grade};
-use crate::segment::face::{AXES, Face};
+use crate::poses::face::{AXES, Face};
 
 use super::mg;
 

@@ -52,8 +52,8 @@ use gravical_motion::{CalibrationUncertainty, ForceDirection, RestNoise, Samples
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
+use crate::poses::face::AxisMap;
 use crate::recording::{Finding, Meter, Recording};
-use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
 use estimate::Estimate;

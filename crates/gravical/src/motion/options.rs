@@ -4,8 +4,8 @@ use super::intervals::check_intervals;
 use crate::calibration_file::NoiseSection;
 use crate::denoise::FilterSpec;
 use crate::gravity::Gravity;
+use crate::poses::face::AxisMap;
 use crate::recording::Meter;
-use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
 /// Highest angular rate of a walking foot in stance, rad/s.

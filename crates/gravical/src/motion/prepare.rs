@@ -11,9 +11,9 @@ use super::options::MotionOptions;
 use super::scales::Scales;
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
 use crate::denoise::{FilterSpec, smooth};
+use crate::poses::face::AxisMap;
 use crate::recording::full_scale::FULL_SCALES_DEG_S;
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
 /// Full scales of accelerometers, g.

@@ -8,10 +8,10 @@ use gravical_core::matrix3;
 
 use super::options::{GravityRemoval, MotionOptions};
 use crate::calibration_file::CalibrationFile;
+use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
+use crate::poses::rests::find_rests;
+use crate::poses::turns::motions;
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::gyro_unit::{Claims, Evidence, decide, mismatch};
-use crate::segment::still::{StillOptions, find_stills};
-use crate::segment::turns::motions;
 use crate::{Error, Result};
 
 /// What turns the file's numbers into SI.
@@ -43,7 +43,7 @@ pub(super) fn scales(
     options: &MotionOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Scales> {
-    let coarse = find_stills(recording, &StillOptions::short_rests()).spans;
+    let coarse = find_rests(recording).spans;
 
     // The accelerometer by its nominal scale.
     let nominal = recording.accel_scale.nominal();
@@ -156,7 +156,7 @@ fn judge_unit(
     let mut norms: Vec<f64> = spans
         .iter()
         .map(|rows| {
-            let (mean, _) = crate::still::moments(&recording.accel, rows.clone());
+            let (mean, _) = crate::stats::moments(&recording.accel, rows.clone());
             matrix3::norm(&apply.apply(mean.map(|m| m + recording.zero_offset)))
         })
         .filter(|n| n.is_finite())

@@ -10,8 +10,8 @@ use super::scales::scales;
 use super::track::MotionSample;
 use super::{Calibrated, Work};
 use crate::calibration_file::TemperatureModel;
+use crate::poses::face::AxisMap;
 use crate::recording::{Finding, Recording};
-use crate::segment::face::AxisMap;
 use crate::{Error, Result};
 
 /// Readings of one sample, in the units of the recording that the stepper began with.

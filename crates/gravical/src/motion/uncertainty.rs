@@ -10,7 +10,7 @@ use gravical_motion::ForceDirection;
 use nalgebra::{DMatrix, DVector};
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, GyroMethod};
-use crate::segment::face::AxisMap;
+use crate::poses::face::AxisMap;
 
 /// Parameters of an accelerometer: nine of M, three of b.
 const PARAMETERS: usize = 12;

@@ -7,7 +7,7 @@ use super::allan::Allan;
 use super::density::Density;
 use crate::recording::Recording;
 use crate::recording::sample::Sample;
-use crate::still::moments;
+use crate::stats::moments;
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
 const MOST_FILLED: usize = 8;

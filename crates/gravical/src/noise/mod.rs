@@ -8,7 +8,7 @@
 //!
 //! - `allan`: the sums, sample by sample, in constant memory.
 //! - `model`, `fit`: the terms, and the covariance of their estimates.
-//! - `fold`: rows to samples; the static intervals of [`crate::still`], gaps, the temperature.
+//! - `fold`: rows to samples; the static intervals of [`crate::poses`], gaps, the temperature.
 //! - `density`: check of N by the power spectral density.
 //! - `parts`: data sheets.
 //!
@@ -51,12 +51,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::{CHANNELS, InputFile, NoiseParameters, NoiseSection};
 use crate::finding::{Finding, FindingKind};
+use crate::poses::check_units;
+use crate::poses::gyro_unit::{Claims, Evidence, decide};
+use crate::poses::rests::find_rests;
+use crate::poses::turns::motions;
 use crate::recording::{self, ReadOptions, Recording};
-use crate::segment::check_units;
-use crate::segment::gyro_unit::{Claims, Evidence, decide};
-use crate::segment::still::{StillOptions, block_rows, find_stills};
-use crate::segment::turns::motions;
+use crate::resolution::floors;
+use crate::stats::moments;
 use crate::{Error, Result};
+use gravical_signal::{BLOCK_S, block_len, quantile};
 
 pub use allan::{Allan, AllanSums, Lengths, Spacing, overlapping};
 pub use file::{NOISE_FORMAT, read_noise};
@@ -75,6 +78,8 @@ const SHORTEST_S: f64 = 10.0;
 /// Static intervals of less than this share of the longest one are left out: a hand lets go of the
 /// sensor at the start of each.
 const LEAST_SHARE: f64 = 0.25;
+/// A block whose standard deviation is this multiple of that of the median one is disturbed.
+const DISTURBED: f64 = 3.0;
 /// A temperature that moves by less than this is constant, °C.
 const STEADY_C: f64 = 0.5;
 /// Share of slow changes that the temperature explains, and the deviation from no dependence.
@@ -102,8 +107,6 @@ pub struct NoiseOptions {
     pub terms: Vec<Term>,
     /// The part whose data sheet N is compared with.
     pub part: Option<&'static Part>,
-    /// Detection of static intervals.
-    pub still: StillOptions,
 }
 
 impl Default for NoiseOptions {
@@ -113,7 +116,6 @@ impl Default for NoiseOptions {
             full: false,
             terms: vec![Term::N, Term::B, Term::K],
             part: None,
-            still: StillOptions::default(),
         }
     }
 }
@@ -332,7 +334,7 @@ pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<
 /// As [`noise`]; `excerpt` (usage) if rows of the file are left out.
 pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseResult> {
     recording.refuse_excerpt("use `noise`, which reads the file")?;
-    let mut fold = Fold::new(plan(recording, options)?, options);
+    let mut fold = Fold::new(plan(recording)?, options);
     fold.take_recording(recording);
     finish(recording, fold, options)
 }
@@ -354,7 +356,7 @@ pub fn noise_of_samples(
 }
 
 /// What is read again, and how.
-fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
+fn plan(recording: &Recording) -> Result<Plan> {
     check_units(std::slice::from_ref(recording))?;
     let here = Path::new(&recording.name);
     let Some(rate_hz) = recording.timing.rate_hz() else {
@@ -365,8 +367,8 @@ fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
         .at(here, None)
         .with_hint("give the rate: --rate 100"));
     };
-    let stills = find_stills(recording, &options.still);
-    let ranges = static_rows(recording, &stills.spans);
+    let rests = find_rests(recording).spans;
+    let ranges = static_rows(recording, &rests);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
     if longest_s < SHORTEST_S {
@@ -381,14 +383,25 @@ fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
         .at(here, None)
         .with_hint("record the sensor while it lies still, away from fans and footsteps, for two hours or more; ten seconds are the least"));
     }
+    let width = block_len(1.0 / rate_hz, BLOCK_S);
     let used = |range: &Range<usize>| range.len() as f64 >= LEAST_SHARE * longest as f64;
     Ok(Plan {
         ranges: ranges.into_iter().filter(used).collect(),
         period_s: 1.0 / rate_hz,
         channels: if recording.gyro.is_some() { 6 } else { 3 },
-        most_variance: (options.still.noise_factor * stills.noise).powi(2),
-        width: block_rows(rate_hz, &options.still),
+        most_variance: DISTURBED.powi(2) * quiet_variance(recording, &rests, width),
+        width,
     })
+}
+
+/// Variance of the accelerometer in the median block of `width` rows at rest, three axes together.
+fn quiet_variance(recording: &Recording, rests: &[Range<usize>], width: usize) -> f64 {
+    let starts = rests
+        .iter()
+        .flat_map(|rest| rest.clone().step_by(width).take(rest.len() / width));
+    let variances = starts.map(|row| moments(&recording.accel, row..row + width).1);
+    let rounding = floors(&recording.accel_resolution());
+    quantile(variances.filter(|v| v.is_finite()).collect(), 0.5).max(rounding)
 }
 
 /// Static intervals as rows of the file. Parts of a very long one, which is searched in parts, are
@@ -416,7 +429,7 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
         .at(Path::new(&recording.name), None)
         .with_hint("give the range: --accel-range 2")
     })?;
-    let gyro_per_si = gyro_scale(recording, options, &mut findings);
+    let gyro_per_si = gyro_scale(recording, &mut findings);
     let mut counts = fold.counts.clone();
     counts.gaps += fold.channels.iter().map(|c| c.gaps).max().unwrap_or(0);
     let ranges = fold.ranges().to_vec();
@@ -476,13 +489,9 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
 
 /// Units of the gyroscope per rad/s, by the rule of all commands; `None` without a gyroscope or if
 /// its unit is unknown, which is a finding then.
-fn gyro_scale(
-    recording: &Recording,
-    options: &NoiseOptions,
-    findings: &mut Vec<Finding>,
-) -> Option<f64> {
+fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64> {
     let claims = Claims::of(recording, None)?;
-    let stills = find_stills(recording, &options.still).spans;
+    let stills = find_rests(recording).spans;
     let moves = motions(recording, &stills);
     let evidence = Evidence::of(recording, &stills, &moves);
     let nominal = decide(claims, &evidence, findings).nominal();

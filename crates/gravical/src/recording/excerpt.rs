@@ -2,7 +2,7 @@
 //! [`crate::excerpt`].
 
 use super::RowMap;
-use crate::still::{StillOptions, Stills, TemperatureBlock};
+use crate::stills::TemperatureBlock;
 
 /// Properties of all rows of a recording of which only some are in memory.
 #[derive(Debug, Clone)]
@@ -15,15 +15,7 @@ pub(crate) struct Excerpt {
     pub thermal: Vec<TemperatureBlock>,
     /// Number of rows at rest for which there was no memory.
     pub still_rows_left_out: usize,
-    /// The static intervals for each set of detection options.
-    pub stills: Vec<(StillOptions, Stills)>,
-}
-
-impl Excerpt {
-    /// The static intervals for these options; `None` if they were not searched with them.
-    pub fn stills_by(&self, options: &StillOptions) -> Option<&Stills> {
-        let mut all = self.stills.iter();
-        all.find(|(own, _)| own == options)
-            .map(|(_, stills)| stills)
-    }
+    /// The static intervals, rows in memory; the sensor is worn ([`crate::stills`]).
+    pub rests: Vec<std::ops::Range<usize>>,
+    pub is_worn: bool,
 }

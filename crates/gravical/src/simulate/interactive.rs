@@ -15,7 +15,7 @@ use super::sensor::Sensor;
 use super::truth::Truth;
 use super::truth_of;
 use crate::Result;
-use crate::segment::face::Face;
+use crate::poses::face::Face;
 
 /// Pause of the hand between two commands given at once, s.
 const PAUSE_S: f64 = 2.0;
@@ -28,7 +28,7 @@ const PAUSE_S: f64 = 2.0;
 /// noise and the hand are those of [`simulate`](super::simulate) with the same seed.
 ///
 /// ```
-/// use gravical::segment::face::Face;
+/// use gravical::poses::face::Face;
 /// use gravical::simulate::{InteractiveSensor, Scenario, SimulateOptions, StaticOptions};
 ///
 /// let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use super::random::{Purpose, normal, stream};
-use crate::segment::face::Face;
+use crate::poses::face::Face;
 use gravical_fit::model::sphere;
 
 /// Standard deviation of a free pose from the planned one, per component, rad.

@@ -10,7 +10,7 @@ use super::scenario_options::{
     LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions,
 };
 use super::truth::PoseKind;
-use crate::segment::face::Face;
+use crate::poses::face::Face;
 
 /// The recordings of `options.scenario`.
 pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {

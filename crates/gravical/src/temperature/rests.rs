@@ -1,6 +1,6 @@
 //! Rests while the temperature changes, as means of short blocks.
 //!
-//! The static intervals of [`crate::segment`] cannot be used here: their means must agree, which
+//! The static intervals of [`crate::poses`] cannot be used here: their means must agree, which
 //! excludes drift. A block is static if its variance is small; a rest ends at a break of the
 //! recording and where the mean of the accelerometer jumps.
 
@@ -8,7 +8,9 @@ use gravical_core::matrix3::{norm, sub};
 
 use crate::recording::Recording;
 use crate::stats::median;
-use crate::still::{TemperatureBlock, TemperatureCutter, quiet_level, step_of_means};
+use crate::stills::{quiet_level, step_of_means};
+
+use crate::stills::{TemperatureBlock, TemperatureCutter};
 
 /// Variances of static blocks are below this multiple of the noise floor …
 const QUIET_FACTOR: f64 = 9.0;

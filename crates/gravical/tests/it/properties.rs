@@ -2,9 +2,9 @@
 
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::CalibrationFile;
+use gravical::poses::SegmentOptions;
+use gravical::poses::face::AxisMap;
 use gravical::recording::{AccelUnit, ReadOptions, Recording, read_bytes};
-use gravical::segment::SegmentOptions;
-use gravical::segment::face::AxisMap;
 
 use crate::support::*;
 

@@ -8,10 +8,10 @@ mod units;
 
 use crate::support::*;
 use gravical::inspect::inspect;
+use gravical::poses::face::AxisMap;
 use gravical::recording::{
     AccelUnit, Aside, GyroUnit, ReadOptions, Recording, Severity, TimeUnit, read_bytes,
 };
-use gravical::segment::face::AxisMap;
 use gravical::simulate::{
     FileFormat, Scenario, SimulateOptions, SixPositionOptions, simulate, write,
 };

@@ -2,12 +2,13 @@
 //! between moves must be the same.
 
 use gravical::motion::{MotionOptions, motion};
+use gravical::poses::rests::find_rests;
+use gravical::poses::{SegmentOptions, segment};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
-use gravical::segment::still::{StillOptions, block_rows, find_stills};
-use gravical::segment::{SegmentOptions, segment};
 use gravical::simulate::{
     LineOptions, PosesOptions, Scenario, SimulateOptions, SimulatedFile, simulate,
 };
+use gravical_signal::{BLOCK_S, block_len};
 
 const G: f64 = 9.80665;
 
@@ -169,15 +170,15 @@ fn poses_do_not_depend_on_rounding() {
                 let what = format!("{rate_hz} Hz, noise {noise}, {how:?}");
                 let cut = segment(std::slice::from_ref(&recording), &SegmentOptions::default())
                     .unwrap_or_else(|e| panic!("{what}: {e}"));
-                assert_eq!(cut.placements.len(), 8, "{what}");
-                let stills = find_stills(&recording, &StillOptions::default()).spans;
+                assert_eq!(cut.poses.len(), 8, "{what}");
+                let stills = find_rests(&recording).spans;
                 let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
                 assert!(!kinds.contains(&"frozen-axis"), "{what}: {kinds:?}");
                 assert!(!kinds.contains(&"repeated-rows"), "{what}: {kinds:?}");
                 let first = reference.get_or_insert_with(|| stills.clone());
                 assert_eq!(first.len(), stills.len(), "{what}: {first:?} {stills:?}");
                 // Static intervals consist of blocks; the first and last may be lost.
-                let most = 2 * block_rows(rate_hz, &StillOptions::default());
+                let most = 2 * block_len(1.0 / rate_hz, BLOCK_S);
                 for (a, b) in first.iter().zip(&stills) {
                     let off = a.start.abs_diff(b.start).max(a.end.abs_diff(b.end));
                     assert!(off <= most, "{what}: {a:?} {b:?}");

@@ -4,10 +4,10 @@ use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
 use gravical::check::{CheckOptions, Judgement, check};
 use gravical::inspect::inspect;
+use gravical::poses::SegmentOptions;
+use gravical::poses::face::AxisMap;
+use gravical::poses::sections::parse_sections;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
-use gravical::segment::SegmentOptions;
-use gravical::segment::face::AxisMap;
-use gravical::segment::sections::parse_sections;
 use gravical::simulate::{Scenario, SimulateOptions, Simulation, SixPositionOptions, simulate};
 
 use crate::support::*;
@@ -134,7 +134,7 @@ fn one_continuous_recording() {
     let session = [named("session.csv", &text)];
     fits(&session, &given_gravity(), &sensor);
     let result = calibrated(&session, &given_gravity());
-    for (placement, hold) in result.segmentation.placements.iter().zip(holds) {
+    for (placement, hold) in result.segmentation.poses.iter().zip(holds) {
         let rows = &placement.rows[0];
         assert!(
             rows.start >= hold.start && rows.end <= hold.end,
@@ -261,14 +261,8 @@ fn several_continuous_recordings_give_all_their_stills() {
         let session = [file(names[0], &rows[..cut]), file(names[1], &rows[cut..])];
         fits(&session, &given_gravity(), &sensor);
         let result = calibrated(&session, &given_gravity());
-        assert_eq!(result.segmentation.placements.len(), 6, "{names:?}");
-        assert!(
-            result
-                .segmentation
-                .placements
-                .iter()
-                .all(|p| p.claim.is_none())
-        );
+        assert_eq!(result.segmentation.poses.len(), 6, "{names:?}");
+        assert!(result.segmentation.poses.iter().all(|p| p.claim.is_none()));
         let reported = |kind: &str| result.file.findings.iter().any(|f| f.kind == kind);
         assert!(!reported("motion-left-out") && !reported("orientation-mismatch"));
         for i in 0..3 {
@@ -339,7 +333,7 @@ fn means_without_labels_are_placements_where_they_lie_far_apart() {
         &format!("label,ax,ay,az\n{}\n", labelled.join("\n")),
     )];
     let result = calibrated(&table(&rows), &given_gravity());
-    assert_eq!(result.segmentation.placements[3].label, "line 5");
+    assert_eq!(result.segmentation.poses[3].label, "line 5");
     assert!(
         result
             .file
@@ -403,11 +397,11 @@ fn the_same_session_is_the_same_by_every_route() {
     let whole = calibrated(&one, &options);
     let spans: Vec<_> = whole
         .segmentation
-        .placements
+        .poses
         .iter()
         .map(|p| p.rows[0].clone())
         .collect();
-    let faces: Vec<String> = (whole.segmentation.placements.iter())
+    let faces: Vec<String> = (whole.segmentation.poses.iter())
         .map(|p| p.face.unwrap().name())
         .collect();
     let turns = &whole.segmentation.turns;
@@ -478,7 +472,7 @@ fn the_same_session_is_the_same_by_every_route() {
                 sd[i]
             );
         }
-        let mut own: Vec<_> = (result.segmentation.placements.iter())
+        let mut own: Vec<_> = (result.segmentation.poses.iter())
             .map(|p| p.face.unwrap().name())
             .collect();
         own.sort();
@@ -548,7 +542,7 @@ fn a_hold_full_of_spikes_is_no_hold_lost() {
     let sensor = Sensor::default();
     let mut text = String::from("t_s,ax,ay,az\n");
     let mut row = 0;
-    for (k, face) in gravical::segment::face::Face::all().into_iter().enumerate() {
+    for (k, face) in gravical::poses::face::Face::all().into_iter().enumerate() {
         let lines = sensor.file(face.direction(), 600, k as u64);
         for (i, line) in lines.lines().skip(1).enumerate() {
             let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();

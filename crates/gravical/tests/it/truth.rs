@@ -3,8 +3,8 @@
 
 use gravical::calibrate::CalibrateOptions;
 use gravical::gravity::Gravity;
+use gravical::poses::SegmentOptions;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
-use gravical::segment::SegmentOptions;
 use gravical::simulate::{
     PosesOptions, Scenario, SimulateOptions, Simulation, SixPositionOptions, simulate,
 };

@@ -91,11 +91,3 @@ fn orientations_that_wear_leaves_out_are_named() {
         "{message}"
     );
 }
-
-/// The limits for a wrist are for wrists: half a day, and no less. By the noise of the table only
-/// what lay there is at rest, in one direction.
-#[test]
-fn a_few_hours_are_judged_by_their_noise() {
-    let error = worn(11.9, |n| n).unwrap_err();
-    assert_eq!(error.code(), "underdetermined");
-}

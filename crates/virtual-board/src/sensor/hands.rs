@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::str::FromStr;
 
-use gravical::segment::face::Face;
+use gravical::poses::face::Face;
 use gravical::simulate::{InteractiveSensor, LineOptions, SimulateOptions, Truth};
 use gravical::{Error, Result};
 

@@ -17,8 +17,8 @@ use gravical::live::event::{
 };
 use gravical::live::folder::calibrate_session;
 use gravical::numfmt::count;
+use gravical::poses::Segmentation;
 use gravical::recording::{ReadOptions, Recording, read};
-use gravical::segment::Segmentation;
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 

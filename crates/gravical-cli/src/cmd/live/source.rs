@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 use gravical::live::event::{Command, Loss};
 use gravical::live::folder::RECORDING;
 use gravical::output::make_folder;
+use gravical::poses::face::Face;
 use gravical::recording::ReadOptions;
 use gravical::recording::open::{Input, open};
-use gravical::segment::face::Face;
 use gravical::simulate::{
     InteractiveReading, InteractiveSensor, LineOptions, Scenario, SimulateOptions, StaticOptions,
     Truth,

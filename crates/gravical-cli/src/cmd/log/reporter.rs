@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use gravical::core::unit::STANDARD_GRAVITY_MPS2;
 use gravical::escape::{shown, shown_json};
 use gravical::numfmt;
+use gravical::poses::face::{AXES, Face};
 use gravical::recording::{AccelScale, AccelUnit};
-use gravical::segment::face::{AXES, Face};
 
 use crate::device::board::Settings;
 use crate::device::event::Event;

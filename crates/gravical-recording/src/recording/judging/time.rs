@@ -9,8 +9,6 @@ use crate::time_unit::{TimeUnit, time_scale_s};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
 const LEAST_ROWS: usize = 40;
-/// Rate at which static intervals are searched if it is unknown, Hz.
-const ASSUMED_RATE_HZ: f64 = 100.0;
 /// Stated and measured rates may differ by this share.
 const RATE_TOLERANCE: f64 = 0.02;
 /// Share of missing samples from which on it is told.
@@ -72,9 +70,7 @@ impl JudgedTime {
         }
         let needs_rate = rows.rows() >= LEAST_ROWS && !format.options.is_gyroscope;
         if judged.timing.rate_hz().is_none() && needs_rate {
-            let text = format!(
-                "no time stamps and no --rate: static intervals are searched as at {ASSUMED_RATE_HZ} Hz"
-            );
+            let text = "no time stamps and no --rate: static intervals are counted in rows";
             notes.push(Note::new(NoteKind::RateUnknown, text));
         }
         judged

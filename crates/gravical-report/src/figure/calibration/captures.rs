@@ -95,7 +95,7 @@ pub(super) fn joined(lines: impl Iterator<Item = Series>) -> Option<Series> {
 /// Windows of the placements as (label, from, to), s.
 fn windows(session: Session<'_>, placed: &[Placed<'_>]) -> Vec<(String, f64, f64)> {
     let mut all = Vec::new();
-    for p in &session.segmentation.placements {
+    for p in &session.segmentation.poses {
         let Some(own) = placed.get(p.recording) else {
             continue;
         };
@@ -184,7 +184,7 @@ fn named(panel: Panel, line: &Series, windows: &[(String, f64, f64)]) -> Panel {
 
 /// Standard deviation of the samples in each placement.
 pub(super) fn noise(file: &CalibrationFile, session: Session<'_>, scale: &Scale) -> Option<Figure> {
-    let placements = &session.segmentation.placements;
+    let placements = &session.segmentation.poses;
     let poses = &file.accelerometer.poses;
     let (unit, factor) = scale.shown();
     let (unit, factor) = match scale.nominal {

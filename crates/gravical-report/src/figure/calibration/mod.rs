@@ -10,8 +10,8 @@ mod tests;
 mod uncertainty;
 
 use gravical::calibration_file::CalibrationFile;
+use gravical::poses::Segmentation;
 use gravical::recording::{AccelUnit, Recording};
-use gravical::segment::Segmentation;
 
 use super::Figure;
 

@@ -3,9 +3,9 @@
 use crate::calibrate::estimate::{Estimate, UNUSUAL_TILT};
 use crate::calibration_file::{AccelerometerSection, TiltSource};
 use crate::numfmt::milli_g;
+use crate::poses::Pose;
+use crate::poses::face::{Claim, Face};
 use crate::recording::{Finding, FindingKind};
-use crate::segment::Placement;
-use crate::segment::face::{Claim, Face};
 
 /// Two axes further from a right angle than this are no MPU6050's, cosine:
 /// two and a half times the ±2 % of the data sheet.
@@ -18,7 +18,7 @@ const MODEL_ERROR_NOTE: f64 = 0.02;
 pub(super) fn findings(
     section: &AccelerometerSection,
     estimate: &Estimate,
-    placements: &[Placement],
+    placements: &[Pose],
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let cosines = cosines(section);
@@ -119,7 +119,7 @@ pub(super) fn findings(
 
 /// A face that was recorded twice in place of another one, which is missing: by
 /// its name, or because there are six placements.
-fn face_twice(estimate: &Estimate, placements: &[Placement]) -> Option<Finding> {
+fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
     let up = |k: usize| estimate.uses[k].face;
     let all = || 0..placements.len();
     let missing: Vec<Face> = Face::all()

@@ -2,9 +2,9 @@
 
 use gravical_core::six_position::SixPositionMeans;
 
+use crate::poses::face::{Face, angle_deg};
+use crate::poses::{MOST_FACE_ANGLE_DEG, Pose};
 use crate::recording::Recording;
-use crate::segment::face::{Face, angle_deg};
-use crate::segment::{MOST_FACE_ANGLE_DEG, Placement};
 use crate::{Error, Result};
 
 /// A repeat of a face that points this far from the best one is an oblique
@@ -45,7 +45,7 @@ impl Faces {
 ///
 /// `missing-face` with the faces that are there, or `same-face-twice` when there
 /// are six placements and one face takes two of them.
-pub fn sort_into_faces(placements: &[Placement], recordings: &[Recording]) -> Result<Faces> {
+pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<Faces> {
     let mut of_face: [Vec<usize>; 6] = Default::default();
     for face in Face::all() {
         let mut there: Vec<usize> = (0..placements.len())
@@ -88,17 +88,13 @@ pub fn sort_into_faces(placements: &[Placement], recordings: &[Recording]) -> Re
     })
 }
 
-fn incomplete(
-    placements: &[Placement],
-    of_face: &[Vec<usize>; 6],
-    recordings: &[Recording],
-) -> Error {
+fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Recording]) -> Error {
     let missing: Vec<String> = Face::all()
         .into_iter()
         .filter(|f| of_face[f.index()].is_empty())
         .map(Face::name)
         .collect();
-    let oblique: Vec<&Placement> = placements.iter().filter(|p| p.face.is_none()).collect();
+    let oblique: Vec<&Pose> = placements.iter().filter(|p| p.face.is_none()).collect();
     let twice = Face::all()
         .into_iter()
         .find(|f| of_face[f.index()].len() > 1)

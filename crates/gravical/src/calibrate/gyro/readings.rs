@@ -5,11 +5,11 @@ use std::ops::Range;
 use gravical_core::rounding;
 use gravical_fit::{Motion, Sample, StaticInterval};
 
+use crate::poses::mean::pooled_noise;
+use crate::poses::turns::with_slow_ends;
+use crate::poses::{Pose, Segmentation, sum_of_rows};
 use crate::recording::range_end::range_end;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
-use crate::segment::hold::pooled_noise;
-use crate::segment::turns::with_slow_ends;
-use crate::segment::{Placement, Segmentation, sum_of_rows};
 use crate::stats::mean_of_finite;
 
 /// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
@@ -87,8 +87,8 @@ impl Readings {
     ) -> Vec<Range<usize>> {
         // Without a time the noise only weighs static intervals against each other.
         let period_s = recording.working_rate_hz().0.recip();
-        let mut rests: Vec<(&Range<usize>, &Placement)> = session
-            .placements
+        let mut rests: Vec<(&Range<usize>, &Pose)> = session
+            .poses
             .iter()
             .filter(|p| p.recording == index)
             .flat_map(|p| p.rows.iter().map(move |rows| (rows, p)))

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::*;
+use crate::poses::{SegmentOptions, segment};
 use crate::recording::{ReadOptions, read_bytes};
-use crate::segment::{SegmentOptions, segment};
 use crate::simulate::{PosesOptions, Scenario, SimulateOptions, Simulation, simulate};
 
 /// Six faces and `free` poses, without drift of the accelerometer's bias: that
@@ -280,8 +280,8 @@ fn too_few_motions_leave_the_bias() {
     let recording = [recording(&simulation, |_, g| g)];
     let mut session = segment(&recording, &SegmentOptions::default()).unwrap();
     let accelerometer = true_accelerometer(&simulation);
-    session.placements.sort_by_key(|p| p.rows[0].start);
-    session.placements.truncate(4);
+    session.poses.sort_by_key(|p| p.rows[0].start);
+    session.poses.truncate(4);
     let fit = of_session(&recording, &session, &accelerometer);
     let section = fit.section.clone().unwrap();
     assert_eq!(section.method, GyroMethod::Bias);
@@ -291,7 +291,7 @@ fn too_few_motions_leave_the_bias() {
         assert!((section.bias[i] - simulation.truth.gyroscope.bias_rad_s[i]).abs() < 5e-3);
     }
     // Without a unit there is not even a matrix.
-    session.placements.truncate(1);
+    session.poses.truncate(1);
     session.gyro_scale = None;
     let fit = of_session(&recording, &session, &accelerometer);
     assert!(fit.section.is_none());

@@ -7,11 +7,11 @@ use gravical_core::six_position::{TurnIntegral, ferraris_gyroscope, g_sensitivit
 use super::Gyroscope;
 use crate::calibrate::ferraris::{Faces, six_positions, turns_are_singular};
 use crate::calibration_file::GyroscopeSection;
+use crate::poses::face::{AXES, AxisMap, Face};
+use crate::poses::turns::sample_period_s;
+use crate::poses::{Pose, Segmentation};
 use crate::recording::units::GyroUnit;
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::segment::face::{AXES, AxisMap, Face};
-use crate::segment::turns::sample_period_s;
-use crate::segment::{Placement, Segmentation};
 use crate::{Error, Result};
 
 /// Fits the gyroscope from its readings at rest and the turns by `angle_rad`.
@@ -47,7 +47,7 @@ pub(in crate::calibrate) fn gyroscope(
         ));
         return Ok(fit);
     }
-    let (bias, means) = at_rest(&session.placements, faces)?;
+    let (bias, means) = at_rest(&session.poses, faces)?;
     let means = six_positions(&means);
     let sensitivity = g_sensitivity(&means, gravity).map_err(turns_are_singular)?;
     let mut turns = [[0.0; 3]; 3];
@@ -107,7 +107,7 @@ pub(in crate::calibrate) fn gyroscope(
 }
 
 /// Bias (mean over all samples of the six faces) and the mean of each face.
-fn at_rest(placements: &[Placement], faces: &Faces) -> Result<([f64; 3], [[f64; 3]; 6])> {
+fn at_rest(placements: &[Pose], faces: &Faces) -> Result<([f64; 3], [[f64; 3]; 6])> {
     let (mut total, mut rows) = ([0.0; 3], 0);
     let mut means = [[0.0; 3]; 6];
     for (mean, face) in means.iter_mut().zip(Face::all()) {

@@ -7,9 +7,9 @@ use gravical_core::matrix3::sub;
 use crate::Result;
 use crate::live::event::{Event, Pose, Rejection, State, Welcome};
 use crate::live::judge::{Fault, LET_GO, Means, mean};
+use crate::poses::face::{Face, angle_deg};
 use crate::recording::growing::Sample;
-use crate::segment::face::{Face, angle_deg};
-use crate::still::LiveState;
+use crate::stills::LiveState;
 
 use super::{Hold, Session};
 

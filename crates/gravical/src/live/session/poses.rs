@@ -9,8 +9,8 @@ use crate::live::event::{Event, Pose, Rejection, State, Undone, WarningKind, Wel
 use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::words;
+use crate::poses::face::{Face, angle_deg};
 use crate::recording::growing::Sample;
-use crate::segment::face::{Face, angle_deg};
 
 use super::{Hold, Session};
 

@@ -8,9 +8,9 @@ use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use crate::live::judge::Accepted;
 use crate::live::{mg, words};
 use crate::numfmt::count;
+use crate::poses::face::in_words;
+use crate::poses::sections::Section;
 use crate::recording::collect::Columns;
-use crate::segment::face::in_words;
-use crate::segment::sections::Section;
 
 use super::Session;
 

@@ -10,7 +10,7 @@ use crate::live::judge::{Fault, Means, Units, scatter};
 use crate::recording::Recording;
 use crate::recording::growing::Sample;
 use crate::recording::units::{AccelUnit, GyroScale};
-use crate::still::{LiveState, LiveStills, MOST_NOISE_AT_REST};
+use crate::stills::{LiveState, LiveStills, MOST_NOISE_AT_REST};
 
 use super::Session;
 
@@ -41,7 +41,7 @@ impl Session {
             has_temperature: sample.temperature_c().is_finite(),
             notes: notes.into_iter().map(|f| f.message).collect(),
         });
-        self.detector = Some(LiveStills::new(self.rate_hz, self.options.still.clone()));
+        self.detector = Some(LiveStills::new(self.rate_hz));
         self.state = State::Floor;
         self.progress_s = self.now_s;
         let earlier: Vec<Sample> = self.rows.recent().copied().collect();

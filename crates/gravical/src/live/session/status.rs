@@ -6,7 +6,7 @@ use gravical_core::matrix3::norm;
 
 use crate::calibration_file::Grade;
 use crate::live::words;
-use crate::segment::face::Face;
+use crate::poses::face::Face;
 
 use super::Session;
 use crate::live::event::{Event, State, Status, Tile, Welcome};

@@ -22,7 +22,7 @@ use super::timing::{
     BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, untimed,
 };
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
-use super::{POSSIBLE_C, ReadOptions, Recording, UnitDoubt};
+use super::{POSSIBLE_C, ReadOptions, UnitDoubt};
 use crate::finding::{Finding, FindingKind};
 use crate::resolution::AxisValues;
 use crate::stats::{Thinned, median};
@@ -329,10 +329,7 @@ impl Monitor {
         if has_accel && timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
             found.clock.push(Finding::new(
                 FindingKind::RateUnknown,
-                format!(
-                    "no time stamps and no --rate: static intervals are searched as at {} Hz",
-                    Recording::ASSUMED_RATE_HZ
-                ),
+                "no time stamps and no --rate: static intervals are counted in rows",
             ));
         }
         found.cells = self.cells.finding(&self.facts.cells);

@@ -11,8 +11,8 @@ use gravical::recording::{
     AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit,
     join_gyroscope_bytes, read_bytes,
 };
-use gravical::segment::still::{StillOptions, block_rows};
 use gravical_core::matrix3;
+use gravical_signal::{BLOCK_S, block_len};
 
 use super::form::session::{Session, session};
 use super::form::write::{columns_option, write};
@@ -195,7 +195,7 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
         }
         recordings.push(recording);
     }
-    let axes = gravical::segment::face::AxisMap::default();
+    let axes = gravical::poses::face::AxisMap::default();
     let seen: Vec<Inspection> = recordings.iter().map(|r| inspect(r, &axes)).collect();
     let nominal = recordings[0].accel_scale.nominal().unwrap_or(f64::NAN);
     let mut findings: Vec<Finding> = seen.iter().flat_map(|s| s.findings.clone()).collect();
@@ -257,7 +257,7 @@ fn compare(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> V
     wrong
 }
 
-/// The same stills, to a block of the detector (docs/recording.md): 0.2 s or 25 rows. What
+/// The same stills, to two blocks of 0.2 s (docs/recording.md). What
 /// the rounding hides of the beginning of a motion is no difference either.
 fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Vec<String> {
     let mut wrong = Vec::new();
@@ -272,8 +272,8 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     } else {
         1.0
     });
-    let block = block_rows(rate_hz, &StillOptions::default()) as f64;
-    let slack = block + 2.0 + hidden_s * rate_hz;
+    let block = block_len(1.0 / rate_hz, BLOCK_S) as f64;
+    let slack = 2.0 * block + 2.0 + hidden_s * rate_hz;
     for (p, o) in plain.seen.iter().zip(&own.seen) {
         if rate_hz >= IN_PIECES_HZ {
             continue;

@@ -7,7 +7,8 @@ use gravical_core::rounding;
 
 use super::block::Block;
 use super::runs::{RangeTree, join, split_run, trim};
-use super::{StillOptions, block_rows, distance, floors, moments, turning};
+use super::{block_rows, distance};
+use crate::resolution::floors;
 
 /// Smallest share of the blocks that is assumed to be static.
 const QUIET_SHARE: f64 = 0.05;
@@ -36,23 +37,18 @@ const WORN_GAIN: f64 = 2.0;
 /// Median length of a vector with three standard normal components.
 const MAXWELL_MEDIAN: f64 = 1.538;
 
-/// The mean angular rates of consecutive static intervals differ by at most this multiple of the
-/// scatter allowed in a quiet block …
-const MOST_RATE_STEP: f64 = 3.0;
-/// … or by this share of the fastest turn: drift of the bias between the intervals, and
-/// g-sensitivity in another pose, are smaller.
-const TURNING_SHARE: f64 = 0.1;
-
-/// The highest angular rate of a block, relative to the median.
-fn fastest(groups: &[Vec<Block>]) -> f64 {
-    let blocks = || groups.iter().flatten().map(|b| b.gyro_mean);
-    let usual: [f64; 3] = std::array::from_fn(|axis| {
-        let mut all: Vec<f64> = blocks().map(|rate| rate[axis]).collect();
-        crate::stats::median(&mut all).unwrap_or(f64::NAN)
-    });
-    let off = blocks().map(|rate| distance(rate, usual));
-    off.filter(|rate| rate.is_finite()).fold(0.0, f64::max)
-}
+/// A block is quiet below this multiple of the standard deviation of the quietest blocks; that of the
+/// gyroscope measures more of the unsteadiness of a hand.
+const NOISE_FACTOR: f64 = 3.0;
+const GYRO_NOISE_FACTOR: f64 = 18.0;
+/// Means of blocks agree within this multiple of noise/√width …
+const MEAN_FACTOR: f64 = 10.0;
+/// … or within this share of gravity, the vibration of a table.
+const TREMOR: f64 = 0.004;
+/// Shortest static interval, s, if it has fewer rows than this; in any case.
+const SHORTEST_S: f64 = 1.0;
+const ENOUGH_ROWS: f64 = 200.0;
+const LEAST_S: f64 = 0.2;
 
 /// Standard deviation of block means, the three axes together, from the steps between quiet
 /// neighbours; 0 without any.
@@ -79,13 +75,8 @@ pub(crate) struct Levels {
     most_gyro: f64,
     /// Largest deviation of block means within an interval.
     agree: f64,
-    /// Largest difference of the angular rates of consecutive intervals.
-    agree_rate: f64,
-    /// Rows of a block.
-    width: usize,
     /// Smallest number of rows of a static interval.
     pub shortest: usize,
-    grows: bool,
     /// The limits are those for a sensor that is worn.
     pub worn: bool,
 }
@@ -93,13 +84,8 @@ pub(crate) struct Levels {
 impl Levels {
     /// Computes the limits from blocks that are consecutive within each of the `groups`, for
     /// values of the given `resolution`; `None` if all values are zero.
-    pub fn of(
-        groups: &[Vec<Block>],
-        rate: f64,
-        resolution: &[f64; 6],
-        options: &StillOptions,
-    ) -> Option<Self> {
-        let width = block_rows(rate, options);
+    pub fn of(groups: &[Vec<Block>], rate: f64, resolution: &[f64; 6]) -> Option<Self> {
+        let width = block_rows(rate);
         let all = || groups.iter().flatten();
         let (accel_step, gyro_step) = resolution.split_at(3);
         let floor = quiet_level(all().map(|b| b.variance), accel_step)?;
@@ -112,31 +98,24 @@ impl Levels {
         };
         let mut levels = Levels {
             floor,
-            most_accel: most(floor, options.noise_factor, accel_step),
-            most_gyro: most(gyro_floor, options.gyro_noise_factor, gyro_step),
+            most_accel: most(floor, NOISE_FACTOR, accel_step),
+            most_gyro: most(gyro_floor, GYRO_NOISE_FACTOR, gyro_step),
             agree: f64::NAN,
-            agree_rate: f64::INFINITY,
-            width,
-            shortest: ((options.shortest_s * rate).min(options.enough_rows as f64) as usize)
-                .max((options.least_s * rate) as usize)
+            shortest: ((SHORTEST_S * rate).min(ENOUGH_ROWS) as usize)
+                .max((LEAST_S * rate) as usize)
                 .max(10),
-            grows: options.grow_edges,
             worn: false,
         };
         let gravity = typical_magnitude(all());
         // Means of blocks scatter by noise/√width, for correlated noise by a multiple of it.
         let white = (floor / width as f64).sqrt();
-        let mut scatter = options.mean_factor * white;
+        let mut scatter = MEAN_FACTOR * white;
         if (width as f64) < SHORT_BLOCK_S * rate {
             let means =
                 scatter_of_means(groups, |b| levels.is_quiet(b)).min(MOST_CORRELATED * white);
             scatter = scatter.max(CORRELATED_FACTOR * means);
         }
-        levels.agree = scatter.max(options.tremor * gravity) + step_of_means(floor, accel_step);
-        if levels.most_gyro.is_finite() {
-            let within = MOST_RATE_STEP * levels.most_gyro.sqrt();
-            levels.agree_rate = within.max(TURNING_SHARE * fastest(groups));
-        }
+        levels.agree = scatter.max(TREMOR * gravity) + step_of_means(floor, accel_step);
         // Of many blocks only some are there, but their rows are those of the file.
         let rows = groups
             .last()
@@ -160,7 +139,6 @@ impl Levels {
             most_accel: self.most_accel.max(3.0 * sd * sd),
             most_gyro: f64::INFINITY,
             agree: self.agree.max(sd),
-            agree_rate: f64::INFINITY,
             shortest: self.shortest.max((WORN_SHORTEST_S * rate) as usize),
             worn: true,
             ..self.clone()
@@ -188,8 +166,7 @@ impl Levels {
             && (block.gyro_variance.is_nan() || block.gyro_variance <= self.most_gyro)
     }
 
-    /// Rows of the runs of quiet blocks of a segment whose means agree, before they are
-    /// [extended](Self::grow).
+    /// Rows of the runs of quiet blocks of a segment whose means agree.
     pub fn quiet_rows(&self, segment: &[Block]) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
         let ranges = RangeTree::new(segment);
@@ -211,54 +188,7 @@ impl Levels {
             .map(|run| trim(segment, run, &whole))
             .collect()
     }
-
-    /// Removes the intervals in which the sensor turns evenly.
-    pub fn without_turning(
-        &self,
-        gyro: Option<&[Vec<f64>; 3]>,
-        stills: Vec<Range<usize>>,
-    ) -> Vec<Range<usize>> {
-        match gyro {
-            Some(gyro) if self.agree_rate.is_finite() => {
-                turning::without_turning(gyro, self.agree_rate, stills)
-            }
-            _ => stills,
-        }
-    }
-
-    /// True if quiet rows may be a static interval after they are extended.
-    pub fn may_be_still(&self, rows: &Range<usize>) -> bool {
-        let grown = if self.grows { 2 * self.width } else { 0 };
-        rows.len() + grown >= self.shortest
-    }
-
-    /// Extends rows at both ends, if the options ask for it: by at most one block each, within
-    /// `within`, up to the first row that deviates by more than [`EDGE_SIGMAS`].
-    pub fn grow(
-        &self,
-        accel: &[Vec<f64>; 3],
-        rows: Range<usize>,
-        within: Range<usize>,
-    ) -> Range<usize> {
-        if !self.grows {
-            return rows;
-        }
-        let (mean, _) = moments(accel, rows.clone());
-        // The floor is the sum over the three axes.
-        let far = EDGE_SIGMAS * (self.floor / 3.0).sqrt();
-        let at = |row: usize| std::array::from_fn(|axis| accel[axis][row]);
-        let belongs = |row: &usize| distance(at(*row), mean) <= far;
-        let before = (within.start..rows.start).rev().take(self.width);
-        let after = (rows.end..within.end).take(self.width);
-        let from = before.take_while(belongs).last().unwrap_or(rows.start);
-        let to = after.take_while(belongs).last().map_or(rows.end, |r| r + 1);
-        from..to
-    }
 }
-
-/// A row that deviates more than this many standard deviations of an axis from the mean is
-/// outside the interval; this excludes one in 65,000 rows inside it.
-const EDGE_SIGMAS: f64 = 5.0;
 
 /// The level below which the variances of the quietest twentieth of the blocks are, at least that
 /// of rounding to `step`. `None` if all values are zero and the resolution is unknown.

@@ -1,5 +1,5 @@
-//! Placements that are found: the longest quiet part of a file that holds one, or
-//! all holds of a continuous recording.
+//! Poses that are found: the longest quiet part of a file that holds one, or
+//! all rests of a continuous recording.
 
 use std::ops::Range;
 use std::path::Path;
@@ -11,56 +11,42 @@ use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
-use super::spikes;
-use super::still::{StillOptions, Stills, find_stills, unsteady};
-use super::{Draft, SegmentOptions, Selection};
-use crate::still::moments;
+use super::rests::{find_held, find_rests};
+use super::{Interval, SegmentOptions, Selection};
+use crate::stats::moments;
 
-/// Placements of one recording of a session. What is in the file decides how
-/// many: a recording that stands alone, or whose stills point in more directions
-/// than its name speaks of, is continuous and gives all its holds; any other
-/// gives the longest still of every direction, in each stretch between blank
+/// Poses of one recording of a session. What is in the file decides how
+/// many: a recording that stands alone, or whose rests point in more directions
+/// than its name speaks of, is continuous and gives all its rests; any other
+/// gives the longest rest of every direction, in each stretch between blank
 /// rows.
 ///
 /// # Errors
 ///
 /// `never-static` for a lone recording that is nowhere, or hardly ever, at rest, or for a few rows that are
-/// neither a hold nor a table of means.
+/// neither a pose nor a table of means.
 pub(super) fn in_recording(
     index: usize,
     recordings: &[Recording],
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> Result<Vec<Draft>> {
-    let mut recording = &recordings[index];
+) -> Result<Vec<Interval>> {
+    let recording = &recordings[index];
     let alone = recordings.len() == 1;
-    let mut stills = find_stills(recording, &options.still);
-    if stills.worn {
+    let rests = find_rests(recording);
+    if rests.is_worn {
         findings.push(
             Finding::new(
                 FindingKind::WornSensor,
-                "the sensor is worn: most of its rests are too restless for its noise; static is what stays within 13 mg on each axis for 10 s or more",
+                "the sensor is worn: rests of less than 10 s are not used",
             )
             .in_file(&recording.name),
         );
     }
-    // Spikes all over a recording hide its stills. Of an excerpt these are known.
-    let mut despiked = None;
-    if stills.spans.is_empty() && !recording.is_excerpt() {
-        let mut other = recording.clone();
-        let step = other.accel_resolution();
-        if spikes::take_out(&mut other.accel, step) > 0 {
-            stills = find_stills(&other, &options.still);
-            recording = despiked.insert(other);
-        }
-    }
-    let mut spans = stills.spans;
-    if !spans.is_empty() && !recording.is_excerpt() {
-        spans.extend(hidden_by_spikes(recording, &spans, &options.still));
-        spans.sort_by_key(|s| s.start);
-    }
-    let holds = longest_per_hold(recording, spans);
-    if alone && !recording.is_excerpt() && is_table_of_means(recording, holds.is_empty()) {
+    let holds = longest_per_pose(recording, rests.spans);
+    let held: usize = holds.iter().map(|h| recording.length(h)).sum();
+    let hardly_static = held * 10 < recording.rows_in_file();
+    if alone && !recording.is_excerpt() && is_table_of_means(recording, hardly_static) {
         return Ok(rows_as_poses(index, recording, findings));
     }
     if holds.is_empty() && recording.rows_in_file() < FEW_ROWS {
@@ -70,8 +56,8 @@ pub(super) fn in_recording(
             return means;
         }
         if alone {
-            // Too short to look for stills in: a handful of rows of one placement.
-            return Ok(drafts_of(
+            // Too short to look for rests in: a handful of rows of one pose.
+            return Ok(intervals_of(
                 index,
                 recording.segments(),
                 None,
@@ -79,11 +65,12 @@ pub(super) fn in_recording(
             ));
         }
     }
-    let held: usize = holds.iter().map(|h| recording.length(h)).sum();
     if alone && holds.is_empty() {
         return Err(never_still(&recording.name, 1));
     }
-    if alone && held * 50 < recording.rows_in_file() && holds.len() < 6 {
+    // Without a rate a rest may be a pause of a motion.
+    let (rows, assumed) = (recording.rows_in_file(), recording.working_rate_hz().1);
+    if alone && (held * 50 < rows && holds.len() < 6 || assumed && hardly_static) {
         return Err(hardly_still(
             recording,
             held,
@@ -92,7 +79,7 @@ pub(super) fn in_recording(
     }
     let stem = crate::recording::open::stem(&recording.name);
     let segments = recording.segments();
-    // A name with a sign speaks of one placement; with two stretches in the
+    // A name with a sign speaks of one pose; with two stretches in the
     // file it can speak of neither.
     let claimed = claim(&stem).filter(|c| {
         matches!(c, Claim::Axis(_)) || (matches!(c, Claim::Face(_)) && segments.len() == 1)
@@ -105,7 +92,7 @@ pub(super) fn in_recording(
     if alone || directions(recording, &holds, claimed).len() > expected * segments.len() {
         let parts = match options.rows {
             None => {
-                return Ok(drafts_of(
+                return Ok(intervals_of(
                     index,
                     holds,
                     (!alone).then_some(&stem),
@@ -119,22 +106,22 @@ pub(super) fn in_recording(
             .into_iter()
             .flat_map(|p| first_rows(vec![p], options.rows))
             .collect();
-        return Ok(drafts_of(
+        return Ok(intervals_of(
             index,
             spans,
             (!alone).then_some(&stem),
             Selection::Given,
         ));
     }
-    let mut drafts = Vec::new();
+    let mut intervals = Vec::new();
     for (at, segment) in segments.iter().enumerate() {
         let label = if segments.len() > 1 {
             format!("{stem} part {}", at + 1)
         } else {
             stem.clone()
         };
-        let mut draft = |rows, selection, claim| {
-            drafts.push(Draft {
+        let mut interval = |rows, selection, claim| {
+            intervals.push(Interval {
                 label: label.clone(),
                 recording: index,
                 rows: vec![rows],
@@ -144,7 +131,7 @@ pub(super) fn in_recording(
         };
         if options.rows.is_some() {
             for rows in first_rows(vec![segment.clone()], options.rows) {
-                draft(rows, Selection::Given, claimed);
+                interval(rows, Selection::Given, claimed);
             }
             continue;
         }
@@ -154,71 +141,63 @@ pub(super) fn in_recording(
             .cloned()
             .collect();
         let mut spans = directions(recording, &inside, claimed);
-        if spans.is_empty() {
-            let shaky = find_stills(recording, &StillOptions::unsteady());
-            spans = shaky
-                .spans
-                .iter()
-                .filter(|s| s.start >= segment.start && s.end <= segment.end)
-                .max_by_key(|s| recording.length(s))
-                .into_iter()
-                .cloned()
-                .collect();
-            tell_unsteady(recording, &label, &spans, &shaky, findings);
-        } else {
+        if !spans.is_empty() {
             tell_motion(recording, segment, &spans, &inside, findings);
+        } else if let Some(held) = find_held(recording, segment) {
+            findings.push(held_by_hand(recording, &label, &held));
+            spans.push(held);
         }
         if spans.is_empty() {
-            if let Some(rows) = without_still(recording, segment, &label, findings) {
-                draft(rows, Selection::Given, claimed);
+            if let Some(rows) = without_rest(recording, segment, &label, findings) {
+                interval(rows, Selection::Given, claimed);
             }
             continue;
         }
         for span in spans {
-            draft(span, Selection::Found, claimed);
+            interval(span, Selection::Found, claimed);
         }
     }
-    Ok(drafts)
+    Ok(intervals)
 }
 
-/// Fewer rows than these are too few to look for stills in.
+/// Fewer rows than these are too few to look for rests in.
 const FEW_ROWS: usize = 40;
 
-/// Placements one after the other, `pose 1` …, with the name of their file where
+/// Poses one after the other, `pose 1` …, with the name of their file where
 /// there are several.
-pub(crate) fn drafts_of(
+pub(crate) fn intervals_of(
     index: usize,
     spans: Vec<Range<usize>>,
     stem: Option<&String>,
     selection: Selection,
-) -> Vec<Draft> {
+) -> Vec<Interval> {
     let file = stem.map_or_else(String::new, |stem| format!(" of {stem}"));
-    let draft = |(i, rows)| Draft {
+    let interval = |(i, rows)| Interval {
         label: format!("pose {}{file}", i + 1),
         recording: index,
         rows: vec![rows],
         selection,
         claim: None,
     };
-    spans.into_iter().enumerate().map(draft).collect()
+    spans.into_iter().enumerate().map(interval).collect()
 }
 
-/// Directions further apart than this are two placements, degrees: a placement
+/// Directions further apart than this are two poses, degrees: a pose
 /// that is taken up and put down again comes back within a few.
 const APART_DEG: f64 = 10.0;
 
-/// Beside the placement that the name of a file speaks of, a still shorter than
+/// Beside the pose that the name of a file speaks of, a rest shorter than
 /// this share of it is handling.
 const HANDLING: f64 = 0.25;
 
-/// The longest still of every direction, in order.
+/// The longest rest of every direction, in order.
 fn directions(
     recording: &Recording,
-    stills: &[Range<usize>],
+    rests: &[Range<usize>],
     claimed: Option<Claim>,
 ) -> Vec<Range<usize>> {
     let mut found: Vec<([f64; 3], Range<usize>)> = Vec::new();
-    for span in stills {
+    for span in rests {
         let (mean, _) = moments(&recording.accel, span.clone());
         match found
             .iter_mut()
@@ -240,7 +219,7 @@ fn directions(
     found.into_iter().map(|(_, s)| s).collect()
 }
 
-/// A table of means: every row a placement of its own, where the rows lie far
+/// A table of means: every row a pose of its own, where the rows lie far
 /// apart and are alike in magnitude. None where the rows point one way.
 ///
 /// # Errors
@@ -250,7 +229,7 @@ fn means_of_rows(
     index: usize,
     recording: &Recording,
     findings: &mut Vec<Finding>,
-) -> Option<Result<Vec<Draft>>> {
+) -> Option<Result<Vec<Interval>>> {
     const LEAST: usize = 6;
     const FAR_APART_DEG: f64 = 25.0;
     /// What scale and bias of a sensor may make of gravity.
@@ -267,7 +246,7 @@ fn means_of_rows(
             apart.push(*row);
         }
     }
-    // Rows of one placement, however shaken, are many in few directions.
+    // Rows of one pose, however shaken, are many in few directions.
     if apart.len() < 2 || rows.len() > 4 * apart.len() {
         return None;
     }
@@ -291,7 +270,11 @@ fn means_of_rows(
 }
 
 /// Every row a pose of its own.
-fn rows_as_poses(index: usize, recording: &Recording, findings: &mut Vec<Finding>) -> Vec<Draft> {
+fn rows_as_poses(
+    index: usize,
+    recording: &Recording,
+    findings: &mut Vec<Finding>,
+) -> Vec<Interval> {
     findings.push(
         Finding::new(
             FindingKind::RowsAsPoses,
@@ -302,19 +285,19 @@ fn rows_as_poses(index: usize, recording: &Recording, findings: &mut Vec<Finding
         )
         .in_file(&recording.name),
     );
-    let draft = |row: usize| Draft {
+    let interval = |row: usize| Interval {
         label: format!("line {}", recording.line(row)),
         recording: index,
         rows: std::iter::once(row..row + 1).collect(),
         selection: Selection::Given,
         claim: None,
     };
-    (0..recording.rows()).map(draft).collect()
+    (0..recording.rows()).map(interval).collect()
 }
 
 /// Rows that point everywhere and lie on a sphere are means, however many they are: of orientations in
-/// no order, of which one follows another far off, or of stills of days, which have no time stamps.
-fn is_table_of_means(recording: &Recording, never_static: bool) -> bool {
+/// no order, of which one follows another far off, or of rests of days, which have no time stamps.
+fn is_table_of_means(recording: &Recording, hardly_static: bool) -> bool {
     const LEAST_DIRECTIONS: usize = 12;
     const FAR_APART_DEG: f64 = 25.0;
     /// One row lies so far from the one before in a table without order.
@@ -327,7 +310,7 @@ fn is_table_of_means(recording: &Recording, never_static: bool) -> bool {
         .collect();
     let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
     let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
-    if !(jump > JUMP_DEG || (never_static && recording.time_s.is_none())) {
+    if !(jump > JUMP_DEG || (hardly_static && recording.time_s.is_none())) {
         return false;
     }
     let mut directions: Vec<[f64; 3]> = Vec::new();
@@ -358,52 +341,9 @@ fn off_sphere(rows: &[[f64; 3]]) -> Option<f64> {
     Some((sum / rows.len() as f64).sqrt()).filter(|off| off.is_finite())
 }
 
-/// Stills that only spikes hide, between those that were found: as many rows stand out from their
-/// neighbours in a second of them as transmission errors make, and without these it is at rest.
-fn hidden_by_spikes(
-    recording: &Recording,
-    spans: &[Range<usize>],
-    options: &StillOptions,
-) -> Vec<Range<usize>> {
-    const LEAST_S: f64 = 3.0;
-    let rate_hz = recording.working_rate_hz().0;
-    let (block, least) = (rate_hz.ceil() as usize, (LEAST_S * rate_hz) as usize);
-    let starts = std::iter::once(0).chain(spans.iter().map(|s| s.end));
-    let ends = spans.iter().map(|s| s.start).chain([recording.rows()]);
-    let gaps: Vec<Range<usize>> = starts
-        .zip(ends)
-        .filter(|(start, end)| start + least < *end)
-        .map(|(start, end)| start..end)
-        .collect();
-    let step = recording.accel_resolution();
-    let mut without: Option<Recording> = None;
-    for from in gaps
-        .iter()
-        .flat_map(|gap| gap.clone().step_by(block.max(1)))
-    {
-        let rows = from..(from + block).min(recording.rows());
-        let mut values = recording.accel.each_ref().map(|c| c[rows.clone()].to_vec());
-        if spikes::take_out(&mut values, step) > 0 {
-            let other = without.get_or_insert_with(|| recording.clone());
-            for (channel, values) in other.accel.iter_mut().zip(values) {
-                channel[rows.clone()].copy_from_slice(&values);
-            }
-        }
-    }
-    let Some(other) = without else {
-        return Vec::new();
-    };
-    let mut found = find_stills(&other, options).spans;
-    found.retain(|s| {
-        gaps.iter()
-            .any(|gap| gap.start <= s.start && s.end <= gap.end)
-    });
-    found
-}
-
-/// Stills that a twitch of less than a second parts and that point the same way
-/// are one hold: its longest part is taken.
-fn longest_per_hold(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
+/// Rests that a twitch of less than a second parts and that point the same way
+/// are one pose: its longest part is taken.
+fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
     const TWITCH_S: f64 = 1.0;
     const SAME_DEG: f64 = 3.0;
     let near = (TWITCH_S * recording.working_rate_hz().0) as usize;
@@ -471,9 +411,9 @@ fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
     )
 }
 
-/// A stretch without a still: its rows when it is too short to judge, else none
+/// A stretch without a rest: its rows when it is too short to judge, else none
 /// and a warning.
-fn without_still(
+fn without_rest(
     recording: &Recording,
     segment: &Range<usize>,
     label: &str,
@@ -506,31 +446,25 @@ pub(crate) fn is_too_short(rows: usize, rate: f64) -> bool {
     rows < (rate as usize).max(FEW_ROWS)
 }
 
-/// Says that a hold was taken from a rest that was none.
-fn tell_unsteady(
-    recording: &Recording,
-    label: &str,
-    spans: &[Range<usize>],
-    stills: &Stills,
-    findings: &mut Vec<Finding>,
-) {
-    findings.extend(spans.iter().map(|span| {
-        let gravity = matrix3::norm(&moments(&recording.accel, span.clone()).0);
-        let others = format!(
-            " (its quietest blocks by {:.0})",
-            1000.0 * stills.noise / gravity
-        );
-        unsteady(recording, span, &format!("{label}: "), &others)
-    }));
+/// Says that a pose was taken from what is no rest.
+fn held_by_hand(recording: &Recording, label: &str, rows: &Range<usize>) -> Finding {
+    let (mean, variance) = moments(&recording.accel, rows.clone());
+    let text = format!(
+        "{label}: never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms and is used",
+        recording.line(rows.start),
+        recording.line(rows.end - 1),
+        1000.0 * variance.sqrt() / matrix3::norm(&mean)
+    );
+    Finding::new(FindingKind::UnsteadyPose, text).in_file(&recording.name)
 }
 
-/// Says how much of a file is motion or a shorter still, and thus not in the
+/// Says how much of a file is motion or a shorter rest, and thus not in the
 /// mean.
 fn tell_motion(
     recording: &Recording,
     segment: &Range<usize>,
     spans: &[Range<usize>],
-    stills: &[Range<usize>],
+    rests: &[Range<usize>],
     findings: &mut Vec<Finding>,
 ) {
     let rows = |spans: &[Range<usize>]| spans.iter().map(|s| recording.length(s)).sum::<usize>();
@@ -542,7 +476,7 @@ fn tell_motion(
         .iter()
         .map(|s| format!("{}-{}", recording.line(s.start), recording.line(s.end - 1)))
         .collect();
-    let shorter = rows(stills) - used;
+    let shorter = rows(rests) - used;
     findings.push(
         Finding::new(
             FindingKind::MotionLeftOut,

@@ -1,4 +1,4 @@
-//! Motions between stills, and full turns about one axis among them.
+//! Motions between rests, and full turns about one axis among them.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -9,18 +9,18 @@ use crate::recording::Recording;
 use crate::recording::units::GyroScale;
 
 use super::face::angle_deg;
-use crate::still::moments;
+use crate::stats::moments;
 
-/// The move from one still to the next.
+/// The move from one rest to the next.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    /// Rows between the stills.
+    /// Rows between the rests.
     pub rows: Range<usize>,
-    /// The same with the slow beginning and end that the stills around it may hide.
+    /// The same with the slow beginning and end that the rests around it may hide.
     pub integrated: Range<usize>,
-    /// Mean of the accelerometer in the still before and in the one after.
+    /// Mean of the accelerometer in the rest before and in the one after.
     pub gravity: [[f64; 3]; 2],
-    /// Mean of the gyroscope in both stills: its bias.
+    /// Mean of the gyroscope in both rests: its bias.
     pub bias: [f64; 3],
     /// Integral of the angular rate less the bias over `integrated`, unit of the file · s.
     pub integral: [f64; 3],
@@ -37,7 +37,7 @@ pub struct Turn {
     pub recording: usize,
     /// Its rows.
     pub rows: Range<usize>,
-    /// Rows that the angular rate is integrated over: those, and what the stills around
+    /// Rows that the angular rate is integrated over: those, and what the rests around
     /// them may hide of it.
     pub integrated: Range<usize>,
 }
@@ -72,11 +72,11 @@ pub fn sample_period_s(recording: &Recording, row: usize) -> Option<f64> {
     }
 }
 
-/// How far a motion may reach into the stills around it, s: it begins and ends so slowly
+/// How far a motion may reach into the rests around it, s: it begins and ends so slowly
 /// that this is taken for rest.
 const SLOW_END_S: f64 = 0.5;
 
-/// The rows from the end of one still to the start of the next, and as much of both as
+/// The rows from the end of one rest to the start of the next, and as much of both as
 /// may hide the slow beginning and end of the motion between them: less the bias, what
 /// is rest adds but noise.
 pub(crate) fn with_slow_ends(
@@ -85,21 +85,21 @@ pub(crate) fn with_slow_ends(
     after: &Range<usize>,
 ) -> Range<usize> {
     let most = (SLOW_END_S * recording.working_rate_hz().0) as usize;
-    // The greater part of a still is rest.
-    let hidden = |still: &Range<usize>| most.min(still.len() / 3);
+    // The greater part of a static interval is rest.
+    let hidden = |rest: &Range<usize>| most.min(rest.len() / 3);
     before.end - hidden(before)..after.start + hidden(after)
 }
 
-/// The moves between neighbouring stills of one stretch.
+/// The moves between neighbouring rests of one stretch.
 #[must_use]
-pub fn motions(recording: &Recording, stills: &[Range<usize>]) -> Vec<Motion> {
+pub fn motions(recording: &Recording, rests: &[Range<usize>]) -> Vec<Motion> {
     let Some(gyro) = &recording.gyro else {
         return Vec::new();
     };
     let mut out = Vec::new();
-    for pair in stills.windows(2) {
+    for pair in rests.windows(2) {
         let rows = pair[0].end..pair[1].start;
-        // Of the stills rows may be left out, of the move none.
+        // Of the rests rows may be left out, of the move none.
         let broken = recording.is_broken(&(pair[0].start..pair[1].end))
             || recording.is_cut(&(pair[0].end.saturating_sub(1)..pair[1].start + 1));
         if broken || rows.is_empty() {
@@ -155,7 +155,7 @@ pub(super) fn steps(recording: &Recording, motion: &Motion) -> Option<Vec<[f64; 
 }
 
 /// Angle between gravity turned by the `steps` of a motion and gravity as it was
-/// found in the still after, for files of `nominal` units per rad/s. 180 where a
+/// found in the rest after, for files of `nominal` units per rad/s. 180 where a
 /// row turns by more than half a turn, as no recording can tell.
 pub(super) fn residual_deg(steps: &[[f64; 3]], motion: &Motion, nominal: f64) -> f64 {
     let most = (PI * nominal).powi(2);
@@ -177,17 +177,17 @@ fn rotate_back(v: [f64; 3], step: [f64; 3]) -> [f64; 3] {
     rotate(&from_rotation_vector(&step.map(|s| -s)), &v)
 }
 
-/// Integral of the angular rate over `rows`, less the bias that the stills show,
+/// Integral of the angular rate over `rows`, less the bias that the rests show,
 /// unit of the file · s; none without a gyroscope or a rate.
 pub(super) fn plain_integral(
     recording: &Recording,
     rows: &Range<usize>,
-    stills: &[Range<usize>],
+    rests: &[Range<usize>],
 ) -> Option<[f64; 3]> {
     let gyro = recording.gyro.as_ref()?;
     let (mut sum, mut count) = ([0.0; 3], 0.0);
-    for still in stills {
-        let (mean, rows) = (moments(gyro, still.clone()).0, still.len() as f64);
+    for rest in rests {
+        let (mean, rows) = (moments(gyro, rest.clone()).0, rest.len() as f64);
         if mean.iter().all(|m| m.is_finite()) {
             count += rows;
             (0..3).for_each(|i| sum[i] += mean[i] * rows);

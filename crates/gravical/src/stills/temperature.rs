@@ -2,7 +2,7 @@
 //!
 //! Static intervals cannot be used to find temperature drift, since their means must agree.
 
-use super::block::Block;
+use super::Block;
 use crate::stats::{Thinned, mean_of_finite};
 
 /// Length of a block, s.

@@ -1,6 +1,6 @@
 //! The unit of a gyroscope: one rule, whoever asks.
 //!
-//! The user's word; else what the turns of gravity between stills show, or turns
+//! The user's word; else what the turns of gravity between rests show, or turns
 //! by a known angle; else the calibration that is there; else the header, which
 //! is then said to be unverified; else whole numbers are counts. Turns may refute
 //! header and calibration. Where nothing claims a unit, where the header is wrong
@@ -17,8 +17,8 @@ use super::turns::{Motion, motions, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::still::floors;
-use crate::still::moments;
+use crate::resolution::floors;
+use crate::stats::moments;
 
 /// Units that a gyroscope can be in.
 fn hypotheses() -> Vec<GyroScale> {
@@ -89,13 +89,13 @@ pub(crate) struct Evidence {
 
 /// The unit of the gyroscope by the rule of all commands, with its findings, set in the
 /// recording.
-pub(crate) fn settle(recording: &mut Recording, stills: &[Range<usize>]) {
+pub(crate) fn settle(recording: &mut Recording, rests: &[Range<usize>]) {
     let mut findings = Vec::new();
     let scale = Claims::of(recording, None).map(|claims| {
-        let moves = motions(recording, stills);
+        let moves = motions(recording, rests);
         decide(
             claims,
-            &Evidence::of(recording, stills, &moves),
+            &Evidence::of(recording, rests, &moves),
             &mut findings,
         )
     });
@@ -117,33 +117,33 @@ const KNOWN_TURN: f64 = 1.25;
 
 /// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
 /// 0.0016 rad/s, and this is their geometric mean.
-const BETWEEN: f64 = 0.012;
+pub(super) const MAX_NOISE_RAD_S: f64 = 0.012;
 
 /// Rows that noise is looked at over.
 const BLOCK: usize = 50;
 
 impl Evidence {
-    /// What the stills and the motions between them show, in the unit of the file.
-    pub fn of(recording: &Recording, stills: &[Range<usize>], motions: &[Motion]) -> Self {
+    /// What the rests and the motions between them show, in the unit of the file.
+    pub fn of(recording: &Recording, rests: &[Range<usize>], motions: &[Motion]) -> Self {
         let mut evidence = Evidence::default();
-        evidence.add(recording, stills, motions);
+        evidence.add(recording, rests, motions);
         evidence
     }
 
     /// The same of one more recording of the session.
-    pub fn add(&mut self, recording: &Recording, stills: &[Range<usize>], motions: &[Motion]) {
+    pub fn add(&mut self, recording: &Recording, rests: &[Range<usize>], motions: &[Motion]) {
         let Some(gyro) = &recording.gyro else { return };
-        self.add_rest(gyro, stills);
+        self.add_rest(gyro, rests);
         for motion in motions {
             self.add_turn(recording, motion);
         }
     }
 
     /// Noise and fractions of the rows at rest.
-    pub fn add_rest(&mut self, gyro: &[Vec<f64>; 3], stills: &[Range<usize>]) {
-        let mut rows = stills.iter().flat_map(Clone::clone).take(2000);
+    pub fn add_rest(&mut self, gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) {
+        let mut rows = rests.iter().flat_map(Clone::clone).take(2000);
         self.fractions |= rows.any(|row| gyro.iter().any(|c| c[row].fract().abs() > 0.0));
-        self.noise = self.noise.or_else(|| noise(gyro, stills));
+        self.noise = self.noise.or_else(|| noise(gyro, rests));
     }
 
     /// One turn of gravity: the best hypothesis counts when its residual is under
@@ -225,7 +225,7 @@ impl Evidence {
 
     fn by_noise(&self) -> Option<GyroUnit> {
         self.noise.map(|noise| {
-            if noise < BETWEEN {
+            if noise < MAX_NOISE_RAD_S {
                 GyroUnit::RadianPerSecond
             } else {
                 GyroUnit::DegreePerSecond
@@ -248,14 +248,14 @@ fn residuals_of_known_turn(integral: [f64; 3], angle_rad: f64) -> Vec<f64> {
 /// Standard deviation of a sample in the quietest quarter of short blocks at
 /// rest, mean of the axes, unit of the file; none for whole numbers (counts),
 /// without noise, and where rounding may hide the noise of either unit.
-fn noise(gyro: &[Vec<f64>; 3], stills: &[Range<usize>]) -> Option<f64> {
-    let mut levels: Vec<f64> = stills
+fn noise(gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) -> Option<f64> {
+    let mut levels: Vec<f64> = rests
         .iter()
         .flat_map(|s| s.clone().step_by(BLOCK).map(|i| i..(i + BLOCK).min(s.end)))
         .filter(|b| b.len() >= 10)
         .map(|b| (moments(gyro, b).1 / 3.0).sqrt())
         .collect();
-    let whole = stills.iter().flat_map(Clone::clone).take(2000).all(|row| {
+    let whole = rests.iter().flat_map(Clone::clone).take(2000).all(|row| {
         gyro.iter()
             .all(|c| c[row].fract() == 0.0 || c[row].is_nan())
     });
@@ -265,7 +265,7 @@ fn noise(gyro: &[Vec<f64>; 3], stills: &[Range<usize>]) -> Option<f64> {
     levels.sort_by(f64::total_cmp);
     let rounding = (floors(&resolution(gyro)) / 3.0).sqrt();
     let level = levels.get(levels.len() / 4).copied()?.max(rounding);
-    (level > 0.0 && (level > rounding || rounding < BETWEEN)).then_some(level)
+    (level > 0.0 && (level > rounding || rounding < MAX_NOISE_RAD_S)).then_some(level)
 }
 
 /// Decides. What was decided against a claim, or could not be verified, goes to

@@ -3,13 +3,13 @@
 use crate::stats::{SortedWindow, median};
 
 /// Neighbours on either side that a sample is compared with: what lasts longer than these
-/// is motion, and the blocks of a mean leave it out ([`super::hold`]).
+/// is motion, and the blocks of a mean leave it out ([`super::mean`]).
 const REACH: usize = 5;
 /// A sample further from the median of its neighbourhood than this many robust standard
 /// deviations is a spike: normal noise has one in 5·10⁸.
 const SPIKE: f64 = 6.0;
 /// Shares of the rows between which they are taken out. More are no spikes but the signal.
-/// Fewer go with their blocks, where they matter ([`super::hold`]), or are jerks of a hand:
+/// Fewer go with their blocks, where they matter ([`super::mean`]), or are jerks of a hand:
 /// what begins and ends at rest has a mean acceleration of zero, but not without its peaks.
 const SHARE: [f64; 2] = [0.02, 1.0 / 3.0];
 /// Fewest spikes that are taken out: one or two of a short pose depend on the last digit.

@@ -1,4 +1,4 @@
-//! Mean of a hold and what it is worth: robust against bumps, its standard
+//! Mean of a pose and what it is worth: robust against bumps, its standard
 //! error from the means of blocks, because neighbouring samples are not
 //! independent.
 
@@ -17,10 +17,10 @@ const BUMP: f64 = 5.0;
 /// Lags over which samples may be correlated.
 const MOST_LAGS: usize = 20;
 
-/// Noise of the holds of a session: per axis, and how much wider a mean
+/// Noise of the poses of a session: per axis, and how much wider a mean
 /// scatters because samples are correlated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HoldNoise {
+pub struct PoseNoise {
     /// Standard deviation of a sample, in the unit of the file.
     pub sigma: [f64; 3],
     /// Variance inflation factor: Var(mean) = σ²·VIF/n.
@@ -30,9 +30,9 @@ pub struct HoldNoise {
     pub rounding: [f64; 3],
 }
 
-/// The mean of a hold.
+/// The mean of a pose.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HoldMean {
+pub struct PoseMean {
     /// Mean of each axis.
     pub mean: [f64; 3],
     /// Standard error of each, by noise and by rounding; none when there is one row
@@ -44,21 +44,21 @@ pub struct HoldMean {
     pub left_out: usize,
 }
 
-/// Pools the noise of all `holds`: σ over their residuals, and
+/// Pools the noise of all `poses`: σ over their residuals, and
 /// VIF = max(1, 1 + 2 Σ r_k) with r_k the autocorrelation pooled over axes and
-/// holds, summed until it first falls under 2/√(n·axes), 20 lags at the most.
+/// poses, summed until it first falls under 2/√(n·axes), 20 lags at the most.
 ///
 /// `step` is what the values of each axis are rounded to, in their unit; σ is at
 /// least that of rounding, and an axis counts for VIF only as far as its noise shows
 /// through: a few flips in a thousand rows say nothing of correlation.
 #[must_use]
-pub fn pooled_noise(holds: &[[&[f64]; 3]], step: [f64; 3]) -> HoldNoise {
+pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3]) -> PoseNoise {
     let mut squares = [0.0_f64; 3];
     let mut freedom = [0.0_f64; 3];
-    // Residuals of every hold and axis, and what they count for.
+    // Residuals of every pose and axis, and what they count for.
     let mut series: Vec<(Vec<f64>, f64)> = Vec::new();
-    for hold in holds {
-        for (axis, values) in hold.iter().enumerate() {
+    for pose in poses {
+        for (axis, values) in pose.iter().enumerate() {
             let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
             if values.len() < 2 {
                 continue;
@@ -94,17 +94,17 @@ pub fn pooled_noise(holds: &[[&[f64]; 3]], step: [f64; 3]) -> HoldNoise {
             .take_while(|r| *r >= 2.0 / (samples as f64).sqrt())
             .map(|r| 2.0 * r)
             .sum::<f64>();
-    HoldNoise {
+    PoseNoise {
         sigma: std::array::from_fn(|i| variance[i].max(rounding::floor(step[i])).sqrt()),
         vif: vif.max(1.0),
         rounding: std::array::from_fn(|i| rounding::mean_variance(variance[i], step[i]).sqrt()),
     }
 }
 
-/// Robust mean of a hold: means of blocks, those that stand out left out, then
+/// Robust mean of a pose: means of blocks, those that stand out left out, then
 /// the plain mean of what remains.
 #[must_use]
-pub fn robust_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> HoldMean {
+pub fn robust_mean(channels: &[&[f64]; 3], noise: &PoseNoise, rate_hz: f64) -> PoseMean {
     let blocks = cut(channels[0].len(), noise, rate_hz);
     let kept: Vec<Range<usize>> = if blocks.len() < LEAST_BLOCKS {
         blocks
@@ -116,13 +116,13 @@ pub fn robust_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> H
 
 /// Plain mean of all rows, as the student report takes it.
 #[must_use]
-pub fn plain_mean(channels: &[&[f64]; 3], noise: &HoldNoise, rate_hz: f64) -> HoldMean {
+pub fn plain_mean(channels: &[&[f64]; 3], noise: &PoseNoise, rate_hz: f64) -> PoseMean {
     let blocks = cut(channels[0].len(), noise, rate_hz);
     over(channels, &blocks, noise)
 }
 
 /// Blocks of at least 0.2 s and five correlation times.
-fn cut(rows: usize, noise: &HoldNoise, rate_hz: f64) -> Vec<Range<usize>> {
+fn cut(rows: usize, noise: &PoseNoise, rate_hz: f64) -> Vec<Range<usize>> {
     // Stamps in milliseconds make 100 Hz 100.0001: that is no row more.
     let width = (0.2 * rate_hz).max(5.0 * noise.vif) - 0.01;
     let width = width.ceil().max(1.0) as usize;
@@ -157,7 +157,7 @@ fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range
         .filter(|(_, out)| !**out)
         .map(|(b, _)| b.clone())
         .collect();
-    // More than a third standing out is no bump but the hold itself.
+    // More than a third standing out is no bump but the pose itself.
     if kept.len() * 3 < blocks.len() * 2 {
         blocks
     } else {
@@ -165,7 +165,7 @@ fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range
     }
 }
 
-fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &HoldNoise) -> HoldMean {
+fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &PoseNoise) -> PoseMean {
     let rows: usize = blocks.iter().map(|b| b.len()).sum();
     let all = channels[0].len();
     let mut mean = [f64::NAN; 3];
@@ -192,7 +192,7 @@ fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &HoldNoise) -> H
         error[axis] = scatter.hypot(noise.rounding[axis]);
     }
     let standard_error = (rows > 1 && error.iter().all(|e| e.is_finite())).then_some(error);
-    HoldMean {
+    PoseMean {
         mean,
         standard_error,
         rows,
@@ -243,8 +243,8 @@ mod tests {
             let x = red(&mut rng, 400, 0.7);
             let channels = [&x[..], &x[..], &x[..]];
             let noise = pooled_noise(&[channels], [0.0; 3]);
-            let hold = plain_mean(&channels, &noise, 100.0);
-            covered += usize::from(hold.mean[0].abs() < 1.96 * hold.standard_error.unwrap()[0]);
+            let pose = plain_mean(&channels, &noise, 100.0);
+            covered += usize::from(pose.mean[0].abs() < 1.96 * pose.standard_error.unwrap()[0]);
         }
         let share = covered as f64 / f64::from(runs);
         assert!((0.92..=0.98).contains(&share), "{share}");
@@ -256,8 +256,8 @@ mod tests {
         for (step, low) in [(0.5, 0.92), (2.0, 0.92), (10.0, 0.92), (1000.0, 0.94)] {
             let (mut covered, runs) = (0, 400);
             for _ in 0..runs {
-                // Anywhere between two steps, a few placements as in a session.
-                let holds: Vec<(f64, Vec<f64>)> = (0..6)
+                // Anywhere between two steps, a few poses as in a session.
+                let poses: Vec<(f64, Vec<f64>)> = (0..6)
                     .map(|_| {
                         let truth = step * rng.random::<f64>();
                         let rows = red(&mut rng, 400, 0.5);
@@ -265,12 +265,12 @@ mod tests {
                         (truth, rows.into_iter().map(round).collect())
                     })
                     .collect();
-                let slices: Vec<[&[f64]; 3]> = holds.iter().map(|h| [&h.1[..]; 3]).collect();
+                let slices: Vec<[&[f64]; 3]> = poses.iter().map(|h| [&h.1[..]; 3]).collect();
                 let noise = pooled_noise(&slices, [step; 3]);
                 assert!(noise.vif < 5.0, "{noise:?}");
-                for (hold, slices) in holds.iter().zip(&slices) {
+                for (pose, slices) in poses.iter().zip(&slices) {
                     let found = robust_mean(slices, &noise, 100.0);
-                    let off = (found.mean[0] - hold.0).abs();
+                    let off = (found.mean[0] - pose.0).abs();
                     covered += usize::from(off < 1.96 * found.standard_error.unwrap()[0]);
                 }
             }

@@ -1,19 +1,20 @@
-//! Placements held against names and against each other.
+//! Poses held against names and against each other.
 
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::still::{floors, moments};
+use crate::resolution::floors;
+use crate::stats::moments;
 
 use super::face::{self, Claim, Face, angle_deg};
-use super::{Placement, SegmentOptions, Stretches};
+use super::{Pose, SegmentOptions, Stretches};
 
-/// Holds that shake many times as much as the usual one of the session.
+/// Poses that shake many times as much as the usual one of the session.
 pub(super) fn check_steadiness(
-    placements: &[Placement],
+    poses: &[Pose],
     held: &[Stretches],
     recordings: &[Recording],
     findings: &mut Vec<Finding>,
 ) {
-    let shake = |(p, held): (&Placement, &Stretches)| -> f64 {
+    let shake = |(p, held): (&Pose, &Stretches)| -> f64 {
         let rows = p.rows.iter().map(|r| r.len()).sum::<usize>().max(1) as f64;
         let sum: f64 = held
             .iter()
@@ -25,44 +26,44 @@ pub(super) fn check_steadiness(
             .max(floors(&recordings[p.recording].accel_resolution()))
             .sqrt()
     };
-    let all: Vec<f64> = placements.iter().zip(held).map(shake).collect();
+    let all: Vec<f64> = poses.iter().zip(held).map(shake).collect();
     let Some(usual) = crate::stats::median(&mut all.clone()) else {
         return;
     };
-    for (placement, own) in placements.iter().zip(&all) {
+    for (pose, own) in poses.iter().zip(&all) {
         if *own > UNSTEADY * usual && usual > 0.0 {
             findings.push(
                 Finding::new(
                     FindingKind::UnsteadyPose,
                     format!(
                         "{}: shakes {:.0} times as much as the usual pose of this session; was it moving?",
-                        placement.label,
+                        pose.label,
                         own / usual
                     ),
                 )
-                .in_file(&placement.source),
+                .in_file(&pose.source),
             );
         }
     }
 }
 
-/// Holds that shake so many times as much as the median one are worth a word.
+/// Poses that shake so many times as much as the median one are worth a word.
 const UNSTEADY: f64 = 6.0;
 
-/// Holds names against data. The data win, with a warning, unless the user
+/// Compares names with data. The data win, with a warning, unless the user
 /// believes the names.
 pub(super) fn check_names(
-    placements: &mut [Placement],
+    poses: &mut [Pose],
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
 ) {
-    for placement in placements {
-        let Some(Claim::Face(claimed)) = placement.claim else {
-            if let (Some(Claim::Axis(axis)), Some(face)) = (placement.claim, placement.face)
+    for pose in poses {
+        let Some(Claim::Face(claimed)) = pose.claim else {
+            if let (Some(Claim::Axis(axis)), Some(face)) = (pose.claim, pose.face)
                 && axis != face.axis
             {
                 findings.push(mismatch(
-                    placement,
+                    pose,
                     &format!("the {} axis", face::AXES[axis]),
                     face,
                 ));
@@ -70,49 +71,45 @@ pub(super) fn check_names(
             continue;
         };
         if options.faces_by_name {
-            let reading = options.axes.to_case(placement.mean);
-            placement.angle_deg = angle_deg(reading, claimed.direction());
-            placement.face = Some(claimed);
-        } else if let Some(face) = placement.face
+            let reading = options.axes.to_case(pose.mean);
+            pose.angle_deg = angle_deg(reading, claimed.direction());
+            pose.face = Some(claimed);
+        } else if let Some(face) = pose.face
             && face != claimed
         {
-            findings.push(mismatch(placement, &claimed.name(), face));
+            findings.push(mismatch(pose, &claimed.name(), face));
         }
     }
 }
 
 /// `--rows` beyond what there is.
-pub(super) fn check_rows(
-    placements: &[Placement],
-    options: &SegmentOptions,
-    findings: &mut Vec<Finding>,
-) {
+pub(super) fn check_rows(poses: &[Pose], options: &SegmentOptions, findings: &mut Vec<Finding>) {
     let Some(wanted) = options.rows else { return };
-    for placement in placements {
-        let there: usize = placement.rows.iter().map(|r| r.len()).sum();
+    for pose in poses {
+        let there: usize = pose.rows.iter().map(|r| r.len()).sum();
         if there < wanted {
             findings.push(
                 Finding::new(
                     FindingKind::FewRows,
                     format!(
                         "{}: {there} rows in place of the {wanted} that were asked for",
-                        placement.label
+                        pose.label
                     ),
                 )
-                .in_file(&placement.source),
+                .in_file(&pose.source),
             );
         }
     }
 }
 
-fn mismatch(placement: &Placement, claimed: &str, face: Face) -> Finding {
+fn mismatch(pose: &Pose, claimed: &str, face: Face) -> Finding {
     Finding::new(
         FindingKind::OrientationMismatch,
         format!(
             "\"{}\" claims {claimed}, but {} points up there; the data are believed",
-            placement.label,
+            pose.label,
             face.name()
         ),
     )
-    .in_file(&placement.source)
+    .in_file(&pose.source)
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravical_core::matrix3::norm;
 
 use super::block::Block;
-use super::{Levels, StillOptions, block_rows, distance};
+use super::{Levels, block_rows, distance};
 use crate::resolution::AxisValues;
 
 /// Blocks that are kept at most: an hour and more at 100 Hz.
@@ -40,14 +40,13 @@ impl LiveStill {
 /// [`stills`](Self::stills) judges all of them anew, since a quieter block later lowers the
 /// level of noise.
 ///
-/// Of the rules of this module one is left out: an interval in which the sensor turns evenly
-/// about the vertical, at a rate that may as well be the bias of the gyroscope, is a still here.
-/// In a whole recording such a rate is compared with those of the other intervals.
+/// An interval in which the sensor turns evenly about the vertical, at a rate that may as well be the
+/// bias of the gyroscope, is a still here.
 ///
 /// ```
-/// use gravical::still::{LiveStills, StillOptions};
+/// use gravical::stills::LiveStills;
 ///
-/// let mut live = LiveStills::new(100.0, StillOptions::default());
+/// let mut live = LiveStills::new(100.0);
 /// for i in 0..600 {
 ///     let noise = f64::from(i * 7919 % 61) * 1e-3;
 ///     let shaken = if i < 300 { 0.0 } else { f64::from(i % 7) };
@@ -60,7 +59,6 @@ impl LiveStill {
 #[derive(Debug, Clone)]
 pub struct LiveStills {
     rate_hz: f64,
-    options: StillOptions,
     /// Rows since the last block.
     accel: [Vec<f64>; 3],
     gyro: [Vec<f64>; 3],
@@ -96,10 +94,9 @@ const MOST_RUN: usize = 200;
 impl LiveStills {
     /// For a sampling rate in Hz.
     #[must_use]
-    pub fn new(rate_hz: f64, options: StillOptions) -> Self {
+    pub fn new(rate_hz: f64) -> Self {
         LiveStills {
             rate_hz,
-            options,
             accel: Default::default(),
             gyro: Default::default(),
             segments: vec![Vec::new()],
@@ -129,7 +126,7 @@ impl LiveStills {
         }
         self.rows += 1;
         let held = self.accel[0].len();
-        if held < block_rows(self.rate_hz, &self.options) {
+        if held < block_rows(self.rate_hz) {
             return false;
         }
         let gyro = (self.gyro[0].len() == held).then_some(&self.gyro);
@@ -197,7 +194,7 @@ impl LiveStills {
             _ => [0.0; 3],
         };
         let steps = [x, y, z, u, v, w];
-        Levels::of(&self.segments, self.rate_hz, &steps, &self.options)
+        Levels::of(&self.segments, self.rate_hz, &steps)
     }
 
     /// The state after the last whole block; none before the first.
@@ -238,7 +235,7 @@ impl LiveStills {
         };
         let of_segment = |blocks: &Vec<Block>| -> Vec<LiveStill> {
             let long = levels.quiet_rows(blocks).into_iter();
-            long.filter(|rows| levels.may_be_still(rows))
+            long.filter(|rows| rows.len() >= levels.shortest)
                 .map(|rows| LiveStill {
                     mean: mean(blocks, &rows),
                     rows,
@@ -280,38 +277,8 @@ mod tests {
     }
 
     #[test]
-    fn stills_are_those_of_the_whole_recording() {
-        let mut live = LiveStills::new(100.0, StillOptions::default());
-        let mut channels: [Vec<f64>; 3] = Default::default();
-        for i in 0..1500 {
-            let at = match i {
-                0..500 => [0.0, 0.0, 9.81],
-                500..700 => [(i % 9) as f64, (i % 7) as f64, 5.0],
-                _ => [9.81, 0.0, 0.0],
-            };
-            live.push(row(i, at));
-            for (channel, value) in channels.iter_mut().zip(row(i, at)) {
-                channel.push(value);
-            }
-        }
-        let whole = super::super::Channels {
-            accel: &channels,
-            gyro: None,
-            rate_hz: 100.0,
-            segments: std::iter::once(0..1500).collect(),
-            resolution: [0.0; 6],
-        };
-        let found = live.stills();
-        let spans: Vec<Range<usize>> = found.iter().map(|s| s.rows.clone()).collect();
-        let wanted = super::super::find_stills(&whole, &StillOptions::default()).spans;
-        assert_eq!((&spans, spans.len()), (&wanted, 2));
-        assert_eq!(spans[1].end, live.judged_rows());
-        assert!((found[1].mean[0] - 9.84).abs() < 0.01);
-    }
-
-    #[test]
     fn a_split_ends_a_still_and_forgetting_counts_on() {
-        let mut live = LiveStills::new(100.0, StillOptions::default());
+        let mut live = LiveStills::new(100.0);
         for i in 0..600 {
             if i == 300 {
                 live.split();

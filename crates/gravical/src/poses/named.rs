@@ -1,4 +1,4 @@
-//! Placements and turns that the user names: a section list or a label column.
+//! Poses and turns that the user names: a section list or a label column.
 
 use std::ops::Range;
 
@@ -7,14 +7,14 @@ use crate::{Error, Result};
 
 use super::face::{Claim, claim};
 use super::sections::Section;
-use super::{Draft, SegmentOptions, Selection, Turn};
+use super::{Interval, SegmentOptions, Selection, Turn};
 
-/// Placements and turns of a section list.
+/// Poses and turns of a section list.
 pub(super) fn by_sections(
     recording: &Recording,
     sections: &[Section],
     options: &SegmentOptions,
-) -> Result<(Vec<Draft>, Vec<Turn>)> {
+) -> Result<(Vec<Interval>, Vec<Turn>)> {
     let rows = recording.rows();
     if let Some(beyond) = sections.iter().find(|s| s.rows.end > rows) {
         return Err(Error::input(
@@ -33,14 +33,14 @@ pub(super) fn by_sections(
     split(0, recording, named.collect(), options)
 }
 
-/// Placements and turns of a label column; none when there is no such column
-/// or its labels claim no placement.
+/// Poses and turns of a label column; none when there is no such column
+/// or its labels claim no pose.
 pub(super) fn by_labels(
     index: usize,
     recording: &Recording,
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> Option<Result<(Vec<Draft>, Vec<Turn>)>> {
+) -> Option<Result<(Vec<Interval>, Vec<Turn>)>> {
     let labels = recording.labels.as_ref()?;
     let mut stretches: Vec<Vec<Range<usize>>> = vec![Vec::new(); labels.names.len()];
     let mut from = 0;
@@ -59,11 +59,11 @@ pub(super) fn by_labels(
             None => unknown.push((name.clone(), rows)),
         }
     }
-    let placements = named
+    let poses = named
         .iter()
         .filter(|(n, _)| !matches!(claim(n), Some(Claim::Turn(_))))
         .count();
-    if placements < 2 {
+    if poses < 2 {
         return None;
     }
     if !unknown.is_empty() {
@@ -89,8 +89,8 @@ fn split(
     recording: &Recording,
     named: Vec<(String, Vec<Range<usize>>)>,
     options: &SegmentOptions,
-) -> Result<(Vec<Draft>, Vec<Turn>)> {
-    let (mut drafts, mut turns) = (Vec::new(), Vec::new());
+) -> Result<(Vec<Interval>, Vec<Turn>)> {
+    let (mut intervals, mut turns) = (Vec::new(), Vec::new());
     for (label, rows) in named {
         match claim(&label) {
             Some(Claim::Turn(axis)) => {
@@ -114,9 +114,9 @@ fn split(
                     rows,
                 }));
             }
-            // Parted by other labels it is a repeat of the placement, which may
+            // Parted by other labels it is a repeat of the pose, which may
             // lie a little differently.
-            claim => drafts.extend(rows.into_iter().map(|rows| Draft {
+            claim => intervals.extend(rows.into_iter().map(|rows| Interval {
                 label: label.clone(),
                 recording: index,
                 rows: first_rows(vec![rows], options.rows),
@@ -125,10 +125,10 @@ fn split(
             })),
         }
     }
-    Ok((drafts, turns))
+    Ok((intervals, turns))
 }
 
-/// True for a label that counts placements without naming a face: `pose 7`,
+/// True for a label that counts poses without naming a face: `pose 7`,
 /// `free_2`, `p12`, `oblique`. Other words may be anything (`walking`).
 fn is_pose(label: &str) -> bool {
     let label = label.trim().to_lowercase();

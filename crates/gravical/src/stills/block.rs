@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Channels, moments};
+use crate::stats::moments;
 
 /// Statistics of consecutive rows.
 #[derive(Debug, Clone)]
@@ -34,26 +34,4 @@ impl Block {
             gyro_variance,
         }
     }
-}
-
-/// Divides rows into blocks of `width` rows.
-pub(super) fn blocks(recording: &Channels<'_>, rows: Range<usize>, width: usize) -> Vec<Block> {
-    let mut out = Vec::with_capacity(rows.len() / width);
-    let mut from = rows.start;
-    while from + width <= rows.end {
-        // The remainder joins the last block.
-        let to = if from + 2 * width > rows.end {
-            rows.end
-        } else {
-            from + width
-        };
-        out.push(Block::of(
-            recording.accel,
-            recording.gyro,
-            from..to,
-            from..to,
-        ));
-        from = to;
-    }
-    out
 }
