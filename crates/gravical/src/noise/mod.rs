@@ -53,7 +53,7 @@ use crate::calibration_file::{CHANNELS, InputFile, NoiseParameters, NoiseSection
 use crate::finding::{Finding, FindingKind};
 use crate::poses::check_units;
 use crate::poses::gyro_unit::{Claims, Evidence, decide};
-use crate::poses::rests::find_rests;
+use crate::poses::rests::{find_quiet, find_rests};
 use crate::poses::turns::motions;
 use crate::recording::{self, ReadOptions, Recording};
 use crate::resolution::floors;
@@ -367,7 +367,7 @@ fn plan(recording: &Recording) -> Result<Plan> {
         .at(here, None)
         .with_hint("give the rate: --rate 100"));
     };
-    let rests = find_rests(recording).spans;
+    let rests = find_quiet(recording);
     let ranges = static_rows(recording, &rests);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;

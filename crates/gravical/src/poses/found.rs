@@ -11,7 +11,7 @@ use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
-use super::rests::{find_held, find_rests};
+use super::rests::{find_quiet, find_rests};
 use super::{Interval, SegmentOptions, Selection};
 use crate::stats::moments;
 
@@ -143,7 +143,7 @@ pub(super) fn in_recording(
         let mut spans = directions(recording, &inside, claimed);
         if !spans.is_empty() {
             tell_motion(recording, segment, &spans, &inside, findings);
-        } else if let Some(held) = find_held(recording, segment) {
+        } else if let Some(held) = longest_quiet(recording, segment) {
             findings.push(held_by_hand(recording, &label, &held));
             spans.push(held);
         }
@@ -409,6 +409,12 @@ fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
     .with_hint(
         "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals",
     )
+}
+
+fn longest_quiet(recording: &Recording, segment: &Range<usize>) -> Option<Range<usize>> {
+    let spans = find_quiet(recording).into_iter();
+    let inside = spans.filter(|s| segment.start <= s.start && s.end <= segment.end);
+    inside.max_by_key(ExactSizeIterator::len)
 }
 
 /// A stretch without a rest: its rows when it is too short to judge, else none

@@ -38,7 +38,7 @@ const QUIET_SHARE: f64 = 0.05;
 /// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
 /// hand that wanders or a bias that drifts …
 const SAME_DEG: f64 = 1.0;
-/// … and this near where nothing better is found.
+/// … and this near where no pose is asked for, or none is found.
 const HELD_DEG: f64 = 5.0;
 /// A mean rate this far from that of most rests is a turn about the vertical, which the accelerometer does
 /// not see, rad/s: 3 °/s, more than a bias drifts or differs between poses.
@@ -103,7 +103,8 @@ pub fn find_rests(recording: &Recording) -> Rests {
         Some(rate_hz) => MIN_REST_S * rate_hz - 0.5,
         None => {
             let lengths = rests.iter().map(|r| r.len() as f64).collect();
-            (MIN_SHARE * quantile(lengths, 0.5)).max(MIN_BLOCKS_OF_ROWS * BLOCK_S / samples.period_s)
+            (MIN_SHARE * quantile(lengths, 0.5))
+                .max(MIN_BLOCKS_OF_ROWS * BLOCK_S / samples.period_s)
         }
     };
     let long = rests.into_iter().filter(|r| r.len() as f64 >= min_len);
@@ -116,11 +117,11 @@ pub fn find_rests(recording: &Recording) -> Rests {
     }
 }
 
-/// The longest part of some rows that is quiet and points one way, if not to the accuracy of a rest: held
-/// by a hand, say. None in a recording of which rows are left out.
-pub(crate) fn find_held(recording: &Recording, within: &Range<usize>) -> Option<Range<usize>> {
-    if recording.is_excerpt() {
-        return None;
+/// Spans of rows that are quiet and point one way, if not to the accuracy of a pose: held by a hand, or at
+/// rest while a bias drifts with the temperature.
+pub(crate) fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
+    if let Some(excerpt) = &recording.excerpt {
+        return excerpt.rests.clone();
     }
     let samples = Samples::new(recording);
     let channels = samples.channels();
@@ -128,8 +129,7 @@ pub(crate) fn find_held(recording: &Recording, within: &Range<usize>) -> Option<
         .iter()
         .filter(|span| stays(&channels, span, HELD_DEG))
         .map(|span| samples.in_rows(span))
-        .filter(|rows| within.start <= rows.start && rows.end <= within.end)
-        .max_by_key(ExactSizeIterator::len)
+        .collect()
 }
 
 /// True if the mean of every block stays within `max_deg` of that of the span: of its magnitude, so that a
