@@ -19,4 +19,4 @@ pub use channels::{
     Block, Channels, block_len, blocks, is_gap, pieces, quantile, resolution, sampling_period,
 };
 pub use detector::{RestDetector, RestEvent};
-pub use rests::{BLOCK_S, MIN_VARIANCE, detect_quiet, detect_rests};
+pub use rests::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE, detect_quiet, detect_rests};

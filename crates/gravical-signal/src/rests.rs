@@ -15,7 +15,7 @@ const MAX_BLOCKS: usize = 300;
 /// sensor's noise: (0.14 m/s²)² and (2 °/s)².
 const TREMOR: [f64; 2] = [0.02, 1.2e-3];
 /// Variance of three axes above which nothing is a rest: 0.3 m/s² and 2 °/s rms of each.
-const CEILING: [f64; 2] = [0.27, 3.7e-3];
+pub const MAX_VARIANCE: [f64; 2] = [0.27, 3.7e-3];
 /// Factor of the variance of a quiet block above which it trembles.
 const TREMBLES: f64 = 3.0;
 /// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
@@ -167,7 +167,7 @@ impl Noise {
 
 /// True if a block is quiet enough for a rest.
 pub(crate) fn is_quiet(block: &Block, level: [f64; 2]) -> bool {
-    let limit = |s: usize| (MAX_EXCESS * level[s]).clamp(TREMOR[s], CEILING[s]);
+    let limit = |s: usize| (MAX_EXCESS * level[s]).clamp(TREMOR[s], MAX_VARIANCE[s]);
     (0..2).all(|s| block.total_variance(s) < limit(s))
 }
 
@@ -176,7 +176,7 @@ fn quiet_level(blocks: &[Block], sensor: usize) -> f64 {
     let medians = blocks
         .windows(MIN_BLOCKS)
         .map(|w| quantile(w.iter().map(|b| b.total_variance(sensor)).collect(), 0.5));
-    let (floor, ceiling) = ([1e-5, 1e-7][sensor], CEILING[sensor]);
+    let (floor, ceiling) = ([1e-5, 1e-7][sensor], MAX_VARIANCE[sensor]);
     quantile(medians.collect(), 0.05).clamp(floor, ceiling)
 }
 

@@ -3,14 +3,14 @@
 use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
-use crate::poses::MOST_FACE_ANGLE_DEG;
 use crate::poses::face::{AxisMap, Face};
 use crate::poses::gyro_unit::{Claims, Evidence, decide};
-use crate::poses::rests::find_rests;
+use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::turns::{Turn, full_turns, motions};
+use crate::poses::{MOST_FACE_ANGLE_DEG, is_too_short};
 use crate::recording::timing::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::stats::moments;
 use crate::temperature::study;
 
@@ -101,6 +101,10 @@ pub struct TurnSpan {
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
     let spans = find_rests(recording).spans;
+    if spans.is_empty() && !is_too_short(recording.rows(), 0.0) {
+        let text = format!("never at rest: {}", why_never_static(recording));
+        findings.push(Finding::new(FindingKind::NeverStatic, text).in_file(&recording.name));
+    }
     let moves = motions(recording, &spans);
     let gyroscope = Claims::of(recording, None).map(|claims| {
         decide(

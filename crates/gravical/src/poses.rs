@@ -200,9 +200,9 @@ fn sections_in_memory<'a>(
 /// (sections for more than one file), `units-differ`, `unit-unknown`,
 /// `never-static`, each with the next thing to do.
 pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Segmentation> {
-    let Some(first) = recordings.first() else {
+    if recordings.is_empty() {
         return Err(Error::input("no-recordings", "there is no recording"));
-    };
+    }
     check_units(recordings)?;
     let by_rows = options.rows.is_some();
     if let Some(excerpt) = recordings.iter().find(|r| by_rows && r.is_excerpt()) {
@@ -247,7 +247,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         }
     }
     if intervals.is_empty() {
-        let error = found::never_still(&first.name, recordings.len());
+        let error = found::never_still(recordings);
         return Err(error.after(&findings, FindingKind::NoStaticInterval));
     }
     let (gyro_scale, found) = between_rests(recordings, &intervals, &turns, options, &mut findings);

@@ -303,6 +303,30 @@ fn what_is_missing_is_named_with_its_cause() {
     );
 }
 
+/// What shakes throughout has no rest, however quiet its quietest part is beside the others.
+#[test]
+fn a_walk_is_never_at_rest_and_is_told_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut walk = "t_ms,ax,ay,az\n".to_owned();
+    for i in 0..1000 {
+        let step = 2.0 * (0.7 * f64::from(i)).sin();
+        walk += &format!("{},{:.3},0.1,{:.3}\n", 10 * i, 0.5 * step, 9.81 + step);
+    }
+    write(folder.path(), "walk.csv", &walk);
+    let why = "where it is quietest each axis moves by 0.9 m/s² rms, at rest by less than 0.3";
+    let run = run_in(folder.path(), words("calibrate walk.csv --json"));
+    assert_eq!(run.error_code(), "never-static");
+    let message = run.json()["message"].as_str().unwrap().to_owned();
+    assert!(message.contains(why), "{message}");
+    let looked = run_in(folder.path(), words("inspect walk.csv --json")).json();
+    let mut findings = looked["recordings"][0]["findings"]
+        .as_array()
+        .unwrap()
+        .iter();
+    let said = findings.find(|f| f["kind"] == "never-static").unwrap();
+    assert!(said["message"].as_str().unwrap().contains(why), "{said}");
+}
+
 #[test]
 fn lines_that_the_logger_rejected_are_no_recording() {
     let folder = tempfile::tempdir().unwrap();

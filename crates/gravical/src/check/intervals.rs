@@ -2,7 +2,7 @@
 
 use crate::calibration_file::CalibrationFile;
 use crate::poses::mean::pooled_noise;
-use crate::poses::rests::find_rests;
+use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{
     Interval, Measured, Pose, SegmentOptions, Selection, Stretches, intervals_of, leave_out_empty,
     measure_intervals, segment,
@@ -38,8 +38,11 @@ pub(super) fn static_intervals(
         let found = in_one(index, recording);
         if found.is_empty() {
             findings.push(
-                Finding::new(FindingKind::NoStaticInterval, "never at rest; not used")
-                    .in_file(&recording.name),
+                Finding::new(
+                    FindingKind::NoStaticInterval,
+                    format!("never at rest: {}; not used", why_never_static(recording)),
+                )
+                .in_file(&recording.name),
             );
         }
         intervals.extend(found);

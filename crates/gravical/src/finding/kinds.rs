@@ -581,8 +581,8 @@ kinds! {
             "use `butter` or `highpass` for a recording";
         NeverStatic "never-static" Note
             "no static interval was found"
-            "filtered; the effect on the noise is not measured"
-            "nothing";
+            "there is no pose to calibrate with; `denoise` filters, but does not measure what that does to the noise"
+            "for a calibration, lay the sensor down for 3 s or more";
     }
     "Motion" {
         NoGyro "no-gyro" Warning

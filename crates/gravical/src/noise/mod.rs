@@ -53,7 +53,7 @@ use crate::calibration_file::{CHANNELS, InputFile, NoiseParameters, NoiseSection
 use crate::finding::{Finding, FindingKind};
 use crate::poses::check_units;
 use crate::poses::gyro_unit::{Claims, Evidence, decide};
-use crate::poses::rests::{find_quiet, find_rests};
+use crate::poses::rests::{find_quiet, find_rests, why_never_static};
 use crate::poses::turns::motions;
 use crate::recording::{self, ReadOptions, Recording};
 use crate::resolution::floors;
@@ -373,7 +373,10 @@ fn plan(recording: &Recording) -> Result<Plan> {
     let longest_s = longest as f64 / rate_hz;
     if longest_s < SHORTEST_S {
         let what = match longest {
-            0 => "the sensor is never at rest".to_owned(),
+            0 => format!(
+                "the sensor is never at rest: {}",
+                why_never_static(recording)
+            ),
             _ => format!("the longest static interval takes {longest_s:.1} s"),
         };
         return Err(Error::input(

@@ -11,7 +11,7 @@ use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
 use super::named::first_rows;
-use super::rests::{find_quiet, find_rests};
+use super::rests::{find_quiet, find_rests, why_never_static};
 use super::{Interval, SegmentOptions, Selection};
 use crate::stats::moments;
 
@@ -66,7 +66,7 @@ pub(super) fn in_recording(
         }
     }
     if alone && holds.is_empty() {
-        return Err(never_still(&recording.name, 1));
+        return Err(never_still(recordings));
     }
     // Without a rate a rest may be a pause of a motion.
     let (rows, assumed) = (recording.rows_in_file(), recording.working_rate_hz().1);
@@ -370,20 +370,24 @@ fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
     out
 }
 
-pub(super) fn never_still(name: &str, files: usize) -> Error {
-    let what = if files > 1 {
-        "the recordings are"
-    } else {
-        "the recording is"
+pub(super) fn never_still(recordings: &[Recording]) -> Error {
+    let first = &recordings[0];
+    let what = match recordings {
+        [_] => format!(
+            "the recording is never at rest: {}",
+            why_never_static(first)
+        ),
+        _ => format!(
+            "the recordings are never at rest; {}: {}",
+            first.name,
+            why_never_static(first)
+        ),
     };
-    Error::input(
-        "never-static",
-        format!("{what} never at rest long enough for a pose"),
-    )
-    .at(Path::new(name), None)
-    .with_hint(
-        "lay the sensor down for 3 s or more in each position; `gravical inspect` shows the static intervals",
-    )
+    Error::input("never-static", what)
+        .at(Path::new(&first.name), None)
+        .with_hint(
+            "lay the sensor down for 3 s or more in each position; `gravical inspect` shows the static intervals",
+        )
 }
 
 /// So little of a recording is at rest, and in so few poses, that most of it is something else.

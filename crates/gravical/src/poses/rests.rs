@@ -9,7 +9,8 @@ use gravical_core::matrix3::{norm, sub};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{hung_rows, resolutions};
 use gravical_signal::{
-    BLOCK_S, Block, Channels, block_len, blocks, detect_quiet, detect_rests, is_gap, quantile,
+    BLOCK_S, Block, Channels, MAX_VARIANCE, block_len, blocks, detect_quiet, detect_rests, is_gap,
+    quantile,
 };
 
 use super::gyro_unit::MAX_NOISE_RAD_S;
@@ -130,6 +131,33 @@ pub(crate) fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
         .filter(|span| stays(&channels, span, HELD_DEG))
         .map(|span| samples.in_rows(span))
         .collect()
+}
+
+/// Why a recording has no static interval.
+pub(crate) fn why_never_static(recording: &Recording) -> String {
+    if recording.accel_scale.nominal().is_none() {
+        return "no second of it is quiet".to_owned();
+    }
+    let samples = Samples::new(recording);
+    let channels = samples.channels();
+    let size = block_len(channels.period_s, BLOCK_S);
+    let blocks = blocks(&channels, &(0..samples.rows.len()), size);
+    let quietest = |sensor| {
+        let variances = blocks.iter().map(|b| b.total_variance(sensor)).collect();
+        quantile(variances, QUIET_SHARE)
+    };
+    let rms = |variance: f64| (variance / 3.0).sqrt();
+    match [0, 1].map(quietest) {
+        [force, _] if force > MAX_VARIANCE[0] => format!(
+            "where it is quietest each axis moves by {:.1} m/s² rms, at rest by less than 0.3",
+            rms(force)
+        ),
+        [_, rate] if rate > MAX_VARIANCE[1] => format!(
+            "where it is quietest it turns by {:.0} °/s rms, at rest by less than 2",
+            rms(rate).to_degrees()
+        ),
+        _ => "what is quiet lasts for less than a second, or turns".to_owned(),
+    }
 }
 
 /// True if the mean of every block stays within `max_deg` of that of the span: of its magnitude, so that a
