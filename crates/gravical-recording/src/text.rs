@@ -1,5 +1,6 @@
 //! The only place that knows text: a head to a [`Format`], lines to [`Batch`]es.
 
+pub mod axes;
 mod batch;
 mod batches;
 mod dialect;

@@ -11,9 +11,10 @@ use gravical_recording::{
     Batch, Batches, CopiedText, Format, Later, Readings, Role, bytes, open_text,
 };
 
+use super::foreign::refused;
 use super::ledger::Ledger;
 use super::open::{Input, peek};
-use super::reading::{ledger, of_judged, refused};
+use super::reading::{ledger, of_judged};
 use super::text_options::text_options;
 use super::wearable::{self, DeviceRows, Opened};
 use super::{ReadOptions, Recording, foreign};
