@@ -15,6 +15,7 @@ mod slots;
 mod sniff;
 mod words;
 
+pub(crate) use batch::MIN_ROWS_GONE;
 pub use batch::{Aside, AsideLines, Batch, CopiedText, Reason};
 pub use batches::{BATCH_ROWS, Batches};
 pub(crate) use dialect::Delimiter;
