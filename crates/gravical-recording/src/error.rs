@@ -35,6 +35,8 @@ pub(crate) enum Kind {
     /// A header with other columns, its line and what is wrong.
     HeaderDiffers(usize, &'static str),
     EpochsOfCounts,
+    /// Why files of one axis each do not belong together.
+    AxesDiffer(String),
     TooManyLabels,
     /// A channel of a table in memory is a column of texts, from 1.
     TextColumn(usize),
@@ -61,6 +63,7 @@ impl Error {
             Kind::SensorUnknown(..) => "sensor-unknown",
             Kind::HeaderDiffers(..) => "header-differs",
             Kind::EpochsOfCounts => "epochs-of-counts",
+            Kind::AxesDiffer(_) => "axes-differ",
             Kind::TooManyLabels => "too-many-labels",
             Kind::TooLarge(_) => "too-large",
             Kind::NoValues(..) | Kind::TextColumn(_) => "no-values",
@@ -137,6 +140,10 @@ impl Error {
             }
             Kind::EpochsOfCounts => {
                 "export the raw acceleration (in ActiLife: a RAW CSV file)".to_owned()
+            }
+            Kind::AxesDiffer(_) => {
+                "cut the files to the same samples, or record all axes in one file: t,ax,ay,az"
+                    .to_owned()
             }
             Kind::TooManyLabels => {
                 "leave the column out with --columns label=-, or cut the file".to_owned()
@@ -233,6 +240,9 @@ impl fmt::Display for Error {
                     f,
                     "the file holds activity counts per epoch, not acceleration"
                 )
+            }
+            Kind::AxesDiffer(why) => {
+                write!(f, "the files of the axes do not belong together: {why}")
             }
             Kind::TooManyLabels => write!(f, "the label column holds more than 254 words"),
             Kind::TextColumn(column) => write!(f, "column {column} holds texts, not numbers"),

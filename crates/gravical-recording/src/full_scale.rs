@@ -149,6 +149,14 @@ impl Clipping {
         }
     }
 
+    /// Processes the values of rows, with the offset subtracted, and their lines.
+    pub fn observe_all(&mut self, values: &[f64], lines: &[u32]) {
+        let least = self.full.least();
+        for (value, line) in values.iter().zip(lines).filter(|(v, _)| v.abs() >= least) {
+            self.observe(*value, u64::from(*line));
+        }
+    }
+
     /// Number of clipped values.
     fn count(&self) -> u64 {
         let shown = match self.full.counts {

@@ -8,11 +8,12 @@ mod clock;
 use clock::LaterClock;
 
 use crate::error::Error;
-use crate::judge::{self, Encoding};
+use crate::full_scale::Clipping;
+use crate::judge::{self, Encoding, Marks};
 use crate::note::{Note, NoteKind};
 use crate::recording::Recording;
 use crate::recording::judging::{self, celsius, find_thermometer, keep_sensor};
-use crate::text::{Aside, Batch, Format, Reason};
+use crate::text::{Aside, Batch, Format, MIN_ROWS_GONE, Reason};
 
 /// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
 /// much it then differs from gravity.
@@ -35,6 +36,11 @@ pub struct Readings {
     pub temperature_c: Option<Vec<f64>>,
     /// Whether each row is a measurement of the sensor that is read
     pub is_measured: Vec<bool>,
+    /// Time since the first row of the recording, s, NaN in rows of other sensors; `None` without
+    /// a clock
+    pub time_s: Option<Vec<f64>>,
+    /// Measurements before which the recording breaks
+    pub breaks: Vec<usize>,
 }
 
 /// Why rows cannot be read as those before them.
@@ -88,6 +94,13 @@ pub struct Later {
     /// The unit changed, but the user gives it.
     unit_note: Option<Note>,
     clock: Option<LaterClock>,
+    /// A break or so many rows of zeros lie before the next measurement.
+    is_broken: bool,
+    rows_gone: usize,
+    /// Channels with the ends of their ranges.
+    clipping: Vec<(&'static str, Clipping)>,
+    /// Line of the first row that is read here.
+    first_line: Option<u32>,
     aside: Aside,
 }
 
@@ -180,6 +193,10 @@ impl Later {
             tail: Default::default(),
             unit_note: None,
             clock: Some(LaterClock::new(format, &head)),
+            is_broken: false,
+            rows_gone: 0,
+            clipping: Vec::new(),
+            first_line: None,
             aside: Aside::default(),
             format: format.clone(),
         };
@@ -189,6 +206,7 @@ impl Later {
             (2..=judge::MAX_REPEATS).contains(&run)
         });
         let repeats_are_rare = short.count() * 20 <= rows;
+        let last_line = head.lines.last().copied();
 
         let mut recording = Recording::judge(format, head)?;
         recording.notes.extend(note);
@@ -213,6 +231,11 @@ impl Later {
         later.keep_tail(&recording.accel, recording.gyro.as_ref());
         let mut clock = later.clock.take();
         later.clock = clock.take_if(|clock| clock.set(&recording));
+        later.is_broken = recording.lines.last().copied() != last_line;
+        let ends = recording.ends_of_ranges(format).into_iter();
+        later.clipping = ends
+            .map(|(_, name, end)| (name, Clipping::new(end)))
+            .collect();
         Ok((recording, later))
     }
 
@@ -225,7 +248,9 @@ impl Later {
     /// The rows cannot be read as those before them.
     pub fn read(&mut self, batch: &mut Batch) -> Result<Readings, Contradiction> {
         let own = self.rows_of_sensor(batch);
+        let (time_s, marks) = self.read_clock(batch, &own);
         let lines = &batch.lines;
+        self.first_line = self.first_line.or(lines.first().copied());
         let at = |row: usize, (code, message): (&'static str, &str)| Contradiction {
             line: lines.get(row).copied().unwrap_or_default().into(),
             code,
@@ -279,6 +304,14 @@ impl Later {
             self.unit_note.get_or_insert(note);
         }
         self.keep_tail(&accel, gyro.as_ref());
+        let breaks = self.find_breaks(&own, marks, &is_read, &is_measured);
+        for ((_, clipping), axis) in self
+            .clipping
+            .iter_mut()
+            .zip(accel.iter().chain(gyro.iter().flatten()))
+        {
+            clipping.observe_all(axis, lines);
+        }
         for (held, axis) in self.accel_held.iter_mut().flatten().zip(&mut accel) {
             held.fill(axis, &is_measured);
         }
@@ -299,14 +332,66 @@ impl Later {
             gyro,
             temperature_c,
             is_measured,
+            time_s,
+            breaks,
         })
     }
 
-    /// Times of the rows of the next batch since the first row of the recording, s; NaN in rows of
-    /// other sensors. `None` without a clock. To be called before [`read`](Self::read).
-    pub fn times(&mut self, batch: &Batch) -> Option<Vec<f64>> {
-        let own = self.rows_of_sensor(batch);
-        self.clock.as_mut().map(|clock| clock.times(batch, &own))
+    /// Times of the rows since the first row of the recording, and rows before which clock or
+    /// marks break, sorted.
+    fn read_clock(&mut self, batch: &Batch, own: &[usize]) -> (Option<Vec<f64>>, Vec<usize>) {
+        let before_s = self.clock.as_ref().map_or(f64::NAN, LaterClock::last_s);
+        let times = self.clock.as_mut().map(|clock| clock.times(batch, own));
+        let (time_s, restarts) = times.unzip();
+        // The row before the batch is the first.
+        let place = |row: usize| 1 + own.partition_point(|r| *r < row);
+        let places = |rows: &[usize]| rows.iter().map(|row| place(*row)).collect::<Vec<_>>();
+        let blanks: Vec<_> = batch
+            .blanks
+            .iter()
+            .map(|(row, n)| (place(*row), *n))
+            .collect();
+        let marks = Marks {
+            gaps: &places(&batch.breaks),
+            headers: &places(&batch.headers),
+            blanks: &blanks,
+        };
+        let known = time_s.as_ref().map(|time_s| {
+            let times = own.iter().map(|row| time_s[*row]);
+            [before_s].into_iter().chain(times).collect::<Vec<_>>()
+        });
+        let rate_hz = self.clock.as_ref().and_then(LaterClock::rate_hz);
+        let breaks = marks.breaks(&known.unwrap_or_default(), rate_hz, 1 + own.len());
+        let mut breaks: Vec<usize> = breaks.into_iter().map(|place| own[place - 1]).collect();
+        breaks.extend(restarts.into_iter().flatten());
+        breaks.sort_unstable();
+        (time_s, breaks)
+    }
+
+    /// Measurements before which there is a mark, or rows that were set aside.
+    fn find_breaks(
+        &mut self,
+        own: &[usize],
+        marks: Vec<usize>,
+        is_read: &[bool],
+        is_measured: &[bool],
+    ) -> Vec<usize> {
+        let (mut marks, mut breaks) = (marks.into_iter().peekable(), Vec::new());
+        for row in own {
+            while marks.next_if(|mark| mark <= row).is_some() {
+                self.is_broken = true;
+            }
+            if !is_measured[*row] {
+                self.rows_gone += 1;
+                self.is_broken |= is_read[*row] || self.rows_gone >= MIN_ROWS_GONE;
+                continue;
+            }
+            if std::mem::take(&mut self.is_broken) {
+                breaks.push(*row);
+            }
+            self.rows_gone = 0;
+        }
+        breaks
     }
 
     /// Rows that are no measurements.
@@ -315,10 +400,18 @@ impl Later {
         &self.aside
     }
 
-    /// What was found beside that, once all rows are read.
+    /// What was found in these rows beside that, once all are read.
     #[must_use]
-    pub fn note(&self) -> Option<&Note> {
-        self.unit_note.as_ref()
+    pub fn notes(&self) -> Vec<Note> {
+        let clipped = self.clipping.iter().filter_map(|(name, c)| c.finding(name));
+        let gaps = self.clock.as_ref().and_then(LaterClock::gap_note);
+        let mut notes: Vec<Note> = gaps.into_iter().chain(clipped).collect();
+        let line = self.first_line.unwrap_or_default();
+        for note in &mut notes {
+            note.message = format!("from line {line} on: {}", note.message);
+        }
+        notes.extend(self.unit_note.clone());
+        notes
     }
 
     /// Rows of the sensor that is read.

@@ -54,6 +54,7 @@ pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, open_text
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use table::{TableColumn, table_channels};
+pub use text::axes;
 pub use text::{
     Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, is_prose,
     sniff, sniff_table,

@@ -15,7 +15,7 @@ use crate::error::{Error, Kind};
 use crate::judge::UnitDoubt;
 use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
-use crate::text::{Aside, Batch, Format, sniff};
+use crate::text::{Aside, Batch, Format, axes, sniff};
 use crate::time_unit::TimeUnit;
 use crate::units::{AccelScale, AccelUnit, GyroScale};
 
@@ -117,14 +117,17 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads a file; `-` is standard input.
+    /// Reads a file; `-` is standard input, `accel_[xyz].txt` a file per axis.
     ///
     /// # Errors
     ///
     /// The file cannot be read, or holds no samples of an accelerometer.
     pub fn open(path: &Path, options: &ReadOptions) -> Result<Self, Error> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        Recording::read(bytes::open(path)?, &name, options)
+        match axes::open(path) {
+            Some(text) => Recording::read(text?.as_bytes(), &name, options),
+            None => Recording::read(bytes::open(path)?, &name, options),
+        }
     }
 
     /// Reads UTF-8 (see [`bytes::utf8`]); the name of the file may tell the sensor.

@@ -1,5 +1,6 @@
 //! The only place that knows text: a head to a [`Format`], lines to [`Batch`]es.
 
+pub mod axes;
 mod batch;
 mod batches;
 mod dialect;
@@ -14,6 +15,7 @@ mod slots;
 mod sniff;
 mod words;
 
+pub(crate) use batch::MIN_ROWS_GONE;
 pub use batch::{Aside, AsideLines, Batch, CopiedText, Reason};
 pub use batches::{BATCH_ROWS, Batches};
 pub(crate) use dialect::Delimiter;

@@ -234,7 +234,7 @@ fn run(
         let all = 0..rows.lines.len();
         written += all.len();
         writer
-            .write_rows(all, &rows.text, &values, &rows.breaks)
+            .write_rows(all, &rows.text, &values, &rows.readings.breaks)
             .map_err(output)?;
     }
     writer.finish().map_err(output)?;
@@ -325,6 +325,8 @@ pub fn apply_recording(
         .collect();
     let mut readings = Readings {
         is_measured: vec![true; lines.len()],
+        time_s: None,
+        breaks: Vec::new(),
         accel: std::mem::take(&mut recording.accel),
         gyro: recording.gyro.take(),
         temperature_c: recording.temperature_c.take(),

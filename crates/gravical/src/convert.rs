@@ -135,7 +135,7 @@ pub fn convert_file(
         let is_measured = &rows.readings.is_measured;
         let measured = (0..is_measured.len()).filter(|row| is_measured[*row]);
         writer
-            .write_rows(measured, &rows.text, &values, &rows.breaks)
+            .write_rows(measured, &rows.text, &values, &rows.readings.breaks)
             .map_err(output)?;
     }
     writer.finish().map_err(output)?;
@@ -294,7 +294,7 @@ impl Conversion {
         match self.clock {
             Clock::Stamps => {
                 let none = || vec![f64::NAN; is_measured.len()];
-                let mut time_s = rows.time_s.take().unwrap_or_else(none);
+                let mut time_s = rows.readings.time_s.take().unwrap_or_else(none);
                 for row in 0..time_s.len() {
                     self.follow_dates(rows.stamps.as_deref(), &time_s, row);
                     time_s[row] += self.start_s;

@@ -3,6 +3,8 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+pub use gravical_recording::axes;
+
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::CalibrationFile;
 use crate::escape::path_word;
@@ -10,7 +12,6 @@ use crate::excerpt;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::poses::Segmentation;
-use crate::poses::face::{Claim, claim};
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
     is_named_gyroscope, is_prose, join_gyroscope, open::open, read, read_head,
@@ -93,7 +94,8 @@ pub fn calibrate_recordings(
 /// Endings of files in a folder that may be recordings.
 pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 
-/// Files of a folder that may be recordings, in the order of their names.
+/// Files of a folder that may be recordings, in the order of their names; `accel_[xyz].txt` stands
+/// for a file per axis.
 ///
 /// # Errors
 ///
@@ -104,7 +106,7 @@ pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
     if paths.is_empty() {
         return Err(no_recordings(folder));
     }
-    Ok(paths)
+    Ok(axes::group(&paths))
 }
 
 fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
@@ -279,7 +281,7 @@ pub fn several_with_gyro(inputs: usize) -> Error {
 ///
 /// # Errors
 ///
-/// The first file that cannot be read, `no-recordings`, `one-channel`;
+/// The first file that cannot be read, `no-recordings`;
 /// `gyro-inputs` (usage) for `gyro` beside several recordings.
 pub fn read_session(
     inputs: &[PathBuf],
@@ -295,9 +297,8 @@ pub fn read_session(
     };
     let (paths, mut left_out) = match folder {
         Some(folder) => (files_in(folder)?, left_out_folders(folder)?),
-        None => (inputs.to_vec(), Vec::new()),
+        None => (axes::group(inputs), Vec::new()),
     };
-    let one_channel = one_channel_each(&paths);
     let of_recordings = match gyro {
         Some(_) => options.beside_gyroscope_file(),
         None => options.clone(),
@@ -330,9 +331,6 @@ pub fn read_session(
                 left_out.push(finding.in_file(&recording.name));
             }
             Ok(recording) => recordings.push(recording),
-            Err(error) if error.code() == "no-rows" && one_channel.is_some() => {
-                return Err(one_channel.unwrap_or(error));
-            }
             Err(error) if folder.is_some() && is_something_else(&error) => {
                 let file = path.display().to_string();
                 left_out.push(
@@ -415,43 +413,4 @@ fn is_same(a: &Path, b: &Path) -> bool {
         (Ok(a), Ok(b)) => a == b,
         _ => a == b,
     }
-}
-
-/// Why files named after x, y and z are no recordings: each holds one channel.
-fn one_channel_each(paths: &[PathBuf]) -> Option<Error> {
-    let of_axis = |axis: usize| {
-        paths.iter().find(|p| {
-            let name = p.file_stem().map(|s| s.to_string_lossy().into_owned());
-            name.is_some_and(|n| claim(&n) == Some(Claim::Axis(axis))) && has_one_channel(p)
-        })
-    };
-    let [x, y, z] = [of_axis(0)?, of_axis(1)?, of_axis(2)?];
-    let name = |p: &PathBuf| p.display().to_string();
-    Some(
-        Error::input(
-            "one-channel",
-            format!(
-                "this file, {} and {} hold one channel each; a pose needs all three axes of every sample",
-                name(y),
-                name(z)
-            ),
-        )
-        .at(x, None)
-        .with_hint("put the three side by side into one file with the columns t,ax,ay,az, one sample a line"),
-    )
-}
-
-/// True when rows of one number, or of two, begin the file.
-fn has_one_channel(path: &Path) -> bool {
-    let mut head = Vec::new();
-    let read = std::fs::File::open(path).and_then(|f| f.take(4096).read_to_end(&mut head));
-    let text = String::from_utf8_lossy(&head);
-    // The last line may be cut, the first may be a header.
-    let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
-    let rows = lines.iter().skip(1).take(20).map(|line| {
-        let fields = || line.split([',', ';', '\t', ' ']).filter(|f| !f.is_empty());
-        fields().all(|f| f.trim().parse::<f64>().is_ok()) && fields().count() <= 2
-    });
-    let (all, narrow) = rows.fold((0, 0), |(all, n), one| (all + 1, n + usize::from(one)));
-    read.is_ok() && narrow * 2 > all
 }

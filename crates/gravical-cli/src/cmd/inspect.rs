@@ -7,7 +7,9 @@ use gravical::Error;
 use gravical::calibration_file::InputFile;
 use gravical::inspect::inspect;
 use gravical::recording::join_gyroscope;
-use gravical::session::{files_in, is_something_else, read_for, read_listed, several_with_gyro};
+use gravical::session::{
+    axes, files_in, is_something_else, read_for, read_listed, several_with_gyro,
+};
 use gravical_report::report;
 
 use crate::options::RecordingArgs;
@@ -53,11 +55,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report.check(None, &inputs, args.force)?;
     let (mut found, mut failed) = (Vec::new(), Vec::new());
     let mut files: Vec<(PathBuf, bool)> = Vec::new();
-    for path in &args.files {
+    for path in axes::group(&args.files) {
         if path.is_dir() {
-            files.extend(files_in(path)?.into_iter().map(|file| (file, true)));
+            files.extend(files_in(&path)?.into_iter().map(|file| (file, true)));
         } else {
-            files.push((path.clone(), false));
+            files.push((path, false));
         }
     }
     if args.gyro.is_some() && files.len() != 1 {

@@ -153,7 +153,7 @@ fn the_gyroscope_of_the_only_recording_is_joined() {
 }
 
 #[test]
-fn a_file_per_axis_has_three_columns_or_is_no_recording() {
+fn a_file_per_axis_may_hold_its_two_poses() {
     let sensor = Sensor::default();
     let folder = tempfile::tempdir().unwrap();
     let names = ["accel_x.csv", "accel_y.csv", "accel_z.csv"];
@@ -166,23 +166,86 @@ fn a_file_per_axis_has_three_columns_or_is_no_recording() {
     }
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
     assert_eq!(faces(&file).len(), 6);
-    for (axis, name) in names.iter().enumerate() {
-        let channel = sensor.hold(FACES[4].1, 300, 1);
-        let mut text = "t_ms,value\n".to_owned();
-        for (i, row) in channel.iter().enumerate() {
-            text += &format!("{},{:.4}\n", 10 * i, row[axis]);
+}
+
+#[test]
+fn a_file_per_channel_is_one_recording_of_three() {
+    let sensor = Sensor::default();
+    let rows: Vec<[f64; 3]> = (FACES.iter().enumerate())
+        .flat_map(|(i, face)| {
+            // Taken up by hand before.
+            let hand = (0..150).map(|k| [3.0, 5.0, 7.0].map(|f| 6.0 * (f * f64::from(k)).sin()));
+            let mut rows = sensor.hold(face.1, 500, i as u64);
+            rows.extend(hand);
+            rows
+        })
+        .collect();
+    let channel = |axis: usize| rows.iter().map(move |row| row[axis]);
+    let stamped = |values: &mut dyn Iterator<Item = f64>| -> String {
+        let lines = values.enumerate();
+        lines.map(|(i, v)| format!("{},{v:.4}\n", 10 * i)).collect()
+    };
+    let plain = tempfile::tempdir().unwrap();
+    let with_gyro = tempfile::tempdir().unwrap();
+    for (axis, letter) in ["X", "Y", "Z"].iter().enumerate() {
+        let text: String = channel(axis).map(|v| format!("{v:.4}\n")).collect();
+        write(plain.path(), &format!("accel_{letter}.txt"), &text);
+        let text = stamped(&mut channel(axis));
+        write(with_gyro.path(), &format!("acc_{letter}.csv"), &text);
+        let mut rates = (0..rows.len()).map(|i| 0.001 * ((i + axis) % 3) as f64);
+        let text = stamped(&mut rates);
+        write(with_gyro.path(), &format!("gyr_{letter}.csv"), &text);
+    }
+    let named = "accel_X.txt accel_Y.txt accel_Z.txt";
+    let mut files = vec![
+        calibrate(
+            plain.path(),
+            &format!("{named} --rate 100 --gravity 9.81"),
+            0,
+        ),
+        calibrate(plain.path(), ". --rate 100 --gravity 9.81", 0),
+        calibrate(plain.path(), "accel_[XYZ].txt --rate 100 --gravity 9.81", 0),
+        calibrate(with_gyro.path(), ". --gravity 9.81 -o cal.json", 0),
+    ];
+    let joined = files.pop().unwrap();
+    assert_eq!(reported(&joined, "gyro-joined").len(), 1, "{joined}");
+    assert!(joined["gyroscope"].is_object(), "{joined}");
+    for file in files {
+        assert_eq!(faces(&file).len(), 6, "{file}");
+        for i in 0..3 {
+            let bias = numbers(&file["accelerometer"]["bias"])[i];
+            close(bias, sensor.bias[i], 0.02);
+            close(numbers(&joined["accelerometer"]["bias"])[i], bias, 1e-3);
         }
-        write(folder.path(), name, &text);
     }
-    for inputs in [".".to_owned(), names.join(" ")] {
-        let error = run_in(folder.path(), words(&format!("calibrate {inputs} --json")));
-        assert_eq!(
-            (error.code, error.error_code().as_str()),
-            (3, "one-channel")
-        );
-        let hint = error.json()["hint"].as_str().unwrap().to_owned();
-        assert!(hint.contains("t,ax,ay,az"), "{hint}");
-    }
+    let seen = run_in(plain.path(), words(&format!("inspect {named} --json"))).json();
+    assert_eq!(seen["recordings"].as_array().unwrap().len(), 1, "{seen}");
+
+    // A verb of one recording refuses one channel with a hint that works.
+    let refused = run_in(
+        with_gyro.path(),
+        words("apply cal.json acc_X.csv --json -o out.csv"),
+    );
+    assert_eq!(
+        (refused.code, refused.error_code().as_str()),
+        (3, "no-rows")
+    );
+    let hint = refused.json()["hint"].as_str().unwrap().to_owned();
+    assert!(hint.contains("\"acc_[XYZ].csv\""), "{hint}");
+    let run = run_in(
+        with_gyro.path(),
+        words("apply cal.json acc_[XYZ].csv -o out.csv"),
+    );
+    assert_eq!(run.code, 0, "{}", run.err);
+
+    write(plain.path(), "accel_Y.txt", "0.1\n0.2\n0.1\n");
+    let error = run_in(plain.path(), words(&format!("calibrate {named} --json")));
+    assert_eq!(
+        (error.code, error.error_code().as_str()),
+        (3, "axes-differ")
+    );
+    let message = error.json()["message"].as_str().unwrap().to_owned();
+    assert!(message.contains("accel_Y.txt has 3 rows"), "{message}");
 }
 
 #[test]

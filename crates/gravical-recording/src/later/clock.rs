@@ -1,9 +1,11 @@
 //! Times of rows after those by which a recording was judged.
 
 use crate::judge::ClockOptions;
+use crate::note::Note;
 use crate::recording::Recording;
-use crate::recording::judging::find_clock;
+use crate::recording::judging::{find_clock, gap_note};
 use crate::role::Role;
+use crate::spans::LineSpans;
 use crate::text::{Batch, Format};
 
 /// Rows before a batch with which its stamps are judged.
@@ -18,6 +20,11 @@ pub(super) struct LaterClock {
     tail: Batch,
     /// Which of them has a known time, and that time, s.
     anchor: (usize, f64),
+    /// Time of the last row, s; NaN where it is not known.
+    last_s: f64,
+    /// Lines of the rows before which more than four are missing, and the longest step, s.
+    gaps: LineSpans,
+    longest_gap_s: f64,
 }
 
 impl LaterClock {
@@ -28,6 +35,9 @@ impl LaterClock {
             rate_hz: None,
             tail: Batch::new(format.columns.len()),
             anchor: (0, 0.0),
+            last_s: f64::NAN,
+            gaps: LineSpans::default(),
+            longest_gap_s: 0.0,
         };
         let from = head.rows().saturating_sub(TAIL_ROWS);
         clock.push(head, from..head.rows());
@@ -40,6 +50,7 @@ impl LaterClock {
             return false;
         };
         self.rate_hz = recording.timing.rate_hz();
+        self.last_s = time_s.last().copied().unwrap_or(f64::NAN);
         let known = time_s.iter().zip(&recording.lines).rev();
         let mut known = known.filter(|(t, _)| t.is_finite());
         let last = known.clone().next().map_or(0.0, |(t, _)| *t);
@@ -51,8 +62,24 @@ impl LaterClock {
         true
     }
 
-    /// Times of these rows of a batch since the first row of the recording, s; NaN in the others.
-    pub fn times(&mut self, batch: &Batch, own: &[usize]) -> Vec<f64> {
+    pub fn rate_hz(&self) -> Option<f64> {
+        self.rate_hz
+    }
+
+    /// Time of the last row, s; NaN where it is not known.
+    pub fn last_s(&self) -> f64 {
+        self.last_s
+    }
+
+    /// What is said of the gaps.
+    pub fn gap_note(&self) -> Option<Note> {
+        let count = self.gaps.count() as usize;
+        (count > 0).then(|| gap_note(count, self.longest_gap_s).at(self.gaps.clone()))
+    }
+
+    /// Times of these rows of a batch since the first row of the recording, s, NaN in the others;
+    /// and rows at which the clock begins again.
+    pub fn times(&mut self, batch: &Batch, own: &[usize]) -> (Vec<f64>, Vec<usize>) {
         let before = self.tail.rows();
         self.push(batch, own.iter().copied());
         let place = |row: &usize| before + own.partition_point(|r| r < row);
@@ -67,12 +94,23 @@ impl LaterClock {
             ..ClockOptions::default()
         };
         let mut times_s = vec![f64::NAN; batch.rows()];
+        let mut restarts = Vec::new();
         let (row, time_s) = self.anchor;
         if let Some(Ok(clock)) = find_clock(&self.format, &self.tail, options) {
             let offset_s = time_s - clock.time_s[row];
             for (k, row) in own.iter().enumerate() {
                 times_s[*row] = clock.time_s[before + k] + offset_s;
             }
+            let in_batch = |row: &usize| row.checked_sub(before).map(|k| own[k]);
+            restarts = clock.restarts.iter().filter_map(in_batch).collect();
+            for row in clock.gaps.into_iter().filter(|row| *row >= before.max(1)) {
+                let step_s = clock.time_s[row] - clock.time_s[row - 1];
+                self.longest_gap_s = self.longest_gap_s.max(step_s);
+                self.gaps.push(u64::from(self.tail.lines[row]));
+            }
+        }
+        if let Some(last) = own.last() {
+            self.last_s = times_s[*last];
         }
         let drop = self.tail.rows().saturating_sub(TAIL_ROWS);
         let last = own.iter().rposition(|row| times_s[*row].is_finite());
@@ -83,7 +121,7 @@ impl LaterClock {
         self.tail.lines.drain(..drop);
         let columns = self.tail.columns.iter_mut().filter(|c| !c.is_empty());
         columns.for_each(|c| drop_first(c, drop));
-        times_s
+        (times_s, restarts)
     }
 
     fn push(&mut self, batch: &Batch, rows: impl Iterator<Item = usize> + Clone) {

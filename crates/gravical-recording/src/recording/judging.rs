@@ -3,7 +3,7 @@
 pub(crate) mod notes;
 mod time;
 
-pub(crate) use time::find_clock;
+pub(crate) use time::{find_clock, gap_note};
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -149,17 +149,18 @@ impl Recording {
         });
         let mut notes =
             judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
-        let accel_end = FullScale::of_accel(&self.accel_scale);
-        let mut sensors = vec![(&self.accel, accel_names, accel_end)];
-        if let (Some(gyro), Some(scale)) = (&self.gyro, &self.gyro_scale) {
-            let frozen = judge::frozen_axes(gyro, gyro_names, &self.resolution[3..], &self.lines);
-            notes.extend(frozen);
-            sensors.push((gyro, gyro_names, FullScale::of_gyro(scale)));
+        if let Some(gyro) = &self.gyro {
+            notes.extend(judge::frozen_axes(
+                gyro,
+                gyro_names,
+                &self.resolution[3..],
+                &self.lines,
+            ));
         }
-        for (channels, names, end) in sensors {
-            for (channel, name) in channels.iter().zip(names) {
-                notes.extend(self.clipped(channel, &end).and_then(|c| c.finding(name)));
-            }
+        for (channel, name, end) in self.ends_of_ranges(format) {
+            let mut clipping = Clipping::new(end);
+            clipping.observe_all(channel, &self.lines);
+            notes.extend(clipping.finding(name));
         }
         if !held {
             let channels = self.accel.iter().chain(self.gyro.iter().flatten());
@@ -176,19 +177,25 @@ impl Recording {
         self.notes.append(&mut notes);
     }
 
-    fn clipped(&self, channel: &[f64], end: &FullScale) -> Option<Clipping> {
-        let least = end.least();
-        let mut clipping = Clipping::new(end.clone());
-        let mut any = false;
-        for (value, line) in channel
+    /// Channels, their names and the ends of their ranges.
+    pub(crate) fn ends_of_ranges(&self, format: &Format) -> Vec<(&[f64], &'static str, FullScale)> {
+        let accel_end = FullScale::of_accel(&self.accel_scale);
+        let gyro_end = self.gyro_scale.as_ref().map(FullScale::of_gyro);
+        let names = if format.options.is_gyroscope {
+            ALONE
+        } else {
+            CHANNELS
+        };
+        let accel = self.accel.iter().map(|channel| (channel, Some(&accel_end)));
+        let gyro = self
+            .gyro
             .iter()
-            .zip(&self.lines)
-            .filter(|(v, _)| v.abs() >= least)
-        {
-            clipping.observe(*value, u64::from(*line));
-            any = true;
-        }
-        any.then_some(clipping)
+            .flatten()
+            .map(|channel| (channel, gyro_end.as_ref()));
+        let channels = accel.chain(gyro).zip(names);
+        channels
+            .filter_map(|((channel, end), name)| Some((channel.as_slice(), name, end?.clone())))
+            .collect()
     }
 }
 

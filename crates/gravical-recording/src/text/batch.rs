@@ -164,7 +164,7 @@ impl Aside {
 }
 
 /// So many rows of zeros in a row leave a break.
-const LEAST_GAP: usize = 5;
+pub(crate) const MIN_ROWS_GONE: usize = 5;
 
 /// Rows as columns, in the unit of the file.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -329,7 +329,7 @@ impl Batch {
         self.blanks.retain(|(row, _)| *row < rows);
         let least = match reason {
             Reason::Hung | Reason::Slipped => 1,
-            Reason::Zeros => LEAST_GAP,
+            Reason::Zeros => MIN_ROWS_GONE,
             _ => usize::MAX,
         };
         let mut gone = 0;

@@ -1,5 +1,7 @@
 //! Names and units of the columns, from the lines above the rows.
 
+use std::collections::HashSet;
+
 use super::dialect::{Delimiter, Dialect, fields};
 use super::format::{Format, Layout};
 use super::names::Column;
@@ -116,7 +118,7 @@ impl Header {
 
     /// A header of two rows: sensor above, axis below, each more than once.
     fn join(&mut self, upper: &[String]) {
-        let repeats = |f: &[String]| f.iter().enumerate().any(|(i, n)| f[..i].contains(n));
+        let repeats = |f: &[String]| f.iter().collect::<HashSet<_>>().len() < f.len();
         // Merged cells leave the following ones empty.
         let mut upper = upper.to_vec();
         for i in 1..upper.len() {

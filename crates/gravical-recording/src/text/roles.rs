@@ -1,5 +1,7 @@
 //! Which column is what: by names, else by units and last letters, else by numbers.
 
+use std::collections::{HashMap, HashSet};
+
 use super::batch::Batch;
 use super::format::{Format, Layout};
 use super::given;
@@ -154,25 +156,32 @@ fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name
 
 /// The axes of all sensors of a kind; those without gravity are only there if no other is.
 fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
-    let given: Vec<Option<usize>> = (0..3)
-        .map(|i| columns.iter().position(|c| c.is_given && c.role == role(i)))
+    let axis_of = |c: usize| (0..3).find(|i| columns[c].role == role(*i));
+    let is_given = |c: &usize| columns[*c].is_given;
+    let mut axes: Vec<usize> = (0..columns.len())
+        .filter(|c| axis_of(*c).is_some())
         .collect();
-    let mut found = Vec::new();
-    for first in columns.iter().filter(|c| c.role == role(0)) {
-        let is_same = |c: &Column| {
-            c.sensor == first.sensor && c.is_linear == first.is_linear && c.unit == first.unit
-        };
-        let any_given = given.iter().any(Option::is_some);
-        let axis = |i: usize| {
-            let fits = |c: &Column| c.role == role(i) && (any_given || is_same(c));
-            given[i].or_else(|| columns.iter().position(fits))
-        };
-        if let (Some(x), Some(y), Some(z)) = (axis(0), axis(1), axis(2))
-            && !found.contains(&[x, y, z])
-        {
-            found.push([x, y, z]);
+    // Where the user names an axis, the others need not be of a sensor of that name.
+    let any_given = axes.iter().any(is_given);
+    axes.sort_by_key(|c| !is_given(c));
+    let mut sensors: HashMap<_, [Option<usize>; 3]> = HashMap::new();
+    for c in axes {
+        let column = &columns[c];
+        let sensor = (
+            column.sensor.as_str(),
+            column.is_linear,
+            column.unit.as_str(),
+        );
+        let own = sensors.entry((!any_given).then_some(sensor)).or_default();
+        if let Some(axis) = axis_of(c) {
+            own[axis].get_or_insert(c);
         }
     }
+    let mut found: Vec<[usize; 3]> = sensors
+        .values()
+        .filter_map(|own| Some([own[0]?, own[1]?, own[2]?]))
+        .collect();
+    found.sort_unstable();
     let is_linear = |t: &[usize; 3]| columns[t[0]].is_linear;
     if !found.iter().all(is_linear) {
         found.retain(|t| !is_linear(t));
@@ -182,36 +191,30 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
 
 /// What the name of each sensor says beyond what all say; its number if that tells nothing.
 fn sensor_names(columns: &[Column], found: &[[usize; 3]]) -> Vec<String> {
-    let words: Vec<Vec<&str>> = found
+    let words = |t: &[usize; 3]| columns[t[0]].sensor.split(' ').filter(|w| !w.is_empty());
+    let mut sensors_with: HashMap<&str, usize> = HashMap::new();
+    for t in found {
+        let own: HashSet<&str> = words(t).collect();
+        own.into_iter()
+            .for_each(|word| *sensors_with.entry(word).or_default() += 1);
+    }
+    let own = |t: &[usize; 3]| {
+        let own = words(t).filter(|w| sensors_with[w] < found.len());
+        own.collect::<Vec<_>>().join("-")
+    };
+    let names: Vec<String> = found.iter().map(own).collect();
+    let mut count: HashMap<&str, usize> = HashMap::new();
+    names
         .iter()
-        .map(|t| {
-            columns[t[0]]
-                .sensor
-                .split(' ')
-                .filter(|w| !w.is_empty())
-                .collect()
-        })
-        .collect();
-    let own: Vec<String> = words
-        .iter()
-        .map(|own| {
-            let is_own = |w: &&&str| !words.iter().all(|o| o.contains(w));
-            own.iter()
-                .filter(is_own)
-                .copied()
-                .collect::<Vec<_>>()
-                .join("-")
-        })
-        .collect();
-    let is_unique = |name: &String| own.iter().filter(|n| *n == name).count() == 1;
+        .for_each(|name| *count.entry(name).or_default() += 1);
     let name = |(i, name): (usize, &String)| {
-        if name.is_empty() || !is_unique(name) {
+        if name.is_empty() || count[name.as_str()] > 1 {
             (i + 1).to_string()
         } else {
             name.clone()
         }
     };
-    own.iter().enumerate().map(name).collect()
+    names.iter().enumerate().map(name).collect()
 }
 
 /// The sensor that the user asks for: by its name, by words of it, or by its number from 1.

@@ -2,49 +2,57 @@
 
 use std::io::Cursor;
 
-use gravical_recording::{Batch, Contradiction, Later, ReadOptions, Recording, sniff};
+use gravical_recording::{Batch, Contradiction, Later, NoteKind, ReadOptions, Recording, sniff};
 
 use crate::support::*;
+
+/// Channels and times of measurements, and those of them before which the recording breaks.
+type Measured = (Vec<Vec<f64>>, Vec<usize>);
 
 /// Reads the first rows to judge by, then the others.
 fn read_in_two(
     header: &str,
     rows: &[String],
     first: usize,
-) -> (Recording, Result<Vec<Vec<f64>>, Contradiction>) {
+) -> (Recording, Result<Measured, Contradiction>, Later) {
     let text = |rows: &[String]| format!("{header}\n{}\n", rows.join("\n"));
     let head = text(&rows[..first]);
     let format = sniff(&head, "", &ReadOptions::default()).unwrap();
     let batch =
         |text: String| -> Batch { format.batches(Cursor::new(text)).next().unwrap().unwrap() };
     let (recording, mut later) = Later::judge(&format, batch(head)).unwrap();
-    let channels = later.read(&mut batch(text(&rows[first..])));
-    let channels = channels.map(|channels| {
-        let axes = channels.accel.iter().chain(channels.gyro.iter().flatten());
+    let readings = later.read(&mut batch(text(&rows[first..])));
+    let measured = readings.map(|readings| {
+        let axes = readings.accel.iter().chain(readings.gyro.iter().flatten());
         let kept = |axis: &Vec<f64>| {
-            let kept = axis.iter().zip(&channels.is_measured).filter(|(_, m)| **m);
+            let kept = axis.iter().zip(&readings.is_measured).filter(|(_, m)| **m);
             kept.map(|(v, _)| *v).collect()
         };
-        axes.map(kept).collect()
+        let before = |row: &usize| readings.is_measured[..*row].iter().filter(|m| **m).count();
+        let breaks = readings.breaks.iter().map(before).collect();
+        (axes.chain(&readings.time_s).map(kept).collect(), breaks)
     });
-    (recording, channels)
+    (recording, measured, later)
 }
 
 fn assert_reads_alike(header: &str, rows: &[String], first: usize) {
     let whole = read(&format!("{header}\n{}\n", rows.join("\n")), "");
-    let (head, later) = read_in_two(header, rows, first);
-    let later = later.unwrap();
-    let axes = |r: &Recording| {
-        r.accel
-            .iter()
-            .chain(r.gyro.iter().flatten())
-            .cloned()
-            .collect::<Vec<_>>()
+    let (head, later, _) = read_in_two(header, rows, first);
+    let (later, breaks) = later.unwrap();
+    let channels = |r: &Recording| {
+        let axes = r.accel.iter().chain(r.gyro.iter().flatten());
+        axes.chain(&r.time_s).cloned().collect::<Vec<_>>()
     };
-    for ((whole, head), later) in axes(&whole).iter().zip(axes(&head)).zip(&later) {
-        assert_eq!(*whole, [head, later.clone()].concat(), "{header}");
+    for ((whole, head), later) in channels(&whole).iter().zip(channels(&head)).zip(&later) {
+        let joined = [head, later.clone()].concat();
+        assert_eq!(whole.len(), joined.len(), "{header}");
+        let same = |(a, b): (&f64, &f64)| a == b || (a - b).abs() < 1e-9;
+        assert!(whole.iter().zip(&joined).all(same), "{header}");
     }
     assert!(!later[0].is_empty());
+    let breaks = breaks.into_iter().map(|row| head.rows() + row);
+    let joined: Vec<usize> = head.breaks.iter().copied().chain(breaks).collect();
+    assert_eq!(whole.breaks, joined, "{header}");
 }
 
 /// Counts of a sensor on its six faces, at 16384 per g.
@@ -95,6 +103,63 @@ fn later_rows_are_read_as_all_rows_together() {
         _ => format!("{},{}", 40 * i, joined(&v)),
     });
     assert_reads_alike(header, &hung, 200);
+}
+
+#[test]
+fn later_rows_break_where_all_rows_together_do() {
+    let header = "t_ms,ax,ay,az,gx,gy,gz";
+    let at = |ms: usize, v: [i32; 6]| format!("{ms},{}", joined(&v));
+    // A blank line alone is no break, two are; nor is a header while the clock goes on.
+    let blank = counts(|i, v| match i {
+        220 => format!("\n{}", at(40 * i, v)),
+        240 => format!("\n\n{}", at(40 * i, v)),
+        250 => format!("{header}\n{}", at(40 * i, v)),
+        260 => format!("\n{}", at(40 * i + 5000, v)),
+        261.. => at(40 * i + 5000, v),
+        _ => at(40 * i, v),
+    });
+    assert_reads_alike(header, &blank, 200);
+    let restarted = counts(|i, v| at(if i < 230 { 40 * i } else { 40 * (i - 230) }, v));
+    assert_reads_alike(header, &restarted, 200);
+    let named = counts(|i, v| match i {
+        200 | 230 => format!("# gap: 3\n{}", at(40 * i, v)),
+        _ => at(40 * i, v),
+    });
+    assert_reads_alike(header, &named, 200);
+    let spaced = counts(|i, v| format!("{}\n", at(40 * i, v)));
+    assert_reads_alike(header, &spaced, 200);
+    let unstamped = counts(|i, v| match i {
+        230 => format!("\n{}", joined(&v)),
+        _ => joined(&v),
+    });
+    assert_reads_alike("ax,ay,az,gx,gy,gz", &unstamped, 200);
+}
+
+#[test]
+fn gaps_and_clipping_in_later_rows_are_told() {
+    let rows = counts(|i, mut v| {
+        if (230..240).contains(&i) {
+            v[0] = 32_767;
+        }
+        let ms = 40 * i + if i < 260 { 0 } else { 1000 };
+        format!("{ms},{}", joined(&v))
+    });
+    let (_, _, later) = read_in_two("t_ms,ax,ay,az,gx,gy,gz", &rows, 200);
+    let notes = later.notes();
+    let told = |kind: NoteKind| {
+        let note = notes.iter().find(|n| n.kind == kind);
+        note.map(|n| n.message.as_str()).unwrap_or_default()
+    };
+    let gap = told(NoteKind::Gap);
+    assert!(
+        gap.ends_with("1 gap of more than four samples, the longest 1.040 s"),
+        "{notes:?}"
+    );
+    let clipped = told(NoteKind::Clipped);
+    assert!(
+        clipped.contains("ax reaches the end of its range in 10 rows"),
+        "{notes:?}"
+    );
 }
 
 #[test]

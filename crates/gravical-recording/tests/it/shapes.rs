@@ -1,6 +1,6 @@
 //! The first lines of loggers and apps as they write them.
 
-use gravical_recording::AccelUnit;
+use gravical_recording::{AccelUnit, ReadOptions, Recording};
 
 use crate::support::{RATE_HZ, has_rate, is_near, read, six_faces};
 
@@ -226,5 +226,33 @@ fn loggers_and_apps_are_read_without_options() {
                 );
             }
         }
+    }
+}
+
+/// A pair of columns compared with each other one is 25 million comparisons a row.
+#[test]
+fn thousands_of_columns_are_read() {
+    const SENSORS: usize = 1667;
+    let names = |of: fn(usize, char) -> String| -> String {
+        let sensor = |k: usize| ['x', 'y', 'z'].map(|axis| of(k, axis)).join(",");
+        (0..SENSORS).map(sensor).collect::<Vec<_>>().join(",")
+    };
+    let rows: String = (0..20)
+        .map(|row| {
+            let values = (0..3 * SENSORS).map(|c| format!("{}.{}", c % 10, (row * 7 + c) % 10));
+            values.collect::<Vec<_>>().join(",") + "\n"
+        })
+        .collect();
+    for header in [
+        names(|k, axis| format!("node{k}.acc.{axis}")),
+        names(|k, _| format!("node{k}.acc")) + "\n" + &names(|_, axis| axis.to_string()),
+    ] {
+        let text = format!("{header}\n{rows}");
+        let options = ReadOptions {
+            sensor: Some("node1234".to_owned()),
+            ..ReadOptions::default()
+        };
+        let recording = Recording::read(text.as_bytes(), "", &options).unwrap();
+        assert_eq!(recording.accel_columns, [3702, 3703, 3704]);
     }
 }

@@ -8,7 +8,7 @@ use gravical_recording::Format;
 use gravical_recording::write::{NewColumn, Table, Writer, input_name};
 
 use crate::calibration_file::InputFile;
-use crate::recording::batches::BatchReader;
+use crate::recording::batches::TextReader;
 use crate::recording::open::Reopenable;
 use crate::recording::{ReadOptions, Recording, reading};
 use crate::{Error, Result};
@@ -72,7 +72,7 @@ pub fn denoise_file(
     let input = source.reopen(&again)?.ok_or_else(changed)?;
     let columns = |format: &Format| table(&setup, format);
     let copied = |format: &Format| columns(format).copied().to_vec();
-    let mut rows = BatchReader::open(input, &name, &again, false, copied)?;
+    let mut rows = TextReader::open(input, &name, &again, copied)?;
     let is_device = rows.is_device();
     let table = columns(&rows.format);
     begun.summary.columns.clone_from(&table.names);
@@ -86,13 +86,16 @@ pub fn denoise_file(
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
     let mut next = 0;
-    while let Some(batch) = rows.next()? {
-        let mut values: [Vec<f64>; 6] = from_fn(|_| Vec::with_capacity(batch.lines.len()));
-        for line in &batch.lines {
+    while let Some((text, lines)) = rows.next(&name)? {
+        let mut values: [Vec<f64>; 6] = from_fn(|_| Vec::with_capacity(lines.len()));
+        let mut breaks = Vec::new();
+        for (at, line) in lines.iter().enumerate() {
             let row = (next < recording.rows()).then_some(next);
             // Samples of a device have no lines; all of them are measurements.
             let is_row = |row: &usize| is_device || recording.line(*row) == u64::from(*line);
             let row = row.filter(is_row);
+            let is_break = |row: usize| recording.breaks.binary_search(&row).is_ok();
+            breaks.extend(row.filter(|row| is_break(*row)).map(|_| at));
             next += usize::from(row.is_some());
             for (i, out) in values.iter_mut().enumerate() {
                 out.push(row.map_or(f64::NAN, |row| value(&recording, i, row, offset)));
@@ -100,7 +103,7 @@ pub fn denoise_file(
         }
         let filtered: Vec<&[f64]> = setup.channels.iter().map(|c| &values[*c][..]).collect();
         writer
-            .write_rows(0..batch.lines.len(), &batch.text, &filtered, &batch.breaks)
+            .write_rows(0..lines.len(), &text, &filtered, &breaks)
             .map_err(output)?;
     }
     if next != recording.rows() {

@@ -11,9 +11,10 @@ use gravical_recording::{
     Batch, Batches, CopiedText, Format, Later, Readings, Role, bytes, open_text,
 };
 
+use super::foreign::refused;
 use super::ledger::Ledger;
 use super::open::{Input, peek};
-use super::reading::{ledger, of_judged, refused};
+use super::reading::{ledger, of_judged};
 use super::text_options::text_options;
 use super::wearable::{self, DeviceRows, Opened};
 use super::{ReadOptions, Recording, foreign};
@@ -22,8 +23,6 @@ use crate::{Error, Result};
 
 /// Batches by which a recording is judged: 262,144 rows.
 const HEAD_BATCHES: usize = 4;
-/// Blank lines count as breaks if they are no more than this share of the rows.
-const BREAKS_PER_ROW: f64 = 0.05;
 
 /// Rows of a recording, with the text of the columns that are copied.
 pub(crate) struct Rows {
@@ -31,13 +30,9 @@ pub(crate) struct Rows {
     pub text: CopiedText,
     /// Line of each row, from 1
     pub lines: Vec<u32>,
-    /// Rows before which there is a break
-    pub breaks: Vec<usize>,
-    /// Channels as they are read
+    /// Channels, times and breaks as they are read
     pub readings: Readings,
-    /// Time since the first row, s, if it is wanted; none where the recording has no clock
-    pub time_s: Option<Vec<f64>>,
-    /// Stamps as they are written, if times are wanted and one column holds them
+    /// Stamps as they are written, if they are wanted and one column holds them
     pub stamps: Option<Vec<f64>>,
 }
 
@@ -46,8 +41,7 @@ pub(crate) struct BatchReader {
     /// What the first rows are judged to be; their channels are dropped once they are read
     pub recording: Recording,
     pub format: Format,
-    wants_time: bool,
-    /// The only column of time stamps.
+    /// The only column of time stamps, if it is wanted.
     stamps: Option<usize>,
     name: String,
     /// Rows by which it was judged, and the lines of those that are measurements.
@@ -66,43 +60,33 @@ pub(crate) struct BatchReader {
 
 impl BatchReader {
     /// Opens a recording and judges its first rows. `copied` says which columns keep their text,
-    /// `wants_time` whether times of the rows are wanted; `name` is used in messages.
+    /// `wants_stamps` whether the stamps as written are wanted; `name` is used in messages.
     ///
     /// # Errors
     ///
     /// As [`read`](super::read).
     pub fn open(
-        mut input: Input,
+        input: Input,
         name: &str,
         options: &ReadOptions,
-        wants_time: bool,
+        wants_stamps: bool,
         copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
     ) -> Result<Self> {
-        options.validate()?;
+        let TextReader {
+            format,
+            mut batches,
+            start,
+            input,
+            device,
+            description,
+        } = TextReader::open(input, name, options, copied)?;
         let here = Path::new(name);
-        let io = |e| Error::io(here, e);
-        let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
-        let (magic, mut reader) = peek(reader, wearable::MAGIC).map_err(io)?;
-        let mut device = None;
-        let mut description = None;
-        if wearable::is_one(&magic) {
-            let (text, rows, words) = as_text(reader, name)?;
-            (reader, device, description) = (text, Some(rows), Some(words));
-        }
-        let mut text = bytes::utf8(reader).map_err(io)?;
-        let start = text.fill_buf().map_err(io)?.to_vec();
-        foreign::refuse_calibration(&start, here)?;
-        let file = here.file_name().unwrap_or_default().to_string_lossy();
-        let read = text_options(options, false);
-        let (format, text) = open_text(text, &file, &read).map_err(|e| refused(e, &start, here))?;
-        let text: Box<dyn BufRead> = Box::new(text);
-        let mut batches = format.batches(text).with_text(&copied(&format));
         let (mut head, mut held) = (Batch::default(), VecDeque::new());
         let is_time = |c: &usize| format.columns[*c].role == Role::Time;
         let mut times = (0..format.columns.len()).filter(is_time);
         let stamps = times
             .next()
-            .filter(|_| wants_time && times.next().is_none());
+            .filter(|_| wants_stamps && times.next().is_none());
         while held.len() < HEAD_BATCHES
             && let Some(batch) = batches.next()
         {
@@ -129,7 +113,6 @@ impl BatchReader {
         Ok(BatchReader {
             recording,
             format,
-            wants_time,
             stamps,
             name: name.to_owned(),
             held,
@@ -142,11 +125,6 @@ impl BatchReader {
             input,
             device,
         })
-    }
-
-    /// Whether it is the file of a worn device.
-    pub fn is_device(&self) -> bool {
-        self.device.is_some()
     }
 
     /// The next rows; `None` after the last.
@@ -173,11 +151,6 @@ impl BatchReader {
         self.rows += batch.rows();
         self.judged_aside.append(batch.aside.clone());
         self.aside.append(std::mem::take(&mut batch.aside));
-        let time_s = if self.wants_time {
-            self.later.times(&batch)
-        } else {
-            None
-        };
         let readings = self.later.read(&mut batch).map_err(|c| {
             let line = c.line;
             Error::contradiction(c.code, c.message)
@@ -186,11 +159,9 @@ impl BatchReader {
         })?;
         Ok(Some(Rows {
             stamps: self.stamps.map(|c| std::mem::take(&mut batch.columns[c])),
-            breaks: breaks_of(&batch),
             text: batch.text,
             lines: batch.lines,
             readings,
-            time_s,
         }))
     }
 
@@ -218,18 +189,14 @@ impl BatchReader {
             stamps: batch.columns.into_iter().next(),
             text: batch.text,
             lines: batch.lines,
-            breaks,
             readings: Readings {
                 accel: recording.accel.each_ref().map(channel),
                 gyro: recording.gyro.as_ref().map(|g| g.each_ref().map(channel)),
                 temperature_c: recording.temperature_c.as_ref().map(channel),
                 is_measured: rows.iter().map(Option::is_some).collect(),
+                time_s: recording.time_s.as_ref().map(channel),
+                breaks,
             },
-            time_s: recording
-                .time_s
-                .as_ref()
-                .filter(|_| self.wants_time)
-                .map(channel),
         }
     }
 
@@ -245,7 +212,7 @@ impl BatchReader {
             );
             findings.push(Finding::new(FindingKind::TruncatedFile, text));
         }
-        findings.extend(self.later.note().cloned().map(Finding::from));
+        findings.extend(self.later.notes().into_iter().map(Finding::from));
         if let Some(device) = self.device.take() {
             findings.extend(device.borrow().findings());
         }
@@ -257,20 +224,79 @@ impl BatchReader {
     }
 }
 
+/// The text of a recording, batch by batch: its rows are not judged.
+pub(crate) struct TextReader {
+    pub format: Format,
+    batches: Batches<Box<dyn BufRead>>,
+    /// The beginning of the text.
+    start: Vec<u8>,
+    input: Input,
+    device: Option<Device>,
+    /// Of a worn device: the format in words.
+    description: Option<String>,
+}
+
+impl TextReader {
+    /// Opens a recording. `copied` says which columns keep their text; `name` is used in messages.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading its head.
+    pub fn open(
+        mut input: Input,
+        name: &str,
+        options: &ReadOptions,
+        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
+    ) -> Result<Self> {
+        options.validate()?;
+        let here = Path::new(name);
+        let io = |e| Error::io(here, e);
+        let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
+        let (magic, mut reader) = peek(reader, wearable::MAGIC).map_err(io)?;
+        let mut device = None;
+        let mut description = None;
+        if wearable::is_one(&magic) {
+            let (text, rows, words) = as_text(reader, name)?;
+            (reader, device, description) = (text, Some(rows), Some(words));
+        }
+        let mut text = bytes::utf8(reader).map_err(io)?;
+        let start = text.fill_buf().map_err(io)?.to_vec();
+        foreign::refuse_calibration(&start, here)?;
+        let file = here.file_name().unwrap_or_default().to_string_lossy();
+        let read = text_options(options, false);
+        let (format, text) = open_text(text, &file, &read).map_err(|e| refused(e, &start, here))?;
+        let text: Box<dyn BufRead> = Box::new(text);
+        let batches = format.batches(text).with_text(&copied(&format));
+        Ok(TextReader {
+            format,
+            batches,
+            start,
+            input,
+            device,
+            description,
+        })
+    }
+
+    /// Whether it is the file of a worn device.
+    pub fn is_device(&self) -> bool {
+        self.device.is_some()
+    }
+
+    /// Text and lines of the next rows; `None` after the last.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading.
+    pub fn next(&mut self, name: &str) -> Result<Option<(CopiedText, Vec<u32>)>> {
+        let batch = self.batches.next().transpose();
+        let batch = batch.map_err(|e| unreadable(e, &self.start, Path::new(name)))?;
+        Ok(batch.map(|batch| (batch.text, batch.lines)))
+    }
+}
+
 /// What to do about rows that cannot be read with those before them.
 pub(crate) fn split_hint(line: u64) -> String {
     format!("split the file before line {line} and read the parts separately")
-}
-
-/// Rows of a batch before which there is a break.
-fn breaks_of(batch: &Batch) -> Vec<usize> {
-    let mut breaks: Vec<usize> = batch.breaks.iter().chain(&batch.headers).copied().collect();
-    if (batch.blanks.len() as f64) <= BREAKS_PER_ROW * batch.rows() as f64 {
-        breaks.extend(batch.blanks.iter().map(|b| b.0));
-    }
-    breaks.sort_unstable();
-    breaks.dedup();
-    breaks
 }
 
 /// An error of reading that may be one of the text.

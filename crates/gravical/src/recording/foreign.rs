@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use gravical_recording::axes;
+
 use super::dialect::Dialect;
 use crate::escape::path_word;
 use crate::{Error, Result};
@@ -35,6 +37,29 @@ pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
     )))
 }
 
+/// The error of the text as one of this crate.
+pub(super) fn refused(error: gravical_recording::Error, head: &[u8], here: &Path) -> Error {
+    let (code, message) = (error.code(), error.to_string());
+    let (line, hint, option) = (error.line(), error.hint(), error.option());
+    let is_table = !message.starts_with("no table");
+    if code == "no-rows" && !is_table {
+        let what = message.rsplit(": ").next().unwrap_or_default();
+        return no_table(head, here, what);
+    }
+    if let Some(io) = error.into_io() {
+        return Error::io(here, io);
+    }
+    let refused = match option {
+        Some(option) => Error::usage(code, message).of_option(option),
+        None => Error::input(code, message),
+    };
+    let refused = refused.at(here, line.map(|l| l as u64));
+    match hint {
+        Some(hint) => refused.with_hint(hint),
+        None => refused,
+    }
+}
+
 /// `no-rows` for a file without a table of samples; `what` is there instead.
 pub(super) fn no_table(head: &[u8], file: &Path, what: &str) -> Error {
     let what = match content(head) {
@@ -42,7 +67,14 @@ pub(super) fn no_table(head: &[u8], file: &Path, what: &str) -> Error {
         [b'<', ..] => "this is HTML or XML; no table of samples was found in it".to_owned(),
         _ => format!("no table of samples was found: {what}"),
     };
-    Error::input("no-rows", what).at(file, None).with_hint(
+    let error = Error::input("no-rows", what).at(file, None);
+    if let Some(group) = axes::group_of(file) {
+        let group = path_word(&group);
+        return error.with_hint(format!(
+            "it holds one axis; {group} reads the three files as one recording"
+        ));
+    }
+    error.with_hint(
         "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",
     )
 }

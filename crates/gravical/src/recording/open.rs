@@ -7,9 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use encoding_rs::{Decoder, Encoding};
+use gravical_recording::axes;
 use sha2::{Digest, Sha256};
 
 use super::ReadOptions;
+use super::foreign::refused;
 use super::unpacking::Unpacking;
 use crate::hash::hex;
 use crate::{Error, Result};
@@ -218,6 +220,11 @@ fn raw(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
                 .at(path, None)
                 .with_hint("give its files, or the folder to `gravical calibrate`"),
         );
+    }
+    if let Some(text) = axes::open(path) {
+        let bytes = text.map_err(|e| refused(e, &[], path))?.into_bytes();
+        let total = bytes.len() as u64;
+        return Ok((Box::new(io::Cursor::new(bytes)), Some(total)));
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let total = file.metadata().ok().filter(std::fs::Metadata::is_file);

@@ -7,6 +7,7 @@ use gravical_recording as new;
 use gravical_recording::{Reason, bytes};
 
 use super::collect::{self, Columns};
+use super::foreign::refused;
 use super::ledger::{Aside, Ledger};
 use super::names::Role;
 use super::open::{Input, Reopenable, peek};
@@ -136,29 +137,6 @@ pub(super) fn table_fields(
 ) -> Result<Vec<(&'static str, usize)>> {
     new::table_channels(names, columns, &text_options(options, false))
         .map_err(|e| refused(e, b"", Path::new(name)))
-}
-
-/// The error of the text as one of this crate.
-pub(super) fn refused(error: new::Error, head: &[u8], here: &Path) -> Error {
-    let (code, message) = (error.code(), error.to_string());
-    let (line, hint, option) = (error.line(), error.hint(), error.option());
-    let is_table = !message.starts_with("no table");
-    if code == "no-rows" && !is_table {
-        let what = message.rsplit(": ").next().unwrap_or_default();
-        return foreign::no_table(head, here, what);
-    }
-    if let Some(io) = error.into_io() {
-        return Error::io(here, io);
-    }
-    let refused = match option {
-        Some(option) => Error::usage(code, message).of_option(option),
-        None => Error::input(code, message),
-    };
-    let refused = refused.at(here, line.map(|l| l as u64));
-    match hint {
-        Some(hint) => refused.with_hint(hint),
-        None => refused,
-    }
 }
 
 /// A judged recording with the name of its file, and its notes as findings.

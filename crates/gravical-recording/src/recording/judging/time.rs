@@ -130,17 +130,8 @@ impl JudgedTime {
             say(NoteKind::AbsentTime, text, &clock.absent);
         }
         if !clock.gaps.is_empty() {
-            let n = clock.gaps.len();
-            let gaps = if n == 1 {
-                "1 gap".to_owned()
-            } else {
-                format!("{n} gaps")
-            };
-            let text = format!(
-                "{gaps} of more than four samples, the longest {:.3} s",
-                clock.longest_gap_s
-            );
-            say(NoteKind::Gap, text, &clock.gaps);
+            let note = gap_note(clock.gaps.len(), clock.longest_gap_s);
+            say(note.kind, note.message, &clock.gaps);
         }
         if let Some(bunched) = clock.bunched {
             let text = format!(
@@ -179,6 +170,17 @@ impl JudgedTime {
         self.start_s = Some(clock.start_s);
         self.time_s = clock.time_s;
     }
+}
+
+/// Steps of more than four samples, and the longest of them.
+pub(crate) fn gap_note(count: usize, longest_s: f64) -> Note {
+    let gaps = if count == 1 {
+        "1 gap".to_owned()
+    } else {
+        format!("{count} gaps")
+    };
+    let text = format!("{gaps} of more than four samples, the longest {longest_s:.3} s");
+    Note::new(NoteKind::Gap, text)
 }
 
 fn temperature_range(temperature_c: Option<&[f64]>) -> (f64, f64) {
