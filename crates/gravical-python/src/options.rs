@@ -7,7 +7,6 @@ use gravical::apply::{ApplyOptions, OutputUnit};
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
 use gravical::calibration_file::SensorInfo;
 use gravical::denoise::{Channels, DenoiseOptions, FilterSpec};
-use gravical::excerpt;
 use gravical::export::ExportOptions;
 use gravical::gravity::Gravity;
 use gravical::motion::{GravityRemoval, Intervals, MotionOptions};
@@ -16,7 +15,6 @@ use gravical::recording::{AccelUnit, GyroUnit, Meter, ReadOptions, Recording, Ti
 use gravical::segment::SegmentOptions;
 use gravical::segment::face::AxisMap;
 use gravical::segment::sections::read_sections;
-use gravical::segment::still::StillOptions;
 use gravical::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyDictMethods};
@@ -258,8 +256,7 @@ impl<'py> Options<'py> {
             return Ok(Vec::new());
         }
         crate::task::run(self.py(), &meter, move || {
-            let still = StillOptions::default();
-            let all = paths.iter().map(|path| excerpt::read(path, &read, &still));
+            let all = paths.iter().map(|path| gravical::recording::read(path, &read));
             all.collect::<Result<_>>()
         })
     }

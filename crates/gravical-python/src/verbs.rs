@@ -13,8 +13,7 @@ use gravical::inspect::inspect;
 use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, Recording as Rows, join_gyroscope, open, read};
-use gravical::segment::still::StillOptions;
-use gravical::session::{read_for, read_session};
+use gravical::session::read_session;
 use gravical::simulate::{
     FileFormat, LineOptions, PosesOptions, Scenario, SimulateOptions, SixPositionOptions,
     SoakOptions, StaticOptions, simulate_to,
@@ -43,11 +42,10 @@ pub fn inspect_path(
     let (read, meter) = options.read(true)?;
     let axes = options.axes()?;
     task::run(py, &meter, move || {
-        let still = StillOptions::default();
         let recording = match gyro {
-            None => read_for(&path, &read, Some(&still))?,
+            None => gravical::recording::read(&path, &read)?,
             Some(gyro) => {
-                let mut recording = read_for(&path, &read.beside_gyroscope_file(), None)?;
+                let mut recording = gravical::recording::read(&path, &read.beside_gyroscope_file())?;
                 join_gyroscope(&mut recording, &gyro, &read)?;
                 recording
             }
@@ -234,7 +232,7 @@ pub fn check_paths(
     let file = calibration.get().file.clone();
     task::run(py, &meter, move || {
         let (recordings, left_out) =
-            read_session(&paths, gyro.as_deref(), &read, Some(&wanted.still))?;
+            read_session(&paths, gyro.as_deref(), &read)?;
         let mut result = check(&file, &name, &recordings, &wanted)?;
         result.findings.extend(left_out);
         let inputs = InputFile::of(&recordings);

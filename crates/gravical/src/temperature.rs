@@ -100,7 +100,6 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         )
         .with_hint("cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used")
     };
-    // First, since an excerpt has blocks only if its temperature range is wide enough.
     let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
     let recorded_c = span_c(ranges.flatten());
     if recorded_c <= MIN_SPAN_C {

@@ -6,13 +6,11 @@ use std::process::ExitCode;
 use gravical::calibrate::{self, CalibrateOptions, EstimateOptions};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
 use gravical::escape::path_word;
-use gravical::excerpt;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
-use gravical::recording::{ReadOptions, Recording};
+use gravical::recording::{ReadOptions, Recording, read};
 use gravical::segment::SegmentOptions;
 use gravical::segment::sections::read_sections;
-use gravical::segment::still::StillOptions;
 use gravical::session::{self, SessionCalibration};
 use gravical::utc::UtcTime;
 use gravical::{Error, Result};
@@ -382,10 +380,7 @@ impl Args {
     fn thermal(&self) -> Result<Vec<Recording>> {
         let options = self.recording.read_options(true);
         let files = self.method.thermal.iter();
-        let still = StillOptions::default();
-        files
-            .map(|file| excerpt::read(file, &options, &still))
-            .collect()
+        files.map(|file| read(file, &options)).collect()
     }
 
     fn options(&self) -> Result<CalibrateOptions> {

@@ -80,7 +80,7 @@ fn in_one(
         return drafts_of(index, found, None, Selection::Found);
     }
     // A table of means, or placements that somebody named: the intervals are given.
-    if recording.labels.is_some() || recording.rows_in_file() < 40 {
+    if recording.labels.is_some() || recording.rows() < 40 {
         let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
         if let Ok(given) = given {
             let of_this = |placement| Placement {

@@ -319,19 +319,19 @@ pub struct TemperatureDrift {
 ///
 /// # Errors
 ///
-/// As [`recording::read`](crate::recording::read); `unit-unknown`; `rate-unknown` (usage) without
+/// As [`recording::read_samples`](crate::recording::read_samples); `unit-unknown`; `rate-unknown` (usage) without
 /// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
 pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<NoiseResult> {
-    noise_of(&recording::read(path, read)?, options)
+    noise_of(&recording::read_samples(path, read)?, options)
 }
 
 /// The same of a recording in memory.
 ///
 /// # Errors
 ///
-/// As [`noise`]; `excerpt` (usage) if rows of the file are left out.
+/// As [`noise`]; `averaged` (usage) if its rows are means of samples.
 pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseResult> {
-    recording.refuse_excerpt("use `noise`, which reads the file")?;
+    recording.refuse_averaged("use `noise`, which reads the file")?;
     let mut fold = Fold::new(plan(recording, options)?, options);
     fold.take_recording(recording);
     finish(recording, fold, options)
@@ -366,7 +366,7 @@ fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
         .with_hint("give the rate: --rate 100"));
     };
     let stills = find_stills(recording, &options.still);
-    let ranges = static_rows(recording, &stills.spans);
+    let ranges = stills.spans;
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
     if longest_s < SHORTEST_S {
@@ -389,20 +389,6 @@ fn plan(recording: &Recording, options: &NoiseOptions) -> Result<Plan> {
         most_variance: (options.still.noise_factor * stills.noise).powi(2),
         width: block_rows(rate_hz, &options.still),
     })
-}
-
-/// Static intervals as rows of the file. Parts of a very long one, which is searched in parts, are
-/// one.
-fn static_rows(recording: &Recording, spans: &[Range<usize>]) -> Vec<Range<usize>> {
-    let mut all: Vec<Range<usize>> = Vec::new();
-    for span in spans {
-        let rows = recording.row_in_file(span.start)..recording.row_in_file(span.end - 1) + 1;
-        match all.last_mut() {
-            Some(last) if last.end == rows.start => last.end = rows.end,
-            _ => all.push(rows),
-        }
-    }
-    all
 }
 
 fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<NoiseResult> {
@@ -448,7 +434,7 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
     let recorded_s = recording
         .timing
         .duration_s
-        .unwrap_or(recording.rows_in_file() as f64 * period_s);
+        .unwrap_or(recording.rows() as f64 * period_s);
     let used_s = counts.rows.saturating_sub(counts.disturbed) as f64 * period_s;
     findings.extend(words::of_recording(
         recording, &ranges, &counts, filled, period_s,

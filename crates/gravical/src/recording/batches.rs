@@ -1,21 +1,16 @@
 //! A recording of any size: judged by its first rows, read batch by batch.
 
-use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead};
 use std::path::Path;
-use std::rc::Rc;
 
 use gravical_recording as new;
-use gravical_recording::{
-    Batch, Batches, CopiedText, Format, Later, Readings, Role, bytes, open_text,
-};
+use gravical_recording::{Batch, CopiedText, Format, Later, Readings, Role, bytes, cwa, open_text};
 
 use super::ledger::Ledger;
 use super::open::{Input, peek};
 use super::reading::{ledger, of_judged, refused};
 use super::text_options::text_options;
-use super::wearable::{self, DeviceRows, Opened};
 use super::{ReadOptions, Recording, foreign};
 use crate::finding::{Finding, FindingKind};
 use crate::{Error, Result};
@@ -53,7 +48,7 @@ pub(crate) struct BatchReader {
     /// Rows by which it was judged, and the lines of those that are measurements.
     held: VecDeque<Batch>,
     head_lines: Vec<u32>,
-    batches: Batches<Box<dyn BufRead>>,
+    batches: Batches,
     later: Later,
     /// Lines without a row; and these with the rows that are no measurements, as far as they were
     /// judged with the first ones.
@@ -61,8 +56,11 @@ pub(crate) struct BatchReader {
     judged_aside: new::Aside,
     rows: usize,
     input: Input,
-    device: Option<Device>,
+    /// Findings about later rows.
+    findings: Vec<Finding>,
 }
+
+type Batches = Box<dyn Iterator<Item = io::Result<Batch>>>;
 
 impl BatchReader {
     /// Opens a recording and judges its first rows. `copied` says which columns keep their text,
@@ -82,21 +80,23 @@ impl BatchReader {
         let here = Path::new(name);
         let io = |e| Error::io(here, e);
         let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
-        let (magic, mut reader) = peek(reader, wearable::MAGIC).map_err(io)?;
-        let mut device = None;
-        let mut description = None;
-        if wearable::is_one(&magic) {
-            let (text, rows, words) = as_text(reader, name)?;
-            (reader, device, description) = (text, Some(rows), Some(words));
-        }
-        let mut text = bytes::utf8(reader).map_err(io)?;
-        let start = text.fill_buf().map_err(io)?.to_vec();
-        foreign::refuse_calibration(&start, here)?;
-        let file = here.file_name().unwrap_or_default().to_string_lossy();
+        let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(io)?;
         let read = text_options(options, false);
-        let (format, text) = open_text(text, &file, &read).map_err(|e| refused(e, &start, here))?;
-        let text: Box<dyn BufRead> = Box::new(text);
-        let mut batches = format.batches(text).with_text(&copied(&format));
+        let (start, format, mut batches): (_, _, Batches);
+        if cwa::is_one(&magic) {
+            let samples;
+            start = Vec::new();
+            (format, samples) = cwa::open(reader, &read).map_err(|e| refused(e, &start, here))?;
+            batches = Box::new(samples.with_text(&copied(&format)));
+        } else {
+            let mut text = bytes::utf8(reader).map_err(io)?;
+            start = text.fill_buf().map_err(io)?.to_vec();
+            foreign::refuse_calibration(&start, here)?;
+            let file = here.file_name().unwrap_or_default().to_string_lossy();
+            let opened = open_text(text, &file, &read).map_err(|e| refused(e, &start, here))?;
+            format = opened.0;
+            batches = Box::new(format.batches(opened.1).with_text(&copied(&format)));
+        }
         let (mut head, mut held) = (Batch::default(), VecDeque::new());
         let is_time = |c: &usize| format.columns[*c].role == Role::Time;
         let mut times = (0..format.columns.len()).filter(is_time);
@@ -122,12 +122,8 @@ impl BatchReader {
         let (judged, later) = Later::judge(&format, head).map_err(|e| refused(e, &start, here))?;
         let head_lines = judged.lines.clone();
         let judged_aside = judged.aside.clone();
-        let mut recording = of_judged(judged, name);
-        if let Some(description) = description {
-            recording.description = description;
-        }
         Ok(BatchReader {
-            recording,
+            recording: of_judged(judged, name),
             format,
             wants_time,
             stamps,
@@ -140,13 +136,8 @@ impl BatchReader {
             judged_aside,
             rows,
             input,
-            device,
+            findings: Vec::new(),
         })
-    }
-
-    /// Whether it is the file of a worn device.
-    pub fn is_device(&self) -> bool {
-        self.device.is_some()
     }
 
     /// The next rows; `None` after the last.
@@ -173,6 +164,8 @@ impl BatchReader {
         self.rows += batch.rows();
         self.judged_aside.append(batch.aside.clone());
         self.aside.append(std::mem::take(&mut batch.aside));
+        self.findings
+            .extend(batch.notes.drain(..).map(Finding::from));
         let time_s = if self.wants_time {
             self.later.times(&batch)
         } else {
@@ -237,7 +230,7 @@ impl BatchReader {
     /// called after the last row. `written`: number of rows that were written, all or those that
     /// are measurements.
     pub fn finish(mut self, written: usize) -> (Recording, Ledger, Vec<Finding>) {
-        let mut findings = Vec::new();
+        let mut findings = self.findings;
         if self.input.is_cut_off() {
             let text = format!(
                 "the packed file is damaged or ends in the middle; {} rows could be unpacked",
@@ -246,9 +239,6 @@ impl BatchReader {
             findings.push(Finding::new(FindingKind::TruncatedFile, text));
         }
         findings.extend(self.later.note().cloned().map(Finding::from));
-        if let Some(device) = self.device.take() {
-            findings.extend(device.borrow().findings());
-        }
         if written < self.rows {
             self.aside = self.judged_aside;
             self.aside.append(self.later.aside().clone());
@@ -278,59 +268,5 @@ fn unreadable(error: io::Error, start: &[u8], here: &Path) -> Error {
     match error.downcast::<new::Error>() {
         Ok(error) => refused(error, start, here),
         Err(error) => Error::io(here, error),
-    }
-}
-
-/// Rows of a worn device, which are read as text and asked for their findings at the end.
-type Device = Rc<RefCell<DeviceRows<Box<dyn Read>>>>;
-
-/// A file of a worn device as text, its rows, and the format in words.
-fn as_text(reader: Box<dyn Read>, name: &str) -> Result<(Box<dyn Read>, Device, String)> {
-    let here = Path::new(name);
-    let io = |e| Error::io(here, e);
-    let (head, reader) = peek(reader, super::open::HEAD).map_err(io)?;
-    let opened = Opened::of(&head, here)?;
-    let mut rows = opened.rows(reader, name, false).map_err(io)?;
-    rows.provide_text();
-    let rows = Rc::new(RefCell::new(rows));
-    let header = opened.dialect.header.iter().flat_map(|h| &h.names);
-    let mut lines: String = opened
-        .dialect
-        .metadata
-        .iter()
-        .map(|l| format!("# {l}\n"))
-        .collect();
-    lines += &header.map(String::as_str).collect::<Vec<_>>().join(",");
-    lines.push('\n');
-    let text = DeviceText {
-        rows: Rc::clone(&rows),
-        lines: lines.into_bytes(),
-        at: 0,
-    };
-    Ok((Box::new(BufReader::new(text)), rows, opened.description))
-}
-
-/// Samples of a worn device as text.
-struct DeviceText {
-    rows: Device,
-    lines: Vec<u8>,
-    at: usize,
-}
-
-impl Read for DeviceText {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        if self.at == self.lines.len() {
-            self.lines.clear();
-            self.at = 0;
-            let mut rows = self.rows.borrow_mut();
-            while self.lines.len() < out.len()
-                && rows.next_line(&mut self.lines).map_err(io::Error::other)?
-            {}
-        }
-        let left = &self.lines[self.at..];
-        let n = left.len().min(out.len());
-        out[..n].copy_from_slice(&left[..n]);
-        self.at += n;
-        Ok(n)
     }
 }

@@ -44,9 +44,9 @@ pub(super) fn in_recording(
             .in_file(&recording.name),
         );
     }
-    // Spikes all over a recording hide its stills. Of an excerpt these are known.
+    // Spikes all over a recording hide its stills.
     let mut despiked = None;
-    if stills.spans.is_empty() && !recording.is_excerpt() {
+    if stills.spans.is_empty() {
         let mut other = recording.clone();
         let step = other.accel_resolution();
         if spikes::take_out(&mut other.accel, step) > 0 {
@@ -55,12 +55,12 @@ pub(super) fn in_recording(
         }
     }
     let mut spans = stills.spans;
-    if !spans.is_empty() && !recording.is_excerpt() {
+    if !spans.is_empty() {
         spans.extend(hidden_by_spikes(recording, &spans, &options.still));
         spans.sort_by_key(|s| s.start);
     }
     let holds = longest_per_hold(recording, spans);
-    if alone && !recording.is_excerpt() && is_table_of_means(recording, holds.is_empty()) {
+    if alone && is_table_of_means(recording, holds.is_empty()) {
         return Ok(rows_as_poses(index, recording, findings));
     }
     if holds.is_empty() && recording.rows_in_file() < FEW_ROWS {
@@ -502,7 +502,7 @@ fn without_still(
 }
 
 /// So few rows at a rate, Hz, are too few to judge.
-pub(crate) fn is_too_short(rows: usize, rate: f64) -> bool {
+fn is_too_short(rows: usize, rate: f64) -> bool {
     rows < (rate as usize).max(FEW_ROWS)
 }
 

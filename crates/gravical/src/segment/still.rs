@@ -2,27 +2,19 @@
 
 use std::ops::Range;
 
-use crate::recording::{Finding, FindingKind, Recording, between};
+use crate::recording::{Finding, FindingKind, Recording};
 use crate::still::{self, Channels, moments};
 
 pub use crate::still::{StillOptions, Stills, block_rows};
 
-/// Finds the stills. Of an [excerpt](crate::excerpt) these are those of the whole
-/// recording; with other options than it was read for, only what is in memory counts.
+/// Finds the stills.
 #[must_use]
 pub fn find_stills(recording: &Recording, options: &StillOptions) -> Stills {
-    if let Some(stills) = recording
-        .excerpt
-        .as_ref()
-        .and_then(|e| e.stills_by(options))
-    {
-        return stills.clone();
-    }
     let channels = Channels {
         accel: &recording.accel,
         gyro: recording.gyro.as_ref(),
         rate_hz: recording.working_rate_hz().0,
-        segments: between(&recording.discontinuities(), recording.rows()),
+        segments: recording.segments(),
         resolution: recording.resolution,
     };
     still::find_stills(&channels, options)

@@ -51,9 +51,6 @@ pub(super) fn detect_rests(recording: &Recording) -> Vec<Vec<TemperatureBlock>> 
 }
 
 fn cut(recording: &Recording) -> Vec<TemperatureBlock> {
-    if let Some(excerpt) = &recording.excerpt {
-        return excerpt.thermal.clone();
-    }
     let Some(temperature) = &recording.temperature_c else {
         return Vec::new();
     };

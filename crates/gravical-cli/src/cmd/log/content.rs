@@ -10,10 +10,8 @@ use std::time::{Duration, Instant};
 use gravical::Result;
 use gravical::inspect::{Inspection, inspect};
 use gravical::recording::growing::Growing;
-use gravical::recording::{AccelScale, Finding, ReadOptions, Severity};
+use gravical::recording::{AccelScale, Finding, ReadOptions, Severity, read};
 use gravical::segment::face::AxisMap;
-use gravical::segment::still::StillOptions;
-use gravical::session::read_for;
 
 use super::reporter::Reporter;
 
@@ -85,8 +83,7 @@ pub fn inspected(
     let (sender, result) = channel();
     let file = path.to_owned();
     thread::spawn(move || {
-        let still = StillOptions::default();
-        let recording = read_for(&file, &ReadOptions::default(), Some(&still));
+        let recording = read(&file, &ReadOptions::default());
         // Without a receiver nobody waits.
         let _ = sender.send(recording.map(|recording| inspect(&recording, &AxisMap::default())));
     });
