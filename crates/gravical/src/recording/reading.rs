@@ -288,7 +288,7 @@ pub(super) fn ledger(aside: &new::Aside, rows: usize) -> Ledger {
             Reason::LateBlock => Aside::LateBlock,
             Reason::ErasedBlock => Aside::ErasedBlock,
         };
-        ledger.set(kind, &aside.lines, &aside.first);
+        ledger.set(kind, aside.lines.count());
     }
     ledger
 }

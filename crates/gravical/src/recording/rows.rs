@@ -349,9 +349,9 @@ impl<S: Source> Rows<S> {
 mod tests {
     use super::*;
     use crate::recording::ReadOptions;
-    use crate::recording::cells::CellRules;
     use crate::recording::layout::Layout;
     use crate::recording::names::Quantity;
+    use crate::recording::row::GYRO;
 
     /// Rows of ax, ay, az, gx, gy, gz.
     struct Listed(Vec<[f64; 6]>, usize);
@@ -422,7 +422,7 @@ mod tests {
         let mut list = vec![STILL; 50];
         list.extend([DEAD; 40]);
         assert_eq!(returned(&mut rows(&list)).len(), 50);
-        list.extend([DEAD; MOST_HELD]);
+        list.resize(list.len() + MOST_HELD, DEAD);
         let all = returned(&mut rows(&list));
         assert_eq!(all.len(), list.len());
         assert!(all[50..].iter().all(|r| r.1 && r.2));
