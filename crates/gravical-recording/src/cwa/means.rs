@@ -7,6 +7,7 @@ use crate::error::{Error, Kind};
 use crate::judge;
 use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
+use crate::recording::judging::resolution;
 use crate::recording::{MAX_BYTES, Recording};
 use crate::text::{Batch, Format};
 
@@ -36,13 +37,15 @@ pub fn read(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error
         rows.append(rest);
         return Recording::judge(&format, rows);
     }
+    let axes = |columns: [usize; 3]| columns.map(|c| rows.columns[c].clone());
+    let resolution = resolution(&axes(format.accel), format.gyro.map(axes).as_ref());
     let mut means = Means::new(count, rows.columns.len());
     means.add(rows);
     for batch in samples {
         means.add(batch?);
         check_size(&means.rows)?;
     }
-    means.judge(&format)
+    means.judge(&format, resolution)
 }
 
 /// Reads a `.cwa` file with all its samples.
@@ -140,7 +143,7 @@ impl Means {
         self.held = 0;
     }
 
-    fn judge(self, format: &Format) -> Result<Recording, Error> {
+    fn judge(self, format: &Format, resolution: [f64; 6]) -> Result<Recording, Error> {
         let count = self.count as f64;
         let mut format = format.clone();
         let rates = [&mut format.rate_hz, &mut format.options.rate_hz];
@@ -151,7 +154,7 @@ impl Means {
             self.rows.rows(),
             self.count
         );
-        let mut recording = Recording::judge(&format, self.rows)?;
+        let mut recording = Recording::judge_means(&format, self.rows, Some(resolution))?;
         let note = Note::new(NoteKind::SamplesAveraged, text);
         recording.notes.push(note);
         Ok(recording)

@@ -6,7 +6,7 @@ use gravical_core::matrix3::norm;
 use gravical_core::rounding;
 
 use super::block::Block;
-use super::runs::{RangeTree, join, split_run, trim};
+use super::runs::{join, split_run, trim};
 use super::{StillOptions, block_rows, distance, floors, moments, turning};
 
 /// Smallest share of the blocks that is assumed to be static.
@@ -192,7 +192,6 @@ impl Levels {
     /// [extended](Self::grow).
     pub fn quiet_rows(&self, segment: &[Block]) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
-        let ranges = RangeTree::new(segment);
         let mut at = 0;
         while at < segment.len() {
             let end = segment[at..]
@@ -200,7 +199,7 @@ impl Levels {
                 .position(|b| !self.is_quiet(b))
                 .map_or(segment.len(), |n| at + n);
             if end > at {
-                split_run(segment, &ranges, at..end, self.agree, &mut runs);
+                split_run(segment, at..end, self.agree, &mut runs);
             }
             at = end + 1;
         }

@@ -45,7 +45,7 @@ impl RangeSummary {
 }
 
 /// A segment tree over blocks: node k covers nodes 2k and 2k + 1.
-pub(super) struct RangeTree {
+struct RangeTree {
     nodes: Vec<RangeSummary>,
     leaves: usize,
 }
@@ -101,11 +101,13 @@ impl RangeTree {
 /// recursively.
 pub(super) fn split_run(
     segment: &[Block],
-    ranges: &RangeTree,
     run: Range<usize>,
     agree: f64,
     out: &mut Vec<Range<usize>>,
 ) {
+    let offset = run.start;
+    let segment = &segment[run.clone()];
+    let (ranges, run) = (RangeTree::new(segment), 0..run.len());
     let mut pending = vec![run];
     let mut kept = Vec::new();
     while let Some(run) = pending.pop() {
@@ -137,7 +139,7 @@ pub(super) fn split_run(
         pending.push(run.start + cut..run.end);
     }
     kept.sort_by_key(|r| r.start);
-    out.extend(kept);
+    out.extend(kept.iter().map(|r| r.start + offset..r.end + offset));
 }
 
 /// Joins runs separated by a disturbance of at most two blocks if the means on both sides agree:
