@@ -105,6 +105,7 @@ impl Means {
     }
 
     fn add(&mut self, mut batch: Batch) {
+        let mut means = Batch::new(self.first.len());
         let mut breaks = batch.breaks.iter().copied().peekable();
         for (row, line) in batch.lines.iter().enumerate() {
             if breaks.next_if_eq(&row).is_some() {
@@ -124,27 +125,29 @@ impl Means {
             }
             self.held += 1;
             if self.held == self.count {
-                self.push();
+                self.push_to(&mut means);
             }
         }
-        self.rows.aside.append(std::mem::take(&mut batch.aside));
-        self.rows.notes.append(&mut batch.notes);
+        means.aside = std::mem::take(&mut batch.aside);
+        means.notes = std::mem::take(&mut batch.notes);
+        self.rows.append(means);
     }
 
-    fn push(&mut self) {
+    fn push_to(&mut self, means: &mut Batch) {
         if std::mem::take(&mut self.is_after_break) {
-            self.rows.breaks.push(self.rows.rows());
+            means.breaks.push(means.rows());
         }
-        let means = self.first.iter().zip(&self.sums);
-        for (column, (first, sum)) in self.rows.columns.iter_mut().zip(means) {
+        let values = self.first.iter().zip(&self.sums);
+        for (column, (first, sum)) in means.columns.iter_mut().zip(values) {
             column.push(first + sum / self.count as f64);
         }
-        self.rows.lines.push(self.line);
+        means.lines.push(self.line);
         self.held = 0;
     }
 
-    fn judge(self, format: &Format, resolution: [f64; 6]) -> Result<Recording, Error> {
+    fn judge(mut self, format: &Format, resolution: [f64; 6]) -> Result<Recording, Error> {
         let count = self.count as f64;
+        self.rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
         let mut format = format.clone();
         let rates = [&mut format.rate_hz, &mut format.options.rate_hz];
         rates.into_iter().flatten().for_each(|rate| *rate /= count);
