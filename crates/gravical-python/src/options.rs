@@ -7,7 +7,6 @@ use gravical::apply::{ApplyOptions, OutputUnit};
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
 use gravical::calibration_file::SensorInfo;
 use gravical::denoise::{Channels, DenoiseOptions, FilterSpec};
-use gravical::excerpt;
 use gravical::export::ExportOptions;
 use gravical::gravity::Gravity;
 use gravical::motion::{GravityRemoval, Intervals, MotionOptions};
@@ -256,7 +255,7 @@ impl<'py> Options<'py> {
             return Ok(Vec::new());
         }
         crate::task::run(self.py(), &meter, move || {
-            let all = paths.iter().map(|path| excerpt::read(path, &read));
+            let all = paths.iter().map(|path| gravical::recording::read(path, &read));
             all.collect::<Result<_>>()
         })
     }

@@ -13,7 +13,7 @@ use gravical::inspect::inspect;
 use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, Recording as Rows, join_gyroscope, open, read};
-use gravical::session::{read_for, read_session};
+use gravical::session::read_session;
 use gravical::simulate::{
     FileFormat, LineOptions, PosesOptions, Scenario, SimulateOptions, SixPositionOptions,
     SoakOptions, StaticOptions, simulate_to,
@@ -43,9 +43,9 @@ pub fn inspect_path(
     let axes = options.axes()?;
     task::run(py, &meter, move || {
         let recording = match gyro {
-            None => read_for(&path, &read, true)?,
+            None => gravical::recording::read(&path, &read)?,
             Some(gyro) => {
-                let mut recording = read_for(&path, &read.beside_gyroscope_file(), false)?;
+                let mut recording = gravical::recording::read(&path, &read.beside_gyroscope_file())?;
                 join_gyroscope(&mut recording, &gyro, &read)?;
                 recording
             }
@@ -231,7 +231,7 @@ pub fn check_paths(
     let file = calibration.get().file.clone();
     task::run(py, &meter, move || {
         let (recordings, left_out) =
-            read_session(&paths, gyro.as_deref(), &read, true)?;
+            read_session(&paths, gyro.as_deref(), &read)?;
         let mut result = check(&file, &name, &recordings, &wanted)?;
         result.findings.extend(left_out);
         let inputs = InputFile::of(&recordings);

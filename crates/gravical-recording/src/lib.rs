@@ -1,10 +1,11 @@
-//! Text of any dialect to columns, and what the columns say.
+//! Text of any dialect, or blocks of a worn device, to columns, and what the columns say.
 //!
 //! # Overview
 //!
 //! 1. [`bytes`]: a path, plain or gzip, in any encoding, as UTF-8.
 //! 2. [`sniff`]: the head of a file to its [`Format`]: dialect, roles of the columns, claims.
 //! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
+//!    [`cwa::open`] does both for a file of Axivity.
 //! 4. [`judge`]: functions over slices: clock, unit, encodings, defects, breaks.
 //! 5. [`Recording`]: one batch that holds everything, and what was judged of it.
 //! 6. [`write`](mod@write): batches to a table, other columns copied from the text of the rows.
@@ -27,6 +28,7 @@
 
 mod board;
 pub mod bytes;
+pub mod cwa;
 mod date;
 mod error;
 pub mod full_scale;

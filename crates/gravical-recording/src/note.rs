@@ -70,6 +70,12 @@ kinds! {
     Clipped "clipped" "Values at the end of the range";
     FrozenAxis "frozen-axis" "One axis keeps its value while others change";
     RepeatedRows "repeated-rows" "Rows repeat throughout";
+    CorruptBlock "corrupt-block" "Blocks of a binary file that cannot be decoded";
+    RepeatedBlock "repeated-block" "Blocks that repeat the one before";
+    LateBlock "late-block" "Blocks that are earlier than the one before";
+    MissingBlocks "missing-blocks" "Blocks are missing by their numbers or stamps";
+    SeveralSessions "several-sessions" "Several sessions in one file";
+    SamplesAveraged "samples-averaged" "Means of neighbouring samples are held";
     TemperatureUnit "temperature-unit" "The temperature is not in °C";
 }
 

@@ -22,7 +22,7 @@ use crate::units::{AccelScale, AccelUnit, GyroScale};
 /// Bytes of the text that decide on the format.
 pub const HEAD_BYTES: usize = 262_144;
 /// Bytes that the columns of a recording may take.
-const MAX_BYTES: usize = 1 << 30;
+pub(crate) const MAX_BYTES: usize = 1 << 30;
 
 /// What a column of labels says.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]

@@ -291,8 +291,8 @@ pub struct Applied {
 /// # Errors
 ///
 /// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
-/// gravity is off by more than a fifth; `unit-changed`, `shifted-columns` as [`apply`]; `excerpt`
-/// (usage) if rows of the file are left out.
+/// gravity is off by more than a fifth; `unit-changed`, `shifted-columns` as [`apply`]; `averaged`
+/// (usage) if its rows are means of samples.
 ///
 /// # Example
 ///
@@ -317,7 +317,7 @@ pub fn apply_recording(
     options: &ApplyOptions,
 ) -> Result<Applied> {
     options.read.validate()?;
-    recording.refuse_excerpt("use `apply`, which reads the file")?;
+    recording.refuse_averaged("use `apply`, which reads the file")?;
     let mut recording = recording.clone();
     let mut applied = Application::begin(calibration, &mut recording, options, None)?;
     let lines: Vec<u32> = (0..recording.rows())

@@ -472,7 +472,7 @@ fn describe(recording: &Recording, interval: &Pose, length: &Length, axes: &Axis
     let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
     let start_s = match &recording.time_s {
         Some(t) => t.get(first).copied().filter(|t| t.is_finite()),
-        None => (!is_assumed).then(|| recording.row_in_file(first) as f64 / rate),
+        None => (!is_assumed).then(|| first as f64 / rate),
     };
     let calibrated = axes.to_case(length.force.into());
     let (nearest, face_angle_deg) = Face::nearest(calibrated);

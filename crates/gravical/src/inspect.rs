@@ -1,5 +1,7 @@
 //! Contents of a recording.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
@@ -114,15 +116,11 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         )
     });
     let turns = full_turns(0, &moves, gyroscope, std::f64::consts::TAU);
-    let left_out = recording
-        .excerpt
-        .as_ref()
-        .map_or(0, |e| e.still_rows_left_out);
-    let held = left_out + spans.iter().map(|s| recording.length(s)).sum::<usize>();
+    let held: usize = spans.iter().map(Range::len).sum();
     let (rate, assumed) = recording.working_rate_hz();
     let time = |row: usize| match &recording.time_s {
         Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
-        None => (!assumed).then(|| recording.row_in_file(row) as f64 / rate),
+        None => (!assumed).then(|| row as f64 / rate),
     };
     let stills = spans
         .iter()
@@ -130,8 +128,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
             let (mean, _) = moments(&recording.accel, span.clone());
             let (face, face_angle_deg) = Face::nearest(axes.to_case(mean));
             StillSpan {
-                start_row: recording.row_in_file(span.start),
-                end_row: recording.row_in_file(span.end - 1) + 1,
+                start_row: span.start,
+                end_row: span.end,
                 lines: [recording.line(span.start), recording.line(span.end - 1)],
                 start_s: time(span.start),
                 end_s: time(span.end - 1),
@@ -163,17 +161,17 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         temperature_drift: study(std::slice::from_ref(recording)).ok(),
         labels: label_counts(recording),
         static_intervals: stills,
-        turns: turns.iter().map(|t| turn_span(recording, t)).collect(),
-        static_share: held as f64 / recording.rows_in_file().max(1) as f64,
+        turns: turns.iter().map(turn_span).collect(),
+        static_share: held as f64 / recording.rows().max(1) as f64,
         findings,
     }
 }
 
-fn turn_span(recording: &Recording, turn: &Turn) -> TurnSpan {
+fn turn_span(turn: &Turn) -> TurnSpan {
     TurnSpan {
         axis: crate::poses::face::AXES[turn.axis],
-        start_row: recording.row_in_file(turn.rows.start),
-        end_row: recording.row_in_file(turn.rows.end - 1) + 1,
+        start_row: turn.rows.start,
+        end_row: turn.rows.end,
     }
 }
 

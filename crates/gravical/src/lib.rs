@@ -54,7 +54,6 @@ mod error;
 #[doc(hidden)]
 pub mod escape;
 #[doc(hidden)]
-pub mod excerpt;
 pub mod export;
 pub mod finding;
 pub mod gravity;

@@ -24,7 +24,6 @@ pub mod turns;
 
 pub(crate) use found::{intervals_of, is_too_short};
 
-use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::recording::units::GyroScale;
@@ -164,34 +163,6 @@ pub(crate) struct Measured {
     pub noise: PoseNoise,
 }
 
-fn rows_not_kept(recording: &Recording) -> Error {
-    Error::usage(
-        "rows-not-kept",
-        "sections and numbers of rows refer to rows of which, in this long recording, not all are in memory",
-    )
-    .at(recording.name.as_ref(), None)
-    .with_hint("read it with `recording::read`, which keeps all")
-}
-
-/// Sections name rows of the file, of which an excerpt has some.
-fn sections_in_memory<'a>(
-    recording: &Recording,
-    sections: &'a [Section],
-) -> Result<Cow<'a, [Section]>> {
-    if !recording.is_excerpt() {
-        return Ok(Cow::Borrowed(sections));
-    }
-    let in_memory = |section: &Section| {
-        let rows = recording.rows_in_memory(&section.rows);
-        let label = section.label.clone();
-        rows.map(|rows| Section { label, rows })
-    };
-    let sections: Option<Vec<Section>> = sections.iter().map(in_memory).collect();
-    sections
-        .map(Cow::Owned)
-        .ok_or_else(|| rows_not_kept(recording))
-}
-
 /// Cuts a session into poses and turns.
 ///
 /// # Errors
@@ -204,17 +175,18 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         return Err(Error::input("no-recordings", "there is no recording"));
     }
     check_units(recordings)?;
-    let by_rows = options.rows.is_some();
-    if let Some(excerpt) = recordings.iter().find(|r| by_rows && r.is_excerpt()) {
-        return Err(rows_not_kept(excerpt));
+    if options.rows.is_some() || options.sections.is_some() {
+        let hint = "give the part to be cut as a file of its own: `gravical convert` writes one";
+        recordings
+            .iter()
+            .try_for_each(|r| r.refuse_averaged(hint))?;
     }
     let mut findings = Vec::new();
     let (mut intervals, mut turns) = (Vec::new(), Vec::new());
     let mut named = false;
     match (&options.sections, recordings) {
         (Some(sections), [one]) => {
-            let sections = sections_in_memory(one, sections)?;
-            (intervals, turns) = named::by_sections(one, &sections, options)?;
+            (intervals, turns) = named::by_sections(one, sections, options)?;
             named = true;
         }
         (Some(_), _) => {

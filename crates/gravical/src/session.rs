@@ -8,7 +8,6 @@ pub use gravical_recording::axes;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::CalibrationFile;
 use crate::escape::path_word;
-use crate::excerpt;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::poses::Segmentation;
@@ -67,7 +66,7 @@ impl Session<'_> {
                 recordings,
             });
         }
-        let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read, !by_rows)?;
+        let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read)?;
         let mut done = calibrate_recordings(recordings, self.options)?;
         done.file.findings.extend(left_out);
         Ok(done)
@@ -221,29 +220,16 @@ pub fn is_something_else(error: &Error) -> bool {
     )
 }
 
-/// Reads a recording whole or, its static intervals (`at_rest`), in flat memory.
+/// Reads a file of a folder, of which nobody said that it is a recording.
 ///
 /// # Errors
 ///
-/// Those of [`read`] and [`excerpt::read`].
-pub fn read_for(path: &Path, options: &ReadOptions, at_rest: bool) -> Result<Recording> {
-    if at_rest {
-        excerpt::read(path, options)
-    } else {
-        read(path, options)
-    }
-}
-
-/// The same of a file of a folder, of which nobody said that it is a recording.
-///
-/// # Errors
-///
-/// `no-rows` for prose, such as a licence; those of [`read_for`].
-pub fn read_listed(path: &Path, options: &ReadOptions, at_rest: bool) -> Result<Recording> {
+/// `no-rows` for prose, such as a licence; those of [`read`].
+pub fn read_listed(path: &Path, options: &ReadOptions) -> Result<Recording> {
     if ends_in_words(path) {
         return Err(Error::input("no-rows", "this is text, not rows of numbers").at(path, None));
     }
-    read_for(path, options, at_rest)
+    read(path, options)
 }
 
 /// True for a file that ends in words: however a recording begins, it ends in
@@ -276,8 +262,7 @@ pub fn several_with_gyro(inputs: usize) -> Error {
 /// Reads files, or the recordings of one folder, with the gyroscope of `gyro`
 /// joined to the one recording that there is. A file with a gyroscope alone is
 /// no placement: it is joined where it can belong to one recording only. What is
-/// left out comes back as findings. With `at_rest`, long recordings without a second
-/// file are read for their stills alone.
+/// left out comes back as findings.
 ///
 /// # Errors
 ///
@@ -287,10 +272,7 @@ pub fn read_session(
     inputs: &[PathBuf],
     gyro: Option<&Path>,
     options: &ReadOptions,
-    at_rest: bool,
 ) -> Result<(Vec<Recording>, Vec<Finding>)> {
-    // Samples of two files are joined one by one.
-    let at_rest = at_rest && gyro.is_none();
     let folder = match inputs {
         [one] if one.as_path() != Path::new("-") && one.is_dir() => Some(one),
         _ => None,
@@ -309,8 +291,8 @@ pub fn read_session(
             continue;
         }
         let recording = match folder {
-            Some(_) => read_listed(path, &of_recordings, at_rest),
-            None => read_for(path, &of_recordings, at_rest),
+            Some(_) => read_listed(path, &of_recordings),
+            None => read(path, &of_recordings),
         };
         let doubtful = match &recording {
             Ok(recording) => recording.gyro.is_none() && is_named_gyroscope(path),
@@ -362,9 +344,6 @@ pub fn read_session(
         (several, Some(_), _) => return Err(several_with_gyro(several.len())),
         ([one], None, [gyro]) if one.gyro.is_none() => {
             let file = gyro.display().to_string();
-            if one.is_excerpt() {
-                *one = read(Path::new(&one.name), options)?;
-            }
             left_out.push(match join_gyroscope(one, gyro, options) {
                 Ok(()) => Finding::new(
                     FindingKind::GyroJoined,

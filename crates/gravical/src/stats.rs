@@ -180,11 +180,6 @@ impl<T, const MOST: usize> Thinned<T, MOST> {
         });
     }
 
-    /// Distance between stored items in the stream.
-    pub fn stride(&self) -> u64 {
-        self.stride
-    }
-
     /// The stored items, in order.
     pub fn items(&self) -> &[T] {
         &self.items

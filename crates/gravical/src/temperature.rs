@@ -35,6 +35,7 @@
 //! ```
 
 mod rests;
+use rests::RestBlock;
 #[cfg(test)]
 mod tests;
 
@@ -51,7 +52,6 @@ use crate::numfmt::{milli_g, small};
 use crate::poses::MANY_POSES;
 use crate::poses::{Pose, Segmentation, check_units};
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
-use crate::stills::{self, TemperatureBlock};
 use crate::{Error, Result};
 
 pub use gravical_fit::polynomial::evaluate;
@@ -100,7 +100,6 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         )
         .with_hint("cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used")
     };
-    // First, since an excerpt has blocks only if its temperature range is wide enough.
     let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
     let recorded_c = span_c(ranges.flatten());
     if recorded_c <= MIN_SPAN_C {
@@ -114,7 +113,7 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         )
         .with_hint("leave the sensor untouched while its temperature changes"));
     }
-    let span_of = |rest: &Vec<TemperatureBlock>| span_c(rest.iter().map(|b| b.t_c));
+    let span_of = |rest: &Vec<RestBlock>| span_c(rest.iter().map(|b| b.t_c));
     let widest_c = rests.iter().flatten().map(span_of).fold(0.0, f64::max);
     for rests in &mut rests {
         rests.retain(|rest| span_of(rest) > MIN_REST_SPAN_C);
@@ -132,11 +131,11 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
 struct DirectedBlock<'a> {
     rest: usize,
     direction: Direction,
-    block: &'a TemperatureBlock,
+    block: &'a RestBlock,
 }
 
 /// The blocks with the direction of their temperature; none where it never turns by `turn_c`.
-fn direct_blocks(recordings: &[Vec<Vec<TemperatureBlock>>], turn_c: f64) -> Vec<DirectedBlock<'_>> {
+fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<DirectedBlock<'_>> {
     let mut out = Vec::new();
     let mut number = 0..;
     for rests in recordings {
@@ -185,7 +184,7 @@ fn shared_range(blocks: &[DirectedBlock<'_>]) -> std::result::Result<[f64; 2], S
 /// The model from the `rests` of each recording, which span `range_c`.
 fn fit_model(
     recordings: &[Recording],
-    rests: &[Vec<Vec<TemperatureBlock>>],
+    rests: &[Vec<Vec<RestBlock>>],
     range_c: [f64; 2],
 ) -> TemperatureModel {
     let turn_c = (TURN_SHARE * (range_c[1] - range_c[0])).max(MIN_TURN_C);
@@ -202,15 +201,15 @@ fn fit_model(
         input_unit: first
             .map_or("unknown", |r| r.accel_scale.unit.name())
             .to_owned(),
-        ..test_channel(&blocks, |b| b.mean[axis], reference_c, &shared)
+        ..test_channel(&blocks, |b| b.accel[axis], reference_c, &shared)
     };
     let gyro = |axis: usize| ChannelDrift {
         channel: CHANNELS[3 + axis].to_owned(),
         input_unit: gyro_scale.map_or("unknown", |g| g.unit.name()).to_owned(),
-        ..test_channel(&blocks, |b| b.gyro_mean[axis], reference_c, &shared)
+        ..test_channel(&blocks, |b| b.gyro[axis], reference_c, &shared)
     };
     let mut channels: Vec<ChannelDrift> = (0..3).map(accel).collect();
-    let mut means = blocks.iter().flat_map(|b| b.block.block.gyro_mean);
+    let mut means = blocks.iter().flat_map(|b| b.block.gyro);
     if means.any(f64::is_finite) {
         channels.extend((0..3).map(gyro));
     }
@@ -226,7 +225,7 @@ fn fit_model(
 /// Coefficients and verdict of a channel, without its name and unit.
 fn test_channel(
     blocks: &[DirectedBlock<'_>],
-    reading: impl Fn(&stills::Block) -> f64,
+    reading: impl Fn(&RestBlock) -> f64,
     reference_c: f64,
     shared: &std::result::Result<[f64; 2], String>,
 ) -> ChannelDrift {
@@ -241,7 +240,7 @@ fn test_channel(
         rest: b.rest,
         direction: b.direction,
         t_c: b.block.t_c,
-        reading: reading(&b.block.block),
+        reading: reading(b.block),
     };
     let blocks: Vec<Block> = blocks.iter().map(block).collect();
     let Some(fit) = fit_drift(&blocks, reference_c) else {

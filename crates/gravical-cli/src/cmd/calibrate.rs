@@ -6,12 +6,11 @@ use std::process::ExitCode;
 use gravical::calibrate::{self, CalibrateOptions, EstimateOptions};
 use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
 use gravical::escape::path_word;
-use gravical::excerpt;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
 use gravical::poses::SegmentOptions;
 use gravical::poses::sections::read_sections;
-use gravical::recording::{ReadOptions, Recording};
+use gravical::recording::{ReadOptions, Recording, read};
 use gravical::session::{self, SessionCalibration};
 use gravical::utc::UtcTime;
 use gravical::{Error, Result};
@@ -381,7 +380,7 @@ impl Args {
     fn thermal(&self) -> Result<Vec<Recording>> {
         let options = self.recording.read_options(true);
         let files = self.method.thermal.iter();
-        files.map(|file| excerpt::read(file, &options)).collect()
+        files.map(|file| read(file, &options)).collect()
     }
 
     fn options(&self) -> Result<CalibrateOptions> {

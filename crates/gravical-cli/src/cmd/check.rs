@@ -193,7 +193,7 @@ fn compute(
     read_options: &ReadOptions,
     options: &CheckOptions,
 ) -> Result<(CheckReport, Vec<Recording>)> {
-    let (recordings, left_out) = read_session(inputs, args.gyro.as_deref(), read_options, true)?;
+    let (recordings, left_out) = read_session(inputs, args.gyro.as_deref(), read_options)?;
     let name = path.display().to_string();
     let mut result = check(calibration, &name, &recordings, options)?;
     result.findings.extend(left_out);

@@ -6,10 +6,8 @@ use std::process::ExitCode;
 use gravical::Error;
 use gravical::calibration_file::InputFile;
 use gravical::inspect::inspect;
-use gravical::recording::join_gyroscope;
-use gravical::session::{
-    axes, files_in, is_something_else, read_for, read_listed, several_with_gyro,
-};
+use gravical::recording::{join_gyroscope, read};
+use gravical::session::{axes, files_in, is_something_else, read_listed, several_with_gyro};
 use gravical_report::report;
 
 use crate::options::RecordingArgs;
@@ -76,13 +74,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Some(_) => options.beside_gyroscope_file(),
         None => options.clone(),
     };
-    // A second file is joined to all rows.
-    let at_rest = args.gyro.is_none();
     for (path, listed) in &files {
         let recording = if *listed {
-            read_listed(path, &of_recording, at_rest)
+            read_listed(path, &of_recording)
         } else {
-            read_for(path, &of_recording, at_rest)
+            read(path, &of_recording)
         };
         let recording = recording.and_then(|mut recording| {
             if let Some(gyro) = &args.gyro {

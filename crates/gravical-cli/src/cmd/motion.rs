@@ -11,7 +11,7 @@ use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionResult, motion, write_table};
 use gravical::noise::read_noise;
 use gravical::output::write_atomic;
-use gravical::recording::{Recording, join_gyroscope, read};
+use gravical::recording::{Recording, join_gyroscope, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::report;
@@ -57,11 +57,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     let recording = match &args.gyro {
         Some(path) => {
-            let mut recording = read(&args.input, &read_options.beside_gyroscope_file())?;
+            let mut recording = read_samples(&args.input, &read_options.beside_gyroscope_file())?;
             join_gyroscope(&mut recording, path, &read_options)?;
             recording
         }
-        None => read(&args.input, &read_options)?,
+        None => read_samples(&args.input, &read_options)?,
     };
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));

@@ -29,7 +29,17 @@ impl Recording {
     /// # Errors
     ///
     /// There are no rows, or the sensor did not answer.
-    pub fn judge(format: &Format, mut rows: Batch) -> Result<Self, Error> {
+    pub fn judge(format: &Format, rows: Batch) -> Result<Self, Error> {
+        Recording::judge_means(format, rows, None)
+    }
+
+    /// The same of rows that are means of samples with this resolution, if one is given: means of
+    /// coarse samples are as fine as they are wrong.
+    pub(crate) fn judge_means(
+        format: &Format,
+        mut rows: Batch,
+        of_samples: Option<[f64; 6]>,
+    ) -> Result<Self, Error> {
         let options = &format.options;
         let mut notes = notes::of_columns(format);
         if let Some((column, _)) = format.sensor {
@@ -47,7 +57,7 @@ impl Recording {
         let has_temperature = temperature_c.is_some();
         rows.columns.push(std::mem::take(&mut time.time_s));
         rows.columns.push(temperature_c.unwrap_or_default());
-        let emptied = set_aside_defects(format, &mut rows);
+        let emptied = set_aside_defects(format, &mut rows, of_samples.is_some());
         let encoding = decode(format, &mut rows);
         set_aside_slipped(format, &mut rows);
         let lines_notes = notes::of_lines(&rows);
@@ -89,7 +99,7 @@ impl Recording {
         );
         notes.extend(empty);
         notes.extend(emptied);
-        let resolution = resolution(&accel, gyro.as_ref());
+        let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
         let judged = unit(&accel);
         let mut breaks = rows.breaks.clone();
         breaks.extend(time.breaks(&rows, &time_s));
@@ -319,7 +329,7 @@ fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) ->
 
 /// Sets rows aside that were not read, or repeat because the sensor hung; empties the
 /// accelerometer where it alone was not read.
-fn set_aside_defects(format: &Format, rows: &mut Batch) -> Option<Note> {
+fn set_aside_defects(format: &Format, rows: &mut Batch, are_means: bool) -> Option<Note> {
     let channels = format.channels();
     let mut emptied = None;
     // Zero is no rate that a sensor at rest could not have.
@@ -328,9 +338,11 @@ fn set_aside_defects(format: &Format, rows: &mut Batch) -> Option<Note> {
         rows.keep(&keep, Reason::Zeros);
         emptied = empty_unread(format, rows);
     }
-    let values = slices(rows, &channels);
-    let keep = judge::mark_hung([values[0], values[1], values[2]], &values[3..]);
-    rows.keep(&keep, Reason::Hung);
+    if !are_means {
+        let values = slices(rows, &channels);
+        let keep = judge::mark_hung([values[0], values[1], values[2]], &values[3..]);
+        rows.keep(&keep, Reason::Hung);
+    }
     emptied
 }
 
@@ -462,7 +474,7 @@ fn gyro_scale(format: &Format, columns: [usize; 3], gyro: &[Vec<f64>; 3]) -> Gyr
     }
 }
 
-fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
+pub(crate) fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
     let [ax, ay, az] = judge::resolution(accel);
     let [gx, gy, gz] = gyro.map_or([0.0; 3], judge::resolution);
     [ax, ay, az, gx, gy, gz]

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
+use crate::note::Note;
 use crate::spans::LineSpans;
 
 /// Why a line holds no row of the recording, or a row no measurement.
@@ -36,6 +37,14 @@ pub enum Reason {
     Hung,
     /// Channels shifted by one or more places
     Slipped,
+    /// A block of a binary file that cannot be decoded
+    CorruptBlock,
+    /// A block that repeats the one before
+    RepeatedBlock,
+    /// A block that is earlier than the one before
+    LateBlock,
+    /// A block that was never written
+    ErasedBlock,
 }
 
 impl Reason {
@@ -57,7 +66,16 @@ impl Reason {
             Reason::Zeros => "zero-rows",
             Reason::Hung => "sensor-hung",
             Reason::Slipped => "shifted-columns",
+            Reason::CorruptBlock => "corrupt-block",
+            Reason::RepeatedBlock => "repeated-block",
+            Reason::LateBlock => "late-block",
+            Reason::ErasedBlock => "erased-block",
         }
+    }
+
+    /// Whether it concerns a block of a binary file.
+    pub(crate) fn is_block(self) -> bool {
+        self >= Reason::CorruptBlock
     }
 
     /// What such lines are, and what was done with them.
@@ -87,6 +105,10 @@ impl Reason {
                 "all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap"
             }
             Reason::Slipped => "the values stand in the columns of others; set aside",
+            Reason::CorruptBlock => "damaged; skipped",
+            Reason::RepeatedBlock => "repeating the one before; skipped",
+            Reason::LateBlock => "earlier than the one before (repeated or out of order); skipped",
+            Reason::ErasedBlock => "never written; skipped",
         }
     }
 }
@@ -191,6 +213,8 @@ pub struct Batch {
     pub nul_lines: LineSpans,
     /// Lines without a row
     pub aside: Aside,
+    /// What was found beside that, in the last batch
+    pub notes: Vec<Note>,
     /// Text of columns, where it was asked for
     pub text: CopiedText,
 }
@@ -214,8 +238,8 @@ impl CopiedText {
         }
     }
 
-    pub(crate) fn push(&mut self, piece: &str) {
-        self.bytes.extend_from_slice(piece.as_bytes());
+    pub(crate) fn push(&mut self, piece: &[u8]) {
+        self.bytes.extend_from_slice(piece);
         self.ends.push(self.bytes.len());
     }
 
@@ -291,6 +315,7 @@ impl Batch {
         self.rejected += later.rejected;
         self.nul_lines.append(&later.nul_lines);
         self.aside.append(later.aside);
+        self.notes.append(&mut later.notes);
     }
 
     /// Keeps the rows that are marked and counts the others; where a sensor hung, or was not read

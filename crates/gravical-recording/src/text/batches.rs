@@ -324,7 +324,7 @@ impl RowParser<'_> {
         self.begin_row();
         for (first, last) in self.copied {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);
-            self.batch.text.push(&line[from..to]);
+            self.batch.text.push(&line.as_bytes()[from..to]);
         }
         if let (Some(first), Some(last)) = (self.text_cells.first(), self.text_cells.last()) {
             let between = last - first + 1;
@@ -396,7 +396,7 @@ impl RowParser<'_> {
 /// Copies the numbers of a row that was wrapped in words.
 fn push_slots(slots: &mut [String], copied: &[(usize, usize)], text: &mut CopiedText) {
     for (first, last) in copied {
-        text.push(&slots[*first..=*last].join(","));
+        text.push(slots[*first..=*last].join(",").as_bytes());
     }
     slots.iter_mut().for_each(String::clear);
 }

@@ -31,6 +31,8 @@ pub struct Format {
     pub(crate) head_lines: usize,
     /// Line that names the columns, from 1; 0 without one.
     pub(crate) header_line: usize,
+    /// The device and its settings in words, where it wrote no text
+    pub(crate) device: Option<String>,
     /// Settings of our board, where the head has them.
     pub(crate) board: Option<BoardSettings>,
     /// Columns that are parsed.
@@ -71,6 +73,7 @@ impl Format {
             line_end,
             head_lines: 0,
             header_line: 0,
+            device: None,
             board: None,
             is_read: vec![true; fields],
             metadata: Vec::new(),
@@ -89,9 +92,12 @@ impl Format {
         }
     }
 
-    /// The format in words: `comma separated, header in line 1`.
+    /// The format in words: `comma separated, header in line 1`; the device, if it wrote no text.
     #[must_use]
     pub fn describe(&self) -> String {
+        if let Some(device) = &self.device {
+            return device.clone();
+        }
         let mut text = match &self.layout {
             Layout::Table(dialect) => {
                 let comma = if dialect.decimal_comma {

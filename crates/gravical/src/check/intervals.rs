@@ -78,7 +78,7 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
         return intervals_of(index, found, None, Selection::Found);
     }
     // A table of means, or poses that somebody named: the intervals are given.
-    if recording.labels.is_some() || recording.rows_in_file() < 40 {
+    if recording.labels.is_some() || recording.rows() < 40 {
         let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
         if let Ok(given) = given {
             let of_this = |pose| Pose {

@@ -52,7 +52,7 @@ pub fn denoise_file(
     options.validate()?;
     let name = path.display().to_string();
     let mut source = Reopenable::of(path);
-    let mut recording = reading::read_from(&mut source, &name, read)?;
+    let mut recording = reading::read_samples_from(&mut source, &name, read)?;
     let inputs = InputFile::of(std::slice::from_ref(&recording));
     let (setup, mut begun) = begin(&mut recording, options)?;
     let done = filter_in_memory(&setup, &mut recording);
@@ -73,7 +73,6 @@ pub fn denoise_file(
     let columns = |format: &Format| table(&setup, format);
     let copied = |format: &Format| columns(format).copied().to_vec();
     let mut rows = TextReader::open(input, &name, &again, copied)?;
-    let is_device = rows.is_device();
     let table = columns(&rows.format);
     begun.summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
@@ -91,8 +90,7 @@ pub fn denoise_file(
         let mut breaks = Vec::new();
         for (at, line) in lines.iter().enumerate() {
             let row = (next < recording.rows()).then_some(next);
-            // Samples of a device have no lines; all of them are measurements.
-            let is_row = |row: &usize| is_device || recording.line(*row) == u64::from(*line);
+            let is_row = |row: &usize| recording.line(*row) == u64::from(*line);
             let row = row.filter(is_row);
             let is_break = |row: usize| recording.breaks.binary_search(&row).is_ok();
             breaks.extend(row.filter(|row| is_break(*row)).map(|_| at));

@@ -109,7 +109,7 @@ impl DenoiseSummary {
         DenoiseSummary {
             input: recording.name.clone(),
             description: recording.description.clone(),
-            rows: recording.rows_in_file(),
+            rows: recording.rows(),
             rate_hz: recording.timing.rate_hz(),
             segments: 0,
             static_intervals: stills.len(),

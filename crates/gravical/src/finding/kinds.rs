@@ -137,6 +137,10 @@ kinds! {
             "several sessions in one such file"
             "a break between them"
             "check that one person wore it in one setting";
+        SamplesAveraged "samples-averaged" Note
+            "such a file has more than 1,048,576 samples"
+            "`inspect`, `calibrate` and `check` use [means of neighbouring samples](#long-recordings), at 5 Hz or faster"
+            "nothing";
     }
     "Columns and files" {
         FirstRowsDiffer "first-rows-differ" Warning
@@ -399,14 +403,6 @@ kinds! {
             "the names contradict every possible mounting"
             "the data are used"
             "find the two recordings that were swapped";
-        PosesShortened "poses-shortened" Note
-            "static intervals of a [long recording](#long-recordings) are too long for memory"
-            "their first and last seconds are used; the message says how many"
-            "nothing; split the recording if all rows matter";
-        MotionsLeftOut "motions-left-out" Note
-            "a [long recording](#long-recordings) has more motions between static intervals than fit in memory"
-            "motions longer than 60 s, those beside an unused interval, and the longer ones about each axis are not used for the gyroscope"
-            "nothing; split the recording if they matter";
     }
     "Result" {
         GravityAssumed "gravity-assumed" Note
@@ -718,8 +714,8 @@ kinds! {
             "they differ"
             "look for two poses that were swapped";
         IntervalsLeftOut "intervals-left-out" Note
-            "`check`: more than 400 static intervals; or a [long recording](#long-recordings) with more than fit in memory"
-            "the longest are used, in a long recording the longest of each direction"
+            "`check`: more than 400 static intervals"
+            "the longest are used"
             "nothing; split the recording if the others matter";
     }
 }

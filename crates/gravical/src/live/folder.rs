@@ -4,24 +4,21 @@
 //! event is shown, so that an accepted pose is never lost. `gravical calibrate FOLDER` calibrates
 //! with the poses of the journal.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use gravical_core::matrix3::{norm, sub};
 
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::calibration_file::{GravitySource, InputFile, InputRole};
-use crate::excerpt::read_rows;
 use crate::gravity::Gravity;
 use crate::poses::sections::Section;
-use crate::recording::{ReadOptions, Recording};
+use crate::recording::{ReadOptions, Recording, read};
 use crate::stats::moments;
 use crate::{Error, Result};
 
 use super::Pose;
 use super::event::{Event, Message, SourceKind};
 use super::fit::section_label;
-use super::rows::{LONGEST_S, MOST_ROWS};
 
 /// Name of the journal.
 pub const JOURNAL: &str = "session.ndjson";
@@ -134,24 +131,6 @@ impl Journal {
         self.folder.join(RECORDING)
     }
 
-    /// The rows of the recording that a calibration needs: of a long one only these are stored.
-    fn rows(&self) -> Vec<Range<usize>> {
-        let (mut stored, mut before) = (0, 0);
-        let with_motion = |pose: &Pose| {
-            let rows = pose.rows[0] as usize..pose.rows[1] as usize;
-            let longest = LONGEST_S * rows.len() as f64 / pose.seconds;
-            let from = match stored > MOST_ROWS {
-                true => rows.start,
-                false => rows.end.saturating_sub(longest as usize).max(before),
-            };
-            let with_motion = from.min(rows.start)..rows.end;
-            stored += with_motion.len();
-            before = rows.end;
-            with_motion
-        };
-        self.poses.iter().map(with_motion).collect()
-    }
-
     /// The poses as a section list of the recording.
     ///
     /// # Errors
@@ -168,9 +147,9 @@ impl Journal {
         }
         let section = |pose: &Pose| {
             let rows = pose.rows[0] as usize..pose.rows[1] as usize;
-            let mean = match recording.rows_in_memory(&rows) {
-                Some(rows) => moments(&recording.accel, rows).0,
-                None => [f64::NAN; 3],
+            let mean = match rows.end <= recording.rows() {
+                true => moments(&recording.accel, rows.clone()).0,
+                false => [f64::NAN; 3],
             };
             let off = norm(&sub(&mean, &pose.mean));
             if off.is_nan() || off > SAME_MEAN * norm(&pose.mean) {
@@ -208,7 +187,7 @@ pub fn calibrate_session(
     given: Option<Gravity>,
 ) -> Result<(Vec<Recording>, Calibrated)> {
     let (journal, input) = Journal::read_with_input(folder)?;
-    let recording = read_rows(&journal.recording(), read_options, &journal.rows())?;
+    let recording = read(&journal.recording(), read_options)?;
     let mut options = options.clone();
     options.segment.sections = Some(journal.sections(&recording)?);
     options.gravity = given.unwrap_or(journal.gravity);

@@ -125,6 +125,7 @@ pub fn motion(
     options: &MotionOptions,
 ) -> Result<Motion> {
     options.validate()?;
+    recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;

@@ -321,19 +321,19 @@ pub struct TemperatureDrift {
 ///
 /// # Errors
 ///
-/// As [`recording::read`](crate::recording::read); `unit-unknown`; `rate-unknown` (usage) without
+/// As [`recording::read_samples`](crate::recording::read_samples); `unit-unknown`; `rate-unknown` (usage) without
 /// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
 pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<NoiseResult> {
-    noise_of(&recording::read(path, read)?, options)
+    noise_of(&recording::read_samples(path, read)?, options)
 }
 
 /// The same of a recording in memory.
 ///
 /// # Errors
 ///
-/// As [`noise`]; `excerpt` (usage) if rows of the file are left out.
+/// As [`noise`]; `averaged` (usage) if its rows are means of samples.
 pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseResult> {
-    recording.refuse_excerpt("use `noise`, which reads the file")?;
+    recording.refuse_averaged("use `noise`, which reads the file")?;
     let mut fold = Fold::new(plan(recording)?, options);
     fold.take_recording(recording);
     finish(recording, fold, options)
@@ -367,8 +367,7 @@ fn plan(recording: &Recording) -> Result<Plan> {
         .at(here, None)
         .with_hint("give the rate: --rate 100"));
     };
-    let rests = find_quiet(recording);
-    let ranges = static_rows(recording, &rests);
+    let ranges = find_quiet(recording);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
     if longest_s < SHORTEST_S {
@@ -388,11 +387,12 @@ fn plan(recording: &Recording) -> Result<Plan> {
     }
     let width = block_len(1.0 / rate_hz, BLOCK_S);
     let used = |range: &Range<usize>| range.len() as f64 >= LEAST_SHARE * longest as f64;
+    let most_variance = DISTURBED.powi(2) * quiet_variance(recording, &ranges, width);
     Ok(Plan {
         ranges: ranges.into_iter().filter(used).collect(),
         period_s: 1.0 / rate_hz,
         channels: if recording.gyro.is_some() { 6 } else { 3 },
-        most_variance: DISTURBED.powi(2) * quiet_variance(recording, &rests, width),
+        most_variance,
         width,
     })
 }
@@ -405,20 +405,6 @@ fn quiet_variance(recording: &Recording, rests: &[Range<usize>], width: usize) -
     let variances = starts.map(|row| moments(&recording.accel, row..row + width).1);
     let rounding = floors(&recording.accel_resolution());
     quantile(variances.filter(|v| v.is_finite()).collect(), 0.5).max(rounding)
-}
-
-/// Static intervals as rows of the file. Parts of a very long one, which is searched in parts, are
-/// one.
-fn static_rows(recording: &Recording, spans: &[Range<usize>]) -> Vec<Range<usize>> {
-    let mut all: Vec<Range<usize>> = Vec::new();
-    for span in spans {
-        let rows = recording.row_in_file(span.start)..recording.row_in_file(span.end - 1) + 1;
-        match all.last_mut() {
-            Some(last) if last.end == rows.start => last.end = rows.end,
-            _ => all.push(rows),
-        }
-    }
-    all
 }
 
 fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<NoiseResult> {
@@ -464,7 +450,7 @@ fn finish(recording: &Recording, fold: Fold, options: &NoiseOptions) -> Result<N
     let recorded_s = recording
         .timing
         .duration_s
-        .unwrap_or(recording.rows_in_file() as f64 * period_s);
+        .unwrap_or(recording.rows() as f64 * period_s);
     let used_s = counts.rows.saturating_sub(counts.disturbed) as f64 * period_s;
     findings.extend(words::of_recording(
         recording, &ranges, &counts, filled, period_s,

@@ -197,19 +197,13 @@ pub(super) fn of_recording(
     period_s: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let rows = recording.rows_in_file();
+    let rows = recording.rows();
     let rest: usize = ranges.iter().map(Range::len).sum();
     if (rest as f64) < 0.95 * rows as f64 {
         let mut lines = LineSpans::default();
         for range in ranges {
-            let row = |row: usize| recording.rows_in_memory(&(row..row + 1)).map(|r| r.start);
-            if let (Some(first), Some(last)) = (row(range.start), row(range.end - 1)) {
-                lines.push_range(
-                    recording.line(first),
-                    recording.line(last),
-                    range.len() as u64,
-                );
-            }
+            let (from, to) = (recording.line(range.start), recording.line(range.end - 1));
+            lines.push_range(from, to, range.len() as u64);
         }
         let interval = match ranges.len() {
             1 => "the longest static interval is".to_owned(),

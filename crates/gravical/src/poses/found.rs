@@ -45,8 +45,8 @@ pub(super) fn in_recording(
     }
     let holds = longest_per_pose(recording, rests.spans);
     let held: usize = holds.iter().map(|h| recording.length(h)).sum();
-    let hardly_static = held * 10 < recording.rows_in_file();
-    if alone && !recording.is_excerpt() && is_table_of_means(recording, hardly_static) {
+    let hardly_static = held * 10 < recording.rows();
+    if alone && is_table_of_means(recording, hardly_static) {
         return Ok(rows_as_poses(index, recording, findings));
     }
     if holds.is_empty() && recording.rows_in_file() < FEW_ROWS {

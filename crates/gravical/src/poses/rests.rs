@@ -74,12 +74,6 @@ pub struct Rests {
 /// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
 #[must_use]
 pub fn find_rests(recording: &Recording) -> Rests {
-    if let Some(excerpt) = &recording.excerpt {
-        return Rests {
-            spans: excerpt.rests.clone(),
-            is_worn: excerpt.is_worn,
-        };
-    }
     let samples = Samples::new(recording);
     let channels = samples.channels();
     let rate = |rest: &Range<usize>| {
@@ -121,9 +115,6 @@ pub fn find_rests(recording: &Recording) -> Rests {
 /// Spans of rows that are quiet and point one way, if not to the accuracy of a pose: held by a hand, or at
 /// rest while a bias drifts with the temperature.
 pub(crate) fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
-    if let Some(excerpt) = &recording.excerpt {
-        return excerpt.rests.clone();
-    }
     let samples = Samples::new(recording);
     let channels = samples.channels();
     detect_quiet(&channels)
@@ -263,7 +254,7 @@ impl Samples {
     fn part(&mut self, recording: &Recording) {
         let count = self.rows.len();
         let mut starts: Vec<usize> = recording
-            .discontinuities()
+            .breaks
             .iter()
             .map(|row| self.rows.partition_point(|r| r < row))
             .collect();

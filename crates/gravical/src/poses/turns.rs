@@ -100,8 +100,7 @@ pub fn motions(recording: &Recording, rests: &[Range<usize>]) -> Vec<Motion> {
     for pair in rests.windows(2) {
         let rows = pair[0].end..pair[1].start;
         // Of the rests rows may be left out, of the move none.
-        let broken = recording.is_broken(&(pair[0].start..pair[1].end))
-            || recording.is_cut(&(pair[0].end.saturating_sub(1)..pair[1].start + 1));
+        let broken = recording.is_broken(&(pair[0].start..pair[1].end));
         if broken || rows.is_empty() {
             continue;
         }

@@ -1,22 +1,17 @@
 //! A recording of any size: judged by its first rows, read batch by batch.
 
-use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead};
 use std::path::Path;
-use std::rc::Rc;
 
 use gravical_recording as new;
-use gravical_recording::{
-    Batch, Batches, CopiedText, Format, Later, Readings, Role, bytes, open_text,
-};
+use gravical_recording::{Batch, CopiedText, Format, Later, Readings, Role, bytes, cwa, open_text};
 
 use super::foreign::refused;
 use super::ledger::Ledger;
 use super::open::{Input, peek};
 use super::reading::{ledger, of_judged};
 use super::text_options::text_options;
-use super::wearable::{self, DeviceRows, Opened};
 use super::{ReadOptions, Recording, foreign};
 use crate::finding::{Finding, FindingKind};
 use crate::{Error, Result};
@@ -47,7 +42,7 @@ pub(crate) struct BatchReader {
     /// Rows by which it was judged, and the lines of those that are measurements.
     held: VecDeque<Batch>,
     head_lines: Vec<u32>,
-    batches: Batches<Box<dyn BufRead>>,
+    batches: Batches,
     later: Later,
     /// Lines without a row; and these with the rows that are no measurements, as far as they were
     /// judged with the first ones.
@@ -55,8 +50,11 @@ pub(crate) struct BatchReader {
     judged_aside: new::Aside,
     rows: usize,
     input: Input,
-    device: Option<Device>,
+    /// Findings about later rows.
+    findings: Vec<Finding>,
 }
+
+type Batches = Box<dyn Iterator<Item = io::Result<Batch>>>;
 
 impl BatchReader {
     /// Opens a recording and judges its first rows. `copied` says which columns keep their text,
@@ -77,8 +75,6 @@ impl BatchReader {
             mut batches,
             start,
             input,
-            device,
-            description,
         } = TextReader::open(input, name, options, copied)?;
         let here = Path::new(name);
         let (mut head, mut held) = (Batch::default(), VecDeque::new());
@@ -106,12 +102,8 @@ impl BatchReader {
         let (judged, later) = Later::judge(&format, head).map_err(|e| refused(e, &start, here))?;
         let head_lines = judged.lines.clone();
         let judged_aside = judged.aside.clone();
-        let mut recording = of_judged(judged, name);
-        if let Some(description) = description {
-            recording.description = description;
-        }
         Ok(BatchReader {
-            recording,
+            recording: of_judged(judged, name),
             format,
             stamps,
             name: name.to_owned(),
@@ -123,7 +115,7 @@ impl BatchReader {
             judged_aside,
             rows,
             input,
-            device,
+            findings: Vec::new(),
         })
     }
 
@@ -151,6 +143,8 @@ impl BatchReader {
         self.rows += batch.rows();
         self.judged_aside.append(batch.aside.clone());
         self.aside.append(std::mem::take(&mut batch.aside));
+        self.findings
+            .extend(batch.notes.drain(..).map(Finding::from));
         let readings = self.later.read(&mut batch).map_err(|c| {
             let line = c.line;
             Error::contradiction(c.code, c.message)
@@ -204,7 +198,7 @@ impl BatchReader {
     /// called after the last row. `written`: number of rows that were written, all or those that
     /// are measurements.
     pub fn finish(mut self, written: usize) -> (Recording, Ledger, Vec<Finding>) {
-        let mut findings = Vec::new();
+        let mut findings = self.findings;
         if self.input.is_cut_off() {
             let text = format!(
                 "the packed file is damaged or ends in the middle; {} rows could be unpacked",
@@ -213,9 +207,6 @@ impl BatchReader {
             findings.push(Finding::new(FindingKind::TruncatedFile, text));
         }
         findings.extend(self.later.notes().into_iter().map(Finding::from));
-        if let Some(device) = self.device.take() {
-            findings.extend(device.borrow().findings());
-        }
         if written < self.rows {
             self.aside = self.judged_aside;
             self.aside.append(self.later.aside().clone());
@@ -227,13 +218,10 @@ impl BatchReader {
 /// The text of a recording, batch by batch: its rows are not judged.
 pub(crate) struct TextReader {
     pub format: Format,
-    batches: Batches<Box<dyn BufRead>>,
-    /// The beginning of the text.
+    batches: Batches,
+    /// The beginning of a text.
     start: Vec<u8>,
     input: Input,
-    device: Option<Device>,
-    /// Of a worn device: the format in words.
-    description: Option<String>,
 }
 
 impl TextReader {
@@ -252,34 +240,29 @@ impl TextReader {
         let here = Path::new(name);
         let io = |e| Error::io(here, e);
         let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
-        let (magic, mut reader) = peek(reader, wearable::MAGIC).map_err(io)?;
-        let mut device = None;
-        let mut description = None;
-        if wearable::is_one(&magic) {
-            let (text, rows, words) = as_text(reader, name)?;
-            (reader, device, description) = (text, Some(rows), Some(words));
-        }
-        let mut text = bytes::utf8(reader).map_err(io)?;
-        let start = text.fill_buf().map_err(io)?.to_vec();
-        foreign::refuse_calibration(&start, here)?;
-        let file = here.file_name().unwrap_or_default().to_string_lossy();
+        let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(io)?;
         let read = text_options(options, false);
-        let (format, text) = open_text(text, &file, &read).map_err(|e| refused(e, &start, here))?;
-        let text: Box<dyn BufRead> = Box::new(text);
-        let batches = format.batches(text).with_text(&copied(&format));
+        let mut start = Vec::new();
+        let (format, batches): (_, Batches);
+        if cwa::is_one(&magic) {
+            let samples;
+            (format, samples) = cwa::open(reader, &read).map_err(|e| refused(e, &start, here))?;
+            batches = Box::new(samples.with_text(&copied(&format)));
+        } else {
+            let mut text = bytes::utf8(reader).map_err(io)?;
+            start = text.fill_buf().map_err(io)?.to_vec();
+            foreign::refuse_calibration(&start, here)?;
+            let file = here.file_name().unwrap_or_default().to_string_lossy();
+            let opened = open_text(text, &file, &read).map_err(|e| refused(e, &start, here))?;
+            format = opened.0;
+            batches = Box::new(format.batches(opened.1).with_text(&copied(&format)));
+        }
         Ok(TextReader {
             format,
             batches,
             start,
             input,
-            device,
-            description,
         })
-    }
-
-    /// Whether it is the file of a worn device.
-    pub fn is_device(&self) -> bool {
-        self.device.is_some()
     }
 
     /// Text and lines of the next rows; `None` after the last.
@@ -304,59 +287,5 @@ fn unreadable(error: io::Error, start: &[u8], here: &Path) -> Error {
     match error.downcast::<new::Error>() {
         Ok(error) => refused(error, start, here),
         Err(error) => Error::io(here, error),
-    }
-}
-
-/// Rows of a worn device, which are read as text and asked for their findings at the end.
-type Device = Rc<RefCell<DeviceRows<Box<dyn Read>>>>;
-
-/// A file of a worn device as text, its rows, and the format in words.
-fn as_text(reader: Box<dyn Read>, name: &str) -> Result<(Box<dyn Read>, Device, String)> {
-    let here = Path::new(name);
-    let io = |e| Error::io(here, e);
-    let (head, reader) = peek(reader, super::open::HEAD).map_err(io)?;
-    let opened = Opened::of(&head, here)?;
-    let mut rows = opened.rows(reader, name, false).map_err(io)?;
-    rows.provide_text();
-    let rows = Rc::new(RefCell::new(rows));
-    let header = opened.dialect.header.iter().flat_map(|h| &h.names);
-    let mut lines: String = opened
-        .dialect
-        .metadata
-        .iter()
-        .map(|l| format!("# {l}\n"))
-        .collect();
-    lines += &header.map(String::as_str).collect::<Vec<_>>().join(",");
-    lines.push('\n');
-    let text = DeviceText {
-        rows: Rc::clone(&rows),
-        lines: lines.into_bytes(),
-        at: 0,
-    };
-    Ok((Box::new(BufReader::new(text)), rows, opened.description))
-}
-
-/// Samples of a worn device as text.
-struct DeviceText {
-    rows: Device,
-    lines: Vec<u8>,
-    at: usize,
-}
-
-impl Read for DeviceText {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        if self.at == self.lines.len() {
-            self.lines.clear();
-            self.at = 0;
-            let mut rows = self.rows.borrow_mut();
-            while self.lines.len() < out.len()
-                && rows.next_line(&mut self.lines).map_err(io::Error::other)?
-            {}
-        }
-        let left = &self.lines[self.at..];
-        let n = left.len().min(out.len());
-        out[..n].copy_from_slice(&left[..n]);
-        self.at += n;
-        Ok(n)
     }
 }

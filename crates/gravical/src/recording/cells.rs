@@ -126,19 +126,6 @@ impl CellCounts {
         self.rows
     }
 
-    /// An axis without any value, of the sensor whose first slot is `first`.
-    pub fn axis_without_values(&self, first: usize) -> Option<usize> {
-        let empty = self.empty.get(first - ACCEL..first - ACCEL + 3)?;
-        empty.iter().position(|n| *n == self.rows)
-    }
-
-    /// True if that sensor reads zero wherever it has a value.
-    pub fn is_all_zero(&self, first: usize) -> bool {
-        let zeros = self.zeros[usize::from(first == GYRO)];
-        let empty = &self.empty[first - ACCEL..first - ACCEL + 3];
-        empty.iter().all(|empty| empty + zeros == self.rows)
-    }
-
     /// Rules for filling cells, from all rows so far.
     pub fn rules(&self, without_gravity: bool) -> CellRules {
         if !self.channels.accel {
@@ -249,7 +236,6 @@ pub(crate) struct CellFiller {
     holds: bool,
     last: [f64; 6],
     held: [f64; 6],
-    zeros: LineSpans,
 }
 
 impl CellFiller {
@@ -260,27 +246,18 @@ impl CellFiller {
             holds: rules.holds_any(),
             last: [f64::NAN; 6],
             held: [0.0; 6],
-            zeros: LineSpans::default(),
-        }
-    }
-
-    /// The same state without any rows found.
-    pub fn without_findings(&self) -> Self {
-        CellFiller {
-            zeros: LineSpans::default(),
-            ..*self
         }
     }
 
     /// Fills or empties the cells of a row; `unread`: the accelerometer was not read.
     #[inline]
-    pub fn fill(&mut self, values: &mut Values, unread: bool, line: u64) {
+    pub fn fill(&mut self, values: &mut Values, unread: bool) {
         if !(self.channels.temperature && POSSIBLE_C.contains(&values[TEMPERATURE])) {
             values[TEMPERATURE] = f64::NAN;
         }
         // Such a row stays empty: the sensor did not answer.
         if unread && self.rules.zeros_are_empty {
-            self.empty(values, line);
+            self.empty(values);
         } else if self.holds {
             self.hold(values);
         }
@@ -300,25 +277,10 @@ impl CellFiller {
     }
 
     #[cold]
-    fn empty(&mut self, values: &mut Values, line: u64) {
-        self.zeros.push(line);
+    fn empty(&self, values: &mut Values) {
         if self.channels.gyro && self.channels.gyro_is_zero(values) {
             values[GYRO..GYRO + 3].fill(f64::NAN);
         }
         values[ACCEL..ACCEL + 3].fill(f64::NAN);
-    }
-
-    /// The finding about rows of zeros.
-    pub fn finding(&self) -> Option<Finding> {
-        (!self.zeros.is_empty()).then(|| {
-            Finding::new(
-                FindingKind::ZeroRows,
-                format!(
-                    "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
-                    self.zeros.count()
-                ),
-            )
-            .at_lines(&self.zeros)
-        })
     }
 }

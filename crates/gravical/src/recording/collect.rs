@@ -1,57 +1,17 @@
 //! Reading of a recording into columns in memory.
 
 use std::collections::HashMap;
-use std::io::Read as _;
-use std::path::Path;
-
-use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
 use super::dialect::decode;
-use super::file::{OpenFile, complete_rows, open_rows};
-use super::format::Format;
 use super::layout::Layout;
-use super::monitor::Facts;
+use super::ledger::Ledger;
+use super::monitor::{Facts, MonitorSummary};
 use super::names::Quantity;
-use super::names::Role;
-use super::open::{HEAD, Input, Reopenable, open};
 use super::row::{ACCEL, GYRO, TEMPERATURE};
-use super::rows::{Finished, Row, Rows, Source};
-
-use super::{AccelUnit, Finding, Labels, ReadOptions, Recording, RowMap, metadata};
-
-/// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
-/// and the temperature in it, before all rows are read.
-///
-/// # Errors
-///
-/// As [`read`](super::read).
-pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    let options = ReadOptions {
-        hash: false,
-        meter: None,
-        ..options.clone()
-    };
-    let mut bytes = Vec::new();
-    let reader = open(path, &options)?.reader;
-    let read = reader.take(HEAD as u64).read_to_end(&mut bytes);
-    read.map_err(|e| Error::io(path, e))?;
-    if bytes.len() == HEAD {
-        bytes.truncate(complete_rows(&bytes));
-    }
-    super::read_bytes(&bytes, &path.display().to_string(), &options)
-}
-
-/// Consumer of the rows of a recording.
-pub(crate) trait Sink {
-    /// Takes the rows it needs.
-    ///
-    /// # Errors
-    ///
-    /// Errors of reading.
-    fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()>;
-}
+use super::rows::Row;
+use super::{AccelUnit, Finding, Labels, Recording};
 
 /// Rows as columns.
 #[derive(Default, Clone)]
@@ -65,7 +25,7 @@ pub(crate) struct Columns {
     time_s: Vec<f64>,
     labels: Option<Labels>,
     label_index: HashMap<Vec<u8>, u32>,
-    lines: RowMap,
+    lines: Vec<u32>,
     pub breaks: Vec<usize>,
 }
 
@@ -104,11 +64,6 @@ impl Columns {
         }
     }
 
-    /// The same for a format.
-    pub fn of_format(format: &Format, facts: &Facts) -> Self {
-        Columns::new(&format.layout, facts)
-    }
-
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.time_s.len()
@@ -134,11 +89,6 @@ impl Columns {
         self.accel = recording.accel;
         self.gyro = recording.gyro;
         self.temperature = recording.temperature_c;
-    }
-
-    /// There is a label column.
-    pub fn has_labels(&self) -> bool {
-        self.labels.is_some()
     }
 
     /// All columns of numbers.
@@ -176,14 +126,6 @@ impl Columns {
             .map_err(|_| Error::no_memory(held))
     }
 
-    /// Gives back the room that no row needed.
-    fn shrink(&mut self) {
-        self.numbers().for_each(Vec::shrink_to_fit);
-        if let Some(labels) = &mut self.labels {
-            labels.of_row.shrink_to_fit();
-        }
-    }
-
     /// Adds a row; `is_break`: it does not continue the row before.
     ///
     /// # Errors
@@ -205,14 +147,14 @@ impl Columns {
             temperature.push(row.values[TEMPERATURE]);
         }
         if self.labels.is_some() {
-            self.push_label(row.text.label.trim_ascii());
+            self.push_label(row.label.trim_ascii());
         }
         self.restarted |= row.restarted;
         if number > 0 && is_break {
             self.breaks.push(number);
         }
         self.time_s.push(row.t_s);
-        self.lines.push(row.line);
+        self.lines.push(u32::try_from(row.line).unwrap_or(u32::MAX));
         Ok(())
     }
 
@@ -233,57 +175,23 @@ impl Columns {
     }
 }
 
-impl Sink for Columns {
-    fn collect<S: Source>(&mut self, rows: &mut Rows<S>) -> Result<()> {
-        rows.hold_at_most(usize::MAX);
-        // What was expected may be too much: the rows themselves decide.
-        let _ = self.reserve(rows.expected());
-        while let Some(row) = rows.next_row()? {
-            self.push(&row, row.is_break())?;
-        }
-        self.shrink();
-        Ok(())
-    }
-}
-
 /// A recording that was read to its end.
-pub(crate) struct Collected<T> {
-    pub rows: T,
+pub(crate) struct Collected {
+    pub rows: Columns,
     pub about: About,
-    pub finished: Finished,
+    /// Of all rows so far, whatever facts they were read with.
+    pub summary: MonitorSummary,
     /// What the rows were read with.
     pub facts: Facts,
-    /// The line from which all rows are zero.
-    pub zeros_from: Option<u64>,
 }
 
-impl<T> Collected<T> {
-    /// The same with other rows.
-    pub fn with<U>(self, rows: U) -> (T, Collected<U>) {
-        let rest = Collected {
-            rows,
-            about: self.about,
-            finished: self.finished,
-            facts: self.facts,
-            zeros_from: self.zeros_from,
-        };
-        (self.rows, rest)
-    }
-
-    /// Rate of evenly spaced rows, Hz: the mean of all rows, which is more accurate than that of the
-    /// first ones; `None` if each row has a time of its own.
-    pub fn even_hz(&self) -> Option<f64> {
-        let of = |facts: &Facts| facts.stamp_reading.and_then(|reading| reading.even_hz);
-        of(&self.facts).and(of(&self.finished.summary.facts))
-    }
-}
-
-impl Collected<Columns> {
+impl Collected {
     /// The recording. If its rows were read with facts that all rows contradict, a finding
     /// reports it.
     pub fn into_recording(mut self) -> Recording {
-        // When the rows are read again, they have the same times.
-        let even_hz = self.even_hz();
+        // Of evenly spaced rows the mean rate of all is more accurate than that of the first ones.
+        let even_hz = |facts: &Facts| facts.stamp_reading.and_then(|reading| reading.even_hz);
+        let even_hz = even_hz(&self.facts).and(even_hz(&self.summary.facts));
         let Columns {
             accel,
             gyro,
@@ -293,14 +201,19 @@ impl Collected<Columns> {
             lines,
             ..
         } = self.rows;
-        let contradicted = self.facts.contradicted_by(&self.finished.summary.facts);
+        let contradicted = self.facts.contradicted_by(&self.summary.facts);
         let mut findings = self.about.findings;
         findings.extend(contradicted);
-        findings.extend(self.finished.findings());
+        let said = std::mem::take(&mut self.summary.found);
+        findings.extend(said.channels);
+        findings.extend(said.clock);
+        findings.extend(said.cells);
+        findings.extend(said.unit);
+        findings.extend(said.values);
         for finding in &mut findings {
             finding.file = Some(self.about.name.clone());
         }
-        let found = self.finished.summary.facts;
+        let found = self.summary.facts;
         let time_s = self.facts.stamp_reading.map(|_| {
             if let Some(rate_hz) = even_hz {
                 let times = self.rows.time_s.iter_mut().enumerate();
@@ -321,199 +234,21 @@ impl Collected<Columns> {
             gyro_file: None,
             temperature_c: temperature,
             time_s,
-            time_origin_s: self.finished.summary.origin_s,
+            time_origin_s: self.summary.origin_s,
             stated_start_s: self.about.stated_start_s,
             restarted: self.rows.restarted,
             labels,
             breaks,
             zero_offset: self.facts.zero_offset,
             accel_scale: found.accel,
-            unit_doubt: self.finished.summary.unit_doubt,
+            unit_doubt: self.summary.unit_doubt,
             header_unit: self.rows.header_unit,
             gyro_scale: found.gyro,
             resolution: found.resolution,
-            timing: self.finished.summary.timing,
-            ledger: self.finished.ledger,
+            timing: self.summary.timing,
+            ledger: Ledger::default(),
             findings,
-            line_map: lines,
-            excerpt: None,
+            lines,
         }
     }
-}
-
-/// Reads all rows; a second time if the first rows gave wrong facts.
-///
-/// # Errors
-///
-/// As [`read`](super::read).
-pub(crate) fn collect<T: Sink>(
-    source: &mut Reopenable,
-    name: &str,
-    role: Role,
-    options: &ReadOptions,
-    sink: impl Fn(&Format, &Facts) -> T,
-) -> Result<Collected<T>> {
-    let input = source.open(options)?;
-    collect_from(input, source, name, role, options, sink)
-}
-
-/// The same, with `source` already open.
-///
-/// # Errors
-///
-/// As [`read`](super::read).
-pub(crate) fn collect_from<T: Sink>(
-    mut input: Input,
-    source: &mut Reopenable,
-    name: &str,
-    role: Role,
-    options: &ReadOptions,
-    sink: impl Fn(&Format, &Facts) -> T,
-) -> Result<Collected<T>> {
-    let (mut known, mut zeros_from) = (None, None);
-    let mut passes = 1;
-    loop {
-        let mut file = open_rows(input, name, role, options, known)?;
-        file.rows = file.rows.with_zeros_from(zeros_from);
-        let mut read = read_all(file, name, &sink)?;
-        read.zeros_from = zeros_from;
-        let wrong_facts = !read.finished.summary.facts.agrees(&read.facts);
-        if passes > 1 || !wrong_facts && read.finished.zeros_from.is_none() {
-            return Ok(read);
-        }
-        let Some(reopened) = source.reopen(options)? else {
-            return Ok(read);
-        };
-        known = Some(if wrong_facts {
-            read.finished.summary.facts
-        } else {
-            read.facts
-        });
-        zeros_from = read.finished.zeros_from;
-        passes += 1;
-        input = reopened;
-    }
-}
-
-/// Reads a recording again, with what is known of it.
-pub(crate) struct Rereader<'a> {
-    source: &'a mut Reopenable,
-    name: &'a str,
-    options: ReadOptions,
-    pub known: Known,
-}
-
-impl<'a> Rereader<'a> {
-    pub fn new(
-        source: &'a mut Reopenable,
-        name: &'a str,
-        options: &ReadOptions,
-        known: Known,
-    ) -> Self {
-        let options = ReadOptions {
-            hash: false,
-            ..options.clone()
-        };
-        Rereader {
-            source,
-            name,
-            options,
-            known,
-        }
-    }
-
-    /// The rows again; they have a time, and no further statistics.
-    ///
-    /// # Errors
-    ///
-    /// As [`read`]; `changed` (input) for a pipe that could not be copied.
-    pub fn open(&mut self) -> Result<OpenFile> {
-        let input = self.source.reopen(&self.options)?;
-        let input = input.ok_or_else(|| {
-            Error::input(
-                "changed",
-                "it has to be read twice, and there was no room for a temporary copy of it",
-            )
-            .at(Path::new(self.name), None)
-            .with_hint("write the data of a pipe to a file first")
-        })?;
-        let facts = Some(self.known.facts);
-        let mut file = open_rows(input, self.name, Role::Recording, &self.options, facts)?;
-        file.rows = file
-            .rows
-            .with_zeros_from(self.known.zeros_from)
-            .times_only();
-        Ok(file)
-    }
-
-    /// Passes rows to `sink` until it has those it needs.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::open`].
-    pub fn collect<T: Sink>(&mut self, sink: impl FnOnce(&Format, &Facts) -> T) -> Result<T> {
-        let mut file = self.open()?;
-        let mut sink = sink(&file.format, &self.known.facts);
-        sink.collect(&mut file.rows)?;
-        Ok(sink)
-    }
-
-    /// It had other rows than the first time.
-    pub fn changed(&self) -> Error {
-        Error::input(
-            "changed",
-            "it did not have the same rows when it was read again: the file changed",
-        )
-        .at(Path::new(self.name), None)
-        .with_hint("wait until no program writes to it")
-    }
-}
-
-/// What a recording is read with a second time.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct Known {
-    pub facts: Facts,
-    /// The line from which all rows are zero.
-    pub zeros_from: Option<u64>,
-}
-
-fn read_all<T: Sink>(
-    mut file: OpenFile,
-    name: &str,
-    sink: impl Fn(&Format, &Facts) -> T,
-) -> Result<Collected<T>> {
-    let facts = *file.rows.facts();
-    let mut rows = sink(&file.format, &facts);
-    let here = Path::new(name);
-    rows.collect(&mut file.rows)
-        .map_err(|e| match e.location() {
-            Some(_) => e,
-            None => e.at(here, None),
-        })?;
-    let dialect = &file.format.dialect;
-    let serial = metadata::serial(&dialect.metadata);
-    let stated_start_s = metadata::start_s(&dialect.metadata);
-    let column_names = dialect.header.as_ref().map(|h| h.names.clone());
-    let column_names = column_names.unwrap_or_default();
-    let is_calibrated = file.format.layout.reads_calibrated(&column_names);
-    let is_calibrated_by_board = file.format.layout.calibrated_by_board;
-    let read = file.finish()?;
-    let about = About {
-        name: name.to_owned(),
-        sha256: read.sha256,
-        description: read.description,
-        serial,
-        stated_start_s,
-        column_names,
-        is_calibrated,
-        is_calibrated_by_board,
-        findings: read.findings,
-    };
-    Ok(Collected {
-        rows,
-        about,
-        finished: read.finished,
-        facts,
-        zeros_from: None,
-    })
 }

@@ -11,7 +11,7 @@ use super::monitor::MonitorSummary;
 use super::names::Role;
 use super::open::Input;
 use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
-use super::rows::{Finished, Row, Text};
+use super::rows::Row;
 use super::units::AccelScale;
 use super::{ReadOptions, Recording, metadata};
 use crate::finding::Finding;
@@ -164,7 +164,7 @@ impl Growing {
         let queue = Queue::default();
         queue.extend(&self.head[..self.examined]);
         let input = Input::growing(Box::new(queue.clone()), self.examined);
-        let file = match open_rows(input, &self.name, Role::Recording, &self.options, None) {
+        let file = match open_rows(input, &self.name, Role::Recording, &self.options) {
             Ok(file) => file,
             Err(error) if self.rows_in_head >= MOST_ROWS => return Err(error),
             Err(_) => {
@@ -308,13 +308,11 @@ impl Growing {
             column_names,
             ..About::default()
         };
-        let finished = Finished::so_far(file.rows.monitor());
         let read = Collected {
             rows: columns,
             about,
-            finished,
+            summary: file.rows.monitor().finish_with_resolution(),
             facts: *file.rows.facts(),
-            zeros_from: None,
         };
         Ok(read.into_recording())
     }
@@ -328,7 +326,7 @@ impl Growing {
 pub(crate) fn keep(columns: &mut Columns, sample: &Sample, is_break: bool) -> Result<()> {
     let row = Row {
         line: sample.line,
-        text: Text::default(),
+        label: &[],
         values: &sample.values,
         before: &[],
         t_s: sample.t_s,

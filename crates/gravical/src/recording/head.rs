@@ -38,19 +38,12 @@ impl Head {
         determine_facts(|facts| self.rows(facts))
     }
 
-    /// About how many rows a file of `size` bytes has, whose first `bytes` bytes these are; 0 if
-    /// its size is unknown.
-    pub fn expected(&self, bytes: usize, size: Option<u64>) -> usize {
-        let each = bytes as f64 / self.lines.len() as f64;
-        size.map_or(0, |size| (1.01 * size as f64 / each) as usize)
-    }
-
     fn rows(&self, facts: Facts) -> Rows<HeadRows<'_>> {
         let source = HeadRows {
             lines: &self.lines,
             next: 0,
         };
-        Rows::new(source, "", self.claims.clone(), facts)
+        Rows::new(source, self.claims.clone(), facts)
     }
 }
 

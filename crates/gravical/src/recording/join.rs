@@ -119,6 +119,7 @@ fn join_source(
     options: &ReadOptions,
 ) -> Result<()> {
     refuse_second(recording)?;
+    recording.refuse_averaged("join a recording of at most three hours at 100 Hz")?;
     let mut gyro = read_beside(recording, source, name, options)?;
     if gyro.restarted {
         let restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;

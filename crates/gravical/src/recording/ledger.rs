@@ -3,8 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::finding::{Finding, FindingKind, LineSpans};
-
 /// Why a line is not a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -80,86 +78,29 @@ impl Aside {
         matches!(self, Aside::NamedGap | Aside::Blank | Aside::RepeatedHeader)
     }
 
-    /// Kind of the finding about such lines; those that belong to every good file have none.
-    #[must_use]
-    pub fn finding_kind(self) -> Option<FindingKind> {
-        Some(match self {
-            Aside::Header
-            | Aside::Metadata
-            | Aside::Comment
-            | Aside::RegularBlank
-            | Aside::Continuation
-            | Aside::ErasedBlock => return None,
-            Aside::NamedGap => FindingKind::NamedGap,
-            Aside::Blank => FindingKind::BlankRows,
-            Aside::OtherSensor => FindingKind::OtherSensor,
-            Aside::RepeatedHeader => FindingKind::RepeatedHeader,
-            Aside::TornLine => FindingKind::TornLine,
-            Aside::TooManyFields => FindingKind::TooManyFields,
-            Aside::NotANumber => FindingKind::NotANumber,
-            Aside::ZeroTail => FindingKind::ZeroRows,
-            Aside::Hung => FindingKind::SensorHung,
-            Aside::Shifted => FindingKind::ShiftedColumns,
-            Aside::CorruptBlock => FindingKind::CorruptBlock,
-            Aside::RepeatedBlock => FindingKind::RepeatedBlock,
-            Aside::LateBlock => FindingKind::LateBlock,
-        })
-    }
-
-    /// True for a block of a binary file.
-    fn is_block(self) -> bool {
-        matches!(
-            self,
-            Aside::CorruptBlock | Aside::RepeatedBlock | Aside::LateBlock | Aside::ErasedBlock
-        )
-    }
-
-    /// Name for messages.
+    /// Name for messages: that of the finding about such lines, where there is one.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Aside::Header => "header",
             Aside::Metadata => "metadata-lines",
             Aside::Comment => "comment-lines",
+            Aside::NamedGap => "named-gap",
+            Aside::Blank => "blank-rows",
             Aside::RegularBlank => "regular-blank-rows",
-            Aside::ErasedBlock => "erased-block",
+            Aside::RepeatedHeader => "repeated-header",
+            Aside::OtherSensor => "other-sensor",
+            Aside::TornLine => "torn-line",
+            Aside::TooManyFields => "too-many-fields",
+            Aside::NotANumber => "not-a-number",
+            Aside::ZeroTail => "zero-rows",
             Aside::Continuation => "continuation-lines",
-            _ => self.finding_kind().map_or("header", FindingKind::name),
-        }
-    }
-
-    fn meaning(self) -> &'static str {
-        match self {
-            Aside::Header => "names the columns",
-            Aside::Metadata => "before the header; kept out of the data",
-            Aside::Comment => "comment; kept out of the data",
-            Aside::NamedGap => {
-                "the logger reports missing rows; treated as a break between segments"
-            }
-            Aside::Blank => {
-                "blank; a break between segments, unless it is a single line and the clock continues"
-            }
-            Aside::RegularBlank => {
-                "blank, regularly between the rows (a line end written twice?); not treated as breaks"
-            }
-            Aside::OtherSensor => "rows of another sensor; not read",
-            Aside::RepeatedHeader => {
-                "the header repeated; kept out of the data, and a break unless the clock continues"
-            }
-            Aside::TornLine => "fewer fields than the other rows (half-written); set aside",
-            Aside::TooManyFields => {
-                "more fields than the other rows (lines run together?); set aside"
-            }
-            Aside::NotANumber => "a channel that is not a number; set aside",
-            Aside::ZeroTail => {
-                "all channels zero up to the end of the file (never written); set aside"
-            }
-            Aside::Continuation => "continues the row above",
-            Aside::Hung => "all channels repeat for longer than noise allows; set aside",
-            Aside::Shifted => "the values stand in the columns of others; set aside",
-            Aside::CorruptBlock => "damaged; skipped",
-            Aside::RepeatedBlock => "repeating the one before; skipped",
-            Aside::LateBlock => "earlier than the one before (repeated or out of order); skipped",
-            Aside::ErasedBlock => "never written; skipped",
+            Aside::Hung => "sensor-hung",
+            Aside::Shifted => "shifted-columns",
+            Aside::CorruptBlock => "corrupt-block",
+            Aside::RepeatedBlock => "repeated-block",
+            Aside::LateBlock => "late-block",
+            Aside::ErasedBlock => "erased-block",
         }
     }
 }
@@ -178,50 +119,27 @@ pub struct Ledger {
     pub lines: u64,
     /// Lines that are rows of the recording.
     pub rows: u64,
-    aside: [LineSpans; Aside::ALL.len()],
-    /// For each reason the first text, shortened.
-    examples: [Option<String>; Aside::ALL.len()],
-    /// A line above the header is no comment.
-    bare_metadata: bool,
+    /// Lines for each reason.
+    aside: [u64; Aside::ALL.len()],
 }
 
 impl Ledger {
-    /// Counts a row.
-    #[inline]
-    pub fn row(&mut self) {
-        self.lines += 1;
-        self.rows += 1;
-    }
-
-    /// Counts a line that is not a row.
-    pub fn aside(&mut self, reason: Aside, line: u64, text: &[u8]) {
-        self.lines += 1;
-        let i = reason as usize;
-        self.aside[i].push(line);
-        self.bare_metadata |= reason == Aside::Metadata && !is_comment(text.trim_ascii_start());
-        if self.examples[i].is_none() {
-            let shown: String = String::from_utf8_lossy(text).chars().take(60).collect();
-            self.examples[i] = Some(shown);
-        }
-    }
-
-    /// The lines of a reason, and the text of the first.
-    pub(super) fn set(&mut self, reason: Aside, lines: &LineSpans, first: &str) {
-        self.aside[reason as usize] = lines.clone();
-        self.examples[reason as usize] = Some(first.to_owned());
-    }
-
     /// Lines set aside for `reason`.
     #[must_use]
-    pub fn lines_aside(&self, reason: Aside) -> &LineSpans {
-        &self.aside[reason as usize]
+    pub fn lines_aside(&self, reason: Aside) -> u64 {
+        self.aside[reason as usize]
+    }
+
+    /// Sets the number of lines of a reason.
+    pub(super) fn set(&mut self, reason: Aside, lines: u64) {
+        self.aside[reason as usize] = lines;
     }
 
     /// Reasons that occurred, and their numbers of lines.
     pub fn reasons(&self) -> impl Iterator<Item = (Aside, u64)> + '_ {
         Aside::ALL
             .into_iter()
-            .map(|a| (a, self.aside[a as usize].count()))
+            .map(|a| (a, self.aside[a as usize]))
             .filter(|(_, n)| *n > 0)
     }
 
@@ -240,34 +158,6 @@ impl Ledger {
         }
         text
     }
-
-    /// Findings about lines set aside (none for the header and for comments above it).
-    #[must_use]
-    pub fn findings(&self) -> Vec<Finding> {
-        self.reasons()
-            .filter(|(reason, _)| *reason != Aside::Metadata || self.bare_metadata)
-            .filter_map(|(reason, n)| {
-                let kind = reason.finding_kind()?;
-                let example = match (&self.examples[reason as usize], reason) {
-                    (
-                        Some(text),
-                        Aside::NamedGap
-                        | Aside::TornLine
-                        | Aside::TooManyFields
-                        | Aside::NotANumber,
-                    ) => {
-                        format!(", first: \"{text}\"")
-                    }
-                    (Some(text), _) if reason.is_block() => format!(", first: {text}"),
-                    _ => String::new(),
-                };
-                let noun = if reason.is_block() { "block" } else { "line" };
-                let plural = if n == 1 { "" } else { "s" };
-                let message = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
-                Some(Finding::new(kind, message).at_lines(self.lines_aside(reason)))
-            })
-            .collect()
-    }
 }
 
 #[cfg(test)]
@@ -276,15 +166,14 @@ mod tests {
 
     #[test]
     fn counts_balance_and_are_listed() {
-        let mut ledger = Ledger::default();
-        ledger.aside(Aside::Header, 1, b"a,b");
-        ledger.row();
-        ledger.row();
-        ledger.aside(Aside::TornLine, 4, b"1,");
+        let mut ledger = Ledger {
+            lines: 4,
+            rows: 2,
+            ..Ledger::default()
+        };
+        ledger.set(Aside::Header, 1);
+        ledger.set(Aside::TornLine, 1);
         assert!(ledger.balances());
         assert_eq!(ledger.sum(), "4 lines = 2 rows + 1 header + 1 torn-line");
-        // Metadata is counted, and is nothing that anybody would have to act on.
-        ledger.aside(Aside::Metadata, 5, b"# a comment");
-        assert_eq!(ledger.findings().len(), 1);
     }
 }

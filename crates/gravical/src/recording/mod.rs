@@ -30,7 +30,6 @@ pub(crate) mod cells;
 pub(crate) mod collect;
 #[doc(hidden)]
 pub mod dialect;
-pub(crate) mod excerpt;
 pub(crate) mod file;
 mod foreign;
 pub(crate) mod format;
@@ -61,14 +60,12 @@ mod text_options;
 #[doc(hidden)]
 pub mod timing;
 mod unpacking;
-pub(crate) mod wearable;
 
 use std::ops::Range;
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 use crate::stats::mean_of_finite;
 use crate::utc::UtcTime;
-pub use collect::read_head;
 #[doc(hidden)]
 pub use gravical_recording::units;
 pub use gravical_recording::{Labels, UnitDoubt};
@@ -77,8 +74,8 @@ pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
 pub use memory::{SampleColumns, TableColumn};
 pub use meter::{Meter, Progress};
-pub use reading::{read, read_bytes};
-use serde::{Deserialize, Serialize, Serializer};
+pub use reading::{read, read_bytes, read_head, read_samples};
+use serde::{Deserialize, Serialize};
 pub use timing::{TimeUnit, Timing};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 #[doc(hidden)]
@@ -174,7 +171,7 @@ impl ReadOptions {
 /// A recording in columns. All channels have the same number of rows; an empty
 /// cell is NaN.
 ///
-/// It can be serialised in formats that hold NaN (JSON does not), if all its rows are in memory.
+/// It can be serialised in formats that hold NaN (JSON does not).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Recording {
     /// Path of the file as given, `-` for standard input.
@@ -236,23 +233,8 @@ pub struct Recording {
     pub ledger: Ledger,
     /// Faults found.
     pub findings: Vec<Finding>,
-    pub(crate) line_map: RowMap,
-    /// Set if only some rows of a long recording are in memory.
-    #[serde(skip_deserializing, serialize_with = "whole")]
-    pub(crate) excerpt: Option<excerpt::Excerpt>,
-}
-
-/// A recording of which rows are left out is a view of its file, and not stored.
-fn whole<S: Serializer>(
-    excerpt: &Option<excerpt::Excerpt>,
-    serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
-    match excerpt {
-        None => serializer.serialize_none(),
-        Some(_) => Err(serde::ser::Error::custom(
-            "only a part of this recording is in memory; read it as a whole",
-        )),
-    }
+    /// Line of each row, from 1.
+    pub(crate) lines: Vec<u32>,
 }
 
 /// The serial number that the files name, if any does.
@@ -318,67 +300,31 @@ impl Recording {
     /// Line number in the file, from 1, of row `row` (from 0).
     #[must_use]
     pub fn line(&self, row: usize) -> u64 {
-        self.line_map.number(row).unwrap_or(row as u64 + 1)
+        self.lines
+            .get(row)
+            .map_or(row as u64 + 1, |line| u64::from(*line))
     }
 
-    /// True if rows of the file are left out ([`crate::excerpt`]).
+    /// True for a long file of a worn device: its rows are means of neighbouring samples.
     #[must_use]
-    pub fn is_excerpt(&self) -> bool {
-        self.excerpt.is_some()
+    pub fn is_averaged(&self) -> bool {
+        self.ledger.rows > self.rows() as u64
     }
 
-    /// Refuses a recording of which rows are left out; `hint`: what to do instead.
+    /// Refuses means of samples; `hint`: what to do instead.
     ///
     /// # Errors
     ///
-    /// `excerpt` (usage).
-    pub(crate) fn refuse_excerpt(&self, hint: &str) -> crate::Result<()> {
-        match self.excerpt {
-            None => Ok(()),
-            Some(_) => Err(crate::Error::usage(
-                "excerpt",
-                "only a part of this recording is in memory",
+    /// `averaged` (usage).
+    pub(crate) fn refuse_averaged(&self, hint: &str) -> crate::Result<()> {
+        match self.is_averaged() {
+            false => Ok(()),
+            true => Err(crate::Error::usage(
+                "averaged",
+                "the rows of this recording are means of neighbouring samples",
             )
+            .at(self.name.as_ref(), None)
             .with_hint(hint)),
-        }
-    }
-
-    /// Number of rows of the file.
-    #[must_use]
-    pub fn rows_in_file(&self) -> usize {
-        match &self.excerpt {
-            Some(_) => self.ledger.rows as usize,
-            None => self.rows(),
-        }
-    }
-
-    /// Number of row `row` in the file, from 0.
-    #[must_use]
-    pub fn row_in_file(&self, row: usize) -> usize {
-        let excerpt = self.excerpt.as_ref();
-        let row_in_file = excerpt.and_then(|e| e.rows.number(row));
-        row_in_file.map_or(row, |row| row as usize)
-    }
-
-    /// Where these rows of the file are in memory; `None` if not all of them are.
-    pub(crate) fn rows_in_memory(
-        &self,
-        in_file: &std::ops::Range<usize>,
-    ) -> Option<std::ops::Range<usize>> {
-        let Some(excerpt) = self.excerpt.as_ref().filter(|_| !in_file.is_empty()) else {
-            return (in_file.end <= self.rows()).then(|| in_file.clone());
-        };
-        let row = |in_file: usize| excerpt.rows.row(in_file as u64);
-        let rows = row(in_file.start)?..row(in_file.end - 1)? + 1;
-        (rows.len() == in_file.len()).then_some(rows)
-    }
-
-    /// Number of rows of the file that `rows` spans, those left out included.
-    #[must_use]
-    pub fn length(&self, rows: &std::ops::Range<usize>) -> usize {
-        match rows.is_empty() {
-            true => 0,
-            false => self.row_in_file(rows.end - 1) + 1 - self.row_in_file(rows.start),
         }
     }
 
@@ -388,30 +334,20 @@ impl Recording {
         self.breaks.get(at).is_some_and(|b| *b < rows.end)
     }
 
-    /// True if rows of the file are left out within `rows`.
-    pub(crate) fn is_cut(&self, rows: &std::ops::Range<usize>) -> bool {
-        self.length(rows) > rows.len()
+    /// Number of rows.
+    #[must_use]
+    pub fn rows_in_file(&self) -> usize {
+        self.rows()
     }
 
-    /// Rows that do not continue the row before: the breaks, and the places where rows of the
-    /// file are left out.
-    #[doc(hidden)]
+    /// Number of rows in `rows`.
     #[must_use]
-    pub fn discontinuities(&self) -> Vec<usize> {
-        let mut all = self.breaks.clone();
-        if let Some(excerpt) = &self.excerpt {
-            all.extend(excerpt.rows.starts().skip(1));
-            all.sort_unstable();
-            all.dedup();
-        }
-        all
+    pub fn length(&self, rows: &Range<usize>) -> usize {
+        rows.len()
     }
 
     /// Lowest and highest temperature, °C; `None` without any.
     pub(crate) fn temperature_range_c(&self) -> Option<[f64; 2]> {
-        if let Some(excerpt) = &self.excerpt {
-            return excerpt.temperature_c;
-        }
         let all = self.temperature_c.iter().flatten();
         let [low, high] = all
             .filter(|t| t.is_finite())
@@ -484,48 +420,9 @@ impl Recording {
     pub const ASSUMED_RATE_HZ: f64 = 100.0;
 }
 
-/// Map from rows to line numbers, or to row numbers in the file. Stored as runs, since lines are
-/// left out in few places.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct RowMap {
-    runs: Vec<(usize, u64)>,
-    next: (usize, u64),
-}
-
-impl RowMap {
-    pub(crate) fn push(&mut self, number: u64) {
-        let (row, expected) = self.next;
-        if number != expected || self.runs.is_empty() {
-            self.runs.push((row, number));
-        }
-        self.next = (row + 1, number + 1);
-    }
-
-    /// `None` without any row.
-    pub(crate) fn number(&self, row: usize) -> Option<u64> {
-        let at = self.runs.partition_point(|(from, _)| *from <= row);
-        let (from, number) = *self.runs.get(at.checked_sub(1)?)?;
-        Some(number + (row - from) as u64)
-    }
-
-    /// The row with this number.
-    pub(crate) fn row(&self, number: u64) -> Option<usize> {
-        let at = self.runs.partition_point(|(_, first)| *first <= number);
-        let (from, first) = *self.runs.get(at.checked_sub(1)?)?;
-        let row = from + (number - first) as usize;
-        let end = self.runs.get(at).map_or(self.next.0, |(from, _)| *from);
-        (row < end).then_some(row)
-    }
-
-    /// Rows at which runs begin.
-    pub(crate) fn starts(&self) -> impl Iterator<Item = usize> {
-        self.runs.iter().map(|(row, _)| *row)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{ReadOptions, RowMap};
+    use super::ReadOptions;
 
     #[test]
     fn options_out_of_range_are_refused() {
@@ -548,23 +445,5 @@ mod tests {
             };
             assert_eq!(options.validate().is_ok(), fits, "{offset}");
         }
-    }
-
-    #[test]
-    fn rows_and_lines_map_across_gaps() {
-        let mut map = RowMap::default();
-        for line in [2, 3, 4, 9, 10, 12] {
-            map.push(line);
-        }
-        let lines: Vec<u64> = (0..6).filter_map(|row| map.number(row)).collect();
-        assert_eq!(lines, [2, 3, 4, 9, 10, 12]);
-        let rows: Vec<_> = [1, 2, 4, 5, 9, 11, 12, 13]
-            .map(|line| map.row(line))
-            .to_vec();
-        let (some, none) = (Some, None);
-        assert_eq!(
-            rows,
-            [none, some(0), some(2), none, some(3), none, some(5), none]
-        );
     }
 }

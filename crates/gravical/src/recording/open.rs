@@ -44,8 +44,6 @@ pub struct Input {
     cut_off: Arc<AtomicBool>,
     /// Number of bytes that are examined to determine the format.
     pub(crate) head_bytes: usize,
-    /// Number of bytes of the text; `None` for a pipe, and where it is unpacked or converted.
-    pub(crate) size: Option<u64>,
 }
 
 impl Input {
@@ -58,7 +56,6 @@ impl Input {
             digest: None,
             cut_off: Arc::default(),
             head_bytes,
-            size: None,
         }
     }
 
@@ -242,7 +239,6 @@ fn from_file(
         None => reader,
     };
     let mut input = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
-    input.size = total.filter(|_| input.unpacked.is_empty());
     let (magic, reader) = peek(input.reader, ZIP.len()).map_err(|e| Error::io(path, e))?;
     input.reader = reader;
     if magic == ZIP {
@@ -295,7 +291,6 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         digest,
         cut_off,
         head_bytes: HEAD,
-        size: None,
     })
 }
 

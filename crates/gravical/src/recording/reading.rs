@@ -4,19 +4,20 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use gravical_recording as new;
-use gravical_recording::{Reason, bytes};
+use gravical_recording::{Reason, bytes, cwa};
 
-use super::collect::{self, Columns};
 use super::foreign::refused;
 use super::ledger::{Aside, Ledger};
-use super::names::Role;
-use super::open::{Input, Reopenable, peek};
+use super::open::{HEAD, Input, Reopenable, open, peek};
 use super::text_options::text_options;
-use super::{ReadOptions, Recording, RowMap, TableColumn, foreign, metadata, wearable};
+use super::{ReadOptions, Recording, TableColumn, foreign, metadata};
 use crate::finding::{Finding, FindingKind};
 use crate::{Error, Result};
 
 /// Reads the recording at `path`; `-` is standard input.
+///
+/// A `.cwa` file of more than 2²⁰ samples is read as means of neighbouring samples, at 5 Hz or
+/// faster: see [`Recording::is_averaged`].
 ///
 /// # Errors
 ///
@@ -26,6 +27,43 @@ use crate::{Error, Result};
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let name = path.display().to_string();
     read_from(&mut Reopenable::of(path), &name, options)
+}
+
+/// The same with all samples of a `.cwa` file.
+///
+/// # Errors
+///
+/// As [`read`]; `too-large` if they take more than a gigabyte.
+pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
+    let name = path.display().to_string();
+    read_samples_from(&mut Reopenable::of(path), &name, options)
+}
+
+/// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
+/// and the temperature in it, before all rows are read.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
+    let options = ReadOptions {
+        hash: false,
+        meter: None,
+        ..options.clone()
+    };
+    let mut bytes = Vec::new();
+    let reader = open(path, &options)?.reader;
+    let read = reader.take(HEAD as u64).read_to_end(&mut bytes);
+    read.map_err(|e| Error::io(path, e))?;
+    if bytes.len() == HEAD {
+        let line_end = || bytes.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
+        let whole = match cwa::is_one(&bytes) {
+            true => cwa::whole_blocks(&bytes),
+            false => line_end().map_or(HEAD, |at| at + 1),
+        };
+        bytes.truncate(whole);
+    }
+    read_bytes(&bytes, &path.display().to_string(), &options)
 }
 
 /// Reads a recording from bytes in memory; `name` is used in messages.
@@ -45,23 +83,41 @@ const HEAD_BYTES: u64 = 65_536;
 /// # Errors
 ///
 /// As [`read`].
-pub(crate) fn read_from(
+fn read_from(source: &mut Reopenable, name: &str, options: &ReadOptions) -> Result<Recording> {
+    read_by(source, name, options, cwa::read)
+}
+
+/// The same with all samples.
+///
+/// # Errors
+///
+/// As [`read_samples`].
+pub(crate) fn read_samples_from(
     source: &mut Reopenable,
     name: &str,
     options: &ReadOptions,
+) -> Result<Recording> {
+    read_by(source, name, options, cwa::read_samples)
+}
+
+/// Reads a file of any kind, one of a worn device by `read_device`.
+fn read_by(
+    source: &mut Reopenable,
+    name: &str,
+    options: &ReadOptions,
+    read_device: fn(Box<dyn Read>, &new::ReadOptions) -> Result<new::Recording, new::Error>,
 ) -> Result<Recording> {
     options.validate()?;
     let mut input = source.open(options)?;
     let here = Path::new(name);
     let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let (magic, reader) = peek(reader, wearable::MAGIC).map_err(|e| Error::io(here, e))?;
-    if wearable::is_one(&magic) {
-        input.reader = reader;
-        let columns = Columns::of_format;
-        let read = collect::collect_from(input, source, name, Role::Recording, options, columns)?;
-        return Ok(read.into_recording());
+    let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(|e| Error::io(here, e))?;
+    let options = text_options(options, false);
+    if !cwa::is_one(&magic) {
+        return read_text(reader, &input, name, &options);
     }
-    read_text(reader, &input, name, &text_options(options, false))
+    let judged = read_device(reader, &options).map_err(|e| refused(e, &[], here))?;
+    Ok(of_input(judged, &input, name))
 }
 
 /// Reads the gyroscope of a recording from a file of its own; its accelerometer, if there is one,
@@ -100,6 +156,11 @@ fn read_text(
     let file = here.file_name().unwrap_or_default().to_string_lossy();
     let text = Cursor::new(head.clone()).chain(text);
     let judged = new::Recording::read(text, &file, options).map_err(|e| refused(e, &head, here))?;
+    Ok(of_input(judged, input, name))
+}
+
+/// A judged recording with what is known of its file.
+fn of_input(judged: new::Recording, input: &Input, name: &str) -> Recording {
     let mut recording = of_judged(judged, name);
     let unpacked = input.unpacked.iter().map(|u| format!("{u}, "));
     recording.description = unpacked.collect::<String>() + &recording.description;
@@ -112,7 +173,7 @@ fn read_text(
         let finding = Finding::new(FindingKind::TruncatedFile, text);
         recording.findings.push(finding.in_file(name));
     }
-    Ok(recording)
+    recording
 }
 
 /// A recording from a table in memory.
@@ -141,12 +202,8 @@ pub(super) fn table_fields(
 
 /// A judged recording with the name of its file, and its notes as findings.
 pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
-    let mut line_map = RowMap::default();
-    judged
-        .lines
-        .iter()
-        .for_each(|line| line_map.push(u64::from(*line)));
-    let ledger = ledger(&judged.aside, judged.rows());
+    // Of means, the rows of the file are the samples.
+    let ledger = ledger(&judged.aside, judged.aside.lines - judged.aside.total());
     let in_file = |note| Finding::from(note).in_file(name);
     let is_calibrated_by_board = judged.board.is_some_and(|b| b.is_calibrated());
     let reads = |own: &[&str; 3]| {
@@ -180,8 +237,7 @@ pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
         timing: judged.timing,
         ledger,
         findings: judged.notes.into_iter().map(in_file).collect(),
-        line_map,
-        excerpt: None,
+        lines: judged.lines,
     }
 }
 
@@ -205,8 +261,12 @@ pub(super) fn ledger(aside: &new::Aside, rows: usize) -> Ledger {
             Reason::Zeros => Aside::ZeroTail,
             Reason::Hung => Aside::Hung,
             Reason::Slipped => Aside::Shifted,
+            Reason::CorruptBlock => Aside::CorruptBlock,
+            Reason::RepeatedBlock => Aside::RepeatedBlock,
+            Reason::LateBlock => Aside::LateBlock,
+            Reason::ErasedBlock => Aside::ErasedBlock,
         };
-        ledger.set(kind, &aside.lines, &aside.first);
+        ledger.set(kind, aside.lines.count());
     }
     ledger
 }

@@ -2,19 +2,17 @@
 //!
 //! [`Rows`] reads from any [`Source`], with known format and columns. It accounts for every line,
 //! fills cells, converts time stamps to time, and passes every row to its [`Monitor`]. Memory
-//! does not grow with the recording. All commands read recordings through it.
+//! does not grow with the recording.
 
 use std::collections::VecDeque;
-use std::path::Path;
 
-use crate::{Error, Result};
+use crate::Result;
 
 use super::cells::{CellFiller, Channels, ZEROS_IN_A_ROW};
-use super::ledger::{Aside, Ledger};
-use super::monitor::{Facts, Monitor, MonitorSummary, RecordingClaims};
-use super::row::{ACCEL, GYRO, SLOTS, TIME, Values};
-use super::timing::{BreakKind, Follower, RowTime, is_usual_step};
-use crate::finding::{Finding, FindingKind, LineSpans};
+use super::ledger::Aside;
+use super::monitor::{Facts, Monitor, RecordingClaims};
+use super::row::{ACCEL, SLOTS, TIME, Values};
+use super::timing::{BreakKind, RowTime, is_usual_step};
 
 /// Largest number of rows held back if memory must not grow with the recording.
 const MOST_HELD: usize = 1 << 16;
@@ -29,32 +27,10 @@ pub(crate) trait Source {
     fn next(&mut self, values: &mut Values) -> Result<Option<Item>>;
     /// Its number, from 1.
     fn number(&self) -> u64;
-    /// Text of the line, its fields and its label.
-    fn text(&self) -> Text<'_> {
-        Text::default()
+    /// Its label; empty for samples in memory.
+    fn label(&self) -> &[u8] {
+        &[]
     }
-    /// Whether a line can be read without the lines before it.
-    fn can_skip(&self) -> bool {
-        false
-    }
-    /// Skips lines up to this one, if it [can](Self::can_skip).
-    ///
-    /// # Errors
-    ///
-    /// Errors of reading.
-    fn skip_to(&mut self, _line: u64) -> Result<()> {
-        Ok(())
-    }
-}
-
-/// State needed to continue reading after a row.
-#[derive(Debug, Clone)]
-pub(crate) struct Mark {
-    /// The line of that row.
-    line: u64,
-    filler: CellFiller,
-    follower: Option<Follower>,
-    last_stamp: f64,
 }
 
 /// Result of one line.
@@ -64,15 +40,6 @@ pub(crate) enum Item {
     Row,
     /// Not a row, and the reason.
     Aside(Aside),
-    /// No line: rows are missing here.
-    Gap,
-}
-
-/// Text of a line; empty for samples in memory.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Text<'a> {
-    pub bytes: &'a [u8],
-    pub label: &'a [u8],
 }
 
 /// A row of a recording.
@@ -80,7 +47,7 @@ pub(crate) struct Text<'a> {
 pub(crate) struct Row<'a> {
     /// Line number, from 1.
     pub line: u64,
-    pub text: Text<'a>,
+    pub label: &'a [u8],
     /// Numbers of the file, with cells filled.
     pub values: &'a Values,
     /// Lines before the row that are breaks: the row does not continue the row before. A single
@@ -130,12 +97,11 @@ enum Place {
 /// The rows of a recording.
 pub(crate) struct Rows<S> {
     source: S,
-    name: String,
     channels: Channels,
     facts: Facts,
     monitor: Monitor,
     filler: CellFiller,
-    ledger: Ledger,
+    has_rows: bool,
     /// Breaks since the last row, not yet confirmed.
     pending_breaks: Vec<Aside>,
     /// Confirmed breaks before the next row.
@@ -144,126 +110,42 @@ pub(crate) struct Rows<S> {
     held: VecDeque<Held>,
     /// Number of rows at the front of `held` that can be returned.
     released: usize,
-    most_held: usize,
     /// Number of zero rows up to here.
     zeros: u64,
     any_reading: bool,
-    /// Lines of zero rows that were too many to hold back and may be the end of the data.
-    unresolved: LineSpans,
-    /// The line from which all rows are zero, if known.
-    zeros_from: Option<u64>,
-    /// Results of all rows are known from an earlier reading.
-    times_known: bool,
+    /// Zero rows that were too many to hold back may be the end of the data.
+    is_unresolved: bool,
     current: Option<Held>,
     values: Values,
-    expected: usize,
-}
-
-/// Results, available after the last row.
-pub(crate) struct Finished {
-    pub ledger: Ledger,
-    /// Of all rows, whatever facts they were read with.
-    pub summary: MonitorSummary,
-    /// About rows of zeros.
-    pub zeros: Vec<Finding>,
-    /// The line from which all rows are zero, if they were too many to hold back and count as
-    /// rows.
-    pub zeros_from: Option<u64>,
-}
-
-impl Finished {
-    /// Results of the rows so far, of which more may follow: without the account of lines.
-    pub fn so_far(monitor: &Monitor) -> Self {
-        Finished {
-            ledger: Ledger::default(),
-            summary: monitor.finish_with_resolution(),
-            zeros: Vec::new(),
-            zeros_from: None,
-        }
-    }
-
-    /// Findings about cells and time stamps, then about units and samples.
-    pub fn findings(&mut self) -> Vec<Finding> {
-        let found = std::mem::take(&mut self.summary.found);
-        let mut all = found.channels;
-        all.extend(found.clock);
-        all.extend(found.cells);
-        all.append(&mut self.zeros);
-        all.extend(found.unit);
-        all.extend(found.values);
-        all
-    }
 }
 
 impl<S: Source> Rows<S> {
-    /// Rows of `source`, read with `facts`; `name` is used in messages.
-    pub fn new(source: S, name: &str, claims: RecordingClaims, facts: Facts) -> Self {
+    /// Rows of `source`, read with `facts`.
+    pub fn new(source: S, claims: RecordingClaims, facts: Facts) -> Self {
         let channels = claims.channels(&facts);
         Rows {
             source,
-            name: name.to_owned(),
             channels,
             facts,
             monitor: Monitor::new(claims, facts),
             filler: CellFiller::new(facts.cells, channels),
-            ledger: Ledger::default(),
+            has_rows: false,
             pending_breaks: Vec::new(),
             before: Vec::new(),
             last_stamp: f64::NAN,
             held: VecDeque::new(),
             released: 0,
-            most_held: MOST_HELD,
             zeros: 0,
             any_reading: false,
-            unresolved: LineSpans::default(),
-            zeros_from: None,
-            times_known: false,
+            is_unresolved: false,
             current: None,
             values: [f64::NAN; SLOTS],
-            expected: 0,
         }
-    }
-
-    /// Sets about how many rows there are, to make room for them.
-    pub fn expecting(mut self, rows: usize) -> Self {
-        self.expected = rows;
-        self
-    }
-
-    /// About how many rows there are; 0 if nothing tells.
-    pub fn expected(&self) -> usize {
-        self.expected
-    }
-
-    /// Sets the largest number of rows held back.
-    pub fn hold_at_most(&mut self, rows: usize) {
-        self.most_held = rows;
-    }
-
-    /// Restores the default limit of rows held back.
-    pub fn hold_default(&mut self) {
-        self.hold_at_most(MOST_HELD);
-    }
-
-    /// Zero rows from this line on continue to the end.
-    pub fn with_zeros_from(mut self, line: Option<u64>) -> Self {
-        self.zeros_from = line;
-        self
-    }
-
-    /// Results of all rows are known already; only the time of each row is computed.
-    pub fn times_only(mut self) -> Self {
-        self.times_known = true;
-        self
     }
 
     /// What the rows are read with.
     pub fn facts(&self) -> &Facts {
         &self.facts
-    }
-
-    pub fn source(&self) -> &S {
-        &self.source
     }
 
     /// The next row; `None` after the last.
@@ -287,8 +169,8 @@ impl<S: Source> Rows<S> {
                         return Ok(None);
                     }
                 }
-                Some(Item::Aside(reason)) => self.set_aside(reason),
-                Some(Item::Gap) => self.break_here(Aside::NamedGap),
+                Some(Item::Aside(reason)) if reason.is_break() => self.break_here(reason),
+                Some(Item::Aside(_)) => {}
                 Some(Item::Row) => {
                     if !self.pending_breaks.is_empty() {
                         self.confirm_breaks(values[TIME]);
@@ -302,9 +184,7 @@ impl<S: Source> Rows<S> {
                     if !zero && self.held.is_empty() {
                         self.zeros = 0;
                         self.any_reading = true;
-                        if !self.unresolved.is_empty() {
-                            self.unresolved = LineSpans::default();
-                        }
+                        self.is_unresolved = false;
                         break (Place::InSource, Zeros::None);
                     }
                     if let Some(zeros) = self.judge_zeros(&values, zero) {
@@ -313,7 +193,7 @@ impl<S: Source> Rows<S> {
                 }
             }
         };
-        self.ledger.row();
+        self.has_rows = true;
         Ok(Some(self.hand_out(place, values, zeros)))
     }
 
@@ -324,8 +204,7 @@ impl<S: Source> Rows<S> {
             _ => self.source.number(),
         };
         self.values = raw;
-        self.filler
-            .fill(&mut self.values, zeros != Zeros::None, line);
+        self.filler.fill(&mut self.values, zeros != Zeros::None);
         let before = match (place, &self.current) {
             (Place::Held, Some(held)) => &held.before,
             _ => &self.before,
@@ -337,22 +216,15 @@ impl<S: Source> Rows<S> {
         // A row that may not be a measurement must not affect the clock and the units.
         let time = match zeros {
             Zeros::MaybeTail => RowTime::UNKNOWN,
-            _ if self.times_known => self.monitor.observe_time(&raw, line, break_kind),
             _ => self.monitor.observe(&raw, &self.values, line, break_kind),
         };
-        let (text, before) = match (place, &self.current) {
-            (Place::Held, Some(held)) => (
-                Text {
-                    bytes: &[],
-                    label: &held.label,
-                },
-                &held.before,
-            ),
-            _ => (self.source.text(), &self.before),
+        let (label, before) = match (place, &self.current) {
+            (Place::Held, Some(held)) => (&held.label[..], &held.before),
+            _ => (self.source.label(), &self.before),
         };
         Row {
             line,
-            text,
+            label,
             values: &self.values,
             before,
             t_s: time.t_s,
@@ -360,18 +232,9 @@ impl<S: Source> Rows<S> {
         }
     }
 
-    #[cold]
-    fn set_aside(&mut self, reason: Aside) {
-        if reason.is_break() {
-            self.break_here(reason);
-        }
-        self.ledger
-            .aside(reason, self.source.number(), self.source.text().bytes);
-    }
-
     /// A break needs a row before it.
     fn break_here(&mut self, reason: Aside) {
-        if self.ledger.rows > 0 || !self.held.is_empty() {
+        if self.has_rows || !self.held.is_empty() {
             self.pending_breaks.push(reason);
         }
     }
@@ -396,22 +259,15 @@ impl<S: Source> Rows<S> {
         let may_be_tail = zero && self.channels.gyro_is_zero(values);
         if !may_be_tail {
             // The zeros before it were not at the end.
-            self.unresolved = LineSpans::default();
+            self.is_unresolved = false;
         }
         if !zero {
             self.hold(*values);
             self.released = self.held.len();
             return None;
         }
-        let number = self.source.number();
-        if may_be_tail && self.zeros_from.is_some_and(|from| number >= from) {
-            let text = self.source.text();
-            self.ledger.aside(Aside::ZeroTail, number, text.bytes);
-            return None;
-        }
         self.zeros += 1;
-        if !self.unresolved.is_empty() {
-            self.unresolved.push(self.source.number());
+        if self.is_unresolved {
             return Some(Zeros::MaybeTail);
         }
         if may_be_tail && !self.any_reading {
@@ -426,9 +282,8 @@ impl<S: Source> Rows<S> {
         self.hold(*values);
         if !may_be_tail && enough {
             self.released = self.held.len();
-        } else if self.held.len() > self.most_held {
-            let lines = self.held.iter().map(|held| held.line);
-            lines.for_each(|line| self.unresolved.push(line));
+        } else if self.held.len() > MOST_HELD {
+            self.is_unresolved = true;
             self.released = self.held.len();
         }
         None
@@ -439,7 +294,7 @@ impl<S: Source> Rows<S> {
             line: self.source.number(),
             values,
             before: std::mem::take(&mut self.before),
-            label: self.source.text().label.to_vec(),
+            label: self.source.label().to_vec(),
         };
         self.held.push_back(held);
     }
@@ -458,7 +313,7 @@ impl<S: Source> Rows<S> {
         }
         self.current = Some(held);
         Some(match zero {
-            true if !self.unresolved.is_empty() => Zeros::MaybeTail,
+            true if self.is_unresolved => Zeros::MaybeTail,
             true if unread => Zeros::Unread,
             _ => Zeros::None,
         })
@@ -475,7 +330,6 @@ impl<S: Source> Rows<S> {
         if tail >= 2 {
             let mut breaks = Vec::new();
             for held in self.held.split_off(self.held.len() - tail) {
-                self.ledger.aside(Aside::ZeroTail, held.line, b"");
                 breaks.extend(held.before);
             }
             breaks.append(&mut self.pending_breaks);
@@ -485,115 +339,9 @@ impl<S: Source> Rows<S> {
         self.released > 0
     }
 
-    /// State to continue from the last returned row; `None` if the following rows depend on more
-    /// than it.
-    pub fn mark(&self) -> Option<Mark> {
-        let plain = self.held.is_empty() && self.pending_breaks.is_empty() && self.zeros == 0;
-        // Evenly timed samples depend on the row count.
-        let counted = self
-            .facts
-            .stamp_reading
-            .is_some_and(|s| s.even_hz.is_some());
-        (plain && !counted && self.any_reading && self.source.can_skip()).then(|| Mark {
-            line: self.source.number(),
-            filler: self.filler.without_findings(),
-            follower: self.monitor.follower(),
-            last_stamp: self.last_stamp,
-        })
-    }
-
-    /// Continues after the row of `mark`, which must lie ahead; only for rows that are [known
-    /// already](Self::times_only).
-    ///
-    /// # Errors
-    ///
-    /// Errors of reading.
-    pub fn skip_to(&mut self, mark: &Mark) -> Result<()> {
-        self.source.skip_to(mark.line)?;
-        self.filler = mark.filler.clone();
-        self.monitor.follow(mark.follower.clone());
-        self.last_stamp = mark.last_stamp;
-        (self.zeros, self.any_reading) = (0, true);
-        self.pending_breaks.clear();
-        self.before.clear();
-        Ok(())
-    }
-
     /// The monitor of all rows so far.
     pub fn monitor(&self) -> &Monitor {
         &self.monitor
-    }
-
-    /// Results; to be called after the last row.
-    ///
-    /// # Errors
-    ///
-    /// `no-rows`, `no-values`, `all-zero` if the sensor delivered no data.
-    pub fn finish(&mut self) -> Result<Finished> {
-        self.check_for_values()?;
-        let mut zeros = Vec::new();
-        if !self.unresolved.is_empty() {
-            zeros.push(
-                Finding::new(
-                    FindingKind::ZeroRows,
-                    format!(
-                        "all channels are zero in the last {} rows: too many to hold in memory, so they count as rows",
-                        self.unresolved.count()
-                    ),
-                )
-                .at_lines(&self.unresolved),
-            );
-        }
-        zeros.extend(self.filler.finding());
-        Ok(Finished {
-            ledger: std::mem::take(&mut self.ledger),
-            summary: self.monitor.finish_with_resolution(),
-            zeros,
-            zeros_from: self.unresolved.first(),
-        })
-    }
-
-    fn check_for_values(&self) -> Result<()> {
-        let here = Path::new(&self.name);
-        let cells = self.monitor.cells();
-        let rows = cells.rows();
-        if rows == 0 {
-            return Err(
-                Error::input("no-rows", format!("no row could be read: {}", self.ledger.sum()))
-                    .at(here, None)
-                    .with_hint("a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces; --columns assigns the columns"),
-            );
-        }
-        let (first, letter, sensor) = match self.channels.accel {
-            true => (ACCEL, "a", "accelerometer"),
-            false => (GYRO, "g", "gyroscope"),
-        };
-        if let Some(axis) = cells.axis_without_values(first) {
-            return Err(Error::input(
-                "no-values",
-                format!(
-                    "{letter}{} has no value in any of the {rows} rows (empty or NaN)",
-                    ["x", "y", "z"][axis]
-                ),
-            )
-            .at(here, None)
-            .with_hint(
-                "look at the columns with `gravical inspect`, or choose others with --columns",
-            ));
-        }
-        if cells.is_all_zero(first) {
-            let hint = match self.channels.accel {
-                true => "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
-                false => "check that the sketch wakes the gyroscope, or leave --gyro out",
-            };
-            return Err(Error::input(
-                "all-zero",
-                format!("the {sensor} reads zero or nothing in all {rows} rows: it did not answer"),
-            )
-            .at(here, None)
-            .with_hint(hint));
-        }
-        Ok(())
     }
 }
 
@@ -601,9 +349,9 @@ impl<S: Source> Rows<S> {
 mod tests {
     use super::*;
     use crate::recording::ReadOptions;
-    use crate::recording::cells::CellRules;
     use crate::recording::layout::Layout;
     use crate::recording::names::Quantity;
+    use crate::recording::row::GYRO;
 
     /// Rows of ax, ay, az, gx, gy, gz.
     struct Listed(Vec<[f64; 6]>, usize);
@@ -634,7 +382,7 @@ mod tests {
             options: ReadOptions::default(),
             metadata_rate_hz: None,
         };
-        Rows::new(Listed(list.to_vec(), 0), "", claims, Facts::none())
+        Rows::new(Listed(list.to_vec(), 0), claims, Facts::none())
     }
 
     const STILL: [f64; 6] = [0.1, 0.2, 9.8, 0.01, 0.0, 0.02];
@@ -673,34 +421,10 @@ mod tests {
     fn a_zero_tail_too_long_to_hold_back_counts_as_empty_rows() {
         let mut list = vec![STILL; 50];
         list.extend([DEAD; 40]);
-        let mut some = rows(&list);
-        some.hold_at_most(10);
-        let all = returned(&mut some);
-        assert_eq!(all.len(), 90);
+        assert_eq!(returned(&mut rows(&list)).len(), 50);
+        list.resize(list.len() + MOST_HELD, DEAD);
+        let all = returned(&mut rows(&list));
+        assert_eq!(all.len(), list.len());
         assert!(all[50..].iter().all(|r| r.1 && r.2));
-        let done = some.finish().unwrap();
-        // They do not count as half of the rows, which would make zero a valid reading.
-        assert!(done.summary.facts.cells == CellRules::default());
-        let tail = done.zeros.iter().find(|f| f.kind == "zero-rows").unwrap();
-        assert_eq!((tail.count, &tail.lines[..]), (40, &[[51, 90]][..]));
-        // With all rows in memory there is no limit.
-        let mut some = rows(&list);
-        some.hold_at_most(usize::MAX);
-        assert_eq!(returned(&mut some).len(), 50);
-        // They are no tail if the gyroscope reads.
-        list[70] = UNREAD;
-        let mut some = rows(&list);
-        some.hold_at_most(10);
-        assert_eq!(returned(&mut some).len(), 90);
-        let done = some.finish().unwrap();
-        let tail = done.zeros.iter().find(|f| f.kind == "zero-rows").unwrap();
-        assert_eq!(tail.lines, [[72, 90]]);
-        // A later row ends the tail.
-        list.push(STILL);
-        let mut some = rows(&list);
-        some.hold_at_most(10);
-        assert_eq!(returned(&mut some).len(), 91);
-        let done = some.finish().unwrap();
-        assert!(!done.zeros.iter().any(|f| f.message.contains("too many")));
     }
 }

@@ -15,8 +15,8 @@ use super::layout::{self, Request};
 use super::ledger::{Aside, is_comment};
 use super::names::Role;
 use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
-use super::rows::{Item, Source, Text};
-use crate::finding::{Finding, FindingKind, LineSpans};
+use super::rows::{Item, Source};
+use crate::finding::Finding;
 
 /// Beginning of the line in which a logger reports missing rows. After it the clock of the board
 /// may have restarted.
@@ -34,8 +34,6 @@ pub(crate) struct TextRows<R> {
     number: u64,
     /// Number of the last blank line, and length of the run of blank lines that it ends.
     blank: (u64, u64),
-    nul_lines: LineSpans,
-    foreign_lines: LineSpans,
     /// The input is cut off: a last line without an end is ignored.
     cut: bool,
 }
@@ -92,40 +90,8 @@ impl<R: Read> TextRows<R> {
             label: (0, 0),
             number: 0,
             blank: (0, 0),
-            nul_lines: LineSpans::default(),
-            foreign_lines: LineSpans::default(),
             cut,
         }
-    }
-
-    /// Findings about bytes; `unpacked`: the conversions applied.
-    pub(super) fn odd_bytes(&self, unpacked: &[String]) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        if !self.nul_lines.is_empty() {
-            findings.push(
-                Finding::new(
-                    FindingKind::NulBytes,
-                    format!("NUL bytes in {} lines; removed", self.nul_lines.count()),
-                )
-                .at_lines(&self.nul_lines),
-            );
-        }
-        if !self.foreign_lines.is_empty() {
-            findings.push(
-                Finding::new(
-                    FindingKind::NotUtf8,
-                    "text that is not UTF-8; read as Windows-1252",
-                )
-                .at_lines(&self.foreign_lines),
-            );
-        }
-        if let Some(encoding) = unpacked.iter().find(|u| u.starts_with("UTF-16")) {
-            findings.push(Finding::new(
-                FindingKind::NotUtf8,
-                format!("the file is {encoding}; read as such"),
-            ));
-        }
-        findings
     }
 }
 
@@ -140,9 +106,6 @@ impl<R: Read> Source for TextRows<R> {
             return Ok(None);
         };
         self.number = line.number;
-        if line.nul_bytes > 0 {
-            self.nul_lines.push(line.number);
-        }
         if line.number >= self.format.dialect.first_data_line {
             let bytes = line.bytes;
             if !self.later.is_idle() {
@@ -154,9 +117,6 @@ impl<R: Read> Source for TextRows<R> {
                     return Ok(Some(Item::Row));
                 }
                 Err(defect) => {
-                    if std::str::from_utf8(line.bytes).is_err() {
-                        self.foreign_lines.push(line.number);
-                    }
                     let reason =
                         reason_in_data(&self.format.dialect, &line, defect, &mut self.blank);
                     let is_header = self.later.set_aside(&line, &self.format, &self.name);
@@ -166,9 +126,6 @@ impl<R: Read> Source for TextRows<R> {
                     })));
                 }
             }
-        }
-        if std::str::from_utf8(line.bytes).is_err() {
-            self.foreign_lines.push(line.number);
         }
         Ok(Some(Item::Aside(reason_before_data(
             &self.format.dialect,
@@ -181,29 +138,11 @@ impl<R: Read> Source for TextRows<R> {
         self.number
     }
 
-    fn can_skip(&self) -> bool {
-        !self.stamps.sums()
-    }
-
-    fn skip_to(&mut self, line: u64) -> Result<()> {
-        while self.number < line {
-            let passed = self.lines.next_line();
-            match passed.map_err(|e| Error::io(Path::new(&self.name), e))? {
-                Some(passed) => self.number = passed.number,
-                None => break,
-            }
-        }
-        Ok(())
-    }
-
     #[inline]
-    fn text(&self) -> Text<'_> {
-        let bytes = self.lines.current();
+    fn label(&self) -> &[u8] {
         let (from, to) = self.label;
-        Text {
-            bytes,
-            label: bytes.get(from as usize..to as usize).unwrap_or_default(),
-        }
+        let line = self.lines.current().get(from as usize..to as usize);
+        line.unwrap_or_default()
     }
 }
 

@@ -12,7 +12,6 @@ pub(crate) struct Block {
     /// Sum over the axes.
     pub variance: f64,
     /// The same for the gyroscope; NaN without one.
-    pub gyro_mean: [f64; 3],
     pub gyro_variance: f64,
 }
 
@@ -25,12 +24,11 @@ impl Block {
         rows: Range<usize>,
     ) -> Self {
         let (mean, variance) = moments(accel, at.clone());
-        let (gyro_mean, gyro_variance) = gyro.map_or(([f64::NAN; 3], f64::NAN), |g| moments(g, at));
+        let gyro_variance = gyro.map_or(f64::NAN, |g| moments(g, at).1);
         Block {
             rows,
             mean,
             variance,
-            gyro_mean,
             gyro_variance,
         }
     }

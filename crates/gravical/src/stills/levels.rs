@@ -6,7 +6,7 @@ use gravical_core::matrix3::norm;
 use gravical_core::rounding;
 
 use super::block::Block;
-use super::runs::{RangeTree, join, split_run, trim};
+use super::runs::{join, split_run, trim};
 use super::{block_rows, distance};
 use crate::resolution::floors;
 
@@ -25,15 +25,6 @@ const CORRELATED_FACTOR: f64 = 5.0;
 /// Scatter of means over noise/√width above which it is motion: the root of the variance
 /// inflation factor for a low-pass filter at a hundredth of the rate.
 const MOST_CORRELATED: f64 = 6.0;
-/// A recording of so many hours may be one of daily life: nobody turns a sensor by hand for longer.
-const WORN_HOURS: f64 = 12.0;
-/// Limits of van Hees et al., J. Appl. Physiol. 117 (2014) 738, for a sensor that is worn: the
-/// standard deviation of each axis at rest, g, and the shortest rest, s. Breath and pulse move a
-/// wrist by some mg, many times the noise of a good sensor.
-const WORN_SD_G: f64 = 0.013;
-const WORN_SHORTEST_S: f64 = 10.0;
-/// It is worn if these limits make so many times more of it static than its noise does.
-const WORN_GAIN: f64 = 2.0;
 /// Median length of a vector with three standard normal components.
 const MAXWELL_MEDIAN: f64 = 1.538;
 
@@ -77,8 +68,6 @@ pub(crate) struct Levels {
     agree: f64,
     /// Smallest number of rows of a static interval.
     pub shortest: usize,
-    /// The limits are those for a sensor that is worn.
-    pub worn: bool,
 }
 
 impl Levels {
@@ -104,7 +93,6 @@ impl Levels {
             shortest: ((SHORTEST_S * rate).min(ENOUGH_ROWS) as usize)
                 .max((LEAST_S * rate) as usize)
                 .max(10),
-            worn: false,
         };
         let gravity = typical_magnitude(all());
         // Means of blocks scatter by noise/√width, for correlated noise by a multiple of it.
@@ -116,33 +104,7 @@ impl Levels {
             scatter = scatter.max(CORRELATED_FACTOR * means);
         }
         levels.agree = scatter.max(TREMOR * gravity) + step_of_means(floor, accel_step);
-        // Of many blocks only some are there, but their rows are those of the file.
-        let rows = groups
-            .last()
-            .and_then(|g| g.last())
-            .map_or(0, |b| b.rows.end);
-        if rows as f64 >= WORN_HOURS * 3600.0 * rate {
-            let worn = levels.worn(gravity, rate);
-            let static_by = |levels: &Levels| all().filter(|b| levels.is_quiet(b)).count() as f64;
-            if static_by(&worn) > WORN_GAIN * static_by(&levels) {
-                return Some(worn);
-            }
-        }
         Some(levels)
-    }
-
-    /// The same for a sensor that is worn; `gravity` in the unit of the file. The gyroscope, whose
-    /// noise is far less than the unrest of a wrist, tells nothing more.
-    fn worn(&self, gravity: f64, rate: f64) -> Levels {
-        let sd = WORN_SD_G * gravity;
-        Levels {
-            most_accel: self.most_accel.max(3.0 * sd * sd),
-            most_gyro: f64::INFINITY,
-            agree: self.agree.max(sd),
-            shortest: self.shortest.max((WORN_SHORTEST_S * rate) as usize),
-            worn: true,
-            ..self.clone()
-        }
     }
 
     /// Standard deviation of the quietest blocks, the three axes together.
@@ -169,7 +131,6 @@ impl Levels {
     /// Rows of the runs of quiet blocks of a segment whose means agree.
     pub fn quiet_rows(&self, segment: &[Block]) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
-        let ranges = RangeTree::new(segment);
         let mut at = 0;
         while at < segment.len() {
             let end = segment[at..]
@@ -177,7 +138,7 @@ impl Levels {
                 .position(|b| !self.is_quiet(b))
                 .map_or(segment.len(), |n| at + n);
             if end > at {
-                split_run(segment, &ranges, at..end, self.agree, &mut runs);
+                split_run(segment, at..end, self.agree, &mut runs);
             }
             at = end + 1;
         }
@@ -192,7 +153,7 @@ impl Levels {
 
 /// The level below which the variances of the quietest twentieth of the blocks are, at least that
 /// of rounding to `step`. `None` if all values are zero and the resolution is unknown.
-pub(crate) fn quiet_level(variances: impl Iterator<Item = f64>, step: &[f64]) -> Option<f64> {
+fn quiet_level(variances: impl Iterator<Item = f64>, step: &[f64]) -> Option<f64> {
     let least = floors(step);
     let mut some: Vec<f64> = variances
         .filter(|v| *v > 0.0 || least > 0.0 && *v >= 0.0)
@@ -207,7 +168,7 @@ pub(crate) fn quiet_level(variances: impl Iterator<Item = f64>, step: &[f64]) ->
 
 /// Largest difference of two means of one reading caused by rounding: if noise is less than a
 /// step, means change by a whole step.
-pub(crate) fn step_of_means(floor: f64, step: &[f64]) -> f64 {
+fn step_of_means(floor: f64, step: &[f64]) -> f64 {
     // A level as low as that of rounding may contain no noise.
     let left: f64 = step
         .iter()

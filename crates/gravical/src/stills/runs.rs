@@ -45,7 +45,7 @@ impl RangeSummary {
 }
 
 /// A segment tree over blocks: node k covers nodes 2k and 2k + 1.
-pub(super) struct RangeTree {
+struct RangeTree {
     nodes: Vec<RangeSummary>,
     leaves: usize,
 }
@@ -101,11 +101,13 @@ impl RangeTree {
 /// recursively.
 pub(super) fn split_run(
     segment: &[Block],
-    ranges: &RangeTree,
     run: Range<usize>,
     agree: f64,
     out: &mut Vec<Range<usize>>,
 ) {
+    let offset = run.start;
+    let segment = &segment[run.clone()];
+    let (ranges, run) = (RangeTree::new(segment), 0..run.len());
     let mut pending = vec![run];
     let mut kept = Vec::new();
     while let Some(run) = pending.pop() {
@@ -137,7 +139,7 @@ pub(super) fn split_run(
         pending.push(run.start + cut..run.end);
     }
     kept.sort_by_key(|r| r.start);
-    out.extend(kept);
+    out.extend(kept.iter().map(|r| r.start + offset..r.end + offset));
 }
 
 /// Joins runs separated by a disturbance of at most two blocks if the means on both sides agree:
@@ -183,7 +185,6 @@ mod tests {
                 rows: k..k + 1,
                 mean: [f64::from([0_u8, 0, 5, 5, 1, 9][k % 6]), 0.1 * k as f64, 0.0],
                 variance: 0.0,
-                gyro_mean: [f64::NAN; 3],
                 gyro_variance: f64::NAN,
             })
             .collect();

@@ -4,13 +4,17 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibration_file::Grade;
 use gravical::convert::{ConvertOptions, convert_file};
-use gravical::recording::{FindingKind, ReadOptions, Recording, read, read_bytes};
+use gravical::gravity::Gravity;
+use gravical::poses::{SegmentOptions, segment};
+use gravical::recording::{FindingKind, ReadOptions, Recording, read, read_bytes, read_samples};
 use proptest::prelude::*;
 
 use crate::cwa::{Coding, Counts, Device, Fields, encode, seal};
 use crate::support::{finding, kinds};
-use crate::wear::Wear;
+use crate::wear::{self, Wear};
 
 fn data(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("GRAVICAL_DATA")?;
@@ -362,6 +366,82 @@ fn a_clock_that_was_set_back_begins_anew() {
         (40 * 120 - 1, other.time_s(20 * 120 - 1)),
     ] {
         assert!((times[row] - time_s).abs() < 1e-3, "{row}: {}", times[row]);
+    }
+}
+
+/// Of more than 2²⁰ samples, means of 19 at 98.4 Hz; across a gap there is none.
+#[test]
+fn a_long_file_is_held_as_means_of_its_samples() {
+    let (device, mut blocks) = worn(Coding::Packed, 9000);
+    blocks.drain(4000..4002);
+    let bytes = file(&device, &blocks);
+    let means = read_cwa(&bytes);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrist.cwa");
+    std::fs::write(&path, &bytes).unwrap();
+    let samples = read_samples(&path, &ReadOptions::default()).unwrap();
+    assert!(means.is_averaged() && !samples.is_averaged());
+    assert_eq!(samples.rows(), 8998 * 120);
+    let [before, after] = [4000 * 120 / 19, 4998 * 120 / 19];
+    assert_eq!(means.rows(), before + after);
+    assert_eq!(means.breaks, [before]);
+    assert!(
+        finding(&means, "samples-averaged")
+            .message
+            .contains("of 19 neighbours")
+    );
+    let (times, all) = (times_s(&means), times_s(&samples));
+    for (row, first) in [
+        (0, 0),
+        (777, 777 * 19),
+        (before, 4000 * 120),
+        (before + 9, 4000 * 120 + 171),
+    ] {
+        let mean = |values: &[f64]| values[first..first + 19].iter().sum::<f64>() / 19.0;
+        assert_eq!(means.line(row), samples.line(first));
+        assert!((times[row] - mean(&all)).abs() < 1e-5, "{row}");
+        assert!((means.accel[1][row] - mean(&samples.accel[1])).abs() < 1e-12);
+    }
+    let rate_hz = means.timing.rate_hz().unwrap();
+    assert!(
+        (rate_hz - device.true_rate_hz / 19.0).abs() < 1e-3,
+        "{rate_hz}"
+    );
+    // Numbers of rows are those of samples to whoever gives them.
+    let options = SegmentOptions {
+        rows: Some(100),
+        ..SegmentOptions::default()
+    };
+    assert_eq!(segment(&[means], &options).unwrap_err().code(), "averaged");
+}
+
+/// Half a day in a file: offset, gain and drift of the sensor are those of the simulation.
+#[test]
+fn days_of_wear_in_a_file_calibrate_the_sensor() {
+    let mut device = Device::new(Coding::Plain);
+    let mut wear = Wear::new(&device, 20.0..200.0, 11);
+    let blocks = (14.0 * 3600.0 * device.true_rate_hz) as usize / Coding::Plain.samples();
+    let blocks: Vec<_> = (0..blocks).map(|_| wear.block(&mut device)).collect();
+    let recording = read_cwa(&file(&device, &blocks));
+    let options = CalibrateOptions {
+        gravity: Gravity::given(9.80665).unwrap(),
+        ..CalibrateOptions::default()
+    };
+    let file = calibrate(&[recording], &options).unwrap().file;
+    assert_eq!(
+        file.verdict.grade,
+        Grade::Good,
+        "{:?}",
+        file.verdict.reasons
+    );
+    let drift = file.temperature_model.as_ref().unwrap();
+    for i in 0..3 {
+        let slope = drift.channels[i].coefficients[0];
+        assert!((slope - wear::DRIFT_G_PER_C[i]).abs() < 3e-5, "{slope}");
+        let bias = wear::OFFSET_G[i] + wear::DRIFT_G_PER_C[i] * (drift.reference_c - 25.0);
+        let (bias_g, scale) = (file.accelerometer.bias[i], file.accelerometer.scale[i]);
+        assert!((bias_g - bias).abs() < 5e-4, "{bias_g} and {bias}");
+        assert!((scale * 9.80665 - wear::GAIN[i]).abs() < 5e-4, "{scale}");
     }
 }
 

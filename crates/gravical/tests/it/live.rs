@@ -3,7 +3,6 @@
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
-use gravical::excerpt;
 use gravical::live::event::{
     Command, Event, Loss, Message, Rejection, Tile, Undone, Wanted, Welcome,
 };
@@ -661,7 +660,7 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
         let path = folder.join(file);
         let (session, _) = replayed(&path, capture_s, capture_s);
         let live: Vec<[f64; 3]> = session.poses().map(|p| p.mean).collect();
-        let recording = excerpt::read(&path, &ReadOptions::default()).unwrap();
+        let recording = gravical::recording::read(&path, &ReadOptions::default()).unwrap();
         let done = calibrate(&[recording], &CalibrateOptions::default()).unwrap();
         let found: Vec<[f64; 3]> = done.segmentation.poses.iter().map(|p| p.mean).collect();
         let near = |up: &[f64; 3]| found.iter().any(|f| angle_deg(*f, *up) < 3.0);

@@ -11,8 +11,7 @@ use gravical::Result;
 use gravical::inspect::{Inspection, inspect};
 use gravical::poses::face::AxisMap;
 use gravical::recording::growing::Growing;
-use gravical::recording::{AccelScale, Finding, ReadOptions, Severity};
-use gravical::session::read_for;
+use gravical::recording::{AccelScale, Finding, ReadOptions, Severity, read};
 
 use super::reporter::Reporter;
 
@@ -84,7 +83,7 @@ pub fn inspected(
     let (sender, result) = channel();
     let file = path.to_owned();
     thread::spawn(move || {
-        let recording = read_for(&file, &ReadOptions::default(), true);
+        let recording = read(&file, &ReadOptions::default());
         // Without a receiver nobody waits.
         let _ = sender.send(recording.map(|recording| inspect(&recording, &AxisMap::default())));
     });

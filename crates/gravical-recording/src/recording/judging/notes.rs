@@ -159,20 +159,22 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Note> {
             Reason::Zeros => NoteKind::ZeroRows,
             Reason::Hung => NoteKind::SensorHung,
             Reason::Slipped => NoteKind::ShiftedColumns,
+            Reason::CorruptBlock => NoteKind::CorruptBlock,
+            Reason::RepeatedBlock => NoteKind::RepeatedBlock,
+            Reason::LateBlock => NoteKind::LateBlock,
             _ => continue,
         };
-        let has_example = matches!(
-            reason,
-            Reason::NamedGap | Reason::TornLine | Reason::TooManyFields | Reason::NotANumber
-        );
-        let example = if has_example {
-            format!(", first: \"{}\"", aside.first)
-        } else {
-            String::new()
+        let example = match reason {
+            Reason::NamedGap | Reason::TornLine | Reason::TooManyFields | Reason::NotANumber => {
+                format!(", first: \"{}\"", aside.first)
+            }
+            _ if reason.is_block() => format!(", first: {}", aside.first),
+            _ => String::new(),
         };
+        let noun = if reason.is_block() { "block" } else { "line" };
         let n = aside.lines.count();
         let plural = if n == 1 { "" } else { "s" };
-        let text = format!("{n} line{plural}: {}{example}", reason.meaning());
+        let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
         notes.push(Note::new(kind, text).at(aside.lines.clone()));
     }
     let irregular: Vec<u64> = rows
@@ -196,5 +198,6 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Note> {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
         notes.push(Note::new(NoteKind::NulBytes, text).at(rows.nul_lines.clone()));
     }
+    notes.extend(rows.notes.iter().cloned());
     notes
 }

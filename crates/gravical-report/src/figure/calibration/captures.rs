@@ -47,7 +47,7 @@ impl Placed<'_> {
 fn own_time(recording: &Recording, step_s: f64, row: usize) -> f64 {
     match &recording.time_s {
         Some(t) => t.get(row).copied().unwrap_or(f64::NAN),
-        None => step_s * recording.row_in_file(row) as f64,
+        None => step_s * row as f64,
     }
 }
 
@@ -69,7 +69,7 @@ pub(super) fn placed(recordings: &[Recording]) -> Vec<Placed<'_>> {
         let recording: &Recording = recording;
         let placed = Placed {
             recording,
-            partings: recording.discontinuities(),
+            partings: recording.breaks.clone(),
             shift_s: from,
             step_s: step(recording),
             share: recording.rows() as f64 / rows.max(1) as f64,
@@ -135,10 +135,6 @@ pub(super) fn captures(session: Session<'_>, scale: &Scale) -> Option<Figure> {
             }
         ),
     );
-    if session.recordings.iter().any(Recording::is_excerpt) {
-        figure.caption +=
-            " A long recording is shown by its static intervals and the motions between them.";
-    }
     if scale.nominal.is_none() {
         figure.caption = figure.caption.replace(", nominal scale", "");
     }

@@ -45,8 +45,6 @@ struct Hold<'a> {
 enum Lost {
     /// There is nothing to use.
     Nothing,
-    /// Rows are left out in it, as was said when they were read.
-    Cut,
     Gap,
     /// So many rows at the end of the range.
     Clipped(u64),
@@ -123,11 +121,18 @@ impl Readings {
         rows: &[Range<usize>],
         (index, first): (usize, usize),
     ) {
-        let Some(rate_hz) = recording.timing.rate_hz() else {
+        let is_averaged = recording.is_averaged();
+        let Some(rate_hz) = recording.timing.rate_hz().filter(|_| !is_averaged) else {
             if rows.len() > 1 {
+                let why = match is_averaged {
+                    true => "the samples were averaged",
+                    false => "no time stamps and no --rate",
+                };
                 let finding = Finding::new(
                     FindingKind::GyroRateUnknown,
-                    "no time stamps and no --rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only",
+                    format!(
+                        "{why}: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only"
+                    ),
                 );
                 self.findings.push(finding.in_file(&recording.name));
             }
@@ -151,7 +156,6 @@ impl Readings {
                     self.places.push((index, lines));
                 }
                 Err(Lost::Nothing) => {}
-                Err(Lost::Cut) => self.left_out += 1,
                 Err(Lost::Gap) => {
                     with_gap += 1;
                     gaps.push_range(lines[0], lines[1], lines[1] - lines[0] + 1);
@@ -193,7 +197,7 @@ impl Readings {
 fn moves(recording: &Recording, intervals: &[Range<usize>]) -> bool {
     intervals.windows(2).any(|pair| {
         let rows = pair[0].end.saturating_sub(1)..pair[1].start + 1;
-        !recording.is_broken(&rows) && !recording.is_cut(&rows)
+        !recording.is_broken(&rows)
     })
 }
 
@@ -226,9 +230,6 @@ fn samples(
     }
     if recording.is_broken(&rows) {
         return Err(Lost::Gap);
-    }
-    if recording.is_cut(&rows) {
-        return Err(Lost::Cut);
     }
     let seconds = |from: usize, to: usize| match &recording.time_s {
         Some(t) => t[to] - t[from],

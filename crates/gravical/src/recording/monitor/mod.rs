@@ -18,9 +18,7 @@ use super::layout::Layout;
 use super::names::Quantity;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME, Values};
 use super::text_options::text_options;
-use super::timing::{
-    BreakKind, Claims, ClockMonitor, Follower, RowTime, StampReading, Timing, untimed,
-};
+use super::timing::{BreakKind, Claims, ClockMonitor, RowTime, StampReading, Timing, untimed};
 use super::units::{AccelScale, GyroScale, GyroUnit, Origin};
 use super::{POSSIBLE_C, ReadOptions, UnitDoubt};
 use crate::finding::{Finding, FindingKind};
@@ -259,38 +257,10 @@ impl Monitor {
             temperature.observe(raw[TEMPERATURE]);
         }
         self.defects.observe(values, line);
-        self.observe_time(raw, line, break_kind)
-    }
-
-    /// The time of a row whose other properties are known.
-    #[inline]
-    pub fn observe_time(
-        &mut self,
-        raw: &Values,
-        line: u64,
-        break_kind: Option<BreakKind>,
-    ) -> RowTime {
         match &mut self.clock {
             Some(clock) => clock.observe(raw[TIME], line, break_kind),
             None => RowTime::UNKNOWN,
         }
-    }
-
-    /// State to convert the next time stamp.
-    pub fn follower(&self) -> Option<Follower> {
-        self.clock.as_ref()?.follower()
-    }
-
-    /// Continues from another state.
-    pub fn follow(&mut self, follower: Option<Follower>) {
-        if let (Some(clock), Some(follower)) = (&mut self.clock, follower) {
-            clock.follow(follower);
-        }
-    }
-
-    /// Counts of cells so far.
-    pub fn cells(&self) -> &CellCounts {
-        &self.cells
     }
 
     /// Resolution of ax … gz.

@@ -28,17 +28,6 @@ impl Follower {
         }
     }
 
-    /// The same state without any faults found.
-    pub(crate) fn without_findings(&self) -> Self {
-        Follower {
-            stamps: Stamps {
-                faults: Faults::default(),
-                ..self.stamps
-            },
-            offset: self.offset,
-        }
-    }
-
     /// Meaning of the time stamp, and its time, s; NaN if it is absent.
     #[inline]
     pub(crate) fn observe(&mut self, stamp: f64, line: u64) -> (Clock, f64) {

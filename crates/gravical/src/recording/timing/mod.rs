@@ -206,16 +206,6 @@ impl ClockMonitor {
         Some((unit, usual))
     }
 
-    /// State to convert the next time stamp.
-    pub fn follower(&self) -> Option<Follower> {
-        self.follower.as_ref().map(Follower::without_findings)
-    }
-
-    /// Continues from another state.
-    pub fn follow(&mut self, follower: Follower) {
-        self.follower = Some(follower);
-    }
-
     /// Results, after the last row. Rates and gaps are right if the usual step that was assumed
     /// [agrees](StampReading::agrees) with the one that was determined.
     pub fn finish(&self, claims: &Claims, findings: &mut Vec<Finding>) -> ClockSummary {

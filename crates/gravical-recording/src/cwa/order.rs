@@ -1,10 +1,9 @@
 //! Blocks of samples in order: which of them are used, and where something is missing.
 
-use std::io::{self, Read};
-
-use super::Sample;
-use crate::finding::{Finding, FindingKind, LineSpans};
-use crate::recording::ledger::Aside;
+use super::block::Block;
+use crate::note::{Note, NoteKind};
+use crate::spans::LineSpans;
+use crate::text::Reason;
 
 /// What the stamps of successive blocks may deviate from the nominal rate before a piece is
 /// missing between them: sensors are off by some percent, and a stamp belongs to a sample only
@@ -12,31 +11,9 @@ use crate::recording::ledger::Aside;
 const RATE_TOLERANCE: f64 = 0.1;
 const STAMP_TOLERANCE_S: f64 = 0.1;
 
-/// A block of samples.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Block {
-    /// Number of the recording among several in a file.
-    pub session: u32,
-    /// Number that grows by one from block to block.
-    pub sequence: u32,
-    /// The time stamp, s since 1970 on the clock of the device.
-    pub stamp_s: f64,
-    /// The sample, from that at the start of the block, to which the stamp belongs; it may lie
-    /// outside of the block.
-    pub stamp_sample: i64,
-    /// Nominal sampling rate, Hz.
-    pub rate_hz: f64,
-    /// Temperature of the device, °C; NaN without one.
-    pub temperature_c: f64,
-    /// At least one.
-    pub samples: Vec<Sample>,
-}
-
 /// What comes next in a file.
 #[derive(Debug)]
 pub(super) enum Event {
-    /// The next block does not continue the last one.
-    Gap,
     /// A block that is skipped.
     Skipped(Skipped),
     /// A block of samples.
@@ -46,7 +23,7 @@ pub(super) enum Event {
 /// A block that is skipped.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Skipped {
-    pub reason: Aside,
+    pub reason: Reason,
     place: Place,
     why: &'static str,
 }
@@ -79,6 +56,8 @@ pub(super) struct Placed {
     pub block: Block,
     /// Samples of the run before it.
     pub first: i64,
+    /// It does not continue the block before.
+    pub is_after_gap: bool,
 }
 
 impl Placed {
@@ -111,6 +90,8 @@ pub(super) struct Order {
     skipped: u64,
     missing: Missing,
     sessions: u64,
+    /// Lines after the gaps.
+    pub breaks: LineSpans,
 }
 
 /// Places where blocks are missing.
@@ -123,17 +104,17 @@ struct Missing {
 
 impl Order {
     /// A block that cannot be used, and why.
-    pub fn skip(&mut self, place: Place, reason: Aside, why: &'static str) -> Event {
+    pub fn skip(&mut self, place: Place, reason: Reason, why: &'static str) -> Event {
         // Repeated and late blocks take no number of those that are missing.
-        let counts = matches!(reason, Aside::CorruptBlock | Aside::ErasedBlock);
+        let counts = matches!(reason, Reason::CorruptBlock | Reason::ErasedBlock);
         self.skipped += u64::from(counts);
         Event::Skipped(Skipped { reason, place, why })
     }
 
-    /// Where a block belongs: the block, after a gap if there is one before it.
-    pub fn place(&mut self, place: Place, block: Block) -> (Option<Event>, Event) {
+    /// Where a block belongs.
+    pub fn place(&mut self, place: Place, block: Block) -> Event {
         let mut first = 0;
-        let mut gap = None;
+        let mut is_after_gap = false;
         let mut began_s = block.earliest_s();
         match self.last {
             Some(last) if last.session == block.session => {
@@ -145,23 +126,23 @@ impl Order {
                 }
                 if block.sequence == last.sequence {
                     let why = "the one before again";
-                    return (None, self.skip(place, Aside::RepeatedBlock, why));
+                    return self.skip(place, Reason::RepeatedBlock, why);
                 }
                 if block.sequence < last.sequence && !restarted {
                     let why = "earlier than the one before";
-                    return (None, self.skip(place, Aside::LateBlock, why));
+                    return self.skip(place, Reason::LateBlock, why);
                 }
                 if last.sequence.checked_add(1) == Some(block.sequence)
                     && last.continues_with(&block)
                 {
                     first = last.samples;
                 } else {
-                    gap = Some(Event::Gap);
+                    is_after_gap = true;
                     self.miss(last, &block, place);
                 }
             }
             Some(_) => {
-                gap = Some(Event::Gap);
+                is_after_gap = true;
                 self.sessions += 1;
             }
             None => self.sessions = 1,
@@ -174,9 +155,13 @@ impl Order {
             stamp_s: block.stamp_s,
             began_s,
             stamp_sample: first + block.stamp_sample,
-            samples: first + block.samples.len() as i64,
+            samples: first + block.samples as i64,
         });
-        (gap, Event::Block(Box::new(Placed { block, first })))
+        Event::Block(Box::new(Placed {
+            block,
+            first,
+            is_after_gap,
+        }))
     }
 
     fn miss(&mut self, last: Last, block: &Block, place: Place) {
@@ -195,60 +180,49 @@ impl Order {
         }
     }
 
-    /// Findings about what is missing; `breaks`: the lines after the gaps.
-    pub fn findings(&self, breaks: &LineSpans) -> Vec<Finding> {
+    /// Notes on what is missing.
+    pub fn notes(&self) -> Vec<Note> {
         let Missing {
             blocks,
             jumps,
             first,
         } = &self.missing;
-        let mut findings = Vec::new();
+        let mut notes = Vec::new();
         if let Some(first) = first {
-            let plural = |n: u64, noun: &str| {
+            let count = |n: u64, noun: &str| {
                 let s = if n == 1 { "" } else { "s" };
                 format!("{n} {noun}{s}")
             };
             let mut what = Vec::new();
             if *blocks > 0 {
-                let missing = plural(*blocks, "block");
+                let missing = count(*blocks, "block");
                 what.push(format!("{missing} missing by the sequence numbers"));
             }
             if *jumps > 0 {
-                let jumps = plural(*jumps, "jump");
+                let jumps = count(*jumps, "jump");
                 what.push(format!("{jumps} of the time stamps without missing blocks"));
             }
-            findings.push(
-                Finding::new(
-                    FindingKind::MissingBlocks,
-                    format!(
-                        "{}; each place is a break, first: {first} the one before",
-                        what.join(", ")
-                    ),
-                )
-                .at_lines(breaks)
-                .counting(*blocks + *jumps),
+            let text = format!(
+                "{}; each place is a break, first: {first} the one before",
+                what.join(", ")
             );
+            notes.push(Note::new(NoteKind::MissingBlocks, text).at(self.breaks.clone()));
         }
         if self.sessions > 1 {
-            findings.push(
-                Finding::new(
-                    FindingKind::SeveralSessions,
-                    format!(
-                        "{} sessions in one file; a break between them",
-                        self.sessions
-                    ),
-                )
-                .counting(self.sessions),
+            let text = format!(
+                "{} sessions in one file; a break between them",
+                self.sessions
             );
+            notes.push(Note::new(NoteKind::SeveralSessions, text));
         }
-        findings
+        notes
     }
 }
 
 impl Block {
     /// When the first block of its session was recorded, s, at the earliest.
     fn earliest_s(&self) -> f64 {
-        let samples = (f64::from(self.sequence) + 1.0) * self.samples.len() as f64;
+        let samples = (f64::from(self.sequence) + 1.0) * self.samples as f64;
         self.stamp_s - (1.0 + RATE_TOLERANCE) * samples / self.rate_hz - STAMP_TOLERANCE_S
     }
 }
@@ -264,18 +238,4 @@ impl Last {
         let rises = steps > 0.0 && elapsed_s > 0.0;
         same_rate && rises && off_s <= RATE_TOLERANCE * expected_s + STAMP_TOLERANCE_S
     }
-}
-
-/// Fills `bytes` as far as there is input; returns how far.
-pub(super) fn fill(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
-    let mut length = 0;
-    while length < bytes.len() {
-        match reader.read(&mut bytes[length..]) {
-            Ok(0) => break,
-            Ok(n) => length += n,
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(length)
 }

@@ -7,12 +7,12 @@ use std::ops::RangeInclusive;
 
 use jiff::civil::DateTime;
 
-use crate::recording::wearable::Sample;
+use crate::text::Reason;
 
 /// Length of the header, bytes.
-pub(crate) const HEADER: usize = 1024;
+pub(super) const HEADER_BYTES: usize = 1024;
 /// Length of a block of samples, bytes.
-pub(crate) const BLOCK: usize = 512;
+pub(super) const BLOCK_BYTES: usize = 512;
 
 /// Where the samples of a block are.
 const DATA: std::ops::Range<usize> = 30..510;
@@ -39,7 +39,7 @@ fn rate_and_range(code: u8) -> (f64, u32) {
 
 /// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Header {
+pub(super) struct Header {
     /// `AX3` or `AX6`.
     pub model: &'static str,
     /// The number printed on the device; 0 if unknown.
@@ -58,9 +58,9 @@ impl Header {
     /// `bytes` is the beginning of a file; `None` if it is not that of a `.cwa` file.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         // By the length of the header or by the first block: one of them may be damaged.
-        let begins = bytes.len() >= HEADER + 2 && &bytes[..2] == b"MD";
-        let is_long = || u16_at(bytes, 2) as usize == HEADER - 4;
-        if !begins || !(is_long() || &bytes[HEADER..HEADER + 2] == b"AX") {
+        let begins = bytes.len() >= HEADER_BYTES + 2 && &bytes[..2] == b"MD";
+        let is_long = || u16_at(bytes, 2) as usize == HEADER_BYTES - 4;
+        if !begins || !(is_long() || &bytes[HEADER_BYTES..HEADER_BYTES + 2] == b"AX") {
             return None;
         }
         let high = match u16_at(bytes, 11) {
@@ -83,11 +83,23 @@ impl Header {
             },
         })
     }
+
+    /// Device and settings in words.
+    pub fn describe(&self, rate_hz: f64, has_gyro: bool) -> String {
+        let gyro = match self.gyro_range_deg_s.filter(|_| has_gyro) {
+            Some(range) => format!(", ±{range} °/s"),
+            None => String::new(),
+        };
+        format!(
+            "Axivity {}, session {}, nominal {rate_hz} Hz, ±{} g{gyro}",
+            self.model, self.session, self.range_g
+        )
+    }
 }
 
 /// Why a block cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Defect {
+pub(super) enum Defect {
     /// All bytes are 0xFF (or all 0): never written.
     Erased,
     /// It does not begin as a block of samples.
@@ -114,6 +126,13 @@ impl Defect {
             Defect::Truncated => "cut off",
         }
     }
+
+    pub fn reason(self) -> Reason {
+        match self {
+            Defect::Erased => Reason::ErasedBlock,
+            _ => Reason::CorruptBlock,
+        }
+    }
 }
 
 /// How the numbers of a sample are stored.
@@ -127,7 +146,7 @@ enum Coding {
 
 /// A block of samples.
 #[derive(Debug, Clone)]
-pub(crate) struct Block {
+pub(super) struct Block {
     pub session: u32,
     pub sequence: u32,
     /// The time stamp, s since 1970 on the clock of the device.
@@ -139,8 +158,8 @@ pub(crate) struct Block {
     pub temperature_c: f64,
     /// Nominal sampling rate, Hz.
     pub rate_hz: f64,
-    /// Number of samples.
-    samples: usize,
+    /// Number of samples, at least one.
+    pub samples: usize,
     coding: Coding,
     /// g per count.
     accel_g: f64,
@@ -153,14 +172,14 @@ impl Block {
     /// # Errors
     ///
     /// Why the block cannot be used.
-    pub fn parse(bytes: &[u8; BLOCK]) -> Result<Self, Defect> {
+    pub fn parse(bytes: &[u8; BLOCK_BYTES]) -> Result<Self, Defect> {
         if bytes.iter().all(|b| *b == 0xff) || bytes.iter().all(|b| *b == 0) {
             return Err(Defect::Erased);
         }
-        if &bytes[..2] != b"AX" || usize::from(u16_at(bytes, 2)) != BLOCK - 4 {
+        if &bytes[..2] != b"AX" || usize::from(u16_at(bytes, 2)) != BLOCK_BYTES - 4 {
             return Err(Defect::NotABlock);
         }
-        let words = (0..BLOCK).step_by(2).map(|at| u16_at(bytes, at));
+        let words = (0..BLOCK_BYTES).step_by(2).map(|at| u16_at(bytes, at));
         if words.fold(0, u16::wrapping_add) != 0 {
             return Err(Defect::Checksum);
         }
@@ -196,7 +215,6 @@ impl Block {
                 + f64::from(fraction) / 65536.0,
             stamp_sample: i64::from(stamp_sample) + in_fraction,
             temperature_c: temperature_c(u16_at(bytes, 20) & 1023),
-            // The upper half of a converter of 10 bits, over 6 V.
             rate_hz,
             samples,
             coding,
@@ -211,14 +229,18 @@ impl Block {
         self.coding == Coding::Plain { gyro: true }
     }
 
-    /// The samples, decoded.
-    pub fn samples(&self) -> Vec<Sample> {
-        let sample = |i| {
-            let [ax, ay, az] = self.accel(i);
-            let [gx, gy, gz] = self.gyro(i);
-            [ax, ay, az, gx, gy, gz]
-        };
-        (0..self.samples).map(sample).collect()
+    /// Adds the samples to columns of specific force, g, and, where there are six, of angular rate,
+    /// °/s; NaN without a gyroscope.
+    pub fn append_to(&self, columns: &mut [Vec<f64>]) {
+        let (accel, gyro) = columns.split_at_mut(3);
+        for i in 0..self.samples {
+            for (column, value) in accel.iter_mut().zip(self.accel(i)) {
+                column.push(value);
+            }
+            for (column, value) in gyro.iter_mut().zip(self.gyro(i)) {
+                column.push(value);
+            }
+        }
     }
 
     /// Specific force of sample `i`, g; `i` is below `samples`.
@@ -235,12 +257,11 @@ impl Block {
     /// Angular rate of sample `i`, °/s; NaN without a gyroscope.
     #[inline]
     fn gyro(&self, i: usize) -> [f64; 3] {
-        match self.has_gyro() {
-            true => self
-                .numbers(6 * i)
-                .map(|count| f64::from(count) * self.gyro_deg_s),
-            false => [f64::NAN; 3],
+        if !self.has_gyro() {
+            return [f64::NAN; 3];
         }
+        let counts = self.numbers(6 * i);
+        counts.map(|count| f64::from(count) * self.gyro_deg_s)
     }
 
     #[inline]

@@ -1,0 +1,333 @@
+//! Files of worn devices (Axivity, `.cwa`) to batches: blocks of samples, each with one time stamp.
+//!
+//! A "line" of such a file is a sample or a block that is skipped, counted from 1.
+
+mod block;
+mod clock;
+mod means;
+mod order;
+
+use std::collections::VecDeque;
+use std::io::{self, BufReader, Read};
+
+use crate::error::Error;
+use crate::metadata;
+use crate::options::ReadOptions;
+use crate::text::{BATCH_ROWS, Batch, CopiedText, Format};
+use crate::write::{write_fixed, write_trimmed};
+
+use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header};
+use clock::RunClock;
+use order::{Event, Order, Place, Placed};
+
+pub use means::{read, read_samples};
+
+/// Bytes by which [`is_one`] decides.
+pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;
+
+/// Blocks among which the first one that can be used is looked for.
+const MAX_FIRST_BLOCKS: usize = 512;
+/// Skipped blocks across which the stamp of the next block is looked for.
+const MAX_SKIPPED: usize = 64;
+/// Rows by which columns are recognised.
+const SAMPLE_ROWS: usize = 200;
+/// Bytes that are read at once.
+const READ_BYTES: usize = 1 << 18;
+
+/// Names of the columns; without a gyroscope there are no rates.
+const COLUMNS: [&str; 8] = [
+    "time_s",
+    "ax_g",
+    "ay_g",
+    "az_g",
+    "gx_deg_s",
+    "gy_deg_s",
+    "gz_deg_s",
+    "temperature_c",
+];
+
+/// Decimals of the time as text, s, and of the samples: a 2048th of a g, a 32768th of a range and
+/// a 256th of a °C are exact.
+const TIME_DECIMALS: u32 = 6;
+const DECIMALS: u32 = 12;
+
+/// Whether a file that begins with `head`, of [`MAGIC_BYTES`] or more, is a `.cwa` file.
+#[must_use]
+pub fn is_one(head: &[u8]) -> bool {
+    Header::parse(head).is_some()
+}
+
+/// Length of the whole blocks of `head`, the beginning of a file.
+#[must_use]
+pub fn whole_blocks(head: &[u8]) -> usize {
+    head.len() - head.len().saturating_sub(HEADER_BYTES) % BLOCK_BYTES
+}
+
+/// Opens a file from its first byte on: its format as that of a table, and its samples.
+///
+/// # Errors
+///
+/// Reading fails, it is no `.cwa` file, or the options ask for columns that it does not have.
+pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Samples<R>), Error> {
+    let mut reader = BufReader::with_capacity(READ_BYTES, reader);
+    let mut head = [0; MAGIC_BYTES];
+    let length = fill(&mut reader, &mut head)?;
+    let header = Header::parse(&head[..length]).ok_or_else(|| {
+        let what = "the header of a .cwa file is missing";
+        io::Error::new(io::ErrorKind::InvalidData, what)
+    })?;
+    let mut samples = Samples {
+        blocks: Blocks {
+            begun: head[HEADER_BYTES..].to_vec(),
+            reader,
+            read: 0,
+            order: Order::default(),
+        },
+        ahead: VecDeque::new(),
+        is_at_end: false,
+        clock: RunClock::default(),
+        line: 0,
+        batch: Batch::default(),
+        first: None,
+        copied: Vec::new(),
+        error: None,
+    };
+    // The blocks say what was measured, the header what was wanted.
+    let first = samples.find_first_block()?;
+    let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), |b| b.has_gyro);
+    let rate_hz = first.map_or(header.rate_hz, |b| b.rate_hz);
+    let names = COLUMNS.iter().filter(|c| has_gyro || !c.starts_with('g'));
+    let names: Vec<String> = names.map(|c| (*c).to_owned()).collect();
+    samples.batch = Batch::new(names.len());
+    samples.first = samples.read_batch();
+    let empty = Batch::new(names.len());
+    let sample = samples.first.as_ref().unwrap_or(&empty).first(SAMPLE_ROWS);
+    let mut format = Format::of_table(&names, names.len(), &sample, options)?;
+    format.device = Some(header.describe(rate_hz, has_gyro));
+    format.metadata = vec![
+        format!("Serial number: {}", header.device),
+        format!("Sampling rate: {rate_hz} Hz"),
+    ];
+    format.rate_hz = metadata::rate_hz(&format.metadata);
+    Ok((format, samples))
+}
+
+/// Iterates over the samples of a file in batches of [`BATCH_ROWS`] or a few more: whole blocks.
+pub struct Samples<R> {
+    blocks: Blocks<R>,
+    /// Blocks that were read for the stamp of the next one.
+    ahead: VecDeque<Event>,
+    is_at_end: bool,
+    clock: RunClock,
+    /// Lines so far.
+    line: usize,
+    batch: Batch,
+    /// The batch by which the format was told.
+    first: Option<Batch>,
+    copied: Vec<(usize, usize)>,
+    error: Option<io::Error>,
+}
+
+impl<R: Read> Samples<R> {
+    /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
+    #[must_use]
+    pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
+        self.copied = pieces.to_vec();
+        self
+    }
+
+    fn find_first_block(&mut self) -> io::Result<Option<FirstBlock>> {
+        while self.ahead.len() < MAX_FIRST_BLOCKS && !self.is_at_end {
+            self.read_ahead()?;
+            if let Some(Event::Block(placed)) = self.ahead.back() {
+                return Ok(Some(FirstBlock {
+                    has_gyro: placed.block.has_gyro(),
+                    rate_hz: placed.block.rate_hz,
+                }));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The next batch; what was read before an error is one of its own.
+    fn read_batch(&mut self) -> Option<Batch> {
+        while self.batch.rows() < BATCH_ROWS && self.error.is_none() {
+            match self.add_block() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(e) => self.error = Some(e),
+            }
+        }
+        if self.is_at_end && self.ahead.is_empty() {
+            self.batch.notes = std::mem::take(&mut self.blocks.order).notes();
+        }
+        if self.batch.rows() == 0 && self.batch.aside.total() == 0 && self.batch.notes.is_empty() {
+            return None;
+        }
+        self.batch.aside.lines = self.line;
+        let next = Batch::new(self.batch.columns.len());
+        Some(std::mem::replace(&mut self.batch, next))
+    }
+
+    /// Adds the next block; false at the end.
+    fn add_block(&mut self) -> io::Result<bool> {
+        if self.ahead.is_empty() {
+            self.read_ahead()?;
+        }
+        match self.ahead.pop_front() {
+            None => return Ok(false),
+            Some(Event::Skipped(skipped)) => {
+                self.line += 1;
+                let aside = &mut self.batch.aside;
+                aside.add(skipped.reason, self.line, &skipped.text());
+            }
+            Some(Event::Block(placed)) => {
+                if placed.is_after_gap {
+                    self.clock = RunClock::default();
+                    self.batch.breaks.push(self.batch.rows());
+                    self.blocks.order.breaks.push(self.line as u64 + 1);
+                }
+                if self.clock.is_empty() {
+                    self.clock.begin(1.0 / placed.block.rate_hz);
+                    self.clock
+                        .stamp(placed.stamp_sample(), placed.block.stamp_s);
+                }
+                self.stamp_of_next()?;
+                self.add_samples(&placed);
+            }
+        }
+        Ok(true)
+    }
+
+    fn add_samples(&mut self, placed: &Placed) {
+        let block = &placed.block;
+        let [time, channels @ .., temperature] = &mut self.batch.columns[..] else {
+            return;
+        };
+        block.append_to(channels);
+        let samples = placed.first..placed.first + block.samples as i64;
+        time.extend(samples.map(|sample| self.clock.time_s(sample)));
+        temperature.resize(time.len(), block.temperature_c);
+        let lines = self.line + 1..=self.line + block.samples;
+        let lines = lines.map(|line| u32::try_from(line).unwrap_or(u32::MAX));
+        self.batch.lines.extend(lines);
+        self.line += block.samples;
+    }
+
+    /// Adds the stamp of the next block of the run to the clock.
+    fn stamp_of_next(&mut self) -> io::Result<()> {
+        for seen in 0..=MAX_SKIPPED {
+            if seen == self.ahead.len() && !self.is_at_end {
+                self.read_ahead()?;
+            }
+            match self.ahead.get(seen) {
+                Some(Event::Skipped(_)) => {}
+                Some(Event::Block(next)) if !next.is_after_gap => {
+                    self.clock.stamp(next.stamp_sample(), next.block.stamp_s);
+                    break;
+                }
+                _ => break,
+            }
+        }
+        Ok(())
+    }
+
+    fn read_ahead(&mut self) -> io::Result<()> {
+        let next = self.blocks.next()?;
+        self.is_at_end = next.is_none();
+        self.ahead.extend(next);
+        Ok(())
+    }
+
+    fn text(&self, batch: &Batch) -> CopiedText {
+        let mut text = CopiedText::new(self.copied.len(), 0, batch.rows());
+        let mut piece = Vec::new();
+        for row in 0..batch.rows() {
+            for (first, last) in &self.copied {
+                piece.clear();
+                for column in *first..=*last {
+                    let value = batch.columns[column][row];
+                    match column {
+                        0 => write_fixed(&mut piece, value, TIME_DECIMALS),
+                        _ => write_trimmed(&mut piece, value, DECIMALS),
+                    }
+                    piece.push(b',');
+                }
+                piece.pop();
+                text.push(&piece);
+            }
+        }
+        text
+    }
+}
+
+impl<R: Read> Iterator for Samples<R> {
+    type Item = io::Result<Batch>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let batch = self.first.take().or_else(|| self.read_batch());
+        let Some(mut batch) = batch else {
+            return self.error.take().map(Err);
+        };
+        batch.text = self.text(&batch);
+        Some(Ok(batch))
+    }
+}
+
+/// What the first block that can be used says.
+#[derive(Clone, Copy)]
+struct FirstBlock {
+    has_gyro: bool,
+    rate_hz: f64,
+}
+
+/// The blocks of a file.
+struct Blocks<R> {
+    reader: BufReader<R>,
+    /// Bytes of the first block that were read with the header.
+    begun: Vec<u8>,
+    /// Blocks read.
+    read: u64,
+    order: Order,
+}
+
+impl<R: Read> Blocks<R> {
+    /// `None` at the end of the file.
+    fn next(&mut self) -> io::Result<Option<Event>> {
+        let mut bytes = [0; BLOCK_BYTES];
+        let begun = self.begun.len();
+        bytes[..begun].copy_from_slice(&self.begun);
+        self.begun.clear();
+        let length = begun + fill(&mut self.reader, &mut bytes[begun..])?;
+        if length == 0 {
+            return Ok(None);
+        }
+        self.read += 1;
+        let place = Place {
+            number: self.read,
+            byte: HEADER_BYTES as u64 + (self.read - 1) * BLOCK_BYTES as u64,
+        };
+        let block = match length {
+            BLOCK_BYTES => Block::parse(&bytes),
+            _ => Err(Defect::Truncated),
+        };
+        Ok(Some(match block {
+            Ok(block) => self.order.place(place, block),
+            Err(defect) => self.order.skip(place, defect.reason(), defect.text()),
+        }))
+    }
+}
+
+/// Fills `bytes` as far as there is input; returns how far.
+fn fill(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
+    let mut length = 0;
+    while length < bytes.len() {
+        match reader.read(&mut bytes[length..]) {
+            Ok(0) => break,
+            Ok(n) => length += n,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(length)
+}

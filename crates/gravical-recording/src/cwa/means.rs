@@ -1,0 +1,165 @@
+//! Recordings of worn devices: their samples, or of very many the means of neighbours.
+
+use std::io::Read;
+
+use super::{Samples, open};
+use crate::error::{Error, Kind};
+use crate::judge;
+use crate::note::{Note, NoteKind};
+use crate::options::ReadOptions;
+use crate::recording::judging::resolution;
+use crate::recording::{MAX_BYTES, Recording};
+use crate::text::{Batch, Format};
+
+/// Samples that are held as they are: three hours at 100 Hz.
+const MAX_SAMPLES: usize = 1 << 20;
+/// Means follow each other at this rate or faster, Hz: a wrist rests for seconds.
+const MIN_HZ: f64 = 5.0;
+
+/// Reads a `.cwa` file. More than 2²⁰ samples are held as means of neighbours at 5 Hz or faster,
+/// and a note says so ([`NoteKind::SamplesAveraged`]). Samples before a break that are too few for
+/// a mean are left out.
+///
+/// # Errors
+///
+/// Those of [`open`] and [`Recording::judge`]; the columns take more than a gigabyte.
+pub fn read(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error> {
+    let (format, mut samples) = open(reader, options)?;
+    let mut rows = read_rows(&mut samples, MAX_SAMPLES)?;
+    if rows.rows() < MAX_SAMPLES {
+        return Recording::judge(&format, rows);
+    }
+    let steps = rows.columns[0].windows(2).map(|w| w[1] - w[0]);
+    let period_s = judge::median(steps).unwrap_or(1.0);
+    let count = (1.0 / (MIN_HZ * period_s)).max(1.0) as usize;
+    if count == 1 {
+        let rest = read_rows(&mut samples, usize::MAX)?;
+        rows.append(rest);
+        return Recording::judge(&format, rows);
+    }
+    let axes = |columns: [usize; 3]| columns.map(|c| rows.columns[c].clone());
+    let resolution = resolution(&axes(format.accel), format.gyro.map(axes).as_ref());
+    let mut means = Means::new(count, rows.columns.len());
+    means.add(rows);
+    for batch in samples {
+        means.add(batch?);
+        check_size(&means.rows)?;
+    }
+    means.judge(&format, resolution)
+}
+
+/// Reads a `.cwa` file with all its samples.
+///
+/// # Errors
+///
+/// As [`read()`].
+pub fn read_samples(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error> {
+    let (format, mut samples) = open(reader, options)?;
+    let rows = read_rows(&mut samples, usize::MAX)?;
+    Recording::judge(&format, rows)
+}
+
+fn read_rows(samples: &mut Samples<impl Read>, max_rows: usize) -> Result<Batch, Error> {
+    let mut rows = Batch::default();
+    while rows.rows() < max_rows
+        && let Some(batch) = samples.next()
+    {
+        rows.append(batch?);
+        check_size(&rows)?;
+    }
+    Ok(rows)
+}
+
+fn check_size(rows: &Batch) -> Result<(), Error> {
+    match rows.bytes() {
+        ..=MAX_BYTES => Ok(()),
+        bytes => Err(Kind::TooLarge(bytes).into()),
+    }
+}
+
+/// Means of neighbouring samples.
+struct Means {
+    /// Samples of a mean.
+    count: usize,
+    rows: Batch,
+    /// The first sample of the next mean, the sums of what others differ from it, and how many
+    /// samples these are.
+    first: Vec<f64>,
+    sums: Vec<f64>,
+    held: usize,
+    line: u32,
+    is_after_break: bool,
+}
+
+impl Means {
+    fn new(count: usize, columns: usize) -> Self {
+        Means {
+            count,
+            rows: Batch::new(columns),
+            first: vec![0.0; columns],
+            sums: vec![0.0; columns],
+            held: 0,
+            line: 0,
+            is_after_break: false,
+        }
+    }
+
+    fn add(&mut self, mut batch: Batch) {
+        let mut means = Batch::new(self.first.len());
+        let mut breaks = batch.breaks.iter().copied().peekable();
+        for (row, line) in batch.lines.iter().enumerate() {
+            if breaks.next_if_eq(&row).is_some() {
+                self.held = 0;
+                self.is_after_break = true;
+            }
+            if self.held == 0 {
+                self.line = *line;
+                self.sums.fill(0.0);
+                for (first, column) in self.first.iter_mut().zip(&batch.columns) {
+                    *first = column[row];
+                }
+            }
+            for ((sum, first), column) in self.sums.iter_mut().zip(&self.first).zip(&batch.columns)
+            {
+                *sum += column[row] - first;
+            }
+            self.held += 1;
+            if self.held == self.count {
+                self.push_to(&mut means);
+            }
+        }
+        means.aside = std::mem::take(&mut batch.aside);
+        means.notes = std::mem::take(&mut batch.notes);
+        self.rows.append(means);
+    }
+
+    fn push_to(&mut self, means: &mut Batch) {
+        if std::mem::take(&mut self.is_after_break) {
+            means.breaks.push(means.rows());
+        }
+        let values = self.first.iter().zip(&self.sums);
+        for (column, (first, sum)) in means.columns.iter_mut().zip(values) {
+            column.push(first + sum / self.count as f64);
+        }
+        means.lines.push(self.line);
+        self.held = 0;
+    }
+
+    fn judge(mut self, format: &Format, resolution: [f64; 6]) -> Result<Recording, Error> {
+        let count = self.count as f64;
+        self.rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
+        let mut format = format.clone();
+        let rates = [&mut format.rate_hz, &mut format.options.rate_hz];
+        rates.into_iter().flatten().for_each(|rate| *rate /= count);
+        let text = format!(
+            "{} samples are too many to hold: they are used as {} means of {} neighbours",
+            self.rows.aside.lines - self.rows.aside.total(),
+            self.rows.rows(),
+            self.count
+        );
+        let mut recording = Recording::judge_means(&format, self.rows, Some(resolution))?;
+        let note = Note::new(NoteKind::SamplesAveraged, text);
+        recording.notes.push(note);
+        Ok(recording)
+    }
+}
