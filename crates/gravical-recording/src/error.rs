@@ -107,8 +107,7 @@ impl Error {
         Some(match &self.0 {
             Kind::Io(_) => return None,
             Kind::Empty => "record again: nothing was written to this file".to_owned(),
-            Kind::NoTable(_) => ROWS.to_owned(),
-            Kind::NoRows(_) => format!("{ROWS}; --columns assigns the columns"),
+            Kind::NoTable(_) | Kind::NoRows(_) => ROWS.to_owned(),
             Kind::ColumnsUnknown(..) => {
                 "name them in order, as --columns t,ax,ay,az,gx,gy,gz (- skips one)".to_owned()
             }
@@ -152,10 +151,7 @@ impl Error {
                 "convert it to numbers, or name other columns: --columns t=…,ax=…".to_owned()
             }
             Kind::TooLarge(_) => "cut the file, and read the parts separately".to_owned(),
-            Kind::NoValues(..) => {
-                "look at the columns with `gravical inspect`, or choose others with --columns"
-                    .to_owned()
-            }
+            Kind::NoValues(..) => "choose other columns: --columns ax=…,ay=…,az=…".to_owned(),
             Kind::AllZero("gyroscope", _) => {
                 "check that the sketch wakes the gyroscope, or leave --gyro out".to_owned()
             }
@@ -169,7 +165,11 @@ impl Error {
     pub(crate) fn may_be_words(&self) -> bool {
         matches!(
             self.0,
-            Kind::NoTable(_) | Kind::ColumnsUnknown(..) | Kind::NoAccelerometer { .. }
+            Kind::NoTable(_)
+                | Kind::ColumnsUnknown(..)
+                | Kind::ColumnMissing(..)
+                | Kind::TooManyColumns(..)
+                | Kind::NoAccelerometer { .. }
         )
     }
 }

@@ -50,7 +50,7 @@ pub use board::BoardSettings;
 pub use error::Error;
 pub use judge::UnitDoubt;
 pub use later::{Contradiction, Later, Readings};
-pub use note::{Note, NoteKind};
+pub use note::{Note, NoteKind, shell_word};
 pub use options::{ColumnChoice, ColumnsSpec, ReadOptions};
 pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, open_text, whole_lines};
 pub use role::Role;

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+pub use gravical_recording::shell_word;
+
 /// A character that controls a terminal or the direction of text: C0 except tab, DEL, C1,
 /// bidirectional marks, and Unicode line separators.
 fn is_control(c: char) -> bool {
@@ -53,21 +55,7 @@ pub fn shown_json(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n', |c| format!("\\u{:04x}", u32::from(c)))
 }
 
-/// A word of a command line for a shell, with quotes if necessary.
-#[must_use]
-pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        return text.to_owned();
-    }
-    // Double quotes work in every shell if nothing inside is special.
-    if text.contains(['"', '$', '`', '\\', '!']) {
-        return format!("'{}'", text.replace('\'', "'\\''"));
-    }
-    format!("\"{text}\"")
-}
-
-/// The same for a path; `./` is added if it begins with a dash, so that it is not an option.
+/// The path as a word of a command line for a shell; `./` is added if it begins with a dash, so that it is not an option.
 #[must_use]
 pub fn path_word(path: &Path) -> String {
     let text = path_text(path);

@@ -12,7 +12,7 @@ use crate::error::{Error, Kind};
 use crate::full_scale::{Clipping, FullScale};
 use crate::judge::{self, AccelClaim, Channels, Encoding};
 use crate::metadata;
-use crate::note::{Note, NoteKind};
+use crate::note::{Note, NoteKind, shell_word};
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
@@ -243,7 +243,7 @@ pub(crate) fn keep_sensor(
             "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, --sensor {} chooses another",
             all.len(),
             all.join(", "),
-            all[1]
+            shell_word(&all[1])
         );
         Note::new(NoteKind::SeveralSensors, text)
     });

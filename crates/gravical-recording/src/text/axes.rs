@@ -51,9 +51,9 @@ pub fn group_of(path: &Path) -> Option<PathBuf> {
         }
         let group = path.with_file_name(format!("{before}{pattern}{after}"));
         let holds_channel = |file: &PathBuf| {
-            let mut head = String::new();
-            let read = bytes::open(file).and_then(|f| f.take(HEAD_BYTES).read_to_string(&mut head));
-            read.is_ok() && Channel::parse(&head).is_some()
+            let read = || io::read_to_string(bytes::open(file)?.take(HEAD_BYTES));
+            // Opening a pipe would take its first bytes.
+            file.is_file() && read().is_ok_and(|head| Channel::parse(&head).is_some())
         };
         files(&group)?.iter().all(holds_channel).then_some(group)
     })
@@ -187,7 +187,7 @@ impl<'a> Channel<'a> {
                 .filter(|(_, l)| !l.trim().is_empty())
         };
         let count = lines().count();
-        [None, Some(';'), Some('\t'), Some(','), Some(' ')]
+        [Some(','), None, Some(';'), Some('\t'), Some(' ')]
             .into_iter()
             .find_map(|delimiter| {
                 let mut channel = Channel {
@@ -205,11 +205,9 @@ impl<'a> Channel<'a> {
                         channel.header = Some(line);
                     }
                 }
-                // `0,12` is a number or a stamp and a number.
-                let times = channel.times();
-                let is_clock = delimiter != Some(',')
-                    || times.windows(2).filter(|t| t[0] > t[1]).count() * 10 <= times.len()
-                        && times.first() < times.last();
+                // `0,12` is a number, or a stamp and a number if the first rises.
+                let rises = || channel.times().windows(2).filter(|t| t[0] < t[1]).count();
+                let is_clock = delimiter != Some(',') || rises() * 2 >= channel.rows.len();
                 (is_clock && channel.rows.len() * 2 > count).then_some(channel)
             })
     }
@@ -282,6 +280,21 @@ mod tests {
         assert_eq!(r.accel[0], [0.11, 0.13, 0.12]);
         assert_eq!(r.accel[2], [9.81, 9.8, 9.79]);
         assert_eq!(r.time_s, None);
+    }
+
+    #[test]
+    fn whole_numbers_may_have_stamps() {
+        let r = recording(
+            "counts",
+            [
+                "0,5\n10,7\n20,6\n",
+                "1,3\n11,2\n21,3\n",
+                "2,250\n12,251\n22,249\n",
+            ],
+        );
+        let r = r.unwrap();
+        assert_eq!(r.accel[2], [250.0, 251.0, 249.0]);
+        assert_eq!(r.time_s.unwrap(), [0.0, 0.01, 0.02]);
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod formats;
 #[path = "../../examples/live_sessions/hand.rs"]
 #[allow(dead_code, reason = "the example uses more of it")]
 mod hand;
+mod hints;
 mod join;
 mod later;
 mod live;

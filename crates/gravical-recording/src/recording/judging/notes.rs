@@ -1,7 +1,7 @@
 //! What columns and lines tell.
 
 use crate::judge;
-use crate::note::{Note, NoteKind};
+use crate::note::{Note, NoteKind, shell_word};
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason};
 
@@ -19,6 +19,7 @@ pub(super) fn of_columns(format: &Format) -> Vec<Note> {
         let count = format.sensors.len();
         let all = format.sensors.join(", ");
         let text = raw_and_calibrated(format).unwrap_or_else(|| {
+            let second = shell_word(second);
             format!("{count} accelerometers: {all}; the first is read, --sensor {second} chooses another")
         });
         notes.push(Note::new(NoteKind::SeveralSensors, text));
@@ -49,9 +50,9 @@ pub(super) fn of_columns(format: &Format) -> Vec<Note> {
             "rise steadily: each could be the time, and none is used"
         };
         let text = format!(
-            "no column is named as the time; {} {what}; --columns t={} selects it",
+            "no column is named as the time; {} {what}; --columns {} selects it",
             names.join(", "),
-            name(format, *first)
+            shell_word(&format!("t={}", name(format, *first)))
         );
         notes.push(Note::new(NoteKind::UnnamedClock, text));
     }

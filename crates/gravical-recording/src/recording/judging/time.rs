@@ -302,7 +302,8 @@ fn unread_stamps(format: &Format, rows: &Batch) -> Option<Note> {
     let mut columns = format.columns.iter().zip(&rows.words);
     let (_, words) = columns.find(|(c, words)| c.role == Role::Time && !words.is_empty())?;
     let first = words.first()?;
-    let text =
-        format!("time stamps like \"{first}\" are not understood; they are not used (give --rate)");
+    let has_rate = format.options.rate_hz.or(format.rate_hz).is_some();
+    let hint = if has_rate { "" } else { " (give --rate)" };
+    let text = format!("time stamps like \"{first}\" are not understood; they are not used{hint}");
     Some(Note::new(NoteKind::StampsUnread, text))
 }

@@ -55,7 +55,15 @@ impl std::str::FromStr for ColumnsSpec {
             })
         };
         if text.contains('=') {
-            let pairs = text.split(',').map(|pair| {
+            // A comma within the name of a column is not followed by a channel.
+            let mut pairs: Vec<String> = Vec::new();
+            for part in text.split(',') {
+                match pairs.last_mut() {
+                    Some(last) if !part.contains('=') => *last += &format!(",{part}"),
+                    _ => pairs.push(part.to_owned()),
+                }
+            }
+            let pairs = pairs.iter().map(|pair| {
                 let (name, column) = pair.split_once('=').ok_or_else(|| {
                     Error::usage("columns-syntax", format!("\"{pair}\" has no ="))
                 })?;

@@ -1,0 +1,267 @@
+//! Options that a refusal or a finding of the reader names do what it says.
+
+use std::path::Path;
+
+use gravical::inspect::inspect;
+use gravical::recording::{
+    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
+};
+use gravical::segment::face::AxisMap;
+
+/// What is refused or found: kind, and words.
+fn said(bytes: &[u8], name: &str, options: &ReadOptions) -> Vec<(String, String)> {
+    let recording: Recording = match read_bytes(bytes, name, options) {
+        Ok(recording) => recording,
+        Err(e) => {
+            let words = format!("{} ({})", e.message(), e.hint().unwrap_or_default());
+            return vec![(e.code().to_owned(), words)];
+        }
+    };
+    let findings = inspect(&recording, &AxisMap::default()).findings;
+    let said = findings
+        .iter()
+        .map(|f| (f.kind.to_string(), f.message.clone()));
+    said.collect()
+}
+
+/// The value that stands behind an option, as a shell reads it; none if it is left to the user.
+fn value<'a>(words: &'a str, option: &str) -> Option<&'a str> {
+    let rest = words.split_once(&format!("{option} "))?.1;
+    let value = match rest.strip_prefix('"') {
+        Some(quoted) => quoted.split('"').next()?,
+        None => rest.split([' ', ';']).next()?.trim_end_matches([',', ')']),
+    };
+    (!value.contains('…')).then_some(value)
+}
+
+/// Options of the reader.
+const OPTIONS: [&str; 7] = [
+    "columns",
+    "sensor",
+    "rate",
+    "time-unit",
+    "accel-unit",
+    "gyro-unit",
+    "gyro-range",
+];
+
+/// Gives the options that are named, with the value that is named or that of the truth; false if
+/// none of the reader is named.
+fn follow(words: &str, truth: &ReadOptions, options: &mut ReadOptions) -> bool {
+    let names = |option: &str| words.contains(&format!("--{option}"));
+    if names("columns") {
+        let named = value(words, "--columns").and_then(|v| v.parse().ok());
+        options.columns = truth.columns.clone().or(named);
+        assert!(options.columns.is_some(), "{words}");
+    }
+    if names("sensor") {
+        options.sensor = value(words, "--sensor").map(str::to_owned);
+        assert!(options.sensor.is_some(), "{words}");
+    }
+    if names("rate") {
+        options.rate_hz = truth.rate_hz.or(Some(25.0));
+    }
+    if names("time-unit") {
+        options.time_unit = truth.time_unit.or(Some(TimeUnit::Second));
+    }
+    if names("accel-unit") {
+        options.accel_unit = truth.accel_unit.or(Some(AccelUnit::Counts));
+    }
+    if names("gyro-unit") {
+        options.gyro_unit = truth.gyro_unit.or(Some(GyroUnit::DegreePerSecond));
+    }
+    if names("gyro-range") {
+        options.gyro_range_deg_s = Some(250.0);
+        options.gyro_unit = Some(GyroUnit::Counts);
+    }
+    OPTIONS.iter().any(|option| names(option))
+}
+
+/// Follows what names an option; with it, that is not said again.
+fn assert_helps(bytes: &[u8], name: &str, truth: &ReadOptions, expected: Option<&str>) {
+    let first = said(bytes, name, &ReadOptions::default());
+    let mut followed = Vec::new();
+    for (kind, words) in &first {
+        let mut options = ReadOptions::default();
+        if follow(words, truth, &mut options) {
+            let again = said(bytes, name, &options);
+            let repeats = again.iter().any(|(k, w)| (k, w) == (kind, words));
+            let reads = read_bytes(bytes, name, &options);
+            assert!(!repeats, "{name}: {words}\n{options:?}\n{again:?}");
+            assert!(reads.is_ok(), "{name}: {words}\n{options:?}\n{again:?}");
+            followed.push(kind.as_str());
+        }
+    }
+    if let Some(expected) = expected {
+        assert!(followed.contains(&expected), "{expected}: {first:?}");
+    }
+}
+
+/// Rows of a sensor that lies on one side and then on another, from their number and values.
+fn rows(write: impl Fn(usize, [f64; 3]) -> String) -> String {
+    let row = |k: usize| {
+        let noise = |i: usize| ((k + i) * 7919 % 101) as f64 / 5000.0 - 0.01;
+        let up = [0.02, -0.01, 9.81];
+        let side = [9.79, 0.03, -0.02];
+        let a = if k < 100 { up } else { side };
+        write(k, [a[0] + noise(0), a[1] + noise(37), a[2] + noise(71)]) + "\n"
+    };
+    (0..200).map(row).collect()
+}
+
+fn cells(values: [f64; 3], delimiter: &str) -> String {
+    values.map(|v| format!("{v:.3}")).join(delimiter)
+}
+
+#[test]
+fn an_option_that_is_named_helps() {
+    let columns = |spec: &str| ReadOptions {
+        columns: Some(spec.parse().unwrap()),
+        ..ReadOptions::default()
+    };
+    let none = ReadOptions::default;
+    let seconds = |unit| ReadOptions {
+        time_unit: Some(unit),
+        ..none()
+    };
+    let plain = |k: usize, a| format!("{},{}", 40 * k, cells(a, ","));
+    let odd = |k: usize| (k * 31 % 17) as f64 / 10.0;
+    for (kind, text, truth) in [
+        (
+            "columns-unknown",
+            rows(|k, a| format!("{},{},{}", odd(k), cells(a, ","), odd(k + 5))),
+            columns("-,ax,ay,az,-"),
+        ),
+        (
+            "no-accelerometer",
+            "ms,one,two,three\n".to_owned() + &rows(plain),
+            columns("ax=one,ay=two,az=three"),
+        ),
+        (
+            "no-accelerometer",
+            "ms;one, raw;two, raw;three, raw\n".to_owned()
+                + &rows(|k, a| format!("{};{}", 40 * k, cells(a, ";"))),
+            columns("ax=one, raw,ay=two, raw,az=three, raw"),
+        ),
+        (
+            "no-values",
+            "ms,ax,ay,az,bx,by,bz\n".to_owned()
+                + &rows(|k, a| format!("{},,,,{}", 40 * k, cells(a, ","))),
+            columns("ax=bx,ay=by,az=bz"),
+        ),
+        (
+            "too-many-labels",
+            "ms,ax,ay,az,label\n".to_owned()
+                + &(0..2)
+                    .map(|i| rows(|k, a| format!("{},n{}", plain(k + 200 * i, a), k + 200 * i)))
+                    .collect::<String>(),
+            none(),
+        ),
+        (
+            "several-sensors",
+            "ms,acc one_x,acc one_y,acc one_z,acc two_x,acc two_y,acc two_z\n".to_owned()
+                + &rows(|k, a| format!("{},{}", plain(k, a), cells(a, ","))),
+            none(),
+        ),
+        (
+            "several-sensors",
+            "ms,sensor,ax,ay,az\n".to_owned()
+                + &rows(|k, a| {
+                    let row = |name: &str| format!("{},{name},{}", 40 * k, cells(a, ","));
+                    format!("{}\n{}", row("left hand"), row("right hand"))
+                }),
+            none(),
+        ),
+        ("columns-guessed", rows(plain), none()),
+        ("rate-unknown", rows(|_, a| cells(a, ",")), none()),
+        (
+            "unnamed-clock",
+            "Uhr (lokal),ax,ay,az\n".to_owned() + &rows(plain),
+            none(),
+        ),
+        (
+            "unnamed-clock",
+            "Uhr, lokal;ax;ay;az\n".to_owned()
+                + &rows(|k, a| format!("{};{}", 40 * k, cells(a, ";"))),
+            none(),
+        ),
+        (
+            "time-unit-assumed",
+            "t,ax,ay,az\n".to_owned() + &rows(|k, a| format!("{},{}", 400 * k, cells(a, ","))),
+            seconds(TimeUnit::Millisecond),
+        ),
+        (
+            "time-unit-unknown",
+            "t,ax,ay,az\n".to_owned()
+                + &rows(|k, a| format!("{},{}", 40_000_000_000_u64 * k as u64, cells(a, ","))),
+            seconds(TimeUnit::Nanosecond),
+        ),
+        (
+            "stamps-unread",
+            "time,ax,ay,az\n".to_owned() + &rows(|k, a| format!("tick{k},{}", cells(a, ","))),
+            none(),
+        ),
+        (
+            "unit-unknown",
+            "ms,ax,ay,az\n".to_owned() + &rows(|k, a| plain(k, a.map(|v| 37.0 * v))),
+            none(),
+        ),
+        (
+            "unit-unknown",
+            "ms,ax,ay,az\n".to_owned()
+                + &rows(|k, a| {
+                    let counts = a.map(|v| (v * 101.97).round().to_string()).join(",");
+                    format!("{},{counts}", 40 * k)
+                }),
+            ReadOptions {
+                accel_unit: Some(AccelUnit::MilliGravity),
+                ..none()
+            },
+        ),
+        (
+            "unit-assumed",
+            "ms,ax,ay,az\n".to_owned() + &rows(|k, a| plain(k, a.map(|v| v * 101.97))),
+            ReadOptions {
+                accel_unit: Some(AccelUnit::MilliGravity),
+                ..none()
+            },
+        ),
+    ] {
+        assert_helps(text.as_bytes(), "file.csv", &truth, Some(kind));
+    }
+}
+
+#[test]
+fn a_gyroscope_alone_is_read_with_the_option_that_is_named() {
+    let rates = "ms,gx,gy,gz\n".to_owned() + &rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
+    let (kind, words) = &said(rates.as_bytes(), "gyro.csv", &ReadOptions::default())[0];
+    assert_eq!(kind, "no-accelerometer");
+    assert!(words.contains("--gyro"), "{words}");
+    let accel = "ms,ax,ay,az\n".to_owned() + &rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
+    let options = ReadOptions::default();
+    let mut recording = read_bytes(accel.as_bytes(), "accel.csv", &options).unwrap();
+    join_gyroscope_bytes(&mut recording, rates.as_bytes(), "gyro.csv", &options).unwrap();
+    assert!(recording.gyro.is_some());
+}
+
+/// Recordings that were read wrongly once.
+#[test]
+fn options_that_are_named_for_the_cases_help() {
+    let Some(data) = crate::support::data() else {
+        return;
+    };
+    let cases = data.join("../cases");
+    let entries = |folder: &Path| -> Vec<_> {
+        let entries = std::fs::read_dir(folder).into_iter().flatten();
+        entries.map(|e| e.unwrap().path()).collect()
+    };
+    for folder in entries(&cases).into_iter().filter(|p| p.is_dir()) {
+        for path in entries(&folder) {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if name != "README" {
+                let bytes = std::fs::read(&path).unwrap();
+                assert_helps(&bytes, &name, &ReadOptions::default(), None);
+            }
+        }
+    }
+}
