@@ -6,7 +6,7 @@ use gravical::inspect::inspect;
 use gravical::recording::{
     AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
 };
-use gravical::segment::face::AxisMap;
+use gravical::poses::face::AxisMap;
 
 /// What is refused or found: kind, and words.
 fn said(bytes: &[u8], name: &str, options: &ReadOptions) -> Vec<(String, String)> {
