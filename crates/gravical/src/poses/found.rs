@@ -44,12 +44,12 @@ pub(super) fn in_recording(
         );
     }
     let holds = longest_per_pose(recording, rests.spans);
-    let held: usize = holds.iter().map(|h| recording.length(h)).sum();
+    let held: usize = holds.iter().map(|h| h.len()).sum();
     let hardly_static = held * 10 < recording.rows();
     if alone && is_table_of_means(recording, hardly_static) {
         return Ok(rows_as_poses(index, recording, findings));
     }
-    if holds.is_empty() && recording.rows_in_file() < FEW_ROWS {
+    if holds.is_empty() && recording.rows() < FEW_ROWS {
         if let Some(means) = means_of_rows(index, recording, findings)
             && (alone || means.is_ok())
         {
@@ -69,7 +69,7 @@ pub(super) fn in_recording(
         return Err(never_still(recordings));
     }
     // Without a rate a rest may be a pause of a motion.
-    let (rows, assumed) = (recording.rows_in_file(), recording.working_rate_hz().1);
+    let (rows, assumed) = (recording.rows(), recording.working_rate_hz().1);
     if alone && (held * 50 < rows && holds.len() < 6 || assumed && hardly_static) {
         return Err(hardly_still(
             recording,
@@ -203,7 +203,7 @@ fn directions(
             .iter_mut()
             .find(|(other, _)| angle_deg(*other, mean) < APART_DEG)
         {
-            Some((_, kept)) if recording.length(kept) < recording.length(span) => {
+            Some((_, kept)) if kept.len() < span.len() => {
                 *kept = span.clone();
             }
             Some(_) => {}
@@ -211,9 +211,8 @@ fn directions(
         }
     }
     if matches!(claimed, Some(Claim::Face(_))) {
-        let length = |s: &Range<usize>| recording.length(s);
-        let longest = found.iter().map(|(_, s)| length(s)).max().unwrap_or(0);
-        found.retain(|(_, s)| length(s) as f64 >= HANDLING * longest as f64);
+        let longest = found.iter().map(|(_, s)| s.len()).max().unwrap_or(0);
+        found.retain(|(_, s)| s.len() as f64 >= HANDLING * longest as f64);
     }
     found.sort_by_key(|(_, s)| s.start);
     found.into_iter().map(|(_, s)| s).collect()
@@ -353,14 +352,14 @@ fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
     for span in spans {
         let twitched = out.last().is_some_and(|last| {
             let between = end - 1..span.start + 1;
-            recording.length(&between) < near + 2
+            between.len() < near + 2
                 && !recording.is_broken(&between)
                 && angle_deg(mean(last), mean(&span)) < SAME_DEG
         });
         end = span.end;
         match out.last_mut() {
             Some(last) if twitched => {
-                if recording.length(&span) > recording.length(last) {
+                if span.len() > last.len() {
                     *last = span;
                 }
             }
@@ -402,7 +401,7 @@ fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
         format!(
             "at rest for {} s of {} s, in {}: too little for a calibration",
             seconds(held),
-            seconds(recording.rows_in_file()),
+            seconds(recording.rows()),
             match poses {
                 1 => "1 pose".to_owned(),
                 n => format!("{n} poses"),
@@ -430,7 +429,7 @@ fn without_rest(
     findings: &mut Vec<Finding>,
 ) -> Option<Range<usize>> {
     let (rate, _) = recording.working_rate_hz();
-    let rows = recording.length(segment);
+    let rows = segment.len();
     let short = is_too_short(rows, rate);
     let finding = if short {
         Finding::new(
@@ -477,8 +476,8 @@ fn tell_motion(
     rests: &[Range<usize>],
     findings: &mut Vec<Finding>,
 ) {
-    let rows = |spans: &[Range<usize>]| spans.iter().map(|s| recording.length(s)).sum::<usize>();
-    let (used, all) = (rows(spans), recording.length(segment));
+    let rows = |spans: &[Range<usize>]| spans.iter().map(|s| s.len()).sum::<usize>();
+    let (used, all) = (rows(spans), segment.len());
     if used * 10 >= all * 9 {
         return;
     }

@@ -334,18 +334,6 @@ impl Recording {
         self.breaks.get(at).is_some_and(|b| *b < rows.end)
     }
 
-    /// Number of rows.
-    #[must_use]
-    pub fn rows_in_file(&self) -> usize {
-        self.rows()
-    }
-
-    /// Number of rows in `rows`.
-    #[must_use]
-    pub fn length(&self, rows: &Range<usize>) -> usize {
-        rows.len()
-    }
-
     /// Lowest and highest temperature, °C; `None` without any.
     pub(crate) fn temperature_range_c(&self) -> Option<[f64; 2]> {
         let all = self.temperature_c.iter().flatten();

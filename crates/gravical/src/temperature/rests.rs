@@ -2,18 +2,30 @@
 
 use std::ops::Range;
 
+use gravical_core::matrix3::{norm, sub};
+
 use crate::poses::rests::find_quiet;
 use crate::recording::Recording;
-use crate::stats::{mean_of_finite, moments};
+use crate::stats::{mean_of_finite, median, moments};
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 3.0;
 /// Smallest number of rows of a block.
 const MIN_ROWS: usize = 6;
+/// Means of neighbouring blocks differ by less than this multiple of the usual step, by the median, …
+const JUMP_FACTOR: f64 = 8.0;
+/// … or by less than this share of gravity, 0.11°: the sensor was not tilted.
+const JUMP_SHARE: f64 = 0.002;
+
+/// Largest number of blocks between, in which the sensor was not quiet, for which the limit is increased
+/// in proportion.
+const MAX_MISSING: usize = 4;
 
 /// Means of consecutive rows at rest.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RestBlock {
+    /// Its first row
+    row: usize,
     /// Temperature, °C
     pub t_c: f64,
     /// Specific force, in the unit of the recording
@@ -30,10 +42,11 @@ pub(super) fn detect_rests(recording: &Recording) -> Vec<Vec<RestBlock>> {
     };
     let size = (BLOCK_S * recording.working_rate_hz().0).round() as usize;
     let size = size.max(MIN_ROWS);
-    let block = |start: usize| {
-        let rows = start..start + size;
+    let block = |row: usize| {
+        let rows = row..row + size;
         let mean = |sensor: &[Vec<f64>; 3]| moments(sensor, rows.clone()).0;
         let block = RestBlock {
+            row,
             t_c: mean_of_finite(&temperature_c[rows.clone()]),
             accel: mean(&recording.accel),
             gyro: recording.gyro.as_ref().map_or([f64::NAN; 3], mean),
@@ -41,13 +54,19 @@ pub(super) fn detect_rests(recording: &Recording) -> Vec<Vec<RestBlock>> {
         let is_whole = block.t_c.is_finite() && block.accel.iter().all(|v| v.is_finite());
         is_whole.then_some(block)
     };
-    let blocks = |rest: Range<usize>| -> Vec<RestBlock> {
-        let count = rest.len() / size;
-        (0..count)
-            .filter_map(|k| block(rest.start + k * size))
-            .collect()
+    let starts = |rest: Range<usize>| (0..rest.len() / size).map(move |k| rest.start + k * size);
+    let blocks: Vec<RestBlock> = find_quiet(recording)
+        .into_iter()
+        .flat_map(starts)
+        .filter_map(block)
+        .collect();
+    let step = |a: &RestBlock, b: &RestBlock| norm(&sub(&a.accel, &b.accel));
+    let mut steps: Vec<f64> = blocks.windows(2).map(|b| step(&b[0], &b[1])).collect();
+    let usual = 1.4826 * median(&mut steps).unwrap_or(0.0);
+    let continues = |a: &RestBlock, b: &RestBlock| {
+        let missing = ((b.row - a.row) / size - 1).min(MAX_MISSING);
+        let max_step = (JUMP_FACTOR * usual).max(JUMP_SHARE * norm(&a.accel));
+        step(a, b) <= max_step * (1 + missing) as f64 && !recording.is_broken(&(a.row..b.row + 1))
     };
-    let mut rests: Vec<_> = find_quiet(recording).into_iter().map(blocks).collect();
-    rests.retain(|rest| !rest.is_empty());
-    rests
+    blocks.chunk_by(continues).map(<[_]>::to_vec).collect()
 }

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use gravical::inspect::inspect;
+use gravical::poses::face::AxisMap;
 use gravical::recording::{
     AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
 };
-use gravical::poses::face::AxisMap;
 
 /// What is refused or found: kind, and words.
 fn said(bytes: &[u8], name: &str, options: &ReadOptions) -> Vec<(String, String)> {
