@@ -28,8 +28,6 @@ pub(super) const ZEROS_IN_A_ROW: u64 = 5;
 /// Channels of a recording.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Channels {
-    /// `false` for a gyroscope in a file of its own.
-    pub accel: bool,
     pub gyro: bool,
     /// In °C.
     pub temperature: bool,
@@ -38,8 +36,7 @@ pub(crate) struct Channels {
 impl Channels {
     /// Slots of accelerometer and gyroscope.
     pub fn slots(self) -> Range<usize> {
-        let from = if self.accel { ACCEL } else { GYRO };
-        from..if self.gyro { GYRO + 3 } else { GYRO }
+        ACCEL..if self.gyro { GYRO + 3 } else { GYRO }
     }
 
     /// The accelerometer reads zero on every axis.
@@ -104,7 +101,7 @@ impl CellCounts {
         }
         let is_incomplete = |first: usize| values[first..first + 3].iter().any(|v| v.is_nan());
         let incomplete = [
-            self.channels.accel && is_incomplete(ACCEL),
+            is_incomplete(ACCEL),
             self.channels.gyro && is_incomplete(GYRO),
         ];
         for (count, is_incomplete) in self.incomplete.iter_mut().zip(incomplete) {
@@ -128,10 +125,6 @@ impl CellCounts {
 
     /// Rules for filling cells, from all rows so far.
     pub fn rules(&self, without_gravity: bool) -> CellRules {
-        if !self.channels.accel {
-            // Values of a gyroscope that is joined are interpolated; none are held before.
-            return CellRules::default();
-        }
         let sparse = |incomplete: u64| self.rows >= SPARSE_ROWS && 5 * incomplete > self.rows;
         let distance = |empty: u64| self.rows as f64 / (self.rows - empty).max(1) as f64;
         let mut longest = [0.0; 6];
@@ -162,10 +155,7 @@ impl CellCounts {
             parts.push(format!("{n} of them outside {low} to {high} °C"));
         }
         let total: u64 = self.empty.iter().sum();
-        let (sensor, incomplete) = match self.channels.accel {
-            true => ("accelerometer", self.incomplete[0]),
-            false => ("gyroscope", self.incomplete[1]),
-        };
+        let incomplete = self.incomplete[0];
         // If cells are empty throughout the file, their lines are of no use.
         let lines = match rules.holds_any() {
             true => &LineSpans::default(),
@@ -175,7 +165,7 @@ impl CellCounts {
             Finding::new(
                 FindingKind::EmptyCells,
                 format!(
-                    "{total} empty cells ({}); {incomplete} of {} rows lack a value of the {sensor}{}",
+                    "{total} empty cells ({}); {incomplete} of {} rows lack a value of the accelerometer{}",
                     parts.join(", "),
                     self.rows,
                     if rules.holds() {

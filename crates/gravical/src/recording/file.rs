@@ -12,7 +12,6 @@ use super::format::Format;
 use super::head::Head;
 use super::metadata;
 use super::monitor::RecordingClaims;
-use super::names::Role;
 use super::open::Input;
 use super::rows::Rows;
 use super::text::{TextRows, find_format};
@@ -28,20 +27,15 @@ pub(crate) struct OpenFile {
 ///
 /// # Errors
 ///
-/// `empty-file`, `no-rows`, `no-accelerometer`, `no-gyroscope`, `columns-unknown` …; errors of
+/// `empty-file`, `no-rows`, `no-accelerometer`, `columns-unknown` …; errors of
 /// reading.
-pub(crate) fn open_rows(
-    input: Input,
-    name: &str,
-    role: Role,
-    options: &ReadOptions,
-) -> Result<OpenFile> {
+pub(crate) fn open_rows(input: Input, name: &str, options: &ReadOptions) -> Result<OpenFile> {
     let mut lines = Lines::new(input.reader);
     let bytes = lines.peek(input.head_bytes);
     let bytes = bytes.map_err(|e| Error::io(Path::new(name), e))?.to_vec();
     let whole = bytes.len() < input.head_bytes;
     let clean: Vec<u8> = bytes.iter().copied().filter(|b| *b != 0).collect();
-    let format = find_format(&clean, whole, name, role, options, &mut Vec::new())?;
+    let format = find_format(&clean, whole, name, options)?;
     let first = Lines::new(&clean[..]).with_terminator(terminator(&clean));
     let first = TextRows::new(first, name, &format, !whole);
     let claims = RecordingClaims {

@@ -1,8 +1,7 @@
-//! Format of a file and purpose of reading it.
+//! Format of a file.
 
 use super::dialect::Dialect;
 use super::layout::Layout;
-use super::names::Role;
 
 /// Everything needed to parse the rows of a file.
 #[derive(Debug, Clone)]
@@ -11,6 +10,4 @@ pub(crate) struct Format {
     pub description: String,
     pub dialect: Dialect,
     pub layout: Layout,
-    /// What it is read for.
-    pub role: Role,
 }

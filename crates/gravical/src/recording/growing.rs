@@ -8,7 +8,6 @@ use std::rc::Rc;
 use super::collect::{About, Collected, Columns};
 use super::file::{OpenFile, open_rows};
 use super::monitor::MonitorSummary;
-use super::names::Role;
 use super::open::Input;
 use super::row::{ACCEL, GYRO, TEMPERATURE, Values};
 use super::rows::Row;
@@ -164,7 +163,7 @@ impl Growing {
         let queue = Queue::default();
         queue.extend(&self.head[..self.examined]);
         let input = Input::growing(Box::new(queue.clone()), self.examined);
-        let file = match open_rows(input, &self.name, Role::Recording, &self.options) {
+        let file = match open_rows(input, &self.name, &self.options) {
             Ok(file) => file,
             Err(error) if self.rows_in_head >= MOST_ROWS => return Err(error),
             Err(_) => {

@@ -9,7 +9,7 @@ use super::board::BoardSettings;
 use super::dialect::{self, Header};
 use super::format::Format;
 use super::layout::understand_all;
-use super::names::{Quantity, Role};
+use super::names::Quantity;
 use crate::scan::Line;
 
 /// Largest number of stored lines before a header.
@@ -141,12 +141,12 @@ impl LaterHeaders {
 
 /// True for a header of the sensor that is read, with any other columns; `file`: name of the file.
 fn names_sensor(header: &Header, first: &Format, file: &str) -> bool {
-    let columns = understand_all(header, file, first.role);
-    let axis: fn(usize) -> Quantity = match first.role {
-        Role::Recording => Quantity::Accel,
-        Role::Gyroscope => Quantity::Gyro,
-    };
-    let named = (0..3).all(|i| columns.iter().any(|(_, c)| c.quantity == axis(i)));
+    let columns = understand_all(header, file);
+    let named = (0..3).all(|i| {
+        columns
+            .iter()
+            .any(|(_, c)| c.quantity == Quantity::Accel(i))
+    });
     let known = first.dialect.header.as_ref().is_some_and(|known| {
         let shared = |n: &&String| !n.is_empty() && known.names.contains(*n);
         2 * header.names.iter().filter(shared).count() > header.names.len()
@@ -161,7 +161,7 @@ fn names_the_same(header: &Header, first: &Format, file: &str) -> bool {
         let units = header.units.is_empty() || header.units == known.units;
         return header.names == known.names && units;
     }
-    let columns = understand_all(header, file, first.role);
+    let columns = understand_all(header, file);
     let mut read = first.layout.fields.iter();
     read.all(|(quantity, field)| {
         let mut named = columns.iter();

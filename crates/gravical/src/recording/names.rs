@@ -10,15 +10,6 @@ use super::row::{ACCEL, GYRO, TEMPERATURE, TIME};
 use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
 
-/// What a file is read for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Role {
-    /// An accelerometer, with any other channels.
-    Recording,
-    /// Only its gyroscope and its time.
-    Gyroscope,
-}
-
 /// A quantity that gravical reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {

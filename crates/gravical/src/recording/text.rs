@@ -13,10 +13,8 @@ use super::format::Format;
 use super::later::LaterHeaders;
 use super::layout::{self, Request};
 use super::ledger::{Aside, is_comment};
-use super::names::Role;
 use super::row::{RowDefect, RowScanner, RowStamps, Span, Values};
 use super::rows::{Item, Source};
-use crate::finding::Finding;
 
 /// Beginning of the line in which a logger reports missing rows. After it the clock of the board
 /// may have restarted.
@@ -43,9 +41,7 @@ pub(super) fn find_format(
     head: &[u8],
     whole: bool,
     name: &str,
-    role: Role,
     options: &ReadOptions,
-    findings: &mut Vec<Finding>,
 ) -> Result<Format> {
     let here = Path::new(name);
     if head.iter().all(u8::is_ascii_whitespace) && whole {
@@ -66,14 +62,13 @@ pub(super) fn find_format(
         sensor: options.sensor.as_deref(),
         file: name,
     };
-    let mut layout = layout::find(role, &dialect, request, findings)
-        .map_err(|e| e.at(here, dialect.header_line()))?;
+    let mut layout =
+        layout::find(&dialect, request).map_err(|e| e.at(here, dialect.header_line()))?;
     layout.apply_board_settings(&dialect.metadata);
     Ok(Format {
         description: dialect.description(),
         dialect,
         layout,
-        role,
     })
 }
 

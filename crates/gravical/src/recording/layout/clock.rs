@@ -1,7 +1,6 @@
 //! Choice of the time column, by name and by values.
 
 use super::Named;
-use crate::finding::{Finding, FindingKind};
 use crate::recording::names::{ColumnName, Quantity, is_foreign};
 use crate::recording::timing::TimeUnit;
 use crate::stats::median;
@@ -149,13 +148,12 @@ fn in_two_fields(sample: &[&Vec<f64>], stamps: &[&Named]) -> Option<Clock> {
 /// Chooses the time column among `columns`: the finest and most even of the named clocks that
 /// advance, preferably of `sensor`; otherwise differences from row to row; otherwise an unnamed
 /// column that rises steadily, if it is the only one; otherwise a named one that does not
-/// advance, which is reported later.
+/// advance.
 pub(super) fn choose(
     sample: &[&Vec<f64>],
     columns: &[Named],
     names: &[String],
     sensor: &str,
-    findings: &mut Vec<Finding>,
 ) -> Option<Clock> {
     let of = |quantity: Quantity| {
         let mut fields: Vec<&Named> = columns
@@ -206,26 +204,8 @@ pub(super) fn choose(
         .filter(|&field| !taken(field) && !is_foreign(&names[field]))
         .filter(|&field| Trend::of(sample, field).is_some_and(|c| c.is_clock()))
         .collect();
-    if let [first, ..] = others[..] {
-        let list: Vec<&str> = others.iter().map(|f| names[*f].as_str()).collect();
-        let (taken, what) = match others.len() {
-            1 => (Some(first), "rises steadily and is used as the time"),
-            _ => (
-                None,
-                "rise steadily: each could be the time, and none is used",
-            ),
-        };
-        findings.push(Finding::new(
-            FindingKind::UnnamedClock,
-            format!(
-                "no column is named as the time; {} {what}; --columns t={} selects it",
-                list.join(", "),
-                names[first]
-            ),
-        ));
-        if let Some(field) = taken {
-            return clock(field, false);
-        }
+    if let [only] = others[..] {
+        return clock(only, false);
     }
     // Columns that are empty throughout are skipped; without rows the name decides.
     let filled = |field: usize| {

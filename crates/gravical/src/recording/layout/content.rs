@@ -1,10 +1,8 @@
 //! Channels of a file without a header, from its numbers.
 
+use super::Named;
 use super::clock::first_column_rises;
-use super::{Layout, Named};
-use crate::finding::{Finding, FindingKind};
 use crate::recording::dialect::Dialect;
-use crate::recording::names::Role;
 use crate::recording::names::{ColumnName, Quantity};
 use crate::recording::units::{Evidence, accel_evidence};
 use crate::stats::median;
@@ -13,14 +11,12 @@ use crate::{Error, Result};
 /// Assigns the columns of a file without a header.
 ///
 /// A first column that rises steadily is time (or a counter); of the triples after it the
-/// accelerometer is the one whose magnitude varies least, since it always includes gravity. A
-/// file that is read only for its gyroscope contains t, gx, gy, gz or gx, gy, gz, or the columns
-/// of a complete recording.
+/// accelerometer is the one whose magnitude varies least, since it always includes gravity.
 ///
 /// # Errors
 ///
 /// `columns-unknown` (input).
-pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
+pub(super) fn by_content(dialect: &Dialect) -> Result<Vec<Named>> {
     let sample = &dialect.sample;
     let column =
         |i: usize| -> Vec<f64> { sample.iter().filter_map(|r| r.get(i).copied()).collect() };
@@ -58,16 +54,6 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
         Some((middle, median(&mut off)? / middle.max(f64::MIN_POSITIVE)))
     };
     let (accel, gyro, temperature) = match rest {
-        3 if role == Role::Gyroscope => (None, Some(triple(0)), None),
-        4 if role == Role::Gyroscope => {
-            return Err(Error::input(
-                "columns-unknown",
-                "the file has no header and four columns, and the first does not rise as time does",
-            )
-            .with_hint(
-                "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
-            ));
-        }
         3 => (Some(triple(0)), None, None),
         4 => (Some(triple(0)), None, Some(from + 3)),
         6 | 9 => {
@@ -136,31 +122,4 @@ pub(super) fn by_content(dialect: &Dialect, role: Role) -> Result<Vec<Named>> {
         );
     }
     Ok(columns)
-}
-
-/// The finding that shows the assumed columns as the option `--columns`.
-pub(super) fn guessed(dialect: &Dialect, layout: &Layout) -> Finding {
-    let channels: Vec<String> = (0..dialect.fields)
-        .map(|i| match layout.fields.iter().find(|(_, f)| *f == i) {
-            Some((Quantity::Time, _)) => "t".to_owned(),
-            Some((Quantity::Accel(a), _)) => format!("a{}", ["x", "y", "z"][*a]),
-            Some((Quantity::Gyro(a), _)) => format!("g{}", ["x", "y", "z"][*a]),
-            Some((Quantity::Temperature, _)) => "temp".to_owned(),
-            _ => "-".to_owned(),
-        })
-        .collect();
-    let why = match dialect.misfit {
-        Some((line, names)) => format!(
-            "line {line} has {names} names for {} columns, so it cannot be their header",
-            dialect.fields
-        ),
-        None => "no header".to_owned(),
-    };
-    Finding::new(
-        FindingKind::ColumnsGuessed,
-        format!(
-            "{why}; assigned by the numbers as --columns {} (give that option to be sure)",
-            channels.join(",")
-        ),
-    )
 }

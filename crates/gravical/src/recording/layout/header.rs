@@ -2,36 +2,32 @@
 
 use super::Named;
 use crate::recording::dialect::Header;
-use crate::recording::names::Role;
 use crate::recording::names::{
     ColumnName, Quantity, SensorKind, axis_in_g, bare_axis, sensor_of_file, understand,
 };
 use crate::recording::units::{AccelUnit, GyroUnit};
 
-/// Columns with known names, with their fields. If no name gives the sensor that is needed, bare
+/// Columns with known names, with their fields. If no name gives an accelerometer, bare
 /// axes (`x`, `Y (m/s^2)`) are assigned to it, unless their unit or the file name contradicts.
-pub(in crate::recording) fn understand_all(header: &Header, file: &str, role: Role) -> Vec<Named> {
+pub(in crate::recording) fn understand_all(header: &Header, file: &str) -> Vec<Named> {
     let mut columns: Vec<Named> = header
         .names
         .iter()
         .enumerate()
         .filter_map(|(i, n)| Some((i, understand(n)?)))
         .collect();
-    if role == Role::Recording {
-        instead_of_gyro(&mut columns, header, file);
-    }
-    let wanted = match role {
-        Role::Recording => Quantity::Accel(0),
-        Role::Gyroscope => Quantity::Gyro(0),
-    };
-    if columns.iter().all(|(_, c)| c.quantity != wanted) {
+    instead_of_gyro(&mut columns, header, file);
+    if columns
+        .iter()
+        .all(|(_, c)| c.quantity != Quantity::Accel(0))
+    {
         let named = columns.len();
         for (field, name) in header.names.iter().enumerate() {
             let Some((axis, unit)) = bare_axis(name) else {
                 continue;
             };
             let unit = unit.or_else(|| header.unit(field).map(str::to_owned));
-            let column = bare(axis, unit, file, role, &header.names);
+            let column = bare(axis, unit, file, &header.names);
             columns.extend(column.map(|c| (field, c)));
         }
         // Two sets of bare axes in one unit cannot be distinguished: use the first.
@@ -75,13 +71,7 @@ fn is_spread(sensor: &str) -> bool {
     sensor.split(' ').any(spread)
 }
 
-fn bare(
-    axis: usize,
-    unit: Option<String>,
-    file: &str,
-    role: Role,
-    names: &[String],
-) -> Option<ColumnName> {
+fn bare(axis: usize, unit: Option<String>, file: &str, names: &[String]) -> Option<ColumnName> {
     let kind = sensor_of_file(file);
     let of_accel = unit.as_deref().and_then(AccelUnit::parse);
     let of_gyro = unit.as_deref().and_then(GyroUnit::parse);
@@ -91,12 +81,11 @@ fn bare(
         (None, None) if unit.is_some() => return None,
         _ => None,
     };
-    let is_accel = match (by_unit, kind, role) {
-        (Some(is), ..) => is,
-        (None, Some(SensorKind::Accelerometer(_)), _) => true,
-        (None, Some(SensorKind::Gyroscope), _) => false,
-        (None, Some(SensorKind::Other), _) => return None,
-        (None, None, role) => role == Role::Recording,
+    let is_accel = match (by_unit, kind) {
+        (Some(is), _) => is,
+        (None, Some(SensorKind::Accelerometer(_)) | None) => true,
+        (None, Some(SensorKind::Gyroscope)) => false,
+        (None, Some(SensorKind::Other)) => return None,
     };
     // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
     // acceleration to TotalAcceleration.csv.

@@ -15,17 +15,15 @@ use crate::{Error, Result};
 use super::board::BoardSettings;
 use super::dialect::Dialect;
 use super::metadata::{is_day_first, range_g};
-use super::names::Role;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
 use super::row::{RowScanner, RowStamps};
 use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
-use crate::finding::{Finding, FindingKind};
 use crate::stats::median;
 use gravical_recording::judge::AccelClaim;
 
 use clock::Clock;
-use content::{by_content, guessed};
+use content::by_content;
 pub(super) use header::understand_all;
 pub use spec::{Column, ColumnsSpec};
 use spec::{Given, list_columns};
@@ -184,29 +182,21 @@ impl Layout {
 ///
 /// # Errors
 ///
-/// `no-accelerometer`, `no-gyroscope` or `columns-unknown` (input) if they cannot be found, with
+/// `no-accelerometer` or `columns-unknown` (input) if they cannot be found, with
 /// the names in the file; `columns-missing`, `sensor-unknown` (usage) if an option names
 /// something that is not in the file.
-pub(super) fn find(
-    role: Role,
-    dialect: &Dialect,
-    request: Request<'_>,
-    findings: &mut Vec<Finding>,
-) -> Result<Layout> {
+pub(super) fn find(dialect: &Dialect, request: Request<'_>) -> Result<Layout> {
     let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
-    let given = Given::of(dialect, request.columns, role)?;
-    let complete = match role {
-        Role::Recording => given.has_all(Quantity::Accel),
-        Role::Gyroscope => given.has_all(Quantity::Gyro),
-    };
+    let given = Given::of(dialect, request.columns)?;
+    let complete = given.has_all(Quantity::Accel);
     let mut columns = match &dialect.header {
-        Some(header) => understand_all(header, request.file, role),
-        None if complete => by_content(dialect, role).unwrap_or_default(),
-        None => by_content(dialect, role)?,
+        Some(header) => understand_all(header, request.file),
+        None if complete => by_content(dialect).unwrap_or_default(),
+        None => by_content(dialect)?,
     };
     columns.retain(|(field, c)| !given.uses(*field) && !given.includes(c.quantity));
     // If several sensors share the rows, the rows of one.
-    let instance = several::instance(&dialect.sample, &columns, names, request.sensor, findings)?;
+    let instance = several::instance(&dialect.sample, &columns, request.sensor)?;
     let of_sensor = |row: &&Vec<f64>| {
         instance.is_none_or(|(field, value)| row.get(field).is_none_or(|v| *v == value))
     };
@@ -229,29 +219,14 @@ pub(super) fn find(
         Some([axis(0)?, axis(1)?, axis(2)?])
     };
     let mut fields = Vec::new();
-    let mut sensor = String::new();
-    if role == Role::Recording {
-        let found = several::triples(&columns, Quantity::Accel);
-        let wanted = request.sensor.filter(|_| instance.is_none() && !complete);
-        let chosen = several::choose(&columns, &found, wanted, findings)?;
-        let accel = axes(Quantity::Accel, chosen)
-            .ok_or_else(|| no_accelerometer(&columns, names, dialect))?;
-        let name = names.get(accel[0]).and_then(|n| understand(n));
-        sensor = name.map_or_else(String::new, |c| c.sensor);
-        fields.extend((0..3).map(|i| (Quantity::Accel(i), accel[i])));
-        // A table of `motion`, or of `apply --keep-raw`.
-        let read = names.get(accel[0]).map_or("", String::as_str);
-        if let Some([x, y, z]) = calibrated_names(names)
-            && read != x
-            && let Some(finding) = findings
-                .iter_mut()
-                .find(|f| f.kind == FindingKind::SeveralSensors)
-        {
-            finding.message = format!(
-                "a table of this program with raw and calibrated columns: the raw ones ({read} …) are read; --columns ax={x},ay={y},az={z} reads the calibrated ones"
-            );
-        }
-    }
+    let found = several::triples(&columns, Quantity::Accel);
+    let wanted = request.sensor.filter(|_| instance.is_none() && !complete);
+    let chosen = several::choose(&columns, &found, wanted)?;
+    let accel =
+        axes(Quantity::Accel, chosen).ok_or_else(|| no_accelerometer(&columns, names, dialect))?;
+    let name = names.get(accel[0]).and_then(|n| understand(n));
+    let sensor = name.map_or_else(String::new, |c| c.sensor);
+    fields.extend((0..3).map(|i| (Quantity::Accel(i), accel[i])));
     let gyros = several::triples(&columns, Quantity::Gyro);
     let shared = |t: &[usize; 3]| {
         let words = several::words_of(&columns, *t);
@@ -261,13 +236,11 @@ pub(super) fn find(
     };
     // Among equals the first: `max_by_key` returns the last.
     let chosen = gyros.iter().rev().max_by_key(|t| shared(t)).copied();
-    match axes(Quantity::Gyro, chosen) {
-        Some(gyro) => fields.extend((0..3).map(|i| (Quantity::Gyro(i), gyro[i]))),
-        None if role == Role::Gyroscope => return Err(no_gyroscope(&columns, names)),
-        None => {}
+    if let Some(gyro) = axes(Quantity::Gyro, chosen) {
+        fields.extend((0..3).map(|i| (Quantity::Gyro(i), gyro[i])));
     }
     for quantity in [Quantity::Temperature, Quantity::Label] {
-        let is = |(_, c): &&Named| c.quantity == quantity && role == Role::Recording;
+        let is = |(_, c): &&Named| c.quantity == quantity;
         let of_sensor = columns.iter().filter(is).find(|(_, c)| c.sensor == sensor);
         let any = of_sensor.or_else(|| columns.iter().find(is));
         let field = given.field(quantity).or(any.map(|(field, _)| *field));
@@ -285,7 +258,7 @@ pub(super) fn find(
     });
     let clock = stamps.or(steps).or_else(|| {
         let none = given.includes(Quantity::Time) || given.includes(Quantity::TimeStep);
-        (!none).then(|| clock::choose(&sample, &columns, names, &sensor, findings))?
+        (!none).then(|| clock::choose(&sample, &columns, names, &sensor))?
     });
     fields.extend(clock.map(|clock| (Quantity::Time, clock.field)));
     fields.sort_by_key(|(_, field)| *field);
@@ -296,13 +269,8 @@ pub(super) fn find(
         layout.time_claim = Some(TimeUnit::Second);
     }
     layout.instance = instance;
-    // In a gyroscope's file of three or four columns nothing was guessed.
-    let plain = role == Role::Gyroscope && dialect.fields <= 4;
     let by_numbers = |(q, f): &(Quantity, usize)| given.field(*q) != Some(*f);
-    if !plain && dialect.header.is_none() && layout.fields.iter().any(by_numbers) {
-        layout.guessed = true;
-        findings.push(guessed(dialect, &layout));
-    }
+    layout.guessed = dialect.header.is_none() && layout.fields.iter().any(by_numbers);
     Ok(layout)
 }
 
@@ -321,25 +289,6 @@ fn no_accelerometer(columns: &[Named], names: &[String], dialect: &Dialect) -> E
         format!("no three columns of the header in line {line} are named as an accelerometer's x, y and z"),
     )
     .with_hint(list_columns(names))
-}
-
-fn no_gyroscope(columns: &[Named], names: &[String]) -> Error {
-    let what = if several::triples(columns, Quantity::Accel).is_empty() {
-        "no three columns of this file are a gyroscope's x, y and z"
-    } else {
-        "this file has an accelerometer, but no gyroscope"
-    };
-    let error = Error::input("no-gyroscope", what);
-    if names.is_empty() {
-        return error.with_hint(
-            "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
-        );
-    }
-    let list = list_columns(names);
-    let list = list.split(';').next().unwrap_or_default();
-    error.with_hint(format!(
-        "{list}; --gyro needs the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
-    ))
 }
 
 /// Adds what the names, and the row of units below them, claim about the chosen columns.

@@ -1,7 +1,6 @@
 //! Choice among several sensors in one file.
 
 use super::Named;
-use crate::finding::{Finding, FindingKind};
 use crate::recording::names::{Quantity, split_words};
 use crate::{Error, Result};
 
@@ -46,7 +45,7 @@ pub(super) fn words_of(columns: &[Named], triple: [usize; 3]) -> Vec<String> {
 }
 
 /// Chooses the accelerometer that `wanted` names, by words of its name or by its number from 1;
-/// without `wanted` the first, with a finding that explains how to choose another.
+/// without `wanted` the first.
 ///
 /// # Errors
 ///
@@ -55,7 +54,6 @@ pub(super) fn choose(
     columns: &[Named],
     found: &[[usize; 3]],
     wanted: Option<&str>,
-    findings: &mut Vec<Finding>,
 ) -> Result<Option<[usize; 3]>> {
     let free = |t: &[usize; 3]| column(columns, t[0]).is_some_and(|(_, c)| c.without_gravity);
     // Acceleration without gravity in addition to raw acceleration is not another sensor.
@@ -108,17 +106,6 @@ pub(super) fn choose(
             _ => Err(unknown(wanted, &all)),
         };
     }
-    if found.len() > 1 {
-        findings.push(Finding::new(
-            FindingKind::SeveralSensors,
-            format!(
-                "{} accelerometers: {}; the first is read, --sensor {} chooses another",
-                found.len(),
-                all.join(", "),
-                all[1]
-            ),
-        ));
-    }
     Ok(found.first().copied())
 }
 
@@ -133,7 +120,7 @@ fn unknown(wanted: &str, there: &[String]) -> Error {
 }
 
 /// If a column distinguishes the rows of several sensors: that column and the value to read. The
-/// value is `wanted`, otherwise the lowest, with a finding.
+/// value is `wanted`, otherwise the lowest.
 ///
 /// # Errors
 ///
@@ -141,9 +128,7 @@ fn unknown(wanted: &str, there: &[String]) -> Error {
 pub(super) fn instance(
     sample: &[Vec<f64>],
     columns: &[Named],
-    names: &[String],
     wanted: Option<&str>,
-    findings: &mut Vec<Finding>,
 ) -> Result<Option<(usize, f64)>> {
     let several = |field: usize| -> Option<Vec<f64>> {
         let mut values: Vec<f64> = sample
@@ -177,16 +162,5 @@ pub(super) fn instance(
             None => Err(unknown(wanted, &list)),
         };
     }
-    findings.push(Finding::new(
-        FindingKind::SeveralSensors,
-        format!(
-            "rows of {} sensors, distinguished by column {}: {}; those of {} are read, --sensor {} chooses another",
-            values.len(),
-            names.get(field).map_or("", String::as_str),
-            list.join(", "),
-            list[0],
-            list[1]
-        ),
-    ));
     Ok(Some((field, values[0])))
 }

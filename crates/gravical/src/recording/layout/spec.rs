@@ -2,7 +2,6 @@
 
 use crate::recording::dialect::Dialect;
 use crate::recording::names::Quantity;
-use crate::recording::names::Role;
 use crate::{Error, Result};
 
 /// `--columns`: assigns columns to channels. Overrides the automatic assignment; other columns
@@ -115,19 +114,13 @@ pub(super) struct Given {
 impl Given {
     /// # Errors
     ///
-    /// `columns-missing` (usage) for a column that is not in the file. With two files, channels
-    /// of the other sensor are ignored.
-    pub fn of(dialect: &Dialect, spec: Option<&ColumnsSpec>, role: Role) -> Result<Self> {
+    /// `columns-missing` (usage) for a column that is not in the file.
+    pub fn of(dialect: &Dialect, spec: Option<&ColumnsSpec>) -> Result<Self> {
         let names: &[String] = dialect.header.as_ref().map_or(&[], |h| &h.names);
         let mut given = Given::default();
-        let alone = role == Role::Gyroscope;
         match spec {
             None => {}
             Some(ColumnsSpec::Ordered(order)) => {
-                let gyro = |c: &Column| matches!(c, Column::Channel(Quantity::Gyro(_)));
-                if alone && !order.iter().any(gyro) {
-                    return Ok(given);
-                }
                 if order.len() > dialect.fields {
                     return Err(Error::usage(
                         "columns-missing",
@@ -149,14 +142,8 @@ impl Given {
             }
             Some(ColumnsSpec::Named(pairs)) => {
                 for (quantity, name) in pairs {
-                    let is_gyro = matches!(quantity, Quantity::Gyro(_));
-                    if alone && !(is_gyro || *quantity == Quantity::Time) {
-                        continue;
-                    }
                     let Some(name) = name else {
-                        if !(alone && is_gyro) {
-                            given.channels.push((*quantity, None));
-                        }
+                        given.channels.push((*quantity, None));
                         continue;
                     };
                     let at = names
@@ -165,7 +152,6 @@ impl Given {
                         .or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(name)));
                     match at {
                         Some(at) => given.channels.push((*quantity, Some(at))),
-                        None if alone && *quantity == Quantity::Time => {}
                         None => {
                             return Err(Error::usage(
                                 "columns-missing",

@@ -5,7 +5,7 @@ use super::spec::Given;
 use super::{ColumnsSpec, Layout, Request, find, understand_all};
 use crate::Result;
 use crate::recording::dialect::Dialect;
-use crate::recording::names::{Quantity, Role};
+use crate::recording::names::Quantity;
 
 /// The columns of rows that a program receives, as [`Layout`] has them for a file: by `columns`,
 /// else by the names of a header, else by the numbers of the sample (some hundred rows make it
@@ -22,7 +22,7 @@ pub fn stream_layout(dialect: &Dialect, columns: Option<&ColumnsSpec>) -> Result
         columns,
         ..Request::default()
     };
-    match find(Role::Recording, dialect, request, &mut Vec::new()) {
+    match find(dialect, request) {
         Err(error) if error.is_usage() => Err(error),
         Err(_) => time_alone(dialect, columns),
         found => found,
@@ -31,13 +31,13 @@ pub fn stream_layout(dialect: &Dialect, columns: Option<&ColumnsSpec>) -> Result
 
 /// The layout of rows in which no accelerometer is recognised.
 fn time_alone(dialect: &Dialect, columns: Option<&ColumnsSpec>) -> Result<Layout> {
-    let given = Given::of(dialect, columns, Role::Recording)?;
+    let given = Given::of(dialect, columns)?;
     let rows: Vec<&Vec<f64>> = dialect.sample.iter().collect();
     let recognised = || match &dialect.header {
         Some(header) => {
-            let mut named = understand_all(header, "", Role::Recording);
+            let mut named = understand_all(header, "");
             named.retain(|(field, _)| !given.uses(*field));
-            let clock = clock::choose(&rows, &named, &header.names, "", &mut Vec::new());
+            let clock = clock::choose(&rows, &named, &header.names, "");
             clock.map(|clock| clock.field)
         }
         None => {

@@ -8,7 +8,7 @@ fn layout(text: &str, spec: Option<&str>) -> Result<Layout> {
         ..Request::default()
     };
     let dialect = sniff(text.as_bytes(), true, 3).unwrap();
-    find(Role::Recording, &dialect, request, &mut Vec::new())
+    find(&dialect, request)
 }
 
 #[test]

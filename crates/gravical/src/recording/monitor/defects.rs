@@ -72,10 +72,9 @@ impl Defects {
             least_clipped: ends.each_ref().map(FullScale::least),
             clipped: std::array::from_fn(|i| Clipping::new(ends[i / 3].clone())),
             slots: channels.slots(),
-            present: match (channels.accel, channels.gyro) {
-                (true, true) => 0b11_1111,
-                (true, false) => 0b111,
-                (false, _) => 0b11_1000,
+            present: match channels.gyro {
+                true => 0b11_1111,
+                false => 0b111,
             },
             unchanged: 0,
             rows: 0,

@@ -48,7 +48,6 @@ impl RecordingClaims {
     /// `facts`: whether the temperatures are in °C.
     pub fn channels(&self, facts: &Facts) -> Channels {
         Channels {
-            accel: self.layout.field(Quantity::Accel(0)).is_some(),
             gyro: self.layout.has_gyro(),
             temperature: facts.celsius && self.has_temperature(),
         }
@@ -295,8 +294,7 @@ impl Monitor {
             }
             None => (untimed(self.cells.rows(), &clock_claims), None, None),
         };
-        let has_accel = self.channels.accel;
-        if has_accel && timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
+        if timing.rate_hz().is_none() && self.cells.rows() >= LEAST_ROWS {
             found.clock.push(Finding::new(
                 FindingKind::RateUnknown,
                 "no time stamps and no --rate: static intervals are counted in rows",
@@ -310,11 +308,9 @@ impl Monitor {
             self.claims.layout.accel_claim,
             &text_options(options, false),
         );
-        if has_accel {
-            found
-                .unit
-                .extend(judged.notes.into_iter().map(Finding::from));
-        }
+        found
+            .unit
+            .extend(judged.notes.into_iter().map(Finding::from));
         found.unit.extend(self.watch.finding());
         let held = self.facts.cells.holds();
         found.values = self.defects.clone().finish(held);
