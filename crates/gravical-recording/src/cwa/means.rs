@@ -13,6 +13,8 @@ use crate::text::{Batch, Format};
 
 /// Samples that are held as they are: three hours at 100 Hz.
 const MAX_SAMPLES: usize = 1 << 20;
+/// Room for ten days: columns that grow leave holes of their size in memory.
+const USUAL_MEANS: usize = 1 << 22;
 /// Means follow each other at this rate or faster, Hz: a wrist rests for seconds.
 const MIN_HZ: f64 = 5.0;
 
@@ -93,9 +95,12 @@ struct Means {
 
 impl Means {
     fn new(count: usize, columns: usize) -> Self {
+        let mut rows = Batch::new(columns);
+        let all = rows.columns.iter_mut();
+        all.for_each(|c| c.reserve_exact(USUAL_MEANS));
         Means {
             count,
-            rows: Batch::new(columns),
+            rows,
             first: vec![0.0; columns],
             sums: vec![0.0; columns],
             held: 0,
@@ -105,7 +110,6 @@ impl Means {
     }
 
     fn add(&mut self, mut batch: Batch) {
-        let mut means = Batch::new(self.first.len());
         let mut breaks = batch.breaks.iter().copied().peekable();
         for (row, line) in batch.lines.iter().enumerate() {
             if breaks.next_if_eq(&row).is_some() {
@@ -125,23 +129,22 @@ impl Means {
             }
             self.held += 1;
             if self.held == self.count {
-                self.push_to(&mut means);
+                self.push();
             }
         }
-        means.aside = std::mem::take(&mut batch.aside);
-        means.notes = std::mem::take(&mut batch.notes);
-        self.rows.append(means);
+        self.rows.aside.append(std::mem::take(&mut batch.aside));
+        self.rows.notes.append(&mut batch.notes);
     }
 
-    fn push_to(&mut self, means: &mut Batch) {
+    fn push(&mut self) {
         if std::mem::take(&mut self.is_after_break) {
-            means.breaks.push(means.rows());
+            self.rows.breaks.push(self.rows.rows());
         }
         let values = self.first.iter().zip(&self.sums);
-        for (column, (first, sum)) in means.columns.iter_mut().zip(values) {
+        for (column, (first, sum)) in self.rows.columns.iter_mut().zip(values) {
             column.push(first + sum / self.count as f64);
         }
-        means.lines.push(self.line);
+        self.rows.lines.push(self.line);
         self.held = 0;
     }
 

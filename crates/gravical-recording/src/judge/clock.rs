@@ -121,7 +121,7 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
         }
     };
     clock.start_s = start * clock.unit_s;
-    clock.continue_over(&stamps, usual, options.gaps);
+    clock.continue_over(stamps, usual, options.gaps);
     clock.judge_steps(coarse, usual, &options);
     clock.scale();
     Ok(clock)
@@ -239,9 +239,10 @@ fn guess_unit_s(
 impl Clock {
     /// Times from the first stamp on, in its unit, over counters that wrap, clocks without a date,
     /// and restarts.
-    fn continue_over(&mut self, stamps: &[f64], usual: f64, gaps: &[usize]) {
+    fn continue_over(&mut self, stamps: Vec<f64>, usual: f64, gaps: &[usize]) {
         let (mut offset, mut before) = (f64::NAN, f64::NAN);
-        for (row, &stamp) in stamps.iter().enumerate() {
+        self.time_s.reserve_exact(stamps.len());
+        for (row, stamp) in stamps.into_iter().enumerate() {
             if offset.is_nan() {
                 offset = -stamp;
             }
@@ -271,7 +272,8 @@ impl Clock {
     /// the steps of most clocks are exact. Rows that arrive in bursts, or that share coarse stamps,
     /// are parted evenly.
     fn judge_steps(&mut self, coarse: Option<f64>, usual: f64, options: &ClockOptions<'_>) {
-        let (mut steps, mut pauses, mut paused) = (Vec::new(), 0, 0.0);
+        let mut steps = Vec::with_capacity(self.time_s.len());
+        let (mut pauses, mut paused) = (0, 0.0);
         let mut before = f64::NAN;
         for row in 0..self.time_s.len() {
             let t = self.time_s[row];
@@ -325,14 +327,11 @@ impl Clock {
             usual
         };
         self.rate_hz = 1.0 / period;
-        let regular: Vec<f64> = steps
-            .iter()
-            .copied()
-            .filter(|s| *s >= 0.0 && *s < 1.5 * usual)
-            .collect();
-        self.jitter_s = deviation(&regular);
+        let all = steps.len();
+        steps.retain(|s| *s >= 0.0 && *s < 1.5 * usual);
+        self.jitter_s = deviation(&steps);
         let expected = recorded / period + 1.0 + f64::from(pauses);
-        if f64::from(count) >= REGULAR * steps.len() as f64 {
+        if f64::from(count) >= REGULAR * all as f64 {
             self.missing = (expected - stamped as f64).round().max(0.0);
         }
     }
