@@ -107,7 +107,12 @@ impl Block {
 /// Samples in a block of `seconds`, at least five: a variance of fewer says little.
 #[must_use]
 pub fn block_len(period_s: f64, seconds: f64) -> usize {
-    ((seconds / period_s.max(f64::MIN_POSITIVE)).round() as usize).clamp(5, MAX_BLOCK_LEN)
+    rounded(seconds / period_s.max(f64::MIN_POSITIVE)).clamp(5, MAX_BLOCK_LEN)
+}
+
+/// The nearest number of steps; halves are rounded up, however the last digit of a rate is written.
+pub(crate) fn rounded(steps: f64) -> usize {
+    (steps + 1e-6).round() as usize
 }
 
 /// Whole blocks of `size` samples inside `span`, none of them across a gap.
@@ -134,10 +139,10 @@ pub fn sampling_period(time_s: &[f64]) -> f64 {
     quantile(time_s.windows(2).map(|w| w[1] - w[0]).collect(), 0.5)
 }
 
-/// True if a step of the times is a gap.
+/// True if a step of the times is a gap. The last digit of a time decides nothing.
 #[must_use]
 pub fn is_gap(step_s: f64, period_s: f64) -> bool {
-    step_s > (MIN_GAP_PERIODS * period_s).max(MIN_GAP_S)
+    step_s > (1.0 + 1e-6) * (MIN_GAP_PERIODS * period_s).max(MIN_GAP_S)
 }
 
 /// Spans between gaps.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::channels::Channels;
+use crate::channels::{Channels, rounded};
 
 /// Durations of the moves that are looked for, s: one between two of them loses a tenth of its σ.
 const DURATIONS_S: [f64; 8] = [0.35, 0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0];
@@ -21,7 +21,7 @@ pub(crate) fn without_faint_moves(
     density: &[f64; 3],
     min_len: usize,
 ) -> Vec<Range<usize>> {
-    let size = ((DURATIONS_S[0] / channels.period_s / 8.0) as usize).max(1);
+    let size = rounded(DURATIONS_S[0] / channels.period_s / 8.0 - 0.5).max(1);
     let force = means(channels, &rest, size);
     let block_s = size as f64 * channels.period_s;
     let white: Vec<[f64; 3]> = force
@@ -49,7 +49,7 @@ pub(crate) fn without_faint_moves(
 fn split(white: &[[f64; 3]], span: Range<usize>, block_s: f64, parts: &mut Vec<Range<usize>>) {
     let found = DURATIONS_S
         .iter()
-        .map(|seconds| (seconds / block_s).round() as usize)
+        .map(|seconds| rounded(seconds / block_s))
         // Fewer blocks have no curve.
         .filter(|len| *len > 2)
         .filter_map(|len| strongest(&white[span.clone()], len))

@@ -279,7 +279,7 @@ fn airbrakes_six_files_are_six_faces_without_the_lift() {
 }
 
 /// First and last line of the hold of a file, from what `calibrate` says: at rest, or, where a hand
-/// moved it too much, the quietest part.
+/// moved it too much, the longest quiet part.
 fn held_lines(data: &Path, name: &str) -> (usize, usize) {
     let run = run_in(data, words("calibrate airbrakes-sixmoves --json"));
     let file = run.json();

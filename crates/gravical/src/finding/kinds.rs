@@ -381,7 +381,7 @@ kinds! {
             "nothing";
         UnsteadyPose "unsteady-pose" Warning
             "the sensor moves slightly all the time, as if held by hand"
-            "the quietest part is used; the message gives the residual motion"
+            "the longest quiet part is used; the message gives the residual motion"
             "put the sensor down and record the pose again";
         SpikesLeftOut "spikes-left-out" Warning
             "2 % or more of the samples of a pose differ from their neighbours by more than six standard deviations"

@@ -38,7 +38,7 @@ pub(super) fn in_recording(
         findings.push(
             Finding::new(
                 FindingKind::WornSensor,
-                "the sensor is worn: rests of less than 10 s are not used",
+                "half a day with many static intervals: the sensor is worn, and rests of less than 10 s are not used",
             )
             .in_file(&recording.name),
         );
@@ -114,6 +114,7 @@ pub(super) fn in_recording(
         ));
     }
     let mut intervals = Vec::new();
+    let mut quiet: Option<Vec<Range<usize>>> = None;
     for (at, segment) in segments.iter().enumerate() {
         let label = if segments.len() > 1 {
             format!("{stem} part {}", at + 1)
@@ -143,7 +144,9 @@ pub(super) fn in_recording(
         let mut spans = directions(recording, &inside, claimed);
         if !spans.is_empty() {
             tell_motion(recording, segment, &spans, &inside, findings);
-        } else if let Some(held) = longest_quiet(recording, segment) {
+        } else if let Some(held) =
+            longest_within(quiet.get_or_insert_with(|| find_quiet(recording)), segment)
+        {
             findings.push(held_by_hand(recording, &label, &held));
             spans.push(held);
         }
@@ -391,17 +394,18 @@ pub(super) fn never_still(recordings: &[Recording]) -> Error {
 
 /// So little of a recording is at rest, and in so few poses, that most of it is something else.
 fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
-    let (rate, _) = recording.working_rate_hz();
-    let seconds = |rows: usize| match rows as f64 / rate {
-        short if short < 10.0 => format!("{short:.1}"),
-        long => format!("{long:.0}"),
+    let (rate, is_assumed) = recording.working_rate_hz();
+    let time = |rows: usize| match rows as f64 / rate {
+        _ if is_assumed => format!("{rows} rows"),
+        short if short < 10.0 => format!("{short:.1} s"),
+        long => format!("{long:.0} s"),
     };
     Error::input(
         "never-static",
         format!(
-            "at rest for {} s of {} s, in {}: too little for a calibration",
-            seconds(held),
-            seconds(recording.rows()),
+            "at rest for {} of {}, in {}: too little for a calibration",
+            time(held),
+            time(recording.rows()),
             match poses {
                 1 => "1 pose".to_owned(),
                 n => format!("{n} poses"),
@@ -414,10 +418,11 @@ fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
     )
 }
 
-fn longest_quiet(recording: &Recording, segment: &Range<usize>) -> Option<Range<usize>> {
-    let spans = find_quiet(recording).into_iter();
-    let inside = spans.filter(|s| segment.start <= s.start && s.end <= segment.end);
-    inside.max_by_key(ExactSizeIterator::len)
+fn longest_within(spans: &[Range<usize>], segment: &Range<usize>) -> Option<Range<usize>> {
+    let inside = spans
+        .iter()
+        .filter(|s| segment.start <= s.start && s.end <= segment.end);
+    inside.max_by_key(|s| s.len()).cloned()
 }
 
 /// A stretch without a rest: its rows when it is too short to judge, else none
@@ -459,10 +464,10 @@ pub(crate) fn is_too_short(rows: usize, rate: f64) -> bool {
 fn held_by_hand(recording: &Recording, label: &str, rows: &Range<usize>) -> Finding {
     let (mean, variance) = moments(&recording.accel, rows.clone());
     let text = format!(
-        "{label}: never quite at rest; the quietest part, lines {} to {}, moves by {:.0} mg rms and is used",
+        "{label}: never quite at rest; the longest quiet part, lines {} to {}, moves by {:.0} mg rms and is used",
         recording.line(rows.start),
         recording.line(rows.end - 1),
-        1000.0 * variance.sqrt() / matrix3::norm(&mean)
+        1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
     );
     Finding::new(FindingKind::UnsteadyPose, text).in_file(&recording.name)
 }

@@ -7,9 +7,9 @@ use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_motion::{hung_rows, resolutions};
+use gravical_motion::resolutions;
 use gravical_signal::{
-    BLOCK_S, Block, Channels, MAX_VARIANCE, block_len, blocks, detect_quiet, detect_rests, is_gap,
+    BLOCK_S, Channels, MAX_VARIANCE, block_len, blocks, detect_quiet, detect_rests, is_gap,
     quantile,
 };
 
@@ -38,7 +38,7 @@ const BLOCK_READINGS: f64 = 10.0;
 const QUIET_SHARE: f64 = 0.05;
 /// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
 /// hand that wanders or a bias that drifts …
-const SAME_DEG: f64 = 1.0;
+const SAME_DEG: f64 = 1.5;
 /// … and this near where no pose is asked for, or none is found.
 const HELD_DEG: f64 = 5.0;
 /// A mean rate this far from that of most rests is a turn about the vertical, which the accelerometer does
@@ -85,12 +85,14 @@ pub fn find_rests(recording: &Recording) -> Rests {
     let one_way = |span: &Range<usize>| stays(&channels, span, SAME_DEG);
     let (mut rests, others): (Vec<_>, Vec<_>) =
         detect_quiet(&channels).into_iter().partition(one_way);
-    let inside = |rest: &Range<usize>| {
-        let within = |span: &&Range<usize>| span.start < rest.end && rest.start < span.end;
-        others.iter().any(|span| within(&span))
-    };
-    rests.extend(detect_rests(&channels).into_iter().filter(inside));
-    rests.sort_by_key(|rest| rest.start);
+    if !others.is_empty() {
+        let inside = |rest: &Range<usize>| {
+            let meets = |span: &Range<usize>| span.start < rest.end && rest.start < span.end;
+            others.iter().any(meets)
+        };
+        rests.extend(detect_rests(&channels).into_iter().filter(inside));
+        rests.sort_by_key(|rest| rest.start);
+    }
     let rests = without_turns(rests, rate, TURNING_RAD_S);
     let is_worn = samples.hours() >= WORN_HOURS && rests.len() >= MANY_POSES;
     let min_len = match recording.timing.rate_hz() {
@@ -124,6 +126,14 @@ pub(crate) fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
         .collect()
 }
 
+/// The shortest static interval in words: blocks have five rows or more.
+fn min_rest(recording: &Recording) -> String {
+    match recording.timing.rate_hz() {
+        Some(rate_hz) => format!("{:.3} s", MIN_REST_S.max(20.0 / rate_hz)),
+        None => "40 readings".to_owned(),
+    }
+}
+
 /// Why a recording has no static interval.
 pub(crate) fn why_never_static(recording: &Recording) -> String {
     if recording.accel_scale.nominal().is_none() {
@@ -147,23 +157,28 @@ pub(crate) fn why_never_static(recording: &Recording) -> String {
             "where it is quietest it turns by {:.0} °/s rms, at rest by less than 2",
             rms(rate).to_degrees()
         ),
-        _ => "what is quiet lasts for less than a second, or turns".to_owned(),
+        _ => format!(
+            "what is quiet is shorter than {}, or turns",
+            min_rest(recording)
+        ),
     }
 }
 
-/// True if the mean of every block stays within `max_deg` of that of the span: of its magnitude, so that a
-/// scale that drifts counts like a tilt.
+/// True if the mean of every block stays near that of the span: within `max_deg`, of its magnitude, so that
+/// a scale that drifts counts like a tilt, and the rate within what is no turn.
 fn stays(channels: &Channels<'_>, span: &Range<usize>, max_deg: f64) -> bool {
-    let force = |span: &Range<usize>| {
-        let [x, y, z, ..] = channels.mean(span);
-        [x, y, z]
+    let mean = |span: &Range<usize>| {
+        let [x, y, z, u, v, w] = channels.mean(span);
+        ([x, y, z], [u, v, w])
     };
-    let mean = force(span);
-    let limit = max_deg.to_radians() * norm(&mean);
+    let (force, rate) = mean(span);
+    let limit = max_deg.to_radians() * norm(&force);
     let size = block_len(channels.period_s, BLOCK_S);
     let blocks = blocks(channels, span, size);
-    let off = |block: &Block| norm(&sub(&force(&block.span), &mean));
-    blocks.iter().all(|block| off(block) < limit)
+    blocks.iter().all(|block| {
+        let (own_force, own_rate) = mean(&block.span);
+        norm(&sub(&own_force, &force)) < limit && norm(&sub(&own_rate, &rate)) < TURNING_RAD_S
+    })
 }
 
 /// Rows for each reading of a sensor that was read faster than it measures.
@@ -250,7 +265,7 @@ impl Samples {
         self.rows.iter().map(hold).collect()
     }
 
-    /// Parts the samples at breaks, gaps, and where the sensor hung: that is set aside.
+    /// Parts the samples at breaks and gaps.
     fn part(&mut self, recording: &Recording) {
         let count = self.rows.len();
         let mut starts: Vec<usize> = recording
@@ -261,13 +276,9 @@ impl Samples {
         let gaps =
             (1..count).filter(|i| is_gap(self.time_s[*i] - self.time_s[i - 1], self.period_s));
         starts.extend(gaps);
-        let hangs = hung_rows(&self.time_s, &self.force, &self.rate);
-        starts.extend(hangs.iter().flat_map(|h| [h.start, h.end]));
         starts.sort_unstable();
         starts.dedup();
         self.pieces = between(&starts, count);
-        self.pieces
-            .retain(|piece| !hangs.iter().any(|h| h.contains(&piece.start)));
     }
 
     /// Units of the file per rad/s: what is known of it, if the gyroscope may be as quiet as it is in
@@ -282,21 +293,18 @@ impl Samples {
             Origin::Assumed => false,
         });
         let known = known.and_then(|s| s.nominal());
-        if recording
+        let is_given = recording
             .gyro_scale
-            .is_some_and(|s| s.origin == Origin::Given)
-            && known.is_some()
-        {
-            return known.unwrap_or(1.0);
+            .is_some_and(|s| s.origin == Origin::Given);
+        if let Some(given) = known.filter(|_| is_given) {
+            return given;
         }
-        let whole = self.rate.iter().flatten().all(|v| v.fract() == 0.0);
-        // Of counts the finest: a gyroscope that seems too quiet hides no pose.
-        let guessed = if whole {
-            [131.0 * degrees, MDPS_PER_DEG_S * degrees]
-        } else {
-            [1.0, degrees]
-        };
-        let scales: Vec<f64> = known.into_iter().chain(guessed).collect();
+        // Of counts the finest first: a gyroscope that seems too quiet hides no pose. Those of another
+        // file are interpolated, and no whole numbers.
+        let counts = [131.0 * degrees, MDPS_PER_DEG_S * degrees];
+        let is_whole = self.rate.iter().flatten().all(|v| v.fract() == 0.0);
+        let units = [1.0, degrees].into_iter().filter(|_| !is_whole);
+        let scales: Vec<f64> = known.into_iter().chain(units).chain(counts).collect();
         let size = block_len(self.period_s, BLOCK_S);
         let blocks = blocks(&self.channels(), &(0..self.rows.len()), size);
         let variances = blocks.iter().map(|b| b.total_variance(1)).collect();
@@ -341,16 +349,20 @@ pub(crate) fn without_turns(
     rests
 }
 
-/// Empties rows with a spike, in blocks of a second: those that transmission errors make hide rests.
+/// Holds the row before in place of one with a spike, in blocks of a second: those that transmission errors
+/// make hide rests.
 fn take_out_spikes(recording: &Recording, accel: &mut [Vec<f64>; 3], period_s: f64) {
-    let block = (period_s.recip().ceil() as usize).max(1);
+    let block = ((period_s.recip() + 1e-6).round() as usize).max(1);
     let step = recording.accel_resolution();
     for from in (0..recording.rows()).step_by(block) {
         let rows = from..(from + block).min(recording.rows());
         let mut values = accel.each_ref().map(|c| c[rows.clone()].to_vec());
         if spikes::take_out(&mut values, step) > 0 {
             for (channel, values) in accel.iter_mut().zip(values) {
-                channel[rows.clone()].copy_from_slice(&values);
+                for (row, value) in rows.clone().zip(values) {
+                    let is_spike = row > 0 && value.is_nan() && !channel[row].is_nan();
+                    channel[row] = if is_spike { channel[row - 1] } else { value };
+                }
             }
         }
     }
@@ -412,6 +424,27 @@ mod tests {
         };
         assert_eq!(shaken(0.0).first(), Some(&(0..2000)));
         assert_eq!(shaken(0.9), []);
+    }
+
+    /// A turn about the vertical leaves gravity where it is, and is too smooth for a block to show.
+    #[test]
+    fn a_slow_turn_about_the_vertical_parts_two_rests() {
+        for (rest, turn) in [(1000, 1000), (1000, 1200), (6000, 800)] {
+            let row = |i: usize| {
+                let mut row = at_rest(i);
+                if (rest..rest + turn).contains(&i) {
+                    let phase = (i - rest) as f64 / turn as f64;
+                    let mean_rad_s = std::f64::consts::TAU / (turn as f64 / 100.0);
+                    row[5] += mean_rad_s * (1.0 - (std::f64::consts::TAU * phase).cos());
+                }
+                row
+            };
+            let rests = found((0..2 * rest + turn).map(row), true);
+            assert_eq!(rests.len(), 2, "{rests:?}");
+            let slow = 60;
+            assert!(rests[0].end <= rest + slow, "{rests:?}");
+            assert!(rests[1].start + slow >= rest + turn, "{rests:?}");
+        }
     }
 
     #[test]
