@@ -63,10 +63,7 @@ const SLIPPED: (&str, &str) = (
     "shifted-columns",
     "the values stand in the columns of others from here on: the bus lost a byte",
 );
-const SENSOR: (&str, &str) = (
-    "sensor-ended",
-    "the sensor that is read has no more rows from here on",
-);
+const SENSOR: &str = "sensor-ended";
 
 /// How rows are read after those by which a recording was judged.
 #[derive(Clone, Debug)]
@@ -239,7 +236,7 @@ impl Later {
         Ok((recording, later))
     }
 
-    /// Reads the rows of the next batch, whose columns are taken.
+    /// Reads the rows of the next batch and takes its channels and temperature; stamps stay.
     ///
     /// A run of repeats that goes on from one batch to the next may leave 20 rows before it.
     ///
@@ -257,7 +254,9 @@ impl Later {
             message: message.to_owned(),
         };
         if own.is_empty() && lines.len() >= MIN_ROWS_OF_OTHERS {
-            return Err(at(0, SENSOR));
+            let rows = lines.len();
+            let text = format!("the sensor that is read has no row in the next {rows} rows");
+            return Err(at(0, (SENSOR, &text)));
         }
         let columns = self.format.channels();
         let channels: Vec<&[f64]> = columns

@@ -189,10 +189,12 @@ fn rows_that_cannot_be_read_alike_end_the_reading() {
         0..200 => format!("{},0,{}\n{},1,5,6,7,1,2,3", 40 * i, joined(&v), 40 * i),
         _ => format!("{},1,5,6,7,1,2,3", 40 * i),
     });
-    assert_eq!(
-        refused("t_ms,I,ax,ay,az,gx,gy,gz", other_sensor),
-        (1, "sensor-ended")
-    );
+    let header_of_two = "t_ms,I,ax,ay,az,gx,gy,gz";
+    let ended = read_in_two(header_of_two, &other_sensor, 200)
+        .1
+        .unwrap_err();
+    assert!(ended.message.contains("no row in the next 100 rows"));
+    assert_eq!(refused(header_of_two, other_sensor), (1, "sensor-ended"));
     let pose = &six_faces(3)[..FACE_ROWS];
     let other_unit: Vec<String> = (0..400)
         .map(|i| {
