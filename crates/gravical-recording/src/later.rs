@@ -287,7 +287,11 @@ impl Later {
             channels.for_each(|channel| channel[row] = f64::NAN);
         }
         if !reads_zeros {
-            empty_unread(&mut accel);
+            for run in judge::unread_runs(accel.each_ref().map(Vec::as_slice)) {
+                accel
+                    .iter_mut()
+                    .for_each(|axis| axis[run.clone()].fill(f64::NAN));
+            }
         }
         if !self.decode(&mut accel, gyro.as_mut()) {
             return Err(at(0, ENCODING));
@@ -516,21 +520,4 @@ fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
         .iter()
         .map(|c| rows.columns[*c].as_slice())
         .collect()
-}
-
-/// Empties the accelerometer where it reads zero in several rows in a row: it was not read.
-fn empty_unread(accel: &mut [Vec<f64>; 3]) {
-    let rows = accel[0].len();
-    let mut from = 0;
-    for row in 0..=rows {
-        if row < rows && accel.iter().all(|axis| axis[row] == 0.0) {
-            continue;
-        }
-        if row - from >= judge::ZEROS_IN_A_ROW {
-            accel
-                .iter_mut()
-                .for_each(|axis| axis[from..row].fill(f64::NAN));
-        }
-        from = row + 1;
-    }
 }
