@@ -242,7 +242,7 @@ kinds! {
             "counted; the message gives the longest"
             "nothing for a mean";
         MissingSamples "missing-samples" Warning
-            "more than 0.1 % of the samples are missing"
+            "more than 0.1 % of the samples are missing; of a file per axis, rows that the first lacks"
             "counted"
             "lower the rate, or raise the baud rate";
         RateMismatch "rate-mismatch" Warning
