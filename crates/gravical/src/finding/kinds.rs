@@ -109,10 +109,6 @@ kinds! {
             "NUL bytes in lines"
             "removed"
             "the file may be damaged; close it before unplugging the board";
-        NotUtf8 "not-utf8" Note
-            "text in another encoding"
-            "read as Windows-1252 or UTF-16"
-            "nothing";
         TruncatedFile "truncated-file" Warning
             "a truncated gzip file"
             "the part that can be unpacked is used"
