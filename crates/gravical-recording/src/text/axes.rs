@@ -441,6 +441,22 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_cannot_be_read_is_named() {
+        let folder = std::env::temp_dir().join(format!("axes-named-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for (axis, bytes) in [
+            ("x", &b"1\n2\n"[..]),
+            ("y", b"\x1f\x8bno gzip"),
+            ("z", b"9\n9\n"),
+        ] {
+            std::fs::write(folder.join(format!("acc_{axis}.txt")), bytes).unwrap();
+        }
+        let refused = open(&folder.join("acc_[xyz].txt")).unwrap().unwrap_err();
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(refused.to_string().starts_with("acc_y.txt: "), "{refused}");
+    }
+
+    #[test]
     fn files_of_unlike_length_are_refused_by_name() {
         let refused = recording("lengths", ["1\n2\n3\n", "1\n2\n", "9\n9\n8\n"]).unwrap_err();
         assert_eq!(refused.code(), "axes-differ");
