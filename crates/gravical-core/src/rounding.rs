@@ -54,15 +54,6 @@ pub fn shown<T: Real>(variance: T, step: T) -> T {
     T::one() - left(sigma * sigma)
 }
 
-/// The least variance to reckon with in rounded samples whose own is `variance`: q²/12,
-/// and up to q²/4 where noise is less than a step, since it is chance then whether
-/// they flip between two steps.
-#[must_use]
-pub fn sample_variance<T: Real>(variance: T, step: T) -> T {
-    let left = mean_variance(variance, step);
-    variance.max(floor(step) + left + left)
-}
-
 /// Variance of rounding itself, q²/12: no sample is known better.
 #[must_use]
 pub fn floor<T: Real>(step: T) -> T {

@@ -15,7 +15,7 @@ pub use change::unit_change;
 pub use clock::{
     Clock, ClockFault, ClockOptions, Marks, clock, holds_steps, steadiness, sum_steps,
 };
-pub(crate) use defects::{MAX_REPEATS, ZEROS_IN_A_ROW, resolves_noise};
+pub(crate) use defects::{MAX_REPEATS, resolves_noise, unread_runs};
 pub use defects::{mark_hung, mark_zeros, slip};
 pub use encoding::{Encoding, decode};
 pub use frozen::{OtherAxis, frozen_axes, is_frozen, repeated_rows};

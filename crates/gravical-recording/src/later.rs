@@ -63,10 +63,7 @@ const SLIPPED: (&str, &str) = (
     "shifted-columns",
     "the values stand in the columns of others from here on: the bus lost a byte",
 );
-const SENSOR: (&str, &str) = (
-    "sensor-ended",
-    "the sensor that is read has no more rows from here on",
-);
+const SENSOR: &str = "sensor-ended";
 
 /// How rows are read after those by which a recording was judged.
 #[derive(Clone, Debug)]
@@ -239,7 +236,7 @@ impl Later {
         Ok((recording, later))
     }
 
-    /// Reads the rows of the next batch, whose columns are taken.
+    /// Reads the rows of the next batch and takes its channels and temperature; stamps stay.
     ///
     /// A run of repeats that goes on from one batch to the next may leave 20 rows before it.
     ///
@@ -257,7 +254,9 @@ impl Later {
             message: message.to_owned(),
         };
         if own.is_empty() && lines.len() >= MIN_ROWS_OF_OTHERS {
-            return Err(at(0, SENSOR));
+            let rows = lines.len();
+            let text = format!("the sensor that is read has no row in the next {rows} rows");
+            return Err(at(0, (SENSOR, &text)));
         }
         let columns = self.format.channels();
         let channels: Vec<&[f64]> = columns
@@ -288,7 +287,11 @@ impl Later {
             channels.for_each(|channel| channel[row] = f64::NAN);
         }
         if !reads_zeros {
-            empty_unread(&mut accel);
+            for run in judge::unread_runs(accel.each_ref().map(Vec::as_slice)) {
+                accel
+                    .iter_mut()
+                    .for_each(|axis| axis[run.clone()].fill(f64::NAN));
+            }
         }
         if !self.decode(&mut accel, gyro.as_mut()) {
             return Err(at(0, ENCODING));
@@ -517,21 +520,4 @@ fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
         .iter()
         .map(|c| rows.columns[*c].as_slice())
         .collect()
-}
-
-/// Empties the accelerometer where it reads zero in several rows in a row: it was not read.
-fn empty_unread(accel: &mut [Vec<f64>; 3]) {
-    let rows = accel[0].len();
-    let mut from = 0;
-    for row in 0..=rows {
-        if row < rows && accel.iter().all(|axis| axis[row] == 0.0) {
-            continue;
-        }
-        if row - from >= judge::ZEROS_IN_A_ROW {
-            accel
-                .iter_mut()
-                .for_each(|axis| axis[from..row].fill(f64::NAN));
-        }
-        from = row + 1;
-    }
 }

@@ -1,6 +1,7 @@
 //! Rows that are no measurement.
 
 use std::cmp::Reverse;
+use std::ops::Range;
 
 use gravical_signal::resolution;
 
@@ -10,7 +11,7 @@ use super::unit::quiet_norms;
 /// Rows for which all channels may repeat by chance.
 pub(crate) const MAX_REPEATS: usize = 20;
 /// Rows in a row in which the accelerometer alone reads zero that are no free fall.
-pub(crate) const ZEROS_IN_A_ROW: usize = 5;
+const ZEROS_IN_A_ROW: usize = 5;
 /// Rows from which the resolution is taken.
 const RESOLUTION_ROWS: usize = 20_000;
 /// Coarser than this, a MEMS accelerometer at rest may stay at one value: its noise is 1 to 5 mg.
@@ -28,6 +29,22 @@ pub fn mark_zeros(channels: &[&[f64]]) -> Vec<bool> {
     (0..rows)
         .map(|row| !has_any || channels.iter().any(|c| c[row] != 0.0))
         .collect()
+}
+
+/// Rows in a row in which the accelerometer reads zero on all axes: it was not read.
+pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
+    let rows = accel[0].len();
+    let (mut runs, mut from) = (Vec::new(), 0);
+    for row in 0..=rows {
+        if row < rows && accel.iter().all(|axis| axis[row] == 0.0) {
+            continue;
+        }
+        if row - from >= ZEROS_IN_A_ROW {
+            runs.push(from..row);
+        }
+        from = row + 1;
+    }
+    runs
 }
 
 /// False for the rows of runs in which all channels repeat exactly for longer than noise allows:

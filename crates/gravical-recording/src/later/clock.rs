@@ -1,5 +1,7 @@
 //! Times of rows after those by which a recording was judged.
 
+use std::ops::Range;
+
 use crate::judge::ClockOptions;
 use crate::note::Note;
 use crate::recording::Recording;
@@ -16,7 +18,7 @@ const TAIL_ROWS: usize = 1024;
 pub(super) struct LaterClock {
     format: Format,
     rate_hz: Option<f64>,
-    /// The last rows; of their columns only those of time.
+    /// The last rows up to one of known time; of their columns only those of time.
     tail: Batch,
     /// Which of them has a known time, and that time, s.
     anchor: (usize, f64),
@@ -112,15 +114,17 @@ impl LaterClock {
         if let Some(last) = own.last() {
             self.last_s = times_s[*last];
         }
-        let drop = self.tail.rows().saturating_sub(TAIL_ROWS);
+        // The tail ends with a row of known time: the stamps after it tell how much later they are.
         let last = own.iter().rposition(|row| times_s[*row].is_finite());
+        let end = last.map_or(before, |k| before + k + 1);
+        let drop = end.saturating_sub(TAIL_ROWS);
         self.anchor = match last {
-            Some(k) if before + k >= drop => (before + k - drop, times_s[own[k]]),
-            _ => (row.saturating_sub(drop), time_s),
+            Some(k) => (before + k - drop, times_s[own[k]]),
+            None => (row.saturating_sub(drop), time_s),
         };
-        self.tail.lines.drain(..drop);
+        keep(&mut self.tail.lines, drop..end);
         let columns = self.tail.columns.iter_mut().filter(|c| !c.is_empty());
-        columns.for_each(|c| drop_first(c, drop));
+        columns.for_each(|c| keep(c, drop..end));
         (times_s, restarts)
     }
 
@@ -135,6 +139,7 @@ impl LaterClock {
     }
 }
 
-fn drop_first(values: &mut Vec<f64>, count: usize) {
-    values.drain(..count.min(values.len()));
+fn keep<T>(values: &mut Vec<T>, rows: Range<usize>) {
+    values.truncate(rows.end);
+    values.drain(..rows.start);
 }

@@ -354,21 +354,13 @@ fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
 }
 
 fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Note> {
-    let is_zero =
-        |rows: &Batch, row: usize| format.accel.iter().all(|c| rows.columns[*c][row] == 0.0);
+    let runs = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()));
     let mut lines = Vec::new();
-    let mut from = 0;
-    for row in 0..=rows.rows() {
-        if row < rows.rows() && is_zero(rows, row) {
-            continue;
+    for run in runs {
+        for column in format.accel {
+            rows.columns[column][run.clone()].fill(f64::NAN);
         }
-        if row - from >= judge::ZEROS_IN_A_ROW {
-            for column in format.accel {
-                rows.columns[column][from..row].fill(f64::NAN);
-            }
-            lines.extend(rows.lines[from..row].iter().map(|l| u64::from(*l)));
-        }
-        from = row + 1;
+        lines.extend(rows.lines[run].iter().map(|l| u64::from(*l)));
     }
     let text = format!(
         "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",

@@ -10,12 +10,13 @@ use super::names::{Column, FileSensor, sensor_of_file};
 use super::number::parse_cell;
 use crate::bytes;
 use crate::error::{Error, Kind};
+use crate::note::{Note, NoteKind};
 use crate::role::Role;
 
 /// Letters of the axes in the name of a file, and what stands for them.
 const LETTERS: [([char; 3], &str); 2] = [(['x', 'y', 'z'], "[xyz]"), (['X', 'Y', 'Z'], "[XYZ]")];
 /// Bytes by which a file of one channel is told.
-const HEAD_BYTES: u64 = 16_384;
+const HEAD_BYTES: usize = 16_384;
 
 /// Puts one name, `accel_[xyz].txt`, in the place of three files of one channel each.
 #[must_use]
@@ -51,23 +52,26 @@ pub fn group_of(path: &Path) -> Option<PathBuf> {
         }
         let group = path.with_file_name(format!("{before}{pattern}{after}"));
         let holds_channel = |file: &PathBuf| {
-            let read = || io::read_to_string(bytes::open(file)?.take(HEAD_BYTES));
+            let read = || bytes::read_head(&mut bytes::open(file)?, HEAD_BYTES);
+            let holds = |head: Vec<u8>| Channel::parse(&String::from_utf8_lossy(&head)).is_some();
             // Opening a pipe would take its first bytes.
-            file.is_file() && read().is_ok_and(|head| Channel::parse(&head).is_some())
+            file.is_file() && read().is_ok_and(holds)
         };
         files(&group)?.iter().all(holds_channel).then_some(group)
     })
 }
 
 /// The files x, y and z that one name stands for.
-fn files(group: &Path) -> Option<[PathBuf; 3]> {
+#[must_use]
+pub fn files(group: &Path) -> Option<[PathBuf; 3]> {
     let name = group.file_name()?.to_str()?;
     let (letters, pattern) = LETTERS.iter().find(|(_, pattern)| name.contains(pattern))?;
     Some(letters.map(|l| group.with_file_name(name.replacen(pattern, &l.to_string(), 1))))
 }
 
 /// The text of three files of one channel each, side by side, in the lines of the first; `None`
-/// for any other path.
+/// for any other path. Comments at its end say what is left out, and the reader makes notes of
+/// them.
 ///
 /// # Errors
 ///
@@ -78,16 +82,39 @@ pub fn open(path: &Path) -> Option<Result<String, Error>> {
 }
 
 fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
-    let text = |path: &PathBuf| io::read_to_string(bytes::open(path)?);
-    let texts = [text(&files[0])?, text(&files[1])?, text(&files[2])?];
     let names = files
         .each_ref()
         .map(|f| f.file_name().unwrap_or_default().to_string_lossy());
+    let mut comments = String::new();
+    let mut text = |axis: usize| {
+        let name = &names[axis];
+        let (text, is_cut) = read_file(&files[axis])
+            .map_err(|e| io::Error::new(e.kind(), format!("{name}: {e}")))?;
+        if is_cut {
+            let kind = NoteKind::TruncatedFile.name();
+            let why = "the packed file is damaged or ends in the middle, and so does the recording";
+            comments += &format!("# {kind}: {name}: {why}\n");
+        }
+        Ok::<_, io::Error>(text)
+    };
+    let texts = [text(0)?, text(1)?, text(2)?];
     let channel = |axis: usize| {
         let none = || Kind::AxesDiffer(format!("{} does not hold one channel", names[axis]));
         Channel::parse(&texts[axis]).ok_or_else(none)
     };
-    let [x, y, z] = [channel(0)?, channel(1)?, channel(2)?];
+    let mut channels = [channel(0)?, channel(1)?, channel(2)?];
+    let is_cut = !comments.is_empty();
+    let mut lengths = channels.each_ref().map(|c| c.rows.len());
+    lengths.sort_unstable();
+    let [shortest, _, mut longest] = lengths;
+    if is_cut {
+        longest = shortest;
+        if channels.iter().any(|c| c.delimiter.is_none()) {
+            let rows = channels.iter_mut().map(|c| &mut c.rows);
+            rows.for_each(|rows| rows.truncate(shortest));
+        }
+    }
+    let [x, y, z] = &channels;
     let of_row = |row: usize| {
         (
             y.rows.get(row).map(|r| r.value),
@@ -95,13 +122,12 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
         )
     };
     let mut values: Vec<(Option<&str>, Option<&str>)> = (0..x.rows.len()).map(of_row).collect();
-    if !(x.is_parallel(&y) && x.is_parallel(&z)) {
+    if !(x.is_parallel(y) && x.is_parallel(z)) {
         let (by_y, by_z) = (y.by_stamp(), z.by_stamp());
         let at = |stamp: &str| (by_y.get(stamp).copied(), by_z.get(stamp).copied());
         values = x.rows.iter().map(|r| at(r.stamp)).collect();
         let complete = values.iter().filter(|v| v.0.and(v.1).is_some()).count();
-        if complete * 2 < x.rows.len().max(y.rows.len()).max(z.rows.len()) {
-            let channels = [&x, &y, &z];
+        if complete * 2 < longest {
             let lengths = channels
                 .iter()
                 .zip(&names)
@@ -111,10 +137,28 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
                 Kind::AxesDiffer(format!("{lengths}, without time stamps in common")).into(),
             );
         }
+        let stamps: HashSet<&str> = x.rows.iter().map(|r| r.stamp).collect();
+        for (channel, name) in [(y, &names[1]), (z, &names[2])] {
+            let is_alone = |row: &&Row<'_>| !stamps.contains(row.stamp);
+            let rows = channel.rows.iter().filter(is_alone).count();
+            if rows > 0 {
+                let kind = NoteKind::MissingSamples.name();
+                let what = format!("rows of {name} with stamps that {} lacks", names[0]);
+                let all = channel.rows.len();
+                comments += &format!("# {kind}: {what} are not used: {rows} of {all}\n");
+            }
+        }
     }
+    let last = values.iter().rposition(|v| v.0.and(v.1).is_some());
+    // The recording ends where a file is cut; rows there would hold the last value of its axis.
+    let lines = last.filter(|_| is_cut).map(|row| x.rows[row].line + 1);
     let mut values = x.rows.iter().zip(values).peekable();
     let mut out = String::new();
-    for (number, line) in texts[0].lines().enumerate() {
+    for (number, line) in texts[0]
+        .lines()
+        .enumerate()
+        .take(lines.unwrap_or(usize::MAX))
+    {
         if let Some((row, (y, z))) = values.next_if(|(row, _)| row.line == number) {
             if x.delimiter.is_some() {
                 out += row.stamp;
@@ -122,13 +166,37 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
             }
             out += &[row.value, y.unwrap_or_default(), z.unwrap_or_default()].join(";");
         } else if x.header == Some(number) {
-            out += &header(&x, [&x, &y, &z], &texts, &names[0]);
+            out += &header(x, [x, y, z], &texts, &names[0]);
         } else {
             out += line;
         }
         out.push('\n');
     }
-    Ok(out)
+    Ok(out + &comments)
+}
+
+/// The text of a file, whatever bytes are in it, and whether it is packed and ends in the middle:
+/// then without the line that is cut.
+fn read_file(path: &Path) -> io::Result<(String, bool)> {
+    let mut bytes = Vec::new();
+    let is_cut = match bytes::open(path)?.read_to_end(&mut bytes) {
+        Ok(_) => false,
+        Err(e) if e.kind() == io::ErrorKind::UnexpectedEof && !bytes.is_empty() => true,
+        Err(e) => return Err(e),
+    };
+    if is_cut {
+        let end = bytes.iter().rposition(|b| *b == b'\n');
+        bytes.truncate(end.map_or(0, |end| end + 1));
+    }
+    Ok((String::from_utf8_lossy(&bytes).into_owned(), is_cut))
+}
+
+/// What a comment at the end of joined files says, with the kind of its note.
+pub(super) fn parse_comment(text: &str) -> Option<Note> {
+    let (name, message) = text.split_once(": ")?;
+    let kinds = [NoteKind::TruncatedFile, NoteKind::MissingSamples];
+    let kind = kinds.into_iter().find(|kind| kind.name() == name)?;
+    Some(Note::new(kind, message))
 }
 
 /// Names of the columns: as written where they name the axes, else by sensor and unit.
@@ -257,6 +325,10 @@ mod tests {
 
     /// The recording of three files with these texts.
     fn recording(name: &str, texts: [&str; 3]) -> Result<Recording, Error> {
+        read_bytes(name, texts.map(str::as_bytes))
+    }
+
+    fn read_bytes(name: &str, texts: [&[u8]; 3]) -> Result<Recording, Error> {
         let folder = std::env::temp_dir().join(format!("axes-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let paths = ["X", "Y", "Z"].map(|axis| folder.join(format!("accel_{axis}.txt")));
@@ -313,6 +385,75 @@ mod tests {
         assert_eq!(r.accel[1][2], 0.04);
         assert_eq!(r.accel[2], [0.99, 1.01, 0.98, 0.97]);
         assert_eq!(r.header_unit, Some(crate::AccelUnit::StandardGravity));
+        let alone = r.notes.iter().find(|n| n.kind == NoteKind::MissingSamples);
+        assert_eq!(
+            alone.unwrap().message,
+            "rows of accel_Z.txt with stamps that accel_X.txt lacks are not used: 1 of 5"
+        );
+    }
+
+    #[test]
+    fn bad_bytes_are_as_in_any_recording() {
+        let rows = |level: &str| {
+            format!("# \u{e4}\u{e4}\nms,value (g)\n0,{level}1\n10,{level}2\n20,{level}1\n")
+        };
+        let (x, z) = (rows("0.0"), rows("0.9"));
+        let mut y = x.clone().into_bytes();
+        y.extend(b"3\xff,0.01\n40,0.02\n");
+        let r = read_bytes("bytes", [x.as_bytes(), &y, z.as_bytes()]).unwrap();
+        assert_eq!(r.accel[1], [0.01, 0.02, 0.01]);
+        // The head ends within the letter.
+        let long = |row: &str| format!("{}\u{e4}\n{row}", row.repeat((HEAD_BYTES - 1) / 4));
+        let texts = ["1.2\n", "0.1\n", "9.8\n"].map(long);
+        let r = read_bytes("head", texts.each_ref().map(|t| t.as_bytes())).unwrap();
+        assert_eq!(r.accel[2][..2], [9.8, 9.8]);
+    }
+
+    #[test]
+    fn a_packed_file_may_end_in_the_middle() {
+        use std::io::Write;
+        let pack = |text: &str| {
+            let mut packed = flate2::write::GzEncoder::new(Vec::new(), Default::default());
+            packed.write_all(text.as_bytes()).unwrap();
+            let packed = packed.finish().unwrap();
+            packed[..packed.len() * 4 / 5].to_vec()
+        };
+        let value = |i: usize, axis: usize| (i * 7919 + axis) % 1009;
+        let rows = |axis: usize| -> String {
+            let row = |i: usize| format!("{},{}\n", 10 * i, value(i, axis));
+            (0..2000).map(row).collect()
+        };
+        let [x, y, z] = [0, 1, 2].map(rows);
+        let r = read_bytes("cut", [x.as_bytes(), &pack(&y), z.as_bytes()]).unwrap();
+        assert!((1500..1700).contains(&r.rows()), "{}", r.rows());
+        let last = r.rows() - 1;
+        assert_eq!(r.accel[1][last], value(last, 1) as f64);
+        let cut = r.notes.iter().find(|n| n.kind == NoteKind::TruncatedFile);
+        assert!(cut.unwrap().message.starts_with("accel_Y.txt: "));
+        let unstamped = |text: &str| -> String {
+            let values = text.lines().filter_map(|l| l.split_once(','));
+            values.map(|(_, value)| format!("{value}\n")).collect()
+        };
+        let [x, y, z] = [x, y, z].map(|text| unstamped(&text));
+        let r = read_bytes("cut-values", [&pack(&x), y.as_bytes(), z.as_bytes()]).unwrap();
+        let last = r.rows() - 1;
+        assert_eq!(r.accel[2][last], value(last, 2) as f64);
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_read_is_named() {
+        let folder = std::env::temp_dir().join(format!("axes-named-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for (axis, bytes) in [
+            ("x", &b"1\n2\n"[..]),
+            ("y", b"\x1f\x8bno gzip"),
+            ("z", b"9\n9\n"),
+        ] {
+            std::fs::write(folder.join(format!("acc_{axis}.txt")), bytes).unwrap();
+        }
+        let refused = open(&folder.join("acc_[xyz].txt")).unwrap().unwrap_err();
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(refused.to_string().starts_with("acc_y.txt: "), "{refused}");
     }
 
     #[test]

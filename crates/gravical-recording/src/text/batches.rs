@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
+use super::axes;
 use super::batch::{Batch, CopiedText, Reason, word_code};
 use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
@@ -238,7 +239,8 @@ impl RowParser<'_> {
         self.batch.aside.add(reason, self.line_number, line);
     }
 
-    /// `# gap: …` and `# rejected: 3`, as our logger writes them, and the settings of our board.
+    /// `# gap: …` and `# rejected: 3`, as our logger writes them, what joined files leave out, and
+    /// the settings of our board.
     fn read_comment(&mut self, line: &str) -> io::Result<()> {
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
         let mut reason = Reason::Comment;
@@ -248,6 +250,8 @@ impl RowParser<'_> {
         } else if let Some(rest) = text.strip_prefix("rejected:") {
             let count = rest.split_whitespace().next().and_then(|n| n.parse().ok());
             self.batch.rejected += count.unwrap_or(1);
+        } else if let Some(note) = axes::parse_comment(text) {
+            self.batch.notes.push(note);
         } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
             && !before.has_units_of(&now)
         {

@@ -189,10 +189,12 @@ fn rows_that_cannot_be_read_alike_end_the_reading() {
         0..200 => format!("{},0,{}\n{},1,5,6,7,1,2,3", 40 * i, joined(&v), 40 * i),
         _ => format!("{},1,5,6,7,1,2,3", 40 * i),
     });
-    assert_eq!(
-        refused("t_ms,I,ax,ay,az,gx,gy,gz", other_sensor),
-        (1, "sensor-ended")
-    );
+    let header_of_two = "t_ms,I,ax,ay,az,gx,gy,gz";
+    let ended = read_in_two(header_of_two, &other_sensor, 200)
+        .1
+        .unwrap_err();
+    assert!(ended.message.contains("no row in the next 100 rows"));
+    assert_eq!(refused(header_of_two, other_sensor), (1, "sensor-ended"));
     let pose = &six_faces(3)[..FACE_ROWS];
     let other_unit: Vec<String> = (0..400)
         .map(|i| {
@@ -202,4 +204,31 @@ fn rows_that_cannot_be_read_alike_end_the_reading() {
         })
         .collect();
     assert_eq!(refused("t_ms,ax,ay,az", other_unit), (31, "unit-changed"));
+}
+
+#[test]
+fn the_clock_goes_on_while_rows_have_no_stamps() {
+    let batch = |rows: std::ops::Range<usize>, is_stamped: bool| {
+        let rows = rows.map(|i| {
+            let stamp = if is_stamped {
+                (40 * i).to_string()
+            } else {
+                String::new()
+            };
+            format!("{stamp},{},{},{}", i % 7, i % 5, 16_384 - (i % 3) as i32)
+        });
+        let rows: Vec<String> = rows.collect();
+        format!("t_ms,ax,ay,az\n{}\n", rows.join("\n"))
+    };
+    let head = batch(0..2000, true);
+    let format = sniff(&head, "", &ReadOptions::default()).unwrap();
+    let rows = |text: String| format.batches(Cursor::new(text)).next().unwrap().unwrap();
+    let (_, mut later) = Later::judge(&format, rows(head)).unwrap();
+    for unstamped in [2000..5000, 5000..8000] {
+        later.read(&mut rows(batch(unstamped, false))).unwrap();
+    }
+    let readings = later.read(&mut rows(batch(8000..9000, true))).unwrap();
+    let time_s = readings.time_s.unwrap();
+    assert!(is_near(time_s[0], 320.0, 1e-6), "{}", time_s[0]);
+    assert!(is_near(time_s[999], 359.96, 1e-6), "{}", time_s[999]);
 }

@@ -255,15 +255,6 @@ impl<'a> Section<'a> {
         self
     }
 
-    /// With all of it only in a full rendering.
-    #[must_use]
-    pub fn only_full(mut self) -> Self {
-        for (detail, _) in &mut self.blocks {
-            *detail = Detail::Full;
-        }
-        self
-    }
-
     /// With a block that every rendering has.
     #[must_use]
     pub fn with(mut self, block: impl Into<Block<'a>>) -> Self {

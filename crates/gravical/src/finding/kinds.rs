@@ -109,10 +109,6 @@ kinds! {
             "NUL bytes in lines"
             "removed"
             "the file may be damaged; close it before unplugging the board";
-        NotUtf8 "not-utf8" Note
-            "text in another encoding"
-            "read as Windows-1252 or UTF-16"
-            "nothing";
         TruncatedFile "truncated-file" Warning
             "a truncated gzip file"
             "the part that can be unpacked is used"
@@ -242,7 +238,7 @@ kinds! {
             "counted; the message gives the longest"
             "nothing for a mean";
         MissingSamples "missing-samples" Warning
-            "more than 0.1 % of the samples are missing"
+            "more than 0.1 % of the samples are missing; of a file per axis, rows that the first lacks"
             "counted"
             "lower the rate, or raise the baud rate";
         RateMismatch "rate-mismatch" Warning

@@ -40,8 +40,6 @@ pub struct PoseMean {
     pub standard_error: Option<[f64; 3]>,
     /// Rows that the mean is over.
     pub rows: usize,
-    /// Rows left out as a bump.
-    pub left_out: usize,
 }
 
 /// Pools the noise of all `poses`: σ over their residuals, and
@@ -167,7 +165,6 @@ fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range
 
 fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &PoseNoise) -> PoseMean {
     let rows: usize = blocks.iter().map(|b| b.len()).sum();
-    let all = channels[0].len();
     let mut mean = [f64::NAN; 3];
     let mut error = [f64::NAN; 3];
     for axis in 0..3 {
@@ -196,7 +193,6 @@ fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &PoseNoise) -> P
         mean,
         standard_error,
         rows,
-        left_out: all - rows,
     }
 }
 
