@@ -38,9 +38,11 @@ const BLOCK_READINGS: f64 = 10.0;
 const QUIET_SHARE: f64 = 0.05;
 /// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
 /// hand that wanders or a bias that drifts …
-const SAME_DEG: f64 = 1.5;
+const SAME_DEG: f64 = 1.0;
 /// … and this near where no pose is asked for, or none is found.
 const HELD_DEG: f64 = 5.0;
+/// Blocks of a second.
+const BLOCKS_PER_S: usize = 5;
 /// A mean rate this far from that of most rests is a turn about the vertical, which the accelerometer does
 /// not see, rad/s: 3 °/s, more than a bias drifts or differs between poses.
 pub(crate) const TURNING_RAD_S: f64 = 0.052;
@@ -165,7 +167,8 @@ pub(crate) fn why_never_static(recording: &Recording) -> String {
 }
 
 /// True if the mean of every block stays near that of the span: within `max_deg`, of its magnitude, so that
-/// a scale that drifts counts like a tilt, and the rate within what is no turn.
+/// a scale that drifts counts like a tilt, and the rate of every second within what is no turn: a hand
+/// trembles faster.
 fn stays(channels: &Channels<'_>, span: &Range<usize>, max_deg: f64) -> bool {
     let mean = |span: &Range<usize>| {
         let [x, y, z, u, v, w] = channels.mean(span);
@@ -174,11 +177,14 @@ fn stays(channels: &Channels<'_>, span: &Range<usize>, max_deg: f64) -> bool {
     let (force, rate) = mean(span);
     let limit = max_deg.to_radians() * norm(&force);
     let size = block_len(channels.period_s, BLOCK_S);
-    let blocks = blocks(channels, span, size);
-    blocks.iter().all(|block| {
-        let (own_force, own_rate) = mean(&block.span);
-        norm(&sub(&own_force, &force)) < limit && norm(&sub(&own_rate, &rate)) < TURNING_RAD_S
-    })
+    let all = |size, is_near: &dyn Fn(&Range<usize>) -> bool| {
+        blocks(channels, span, size)
+            .iter()
+            .all(|b| is_near(&b.span))
+    };
+    let keeps_force = |block: &Range<usize>| norm(&sub(&mean(block).0, &force)) < limit;
+    let keeps_rate = |second: &Range<usize>| norm(&sub(&mean(second).1, &rate)) < TURNING_RAD_S;
+    all(size, &keeps_force) && all(BLOCKS_PER_S * size, &keeps_rate)
 }
 
 /// Rows for each reading of a sensor that was read faster than it measures.
