@@ -16,10 +16,10 @@ use crate::text::{BATCH_ROWS, Batch, Format};
 const MAX_SAMPLES: usize = 1 << 20;
 /// Room for ten days: columns that grow leave holes of their size in memory.
 const USUAL_MEANS: usize = 1 << 22;
-/// Means follow each other at this rate or faster, Hz: a wrist rests for seconds.
-const MIN_HZ: f64 = 5.0;
+/// Means follow each other at this rate or faster, Hz: four blocks of five are 8 s, and a rest of a wrist is 10 s.
+const MIN_HZ: f64 = 2.5;
 
-/// Reads a `.cwa` file. More than 2²⁰ samples are held as means of neighbours at 5 Hz or faster,
+/// Reads a `.cwa` file. More than 2²⁰ samples are held as means of neighbours at 2.5 Hz or faster,
 /// and a note says so ([`NoteKind::SamplesAveraged`]). Samples before a break that are too few for
 /// a mean are left out.
 ///

@@ -135,7 +135,7 @@ kinds! {
             "check that one person wore it in one setting";
         SamplesAveraged "samples-averaged" Note
             "such a file has more than 1,048,576 samples"
-            "`inspect`, `calibrate` and `check` use [means of neighbouring samples](#long-recordings), at 5 Hz or faster"
+            "`inspect`, `calibrate` and `check` use [means of neighbouring samples](#long-recordings), at 2.5 Hz or faster"
             "nothing";
     }
     "Columns and files" {

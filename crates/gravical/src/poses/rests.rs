@@ -221,20 +221,23 @@ impl Samples {
             Some(rate_hz) => rate_hz.recip(),
             None => BLOCK_S / (BLOCK_READINGS * rows_of_a_reading(recording)),
         };
-        let mut accel = recording.accel.clone();
-        take_out_spikes(recording, &mut accel, period_s);
         let per_mps2 = recording
             .accel_scale
             .nominal()
             .unwrap_or_else(|| typical_magnitude(recording) / STANDARD_GRAVITY_MPS2);
-        let count = recording.rows();
-        let accel = |row: usize| accel.each_ref().map(|c| c[row] / per_mps2);
-        let rows: Vec<usize> = (0..count)
-            .filter(|row| accel(*row).iter().all(|v| v.is_finite()))
+        let rows = 0..recording.rows();
+        let mut force: Vec<[f64; 3]> = rows
+            .clone()
+            .map(|row| recording.accel_at(row).map(|v| v / per_mps2))
             .collect();
+        let step = recording.accel_resolution().map(|step| step / per_mps2);
+        take_out_spikes(&mut force, step, period_s);
+        let is_whole = |force: &[f64; 3]| force.iter().all(|v| v.is_finite());
+        let rows: Vec<usize> = rows.filter(|row| is_whole(&force[*row])).collect();
+        force.retain(is_whole);
         let mut samples = Samples {
             time_s: rows.iter().map(|row| *row as f64 * period_s).collect(),
-            force: rows.iter().map(|row| accel(*row)).collect(),
+            force,
             rate: Vec::new(),
             period_s,
             pieces: Vec::new(),
@@ -357,18 +360,18 @@ pub(crate) fn without_turns(
 
 /// Holds the row before in place of one with a spike, in blocks of a second: those that transmission errors
 /// make hide rests.
-fn take_out_spikes(recording: &Recording, accel: &mut [Vec<f64>; 3], period_s: f64) {
+fn take_out_spikes(force: &mut [[f64; 3]], step: [f64; 3], period_s: f64) {
     let block = ((period_s.recip() + 1e-6).round() as usize).max(1);
-    let step = recording.accel_resolution();
-    for from in (0..recording.rows()).step_by(block) {
-        let rows = from..(from + block).min(recording.rows());
-        let mut values = accel.each_ref().map(|c| c[rows.clone()].to_vec());
-        if spikes::take_out(&mut values, step) > 0 {
-            for (channel, values) in accel.iter_mut().zip(values) {
-                for (row, value) in rows.clone().zip(values) {
-                    let is_spike = row > 0 && value.is_nan() && !channel[row].is_nan();
-                    channel[row] = if is_spike { channel[row - 1] } else { value };
-                }
+    for from in (0..force.len()).step_by(block) {
+        let rows = from..(from + block).min(force.len());
+        let mut values = [0, 1, 2].map(|i| force[rows.clone()].iter().map(|f| f[i]).collect());
+        if spikes::take_out(&mut values, step) == 0 {
+            continue;
+        }
+        for row in rows {
+            let is_spike = |i: usize| values[i][row - from].is_nan() && !force[row][i].is_nan();
+            if row > 0 && (0..3).any(is_spike) {
+                force[row] = force[row - 1];
             }
         }
     }

@@ -382,29 +382,29 @@ fn a_long_file_is_held_as_means_of_its_samples() {
     let samples = read_samples(&path, &ReadOptions::default()).unwrap();
     assert!(means.is_averaged() && !samples.is_averaged());
     assert_eq!(samples.rows(), 8998 * 120);
-    let [before, after] = [4000 * 120 / 19, 4998 * 120 / 19];
+    let [before, after] = [4000 * 120 / 39, 4998 * 120 / 39];
     assert_eq!(means.rows(), before + after);
     assert_eq!(means.breaks, [before]);
     assert!(
         finding(&means, "samples-averaged")
             .message
-            .contains("of 19 neighbours")
+            .contains("of 39 neighbours")
     );
     let (times, all) = (times_s(&means), times_s(&samples));
     for (row, first) in [
         (0, 0),
-        (777, 777 * 19),
+        (777, 777 * 39),
         (before, 4000 * 120),
-        (before + 9, 4000 * 120 + 171),
+        (before + 9, 4000 * 120 + 351),
     ] {
-        let mean = |values: &[f64]| values[first..first + 19].iter().sum::<f64>() / 19.0;
+        let mean = |values: &[f64]| values[first..first + 39].iter().sum::<f64>() / 39.0;
         assert_eq!(means.line(row), samples.line(first));
         assert!((times[row] - mean(&all)).abs() < 1e-5, "{row}");
         assert!((means.accel[1][row] - mean(&samples.accel[1])).abs() < 1e-12);
     }
     let rate_hz = means.timing.rate_hz().unwrap();
     assert!(
-        (rate_hz - device.true_rate_hz / 19.0).abs() < 1e-3,
+        (rate_hz - device.true_rate_hz / 39.0).abs() < 1e-3,
         "{rate_hz}"
     );
     // Numbers of rows are those of samples to whoever gives them.
