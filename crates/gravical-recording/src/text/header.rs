@@ -86,7 +86,10 @@ impl Header {
         let mut delimiters = [dialect.delimiter].into_iter().chain(bytes);
         let (delimiter, mut names) = delimiters.find_map(|delimiter| {
             let names: Vec<&str> = fields(text, delimiter).collect();
-            names_sensor(&names).then_some((delimiter, names))
+            let known = |name: &&&str| format.names.iter().any(|n| n == **name);
+            let repeats = names.len() == format.names.len()
+                && 2 * names.iter().filter(known).count() >= names.len();
+            (repeats || names_sensor(&names)).then_some((delimiter, names))
         })?;
         names.pop_if(|last| last.is_empty());
         if delimiter != dialect.delimiter {
