@@ -22,7 +22,7 @@ const MAX_ARDUPILOT_OFFSET: f64 = 3.5;
 const ARDUPILOT_SCALES: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
 /// An export in the making.
-pub(super) struct Interval<'a> {
+pub(super) struct Draft<'a> {
     pub file: &'a CalibrationFile,
     pub options: &'a ExportOptions,
     pub accelerometer: Sensor,
@@ -31,7 +31,7 @@ pub(super) struct Interval<'a> {
     pub notes: Vec<String>,
 }
 
-impl Interval<'_> {
+impl Draft<'_> {
     fn note(&mut self, note: impl Into<String>) {
         self.notes.push(note.into());
     }
@@ -92,12 +92,12 @@ impl Interval<'_> {
     }
 }
 
-pub(super) fn full(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn full(draft: &mut Draft<'_>) -> Result<()> {
     draft.note_drift();
     Ok(())
 }
 
-pub(super) fn arduino(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn arduino(draft: &mut Draft<'_>) -> Result<()> {
     draft.note_drift();
     let given = draft.options;
     let mut are_counts = fill_sketch(
@@ -134,7 +134,7 @@ fn fill_sketch(values: &mut Values, sensor: &mut Sensor, counts: Option<f64>) ->
 }
 
 /// imu_calib: `SM · raw − bias`, raw in m/s².
-pub(super) fn ros(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn ros(draft: &mut Draft<'_>) -> Result<()> {
     draft.take_nominal()?;
     draft.note_gyroscope(
         "imu_calib measures its bias at rest when it starts (parameter calibrate_gyros)",
@@ -142,7 +142,7 @@ pub(super) fn ros(draft: &mut Interval<'_>) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn ros2(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn ros2(draft: &mut Draft<'_>) -> Result<()> {
     // The name of a node.
     let name = draft.options.name.as_deref().unwrap_or("imu_apply");
     draft.values.text("name", name);
@@ -160,7 +160,7 @@ pub(super) fn ros2(draft: &mut Interval<'_>) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn kalibr(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn kalibr(draft: &mut Draft<'_>) -> Result<()> {
     let noise = draft.file.noise.as_ref().ok_or_else(|| {
         Error::input("noise-unknown", "kalibr's imu.yaml holds noise densities and random walks only, and this calibration contains neither")
             .with_hint("take them from an Allan deviation: `gravical noise REST.csv --to kalibr -o imu.yaml`; or keep them in the calibration: `gravical calibrate … --noise noise.json`")
@@ -172,7 +172,7 @@ pub(super) fn kalibr(draft: &mut Interval<'_>) -> Result<()> {
 }
 
 /// `(raw − OFF) · SCALE`, m/s²: a parameter file of QGroundControl.
-pub(super) fn px4(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn px4(draft: &mut Draft<'_>) -> Result<()> {
     draft.fill_autopilot()?;
     if draft.options.device_id.is_none() {
         draft.note("PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give it with --device-id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then.");
@@ -181,7 +181,7 @@ pub(super) fn px4(draft: &mut Interval<'_>) -> Result<()> {
 }
 
 /// `(raw − OFFS) · SCAL`, m/s²: a parameter file of ArduPilot.
-pub(super) fn ardupilot(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn ardupilot(draft: &mut Draft<'_>) -> Result<()> {
     let d = draft.fill_autopilot()?;
     if draft.options.device_id.is_none() {
         draft.note("ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give it with --device-id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then.");
@@ -197,7 +197,7 @@ pub(super) fn ardupilot(draft: &mut Interval<'_>) -> Result<()> {
 /// The hardware adds the registers to every reading. Their unit is 1/2048 g on most parts, but
 /// sources disagree and clones differ: the code measures before and after, and takes the registers
 /// back where the shift is not what was asked for.
-pub(super) fn mpu6050(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn mpu6050(draft: &mut Draft<'_>) -> Result<()> {
     draft.take_nominal()?;
     let rest = fit_diagonal(&draft.accelerometer, Some([1.0; 3]))?;
     draft.note(rest.loss.describe("scales and cross-axis terms"));
@@ -219,7 +219,7 @@ pub(super) fn mpu6050(draft: &mut Interval<'_>) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn imucal(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn imucal(draft: &mut Draft<'_>) -> Result<()> {
     draft.note_drift();
     draft
         .values
@@ -227,7 +227,7 @@ pub(super) fn imucal(draft: &mut Interval<'_>) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn gravical(draft: &mut Interval<'_>) -> Result<()> {
+pub(super) fn gravical(draft: &mut Draft<'_>) -> Result<()> {
     draft.values.text("text", draft.file.to_json()?);
     Ok(())
 }

@@ -20,7 +20,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 pub use kalibr::kalibr;
 
-use fill::Interval;
+use fill::Draft;
 use sensor::Sensor;
 use template::{Values, fill_template, nine_digits};
 
@@ -34,7 +34,7 @@ pub struct Target {
     options: &'static [&'static str],
     template: &'static str,
     /// Adds values that only this target has, and notes on what it cannot hold.
-    fill: fn(&mut Interval<'_>) -> Result<()>,
+    fill: fn(&mut Draft<'_>) -> Result<()>,
 }
 
 const KALIBR: &str = include_str!("templates/kalibr.yaml.in");
@@ -172,11 +172,11 @@ fn check_name(name: &str) -> Result<()> {
 /// a name that is no identifier; `export-unit` (input) where the target takes m/s² and the nominal
 /// scale of the counts is unknown, or where it is clearly another than the options say;
 /// `export-target` (input) where the target cannot represent the calibration at all;
-/// `noise-unknown` (input) as [`kalibr`]; `calibration-values` (input) as
+/// `noise-unknown` (input) as `kalibr`; `calibration-values` (input) as
 /// [`CalibrationFile::to_json`].
 pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) -> Result<Export> {
     target.check(options)?;
-    let mut draft = Interval {
+    let mut draft = Draft {
         file,
         options,
         accelerometer: Sensor::accelerometer(file),
@@ -188,7 +188,7 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
     draft.values.text("name", name);
     draft.values.text("NAME", name.to_uppercase());
     (target.fill)(&mut draft)?;
-    let Interval {
+    let Draft {
         accelerometer,
         gyroscope,
         mut values,

@@ -321,7 +321,7 @@ pub struct TemperatureDrift {
 ///
 /// # Errors
 ///
-/// As [`recording::read_samples`](crate::recording::read_samples); `unit-unknown`; `rate-unknown` (usage) without
+/// As [`read_samples`](crate::recording::read_samples); `unit-unknown`; `rate-unknown` (usage) without
 /// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
 pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<NoiseResult> {
     noise_of(&recording::read_samples(path, read)?, options)
