@@ -11,10 +11,10 @@ use gravical::export::ExportOptions;
 use gravical::gravity::Gravity;
 use gravical::motion::{GravityRemoval, Intervals, MotionOptions};
 use gravical::noise::{NoiseOptions, PARTS, Part, Spacing, Term};
-use gravical::recording::{AccelUnit, GyroUnit, Meter, ReadOptions, Recording, TimeUnit};
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::AxisMap;
 use gravical::poses::sections::read_sections;
+use gravical::recording::{AccelUnit, GyroUnit, Meter, ReadOptions, Recording, TimeUnit};
 use gravical::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyDictMethods};
@@ -255,7 +255,9 @@ impl<'py> Options<'py> {
             return Ok(Vec::new());
         }
         crate::task::run(self.py(), &meter, move || {
-            let all = paths.iter().map(|path| gravical::recording::read(path, &read));
+            let all = paths
+                .iter()
+                .map(|path| gravical::recording::read(path, &read));
             all.collect::<Result<_>>()
         })
     }

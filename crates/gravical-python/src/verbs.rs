@@ -45,7 +45,8 @@ pub fn inspect_path(
         let recording = match gyro {
             None => gravical::recording::read(&path, &read)?,
             Some(gyro) => {
-                let mut recording = gravical::recording::read(&path, &read.beside_gyroscope_file())?;
+                let mut recording =
+                    gravical::recording::read(&path, &read.beside_gyroscope_file())?;
                 join_gyroscope(&mut recording, &gyro, &read)?;
                 recording
             }
@@ -230,8 +231,7 @@ pub fn check_paths(
     let (read, meter): (ReadOptions, _) = options.read(true)?;
     let file = calibration.get().file.clone();
     task::run(py, &meter, move || {
-        let (recordings, left_out) =
-            read_session(&paths, gyro.as_deref(), &read)?;
+        let (recordings, left_out) = read_session(&paths, gyro.as_deref(), &read)?;
         let mut result = check(&file, &name, &recordings, &wanted)?;
         result.findings.extend(left_out);
         let inputs = InputFile::of(&recordings);
