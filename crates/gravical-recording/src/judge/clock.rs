@@ -26,6 +26,8 @@ const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
 const COUNTERS: [f64; 3] = [65_536.0, 16_777_216.0, 4_294_967_296.0];
 /// Blank lines after every so many rows or fewer belong to the way a file is written.
 const REGULAR_ROWS: usize = 20;
+/// So many blank lines, or more, at even distances part no poses either: nobody places a sensor so often.
+const MANY_POSES: usize = 64;
 /// Steps of which a share is regular if missing rows can be told from jitter.
 const REGULAR: f64 = 0.9;
 
@@ -495,7 +497,17 @@ impl Marks<'_> {
     /// Blank lines between most rows.
     #[must_use]
     pub fn regular_blanks(&self, rows: usize) -> usize {
-        if self.blanks.len() < 3 || self.blanks.len() * REGULAR_ROWS < rows {
+        let between: Vec<f64> = self
+            .blanks
+            .windows(2)
+            .map(|b| (b[1].0 - b[0].0) as f64)
+            .collect();
+        let usual = median(between.iter().copied());
+        let as_usual = between.iter().filter(|n| Some(**n) == usual).count();
+        let is_even =
+            between.len() >= MANY_POSES && as_usual as f64 >= REGULAR * between.len() as f64;
+        let is_often = self.blanks.len() >= 3 && self.blanks.len() * REGULAR_ROWS >= rows;
+        if !is_even && !is_often {
             return 0;
         }
         median(self.blanks.iter().map(|b| b.1 as f64)).unwrap_or(0.0) as usize

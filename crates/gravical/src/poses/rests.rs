@@ -34,6 +34,8 @@ const MIN_BLOCKS_OF_ROWS: f64 = 4.0;
 const MIN_SHARE: f64 = 0.4;
 /// Readings of a block where no rate is known: 0.1 s at 100 Hz, 0.5 s at 20 Hz.
 const BLOCK_READINGS: f64 = 10.0;
+/// The range of counts may be so many times the least one, by which it is guessed.
+const MAX_RANGE_RATIO: f64 = 4.0;
 /// Fraction of the blocks that is quiet in any recording.
 const QUIET_SHARE: f64 = 0.05;
 /// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
@@ -58,6 +60,8 @@ struct Samples {
     period_s: f64,
     pieces: Vec<Range<usize>>,
     resolution: [f64; 6],
+    /// A mean rate this far off is a turn.
+    turning_rad_s: f64,
 }
 
 /// The static intervals of a recording.
@@ -84,7 +88,7 @@ pub fn find_rests(recording: &Recording) -> Rests {
     };
     // A hand that holds the sensor wanders, and a bias drifts: more than a rest of a motion may, and too
     // little to matter for a pose.
-    let one_way = |span: &Range<usize>| stays(&channels, span, SAME_DEG);
+    let one_way = |span: &Range<usize>| samples.stays(span, SAME_DEG);
     let (mut rests, others): (Vec<_>, Vec<_>) =
         detect_quiet(&channels).into_iter().partition(one_way);
     if !others.is_empty() {
@@ -95,7 +99,7 @@ pub fn find_rests(recording: &Recording) -> Rests {
         rests.extend(detect_rests(&channels).into_iter().filter(inside));
         rests.sort_by_key(|rest| rest.start);
     }
-    let rests = without_turns(rests, rate, TURNING_RAD_S);
+    let rests = without_turns(rests, rate, samples.turning_rad_s);
     let is_worn = samples.hours() >= WORN_HOURS && rests.len() >= MANY_POSES;
     let min_len = match recording.timing.rate_hz() {
         Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
@@ -123,7 +127,7 @@ pub(crate) fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
     let channels = samples.channels();
     detect_quiet(&channels)
         .iter()
-        .filter(|span| stays(&channels, span, HELD_DEG))
+        .filter(|span| samples.stays(span, HELD_DEG))
         .map(|span| samples.in_rows(span))
         .collect()
 }
@@ -166,27 +170,6 @@ pub(crate) fn why_never_static(recording: &Recording) -> String {
     }
 }
 
-/// True if the mean of every block stays near that of the span: within `max_deg`, of its magnitude, so that
-/// a scale that drifts counts like a tilt, and the rate of every second within what is no turn: a hand
-/// trembles faster.
-fn stays(channels: &Channels<'_>, span: &Range<usize>, max_deg: f64) -> bool {
-    let mean = |span: &Range<usize>| {
-        let [x, y, z, u, v, w] = channels.mean(span);
-        ([x, y, z], [u, v, w])
-    };
-    let (force, rate) = mean(span);
-    let limit = max_deg.to_radians() * norm(&force);
-    let size = block_len(channels.period_s, BLOCK_S);
-    let all = |size, is_near: &dyn Fn(&Range<usize>) -> bool| {
-        blocks(channels, span, size)
-            .iter()
-            .all(|b| is_near(&b.span))
-    };
-    let keeps_force = |block: &Range<usize>| norm(&sub(&mean(block).0, &force)) < limit;
-    let keeps_rate = |second: &Range<usize>| norm(&sub(&mean(second).1, &rate)) < TURNING_RAD_S;
-    all(size, &keeps_force) && all(BLOCKS_PER_S * size, &keeps_rate)
-}
-
 /// Rows for each reading of a sensor that was read faster than it measures.
 fn rows_of_a_reading(recording: &Recording) -> f64 {
     let is_repeat = |f: &Finding| f.kind == FindingKind::RepeatedRows;
@@ -200,6 +183,29 @@ fn rows_of_a_reading(recording: &Recording) -> f64 {
 }
 
 impl Samples {
+    /// True if the mean of every block stays near that of the span: within `max_deg`, of its magnitude, so that
+    /// a scale that drifts counts like a tilt, and the rate of every second within what is no turn: a hand
+    /// trembles faster.
+    fn stays(&self, span: &Range<usize>, max_deg: f64) -> bool {
+        let channels = &self.channels();
+        let mean = |span: &Range<usize>| {
+            let [x, y, z, u, v, w] = channels.mean(span);
+            ([x, y, z], [u, v, w])
+        };
+        let (force, rate) = mean(span);
+        let limit = max_deg.to_radians() * norm(&force);
+        let size = block_len(channels.period_s, BLOCK_S);
+        let all = |size, is_near: &dyn Fn(&Range<usize>) -> bool| {
+            blocks(channels, span, size)
+                .iter()
+                .all(|b| is_near(&b.span))
+        };
+        let keeps_force = |block: &Range<usize>| norm(&sub(&mean(block).0, &force)) < limit;
+        let keeps_rate =
+            |second: &Range<usize>| norm(&sub(&mean(second).1, &rate)) < self.turning_rad_s;
+        all(size, &keeps_force) && all(BLOCKS_PER_S * size, &keeps_rate)
+    }
+
     /// A rest without the block at each end that borders on motion, while the sensor rocks and the hand
     /// lets go; a short rest is left as it is.
     fn without_ends(&self, rest: Range<usize>) -> Range<usize> {
@@ -242,6 +248,7 @@ impl Samples {
             period_s,
             pieces: Vec::new(),
             resolution: [0.0; 6],
+            turning_rad_s: TURNING_RAD_S,
             rows,
         };
         if let Some(gyro) = &recording.gyro {
@@ -249,7 +256,10 @@ impl Samples {
         }
         samples.part(recording);
         if !samples.rate.is_empty() {
-            let per_rad_s = samples.rate_scale(recording);
+            let (per_rad_s, is_guessed) = samples.rate_scale(recording);
+            if is_guessed {
+                samples.turning_rad_s /= MAX_RANGE_RATIO;
+            }
             let rates = samples.rate.iter_mut().flatten();
             rates.for_each(|v| *v /= per_rad_s);
         }
@@ -291,8 +301,8 @@ impl Samples {
     }
 
     /// Units of the file per rad/s: what is known of it, if the gyroscope may be as quiet as it is in
-    /// that; else the first unit in which it may.
-    fn rate_scale(&self, recording: &Recording) -> f64 {
+    /// that; else the first unit in which it may. True if that is the range of counts.
+    fn rate_scale(&self, recording: &Recording) -> (f64, bool) {
         let degrees = 1.0_f64.to_degrees();
         // A header that is wrong about the accelerometer says nothing about the gyroscope.
         let header_is_wrong = recording.contradicts_header();
@@ -306,7 +316,7 @@ impl Samples {
             .gyro_scale
             .is_some_and(|s| s.origin == Origin::Given);
         if let Some(given) = known.filter(|_| is_given) {
-            return given;
+            return (given, false);
         }
         // Of counts the finest first: a gyroscope that seems too quiet hides no pose. Those of another
         // file are interpolated, and no whole numbers.
@@ -321,7 +331,8 @@ impl Samples {
         let quiet = scales
             .iter()
             .find(|scale| level < MAX_NOISE_RAD_S * **scale);
-        *quiet.or(scales.last()).unwrap_or(&1.0)
+        let scale = *quiet.or(scales.last()).unwrap_or(&1.0);
+        (scale, Some(scale) != known && counts.contains(&scale))
     }
 
     fn hours(&self) -> f64 {
