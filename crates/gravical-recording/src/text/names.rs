@@ -321,12 +321,15 @@ pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<FileSensor>) -
     let axis = axis(&last[last.char_indices().next_back()?.0..])?;
     let is_bare = words.len() == 1 && last.len() == 1;
     let is_axis_word = last.len() == 1 || !last.is_ascii();
-    let is_accel = AccelUnit::parse(&unit).is_some();
+    let accel_unit = AccelUnit::parse(&unit);
+    let is_accel = accel_unit.is_some();
+    // Both sensors may be in counts.
+    let may_be_gyro = !is_accel || accel_unit == Some(AccelUnit::Counts);
     match () {
         _ if is_axis_word && !is_accel && GyroUnit::parse(&unit).is_some() => {
             Some(Role::Gyro(axis))
         }
-        _ if is_bare && !is_accel && file == Some(FileSensor::Gyro) => Some(Role::Gyro(axis)),
+        _ if is_bare && may_be_gyro && file == Some(FileSensor::Gyro) => Some(Role::Gyro(axis)),
         _ if is_bare && !is_accel && file == Some(FileSensor::Other) => None,
         _ if is_bare || is_accel && is_axis_word => Some(Role::Accel(axis)),
         _ => None,
