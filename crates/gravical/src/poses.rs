@@ -16,6 +16,7 @@ pub mod mean;
 mod named;
 #[doc(hidden)]
 pub mod rests;
+mod samples;
 #[doc(hidden)]
 pub mod sections;
 mod spikes;

@@ -133,9 +133,10 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
                 .zip(&names)
                 .map(|(c, n)| format!("{n} has {} rows", c.rows.len()));
             let lengths = lengths.collect::<Vec<_>>().join(", ");
-            return Err(
-                Kind::AxesDiffer(format!("{lengths}, without time stamps in common")).into(),
-            );
+            return Err(Kind::AxesDiffer(format!(
+                "{lengths}, and {complete} time stamps are in all three"
+            ))
+            .into());
         }
         let stamps: HashSet<&str> = x.rows.iter().map(|r| r.stamp).collect();
         for (channel, name) in [(y, &names[1]), (z, &names[2])] {

@@ -257,7 +257,8 @@ fn compare(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> V
     wrong
 }
 
-/// The same stills, to two blocks of 0.2 s (docs/recording.md). What
+/// The same stills, to two blocks of 0.2 s: they end where a block does, and the outermost block is left
+/// out (docs/method.md). What
 /// the rounding hides of the beginning of a motion is no difference either.
 fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Vec<String> {
     let mut wrong = Vec::new();
