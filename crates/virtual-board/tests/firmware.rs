@@ -46,9 +46,7 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
     assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
     assert_eq!(recording.gyro_scale.unwrap().unit.name(), "deg/s");
     assert!(recording.temperature_c.is_some());
-    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
-    // The empty first line, and the board's own.
-    assert_eq!(kinds, ["blank-rows"]);
+    assert!(recording.findings.is_empty(), "{:?}", recording.findings);
     assert!((recording.timing.rate_hz().unwrap() - 100.0).abs() < 0.1);
 
     // Every row is what the sensor was fed, within its rounding.

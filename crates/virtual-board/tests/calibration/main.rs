@@ -85,11 +85,16 @@ fn firmware(name: &str, file: &CalibrationFile) -> Option<PathBuf> {
     })
 }
 
-/// Flat on the table for a second, then through both ranges to their ends.
+/// Flat on the table for a second, with the noise by which it is no sensor that hung, then through both
+/// ranges to their ends.
 fn sweep(time_s: f64) -> Reading {
     let s = time_s - 1.0;
     if s < 0.0 {
-        return Reading::default();
+        let noise = 2e-3 * (1e4 * time_s).sin();
+        return Reading {
+            accel_mps2: [noise, 0.0, G],
+            ..Reading::default()
+        };
     }
     let swing = |amplitude: f64, hz: f64| amplitude * (std::f64::consts::TAU * hz * s).sin();
     Reading {
@@ -213,9 +218,7 @@ fn the_reader_knows_that_the_board_calibrated() {
     assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
     let gyro = recording.gyro_scale.unwrap();
     assert_eq!(gyro.unit, GyroUnit::RadianPerSecond);
-    let kinds: Vec<&str> = recording.findings.iter().map(|f| f.kind.name()).collect();
-    // The empty first line.
-    assert_eq!(kinds, ["blank-rows"]);
+    assert!(recording.findings.is_empty(), "{:?}", recording.findings);
 }
 
 #[test]
