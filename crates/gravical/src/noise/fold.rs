@@ -6,7 +6,6 @@ use super::NoiseOptions;
 use super::allan::Allan;
 use super::density::Density;
 use crate::recording::Recording;
-use crate::recording::sample::Sample;
 use crate::stats::moments;
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
@@ -210,10 +209,8 @@ pub(super) struct Counts {
 /// The fold.
 #[derive(Debug, Clone)]
 pub(super) struct Fold {
-    /// Rows of the file, in order.
+    /// Rows that are used, in order.
     ranges: Vec<Range<usize>>,
-    at: usize,
-    row: usize,
     period_s: f64,
     /// A block with a larger variance, sum of the axes, is not quiet.
     most_variance: f64,
@@ -234,7 +231,7 @@ pub(super) struct Fold {
 /// Where and how the fold works.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
-    /// Rows of the file, in order.
+    /// Rows that are used, in order.
     pub ranges: Vec<Range<usize>>,
     pub period_s: f64,
     pub channels: usize,
@@ -247,8 +244,6 @@ impl Fold {
         let channel = Channel::new(plan.period_s, options);
         Fold {
             ranges: plan.ranges,
-            at: 0,
-            row: 0,
             period_s: plan.period_s,
             most_variance: plan.most_variance,
             width: plan.width,
@@ -263,7 +258,7 @@ impl Fold {
         }
     }
 
-    /// Rows of the file that are used.
+    /// Rows that are used.
     pub fn ranges(&self) -> &[Range<usize>] {
         &self.ranges
     }
@@ -276,37 +271,39 @@ impl Fold {
         }
     }
 
-    /// Takes the rows of a recording that is in memory as a whole.
+    /// Takes the rows that are used.
     pub fn take_recording(&mut self, recording: &Recording) {
-        recording.samples().for_each(|sample| self.push(sample));
-        self.split();
+        for range in self.ranges.clone() {
+            for row in range.clone() {
+                let is_break = recording.breaks.binary_search(&row).is_ok();
+                let t_s = recording.time_s.as_ref().map_or(f64::NAN, |t| t[row]);
+                if row > range.start && is_break {
+                    self.counts.gaps += 1;
+                    self.split();
+                } else if row > range.start {
+                    self.step(t_s - self.last_t_s);
+                }
+                self.last_t_s = t_s;
+                self.push(recording, row);
+            }
+            self.split();
+        }
     }
 
-    /// Takes the next row of the file.
-    fn push(&mut self, sample: Sample) {
-        let row = self.row;
-        self.row += 1;
-        let Some(range) = self.ranges.get(self.at) else {
-            return;
-        };
-        if row < range.start {
-            return;
-        }
-        let first = row == range.start;
-        let last = row + 1 == range.end;
-        if first || sample.is_break {
-            self.counts.gaps += u64::from(!first);
-            self.split();
-        } else {
-            self.step(sample.time_s - self.last_t_s);
-        }
-        self.last_t_s = sample.time_s;
+    fn push(&mut self, recording: &Recording, row: usize) {
         self.counts.rows += 1;
         self.block_rows += 1;
-        for (channel, value) in self.block.iter_mut().zip(sample.values) {
-            channel.push(value);
+        let columns = recording
+            .accel
+            .iter()
+            .chain(recording.gyro.iter().flatten());
+        for (channel, column) in self.block.iter_mut().zip(columns) {
+            channel.push(column[row]);
         }
-        let t_c = sample.temperature_c;
+        let t_c = recording
+            .temperature_c
+            .as_ref()
+            .map_or(f64::NAN, |t| t[row]);
         if t_c.is_finite() {
             self.temperature.0 += t_c;
             self.temperature.1 += 1.0;
@@ -315,10 +312,6 @@ impl Fold {
         }
         if self.block[0].len() >= self.width {
             self.end_block();
-        }
-        if last {
-            self.split();
-            self.at += 1;
         }
     }
 

@@ -355,7 +355,7 @@ pub fn noise_of_samples(
     channel_noise(channel, sums, [period_s, 1.0], options, &Pairs::default())
 }
 
-/// What is read again, and how.
+/// What is used, and how.
 fn plan(recording: &Recording) -> Result<Plan> {
     check_units(std::slice::from_ref(recording))?;
     let here = Path::new(&recording.name);

@@ -54,7 +54,6 @@ pub(crate) mod reading;
 #[doc(hidden)]
 pub mod row;
 pub(crate) mod rows;
-pub(crate) mod sample;
 mod text;
 mod text_options;
 #[doc(hidden)]

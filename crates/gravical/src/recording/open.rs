@@ -1,4 +1,4 @@
-//! Opening of files: plain, gzip or standard input, in any encoding.
+//! Opening of files: plain, gzip or standard input.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use encoding_rs::{Decoder, Encoding};
 use gravical_recording::axes;
 use sha2::{Digest, Sha256};
 
@@ -34,12 +33,12 @@ pub(crate) fn stem(name: &str) -> String {
     stem.to_owned()
 }
 
-/// Bytes of a recording, unpacked, and converted to UTF-8 if it has another encoding.
+/// Bytes of a recording, unpacked.
 pub struct Input {
     /// The bytes to read.
     pub reader: Box<dyn Read>,
-    /// Conversions applied: `gzip`, `UTF-16LE` ….
-    pub unpacked: Vec<String>,
+    /// They were packed.
+    pub is_gzip: bool,
     digest: Option<Arc<Mutex<Sha256>>>,
     cut_off: Arc<AtomicBool>,
     /// Number of bytes that are examined to determine the format.
@@ -52,7 +51,7 @@ impl Input {
     pub(crate) fn growing(reader: Box<dyn Read>, head_bytes: usize) -> Self {
         Input {
             reader,
-            unpacked: Vec::new(),
+            is_gzip: false,
             digest: None,
             cut_off: Arc::default(),
             head_bytes,
@@ -265,47 +264,23 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         }),
         None => raw,
     };
-    let mut unpacked = Vec::new();
     let (magic, raw) = peek(raw, 2)?;
+    let is_gzip = magic == [0x1f, 0x8b];
     let cut_off = Arc::new(AtomicBool::new(false));
-    let plain: Box<dyn Read> = if magic == [0x1f, 0x8b] {
-        unpacked.push("gzip".to_owned());
+    let plain: Box<dyn Read> = if is_gzip {
         // Several gzip members in one file are one recording (a log packed piece by piece).
         let decoder = |packed| flate2::read::MultiGzDecoder::new(packed);
         Box::new(UntilCut::new(Unpacking::new(raw, decoder), &cut_off))
     } else {
         raw
     };
-    let (start, plain) = peek(plain, 64)?;
-    let marked = Encoding::for_bom(&start).map(|(encoding, _)| encoding);
-    let reader: Box<dyn Read> = match marked.or_else(|| wide_without_mark(&start)) {
-        Some(encoding) if encoding != encoding_rs::UTF_8 => {
-            unpacked.push(encoding.name().to_owned());
-            Box::new(Transcoding::new(plain, encoding.new_decoder()))
-        }
-        _ => plain,
-    };
     Ok(Input {
-        reader,
-        unpacked,
+        reader: plain,
+        is_gzip,
         digest,
         cut_off,
         head_bytes: HEAD,
     })
-}
-
-/// Detects UTF-16 without a byte order mark: in Latin text every second byte is zero.
-fn wide_without_mark(start: &[u8]) -> Option<&'static Encoding> {
-    if start.len() < 16 {
-        return None;
-    }
-    let zero = |from: usize| start.iter().skip(from).step_by(2).all(|b| *b == 0);
-    let none = |from: usize| start.iter().skip(from).step_by(2).all(|b| *b != 0);
-    match (zero(0) && none(1), none(0) && zero(1)) {
-        (true, _) => Some(encoding_rs::UTF_16BE),
-        (_, true) => Some(encoding_rs::UTF_16LE),
-        _ => None,
-    }
 }
 
 /// The first `n` bytes, and a reader that begins with them.
@@ -365,61 +340,9 @@ impl Read for Hashing {
     }
 }
 
-/// Converts UTF-16 (as PowerShell's `>` writes) to UTF-8, block by block.
-struct Transcoding {
-    inner: Box<dyn Read>,
-    decoder: Decoder,
-    source: Vec<u8>,
-    decoded: Vec<u8>,
-    given: usize,
-    ended: bool,
-}
-
-impl Transcoding {
-    fn new(inner: Box<dyn Read>, decoder: Decoder) -> Self {
-        Transcoding {
-            inner,
-            decoder,
-            source: vec![0; 1 << 16],
-            decoded: Vec::new(),
-            given: 0,
-            ended: false,
-        }
-    }
-}
-
-impl Read for Transcoding {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        while self.given == self.decoded.len() && !self.ended {
-            let n = self.inner.read(&mut self.source)?;
-            self.ended = n == 0;
-            // Three bytes of UTF-8 for each unit of UTF-16 are always enough, plus an incomplete
-            // character left in the decoder.
-            self.decoded.resize(3 * n + 16, 0);
-            let (_, _, written, _) =
-                self.decoder
-                    .decode_to_utf8(&self.source[..n], &mut self.decoded, self.ended);
-            self.decoded.truncate(written);
-            self.given = 0;
-        }
-        let n = buffer.len().min(self.decoded.len() - self.given);
-        buffer[..n].copy_from_slice(&self.decoded[self.given..self.given + n]);
-        self.given += n;
-        Ok(n)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn text(bytes: Vec<u8>) -> (String, Vec<String>, Option<String>) {
-        let mut input = from_reader(Box::new(io::Cursor::new(bytes)), true).unwrap();
-        let mut out = String::new();
-        input.reader.read_to_string(&mut out).unwrap();
-        let sha = input.sha256();
-        (out, input.unpacked, sha)
-    }
 
     #[test]
     fn a_decompression_bomb_is_refused() {
@@ -437,9 +360,10 @@ mod tests {
     #[test]
     fn the_hash_is_that_of_the_file() {
         // NIST's example for "abc".
-        let (_, _, sha) = text(b"abc".to_vec());
+        let mut input = from_reader(Box::new(&b"abc"[..]), true).unwrap();
+        io::copy(&mut input.reader, &mut io::sink()).unwrap();
         assert_eq!(
-            sha.unwrap(),
+            input.sha256().unwrap(),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
         );
     }

@@ -162,8 +162,9 @@ fn read_text(
 /// A judged recording with what is known of its file.
 fn of_input(judged: new::Recording, input: &Input, name: &str) -> Recording {
     let mut recording = of_judged(judged, name);
-    let unpacked = input.unpacked.iter().map(|u| format!("{u}, "));
-    recording.description = unpacked.collect::<String>() + &recording.description;
+    if input.is_gzip {
+        recording.description.insert_str(0, "gzip, ");
+    }
     recording.sha256 = input.sha256();
     if input.is_cut_off() {
         let rows = recording.rows();
