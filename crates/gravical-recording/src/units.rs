@@ -331,7 +331,7 @@ pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
     }
     let off = |lsb: f64| (norm / lsb).ln().abs();
     let fits = |(lsb, only_whole): &(f64, bool)| {
-        (norm / lsb - 1.0).abs() <= MOST_OFF && (integers || !only_whole)
+        (norm / lsb - 1.0).abs() <= MAX_OFF && (integers || !only_whole)
     };
     let nearest = LSB_PER_G
         .into_iter()
@@ -343,7 +343,7 @@ pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
 }
 
 /// Largest relative deviation of gravity from the value of a scale.
-pub const MOST_OFF: f64 = 0.2;
+pub const MAX_OFF: f64 = 0.2;
 
 /// Counts per g of converters in use, and whether values must be whole numbers: Empatica E4,
 /// ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are treated as counts. 1000 and 1024 per g

@@ -9,7 +9,7 @@ use crate::poses::face::{AxisMap, Face};
 use crate::poses::gyro_unit::{Claims, Evidence, decide};
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::turns::{Turn, full_turns, motions};
-use crate::poses::{MOST_FACE_ANGLE_DEG, is_too_short};
+use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
 use crate::recording::timing::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
 use crate::recording::{Finding, FindingKind, Recording};
@@ -134,7 +134,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
                 start_s: time(span.start),
                 end_s: time(span.end - 1),
                 mean,
-                face: (face_angle_deg <= MOST_FACE_ANGLE_DEG).then(|| face.name()),
+                face: (face_angle_deg <= MAX_FACE_ANGLE_DEG).then(|| face.name()),
                 face_angle_deg,
             }
         })

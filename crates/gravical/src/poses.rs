@@ -39,7 +39,7 @@ pub use turns::Turn;
 
 /// A reading further than this from every axis is no face, degrees.
 #[doc(hidden)]
-pub const MOST_FACE_ANGLE_DEG: f64 = 25.0;
+pub const MAX_FACE_ANGLE_DEG: f64 = 25.0;
 
 /// Nobody places a sensor in so many poses: they are found in days of wear, and enough to test a model on
 /// eighths of them.
@@ -485,7 +485,7 @@ fn pose(
         count: mean.rows,
         gyro_sum,
         temperature_c,
-        face: (angle <= MOST_FACE_ANGLE_DEG).then_some(nearest),
+        face: (angle <= MAX_FACE_ANGLE_DEG).then_some(nearest),
         angle_deg: angle,
         claim: interval.claim,
         clipped,

@@ -6,9 +6,9 @@ use crate::stats::Thinned;
 
 /// Largest number of values examined, evenly distributed over a channel (of a long one at least
 /// half as many).
-const MOST_VALUES: usize = 1 << 12;
+const MAX_VALUES: usize = 1 << 12;
 /// Tables with fewer rows contain means, whose differences are not steps.
-const LEAST_ROWS: u64 = 40;
+const MIN_ROWS: u64 = 40;
 /// Relative difference up to which values are equal: 9.81 − 9.80 is not exactly 0.01 in binary,
 /// and 32-bit floats computed differently differ in their last bit.
 const SAME: f64 = 3e-7;
@@ -24,7 +24,7 @@ pub(crate) fn floors(step: &[f64]) -> f64 {
 #[derive(Debug, Clone)]
 pub(crate) struct AxisValues<const N: usize> {
     rows: u64,
-    some: Thinned<[f64; N], MOST_VALUES>,
+    some: Thinned<[f64; N], MAX_VALUES>,
     /// The first value of each axis, the smallest distance of another value from it, and the
     /// number of other values.
     first: [f64; N],
@@ -75,7 +75,7 @@ impl<const N: usize> AxisValues<N> {
         }
         // An axis without values never changes.
         let open = |i: usize| self.others[i] < ENOUGH && !self.first[i].is_nan();
-        self.rarely_changes = (0..N).any(open) || self.rows < LEAST_ROWS;
+        self.rarely_changes = (0..N).any(open) || self.rows < MIN_ROWS;
     }
 
     fn axis(&self, i: usize) -> Axis {

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use gravical::core::matrix3::norm;
-use gravical::poses::MOST_FACE_ANGLE_DEG;
+use gravical::poses::MAX_FACE_ANGLE_DEG;
 use gravical::poses::face::Face;
 use gravical::stills::LiveStills;
 use serde::Serialize;
@@ -220,7 +220,7 @@ impl Rests {
                 continue;
             }
             let (face, angle_deg) = Face::nearest(still.mean);
-            let face = Some(face).filter(|_| angle_deg <= MOST_FACE_ANGLE_DEG);
+            let face = Some(face).filter(|_| angle_deg <= MAX_FACE_ANGLE_DEG);
             let duration_s = self.stored_rows(&still.rows) as f64 / self.rate_hz;
             if duration_s >= POSE_S {
                 match face.and_then(|face| poses.faces_s.get_mut(face.index())) {

@@ -3,14 +3,14 @@
 
 /// Largest number of values examined, evenly distributed over a channel (of a long one at least
 /// half as many). Enough to contain neighbouring steps, and fast to sort.
-const MOST_VALUES: usize = 1 << 12;
+const MAX_VALUES: usize = 1 << 12;
 /// Tables with fewer rows contain means, whose differences are not steps.
-const LEAST_ROWS: usize = 40;
+const MIN_ROWS: usize = 40;
 /// Relative difference up to which values are equal: 9.81 − 9.80 is not exactly 0.01 in binary,
 /// and 32-bit floats computed differently differ in their last bit.
 const SAME: f64 = 3e-7;
 /// Largest number of decimal places of a table of means.
-const MOST_PLACES: i32 = 9;
+const MAX_PLACES: i32 = 9;
 
 /// Resolution of each axis of a sensor, in its unit: the smallest difference between occurring
 /// values, 0 if unknown.
@@ -39,7 +39,7 @@ pub struct Axis {
 impl Axis {
     fn new(channel: &[f64]) -> Self {
         let mut stride = 1;
-        while channel.len().div_ceil(stride) > MOST_VALUES {
+        while channel.len().div_ceil(stride) > MAX_VALUES {
             stride *= 2;
         }
         let first = channel
@@ -67,7 +67,7 @@ impl Axis {
 #[must_use]
 pub fn resolution_of(mut axes: [Axis; 3]) -> [f64; 3] {
     let steps = axes.each_mut().map(|axis| match axis.rows {
-        0..LEAST_ROWS => Step::Unknown,
+        0..MIN_ROWS => Step::Unknown,
         _ => smallest_difference(axis),
     });
     let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
@@ -158,7 +158,7 @@ fn decimal_step(axes: &[Axis; 3]) -> f64 {
         return 0.0;
     }
     let written_with = |p: &f64| some().all(|v| ((v * p).round() - v * p).abs() < 1e-4);
-    (0..=MOST_PLACES)
+    (0..=MAX_PLACES)
         .map(|places| 10_f64.powi(places))
         .find(written_with)
         .map_or(0.0, |p| 1.0 / p)

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::cells::median;
 use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
-use crate::units::{AccelScale, AccelUnit, Evidence, MOST_OFF, Origin, accel_evidence};
+use crate::units::{AccelScale, AccelUnit, Evidence, MAX_OFF, Origin, accel_evidence};
 
 /// Rows of a block whose spread tells rest from motion.
 const BLOCK_ROWS: usize = 20;
@@ -17,7 +17,7 @@ const BLOCK_ROWS: usize = 20;
 const CLAIM_TOLERANCE: f64 = 0.1;
 
 /// Smaller magnitudes at rest cannot be gravity, in any unit or with any wrong full scale.
-const LEAST_GRAVITY: f64 = 0.1;
+const MIN_GRAVITY: f64 = 0.1;
 
 /// What a file claims about its accelerometer.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -161,7 +161,7 @@ fn decide(
     // A claimed sensitivity is used if gravity does not contradict it.
     let claimed_lsb = claim
         .lsb_per_g
-        .filter(|lsb| (norm / lsb - 1.0).abs() <= MOST_OFF);
+        .filter(|lsb| (norm / lsb - 1.0).abs() <= MAX_OFF);
     let holds = |unit: AccelUnit| {
         let scale = AccelScale {
             unit,
@@ -178,7 +178,7 @@ fn decide(
     };
     let gravity_shows = matches!(evidence, Evidence::Unit(..));
     let whole_zero = integers && norm >= 1.0;
-    if !gravity_shows && (claim.without_gravity || (norm < LEAST_GRAVITY && !whole_zero)) {
+    if !gravity_shows && (claim.without_gravity || (norm < MIN_GRAVITY && !whole_zero)) {
         notes.push(without_gravity(norm));
         *doubt = Some(UnitDoubt::WithoutGravity);
         return AccelScale {
@@ -411,10 +411,10 @@ fn spread_and_norm(block: [&[f64]; 3]) -> Option<(f64, f64)> {
 }
 
 /// Largest standard deviation of a block at rest, as a share of its magnitude.
-const MOST_RESTLESS: f64 = 0.05;
+const MAX_RESTLESS: f64 = 0.05;
 
 /// Mean magnitude of a block of complete rows, if the sensor may lie still in it.
 pub(crate) fn rest_norm(block: [&[f64]; 3]) -> Option<f64> {
     let (variance, norm) = spread_and_norm(block)?;
-    (variance.sqrt() <= MOST_RESTLESS * norm && norm > 0.0).then_some(norm)
+    (variance.sqrt() <= MAX_RESTLESS * norm && norm > 0.0).then_some(norm)
 }

@@ -46,7 +46,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::calibration_file::SensorInfo;
 use crate::gravity::Gravity;
-use crate::poses::MOST_FACE_ANGLE_DEG;
+use crate::poses::MAX_FACE_ANGLE_DEG;
 use crate::poses::face::Face;
 use crate::recording::ReadOptions;
 
@@ -95,7 +95,7 @@ impl Default for LiveOptions {
             capture_s: 2.5,
             least_rows: 50,
             fine_tilt_deg: 10.0,
-            most_tilt_deg: MOST_FACE_ANGLE_DEG,
+            most_tilt_deg: MAX_FACE_ANGLE_DEG,
             apart_deg: 25.0,
             most_warming_c: 3.0,
             hint_after_s: 5.0,

@@ -1,4 +1,4 @@
-//! Poses that are found: the longest quiet part of a file that holds one, or
+//! Poses that are found: the longest quiet part of a file that rests one, or
 //! all rests of a continuous recording.
 
 use std::ops::Range;
@@ -33,8 +33,8 @@ pub(super) fn in_recording(
 ) -> Result<Vec<Interval>> {
     let recording = &recordings[index];
     let alone = recordings.len() == 1;
-    let rests = find_rests(recording);
-    if rests.is_worn {
+    let found = find_rests(recording);
+    if found.is_worn {
         findings.push(
             Finding::new(
                 FindingKind::WornSensor,
@@ -43,13 +43,13 @@ pub(super) fn in_recording(
             .in_file(&recording.name),
         );
     }
-    let holds = longest_per_pose(recording, rests.spans);
-    let held: usize = holds.iter().map(|h| h.len()).sum();
-    let hardly_static = held * 10 < recording.rows();
+    let rests = longest_per_pose(recording, found.spans);
+    let rows_at_rest: usize = rests.iter().map(|r| r.len()).sum();
+    let hardly_static = rows_at_rest * 10 < recording.rows();
     if alone && is_table_of_means(recording, hardly_static) {
         return Ok(rows_as_poses(index, recording, findings));
     }
-    if holds.is_empty() && recording.rows() < FEW_ROWS {
+    if rests.is_empty() && recording.rows() < FEW_ROWS {
         if let Some(means) = means_of_rows(index, recording, findings)
             && (alone || means.is_ok())
         {
@@ -65,16 +65,16 @@ pub(super) fn in_recording(
             ));
         }
     }
-    if alone && holds.is_empty() {
+    if alone && rests.is_empty() {
         return Err(never_still(recordings));
     }
     // Without a rate a rest may be a pause of a motion.
     let (rows, assumed) = (recording.rows(), recording.working_rate_hz().1);
-    if alone && (held * 50 < rows && holds.len() < 6 || assumed && hardly_static) {
+    if alone && (rows_at_rest * 50 < rows && rests.len() < 6 || assumed && hardly_static) {
         return Err(hardly_still(
             recording,
-            held,
-            directions(recording, &holds, None).len(),
+            rows_at_rest,
+            directions(recording, &rests, None).len(),
         ));
     }
     let stem = crate::recording::open::stem(&recording.name);
@@ -89,18 +89,18 @@ pub(super) fn in_recording(
     } else {
         1
     };
-    if alone || directions(recording, &holds, claimed).len() > expected * segments.len() {
+    if alone || directions(recording, &rests, claimed).len() > expected * segments.len() {
         let parts = match options.rows {
             None => {
                 return Ok(intervals_of(
                     index,
-                    holds,
+                    rests,
                     (!alone).then_some(&stem),
                     Selection::Found,
                 ));
             }
             Some(_) if alone && segments.len() > 1 => segments,
-            Some(_) => holds,
+            Some(_) => rests,
         };
         let spans = parts
             .into_iter()
@@ -136,7 +136,7 @@ pub(super) fn in_recording(
             }
             continue;
         }
-        let inside: Vec<_> = holds
+        let inside: Vec<_> = rests
             .iter()
             .filter(|s| s.start >= segment.start && s.end <= segment.end)
             .cloned()
@@ -300,7 +300,7 @@ fn rows_as_poses(
 /// Rows that point everywhere and lie on a sphere are means, however many they are: of orientations in
 /// no order, of which one follows another far off, or of rests of days, which have no time stamps.
 fn is_table_of_means(recording: &Recording, hardly_static: bool) -> bool {
-    const LEAST_DIRECTIONS: usize = 12;
+    const MIN_DIRECTIONS: usize = 12;
     const FAR_APART_DEG: f64 = 25.0;
     /// One row lies so far from the one before in a table without order.
     const JUMP_DEG: f64 = 10.0;
@@ -318,11 +318,11 @@ fn is_table_of_means(recording: &Recording, hardly_static: bool) -> bool {
     let mut directions: Vec<[f64; 3]> = Vec::new();
     for row in &rows {
         let is_new = |d: &[f64; 3]| angle_deg(*d, *row) > FAR_APART_DEG;
-        if directions.len() < LEAST_DIRECTIONS && directions.iter().all(is_new) {
+        if directions.len() < MIN_DIRECTIONS && directions.iter().all(is_new) {
             directions.push(*row);
         }
     }
-    directions.len() == LEAST_DIRECTIONS && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
+    directions.len() == MIN_DIRECTIONS && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
 }
 
 /// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
@@ -393,7 +393,7 @@ pub(super) fn never_still(recordings: &[Recording]) -> Error {
 }
 
 /// So little of a recording is at rest, and in so few poses, that most of it is something else.
-fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
+fn hardly_still(recording: &Recording, rows_at_rest: usize, poses: usize) -> Error {
     let (rate, is_assumed) = recording.working_rate_hz();
     let time = |rows: usize| match rows as f64 / rate {
         _ if is_assumed => format!("{rows} rows"),
@@ -404,7 +404,7 @@ fn hardly_still(recording: &Recording, held: usize, poses: usize) -> Error {
         "never-static",
         format!(
             "at rest for {} of {}, in {}: too little for a calibration",
-            time(held),
+            time(rows_at_rest),
             time(recording.rows()),
             match poses {
                 1 => "1 pose".to_owned(),

@@ -106,7 +106,7 @@ pub(crate) fn settle(recording: &mut Recording, rests: &[Range<usize>]) {
 }
 
 /// Turns of gravity under this angle decide nothing.
-const LEAST_TURN_DEG: f64 = 10.0;
+const MIN_TURN_DEG: f64 = 10.0;
 
 /// So many turns decide against a header or a calibration; a known turn counts
 /// as many, since its angle is not gravity's alone.
@@ -150,7 +150,7 @@ impl Evidence {
     /// max(3°, 0.15·Δ) and the next one is over three times that and over 5°.
     fn add_turn(&mut self, recording: &Recording, motion: &Motion) {
         let delta = angle_deg(motion.gravity[0], motion.gravity[1]);
-        if delta < LEAST_TURN_DEG {
+        if delta < MIN_TURN_DEG {
             return;
         }
         let Some(steps) = steps(recording, motion) else {

@@ -10,12 +10,12 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::stats::{mean_of_finite, median};
 
 /// Fewer blocks than these say nothing about their own scatter.
-const LEAST_BLOCKS: usize = 8;
+const MIN_BLOCKS: usize = 8;
 /// Blocks further from the median than this many robust standard deviations
 /// are a bump.
 const BUMP: f64 = 5.0;
 /// Lags over which samples may be correlated.
-const MOST_LAGS: usize = 20;
+const MAX_LAGS: usize = 20;
 
 /// Noise of the poses of a session: per axis, and how much wider a mean
 /// scatters because samples are correlated.
@@ -87,7 +87,7 @@ pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3]) -> PoseNoise {
     };
     let whole = at_lag(0);
     let vif = 1.0
-        + (1..=MOST_LAGS)
+        + (1..=MAX_LAGS)
             .map(|lag| at_lag(lag) / whole)
             .take_while(|r| *r >= 2.0 / (samples as f64).sqrt())
             .map(|r| 2.0 * r)
@@ -104,7 +104,7 @@ pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3]) -> PoseNoise {
 #[must_use]
 pub fn robust_mean(channels: &[&[f64]; 3], noise: &PoseNoise, rate_hz: f64) -> PoseMean {
     let blocks = cut(channels[0].len(), noise, rate_hz);
-    let kept: Vec<Range<usize>> = if blocks.len() < LEAST_BLOCKS {
+    let kept: Vec<Range<usize>> = if blocks.len() < MIN_BLOCKS {
         blocks
     } else {
         without_bumps(channels, blocks)
@@ -176,7 +176,7 @@ fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &PoseNoise) -> P
         let n = values.len() as f64;
         mean[axis] = values.iter().sum::<f64>() / n;
         let pooled = noise.sigma[axis] * (noise.vif / n).sqrt();
-        let scatter = if blocks.len() < LEAST_BLOCKS {
+        let scatter = if blocks.len() < MIN_BLOCKS {
             pooled
         } else {
             let count = blocks.len() as f64;

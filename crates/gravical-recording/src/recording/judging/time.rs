@@ -8,7 +8,7 @@ use crate::text::{Batch, Format};
 use crate::time_unit::{TimeUnit, time_scale_s};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
-const LEAST_ROWS: usize = 40;
+const MIN_ROWS: usize = 40;
 /// Stated and measured rates may differ by this share.
 const RATE_TOLERANCE: f64 = 0.02;
 /// Share of missing samples from which on it is told.
@@ -68,7 +68,7 @@ impl JudgedTime {
             }
             None => notes.extend(unread_stamps(format, rows)),
         }
-        let needs_rate = rows.rows() >= LEAST_ROWS && !format.options.is_gyroscope;
+        let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
         if judged.timing.rate_hz().is_none() && needs_rate {
             let text = "no time stamps and no --rate: static intervals are counted in rows";
             notes.push(Note::new(NoteKind::RateUnknown, text));

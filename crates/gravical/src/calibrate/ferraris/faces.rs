@@ -3,7 +3,7 @@
 use gravical_core::six_position::SixPositionMeans;
 
 use crate::poses::face::{Face, angle_deg};
-use crate::poses::{MOST_FACE_ANGLE_DEG, Pose};
+use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -135,7 +135,7 @@ fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Reco
             String::new()
         } else {
             format!(
-                "; {} of {} poses are more than {MOST_FACE_ANGLE_DEG}° from every axis: {}",
+                "; {} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
                 oblique.len(),
                 placements.len(),
                 list.join(", ")

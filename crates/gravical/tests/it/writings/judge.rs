@@ -276,9 +276,6 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     let block = block_len(1.0 / rate_hz, BLOCK_S) as f64;
     let slack = 2.0 * block + 2.0 + hidden_s * rate_hz;
     for (p, o) in plain.seen.iter().zip(&own.seen) {
-        if rate_hz >= IN_PIECES_HZ {
-            continue;
-        }
         if p.static_intervals.len() != o.static_intervals.len() {
             wrong.push(format!(
                 "{} static intervals in place of {}",
@@ -300,9 +297,6 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     wrong
 }
 
-/// At such rates a hold may be found in pieces, and two as one (docs/recording.md).
-const IN_PIECES_HZ: f64 = 500.0;
-
 fn rank(grade: Grade) -> u8 {
     match grade {
         Grade::Good => 3,
@@ -323,9 +317,7 @@ fn calibrations(
     let mut wrong = Vec::new();
     let [step, _] = steps(writing);
     let (ps, os) = (&p.accelerometer, &o.accelerometer);
-    let fast = writing.rate.hz() >= IN_PIECES_HZ;
-    let as_many = ps.poses.len() == os.poses.len();
-    if !as_many && !fast {
+    if ps.poses.len() != os.poses.len() {
         wrong.push(format!(
             "{} poses in place of {}",
             os.poses.len(),
@@ -349,7 +341,6 @@ fn calibrations(
         .zip(&os.poses)
         .map(|(p, o)| p.rows.abs_diff(o.rows) as f64 / p.rows.max(o.rows) as f64)
         .fold(0.0, f64::max);
-    let other_rows = if as_many { other_rows } else { 1.0 };
     let noise = part(Source::Noise) * averaged.max((2.0 * other_rows).sqrt());
     let allowed = 3.0 * part(Source::Quantisation).hypot(noise) + 2e-5;
     // The plain one is in m/s².
@@ -414,8 +405,6 @@ fn calibrations(
         ));
     }
     match (&p.gyroscope, &o.gyroscope) {
-        // Its motions lie between the pieces.
-        (Some(_), Some(_)) if fast => {}
         (Some(p), Some(o)) => wrong.extend(gyroscopes(writing, p, o)),
         (None, None) => {}
         (Some(_), None) => wrong.push("no gyroscope".to_owned()),
@@ -464,7 +453,8 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
 fn motions(writing: &Writing, p: &Motion, o: &Motion) -> Vec<String> {
     let mut wrong = Vec::new();
     let (p, o) = (&p.result, &o.result);
-    if coarse_and_fast(writing) {
+    // Steps of 0.01 hide a slow move among many samples, or part a rest: no defect of the writing.
+    if writing.decimals == Decimals::Two && writing.rate.hz() >= 500.0 {
         return wrong;
     }
     if p.moves.len() != o.moves.len() {
@@ -496,13 +486,6 @@ fn motions(writing: &Writing, p: &Motion, o: &Motion) -> Vec<String> {
         }
     }
     wrong
-}
-
-/// A rest is parted by a single coarse step when there are many rows in a block; that is
-/// no defect of the writing but of the search (docs/recording.md).
-fn coarse_and_fast(writing: &Writing) -> bool {
-    let coarse = writing.decimals == Decimals::Two || !writing.has_gyro();
-    writing.rate.hz() >= IN_PIECES_HZ && coarse
 }
 
 /// Directions all around.
