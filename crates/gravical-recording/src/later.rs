@@ -99,6 +99,9 @@ pub struct Later {
     /// Line of the first row that is read here.
     first_line: Option<u32>,
     aside: Aside,
+    /// Whether rows that cannot be read as those before them are an error. Batches of a recording
+    /// that grows are too short to tell.
+    pub(crate) contradicts: bool,
 }
 
 /// A number, or a word of its column.
@@ -195,6 +198,7 @@ impl Later {
             clipping: Vec::new(),
             first_line: None,
             aside: Aside::default(),
+            contradicts: true,
             format: format.clone(),
         };
         let rows = head.rows();
@@ -253,7 +257,7 @@ impl Later {
             code,
             message: message.to_owned(),
         };
-        if own.is_empty() && lines.len() >= MIN_ROWS_OF_OTHERS {
+        if self.contradicts && own.is_empty() && lines.len() >= MIN_ROWS_OF_OTHERS {
             let rows = lines.len();
             let text = format!("the sensor that is read has no row in the next {rows} rows");
             return Err(at(0, (SENSOR, &text)));
@@ -293,13 +297,14 @@ impl Later {
                     .for_each(|axis| axis[run.clone()].fill(f64::NAN));
             }
         }
-        if !self.decode(&mut accel, gyro.as_mut()) {
+        if !self.decode(&mut accel, gyro.as_mut()) && self.contradicts {
             return Err(at(0, ENCODING));
         }
-        if let Some(row) = self.slipped_row(&accel, gyro.as_ref()) {
+        let gravity = self.gravity.filter(|_| self.contradicts);
+        if let Some(row) = gravity.and_then(|g| self.slipped_row(g, &accel, gyro.as_ref())) {
             return Err(at(row, SLIPPED));
         }
-        let before = self.gravity.filter(|_| !self.format.options.is_gyroscope);
+        let before = gravity.filter(|_| !self.format.options.is_gyroscope);
         if let Some((row, note)) = before.and_then(|g| judge::unit_change(&accel, lines, Some(g))) {
             if self.format.options.accel_unit.is_none() {
                 return Err(at(row, ("unit-changed", &note.message)));
@@ -487,8 +492,13 @@ impl Later {
 
     /// The row from which on the channels are shifted, where the magnitude at the end of the batch
     /// is not that of gravity.
-    fn slipped_row(&self, accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> Option<usize> {
-        let (gravity, gyro) = (self.gravity?, gyro?);
+    fn slipped_row(
+        &self,
+        gravity: f64,
+        accel: &[Vec<f64>; 3],
+        gyro: Option<&[Vec<f64>; 3]>,
+    ) -> Option<usize> {
+        let gyro = gyro?;
         let end = |axis: &Vec<f64>| axis.len().saturating_sub(SLIP_END_ROWS);
         let norm = judge::quiet_norm(accel.each_ref().map(|axis| &axis[end(axis)..]))?;
         if (norm / gravity - 1.0).abs() < SLIP_TOLERANCE {

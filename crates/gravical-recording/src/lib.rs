@@ -31,6 +31,7 @@ pub mod bytes;
 pub mod cwa;
 mod date;
 mod error;
+mod follow;
 pub mod full_scale;
 pub mod judge;
 mod later;
@@ -48,6 +49,7 @@ pub mod write;
 
 pub use board::BoardSettings;
 pub use error::Error;
+pub use follow::{Follow, Sample};
 pub use judge::UnitDoubt;
 pub use later::{Contradiction, Later, Readings};
 pub use note::{Note, NoteKind, shell_word};

@@ -318,6 +318,23 @@ impl Batch {
         self.notes.append(&mut later.notes);
     }
 
+    /// Forgets the first rows, but not the lines that were set aside among them.
+    pub(crate) fn drop_first(&mut self, count: usize) {
+        let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
+        columns.for_each(|c| drop(c.drain(..count)));
+        let texts = self.texts.iter_mut().filter(|t| !t.is_empty());
+        texts.for_each(|t| drop(t.drain(..count)));
+        self.lines.drain(..count);
+        let later = |rows: &mut Vec<usize>| {
+            rows.retain(|row| *row >= count);
+            rows.iter_mut().for_each(|row| *row -= count);
+        };
+        later(&mut self.breaks);
+        later(&mut self.headers);
+        self.blanks.retain(|(row, _)| *row >= count);
+        self.blanks.iter_mut().for_each(|(row, _)| *row -= count);
+    }
+
     /// Keeps the rows that are marked and counts the others; where a sensor hung, or was not read
     /// for several rows, they leave a break.
     pub(crate) fn keep(&mut self, keep: &[bool], reason: Reason) {

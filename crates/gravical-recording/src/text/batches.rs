@@ -177,6 +177,14 @@ impl<R: BufRead> Batches<R> {
     }
 }
 
+impl Batches<io::Cursor<Vec<u8>>> {
+    /// Reads the next whole lines of a text that grows.
+    pub(crate) fn feed(&mut self, text: Vec<u8>) -> io::Result<Option<Batch>> {
+        self.lines.set_reader(io::Cursor::new(text));
+        self.read_batch()
+    }
+}
+
 impl<R: BufRead> Iterator for Batches<R> {
     type Item = io::Result<Batch>;
 

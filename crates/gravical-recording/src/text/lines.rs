@@ -33,6 +33,11 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
+    /// Goes on with another reader.
+    pub(crate) fn set_reader(&mut self, reader: R) {
+        self.reader = reader;
+    }
+
     /// The next line, without its end and blanks behind it, and whether NUL bytes were removed.
     pub(crate) fn next(&mut self) -> io::Result<Option<(&str, bool)>> {
         if self.at >= self.text.len() {

@@ -4,6 +4,7 @@
 
 mod clock;
 mod defects;
+mod follow;
 mod later;
 mod loggers;
 mod properties;

@@ -1,0 +1,242 @@
+//! A recording that grows.
+
+use std::io::{self, Cursor};
+
+use memchr::{memchr, memrchr};
+
+use crate::error::Error;
+use crate::later::Later;
+use crate::options::ReadOptions;
+use crate::recording::Recording;
+use crate::text::{Batch, Batches, Format, Layout, sniff};
+
+/// The format is first told by so many lines.
+const FIRST_LINES: usize = 50;
+/// Rows of at least this time tell it, s; without a clock so many.
+const MIN_S: f64 = 1.0;
+const MIN_ROWS: usize = 100;
+/// Without a format after so many lines there is none.
+const MAX_LINES: usize = 800;
+
+/// A row of a recording that grows. Values are in the unit of the recording.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sample {
+    /// Line in which it begins, from 1
+    pub line: u32,
+    /// Time since the first row, s; NaN without a clock
+    pub time_s: f64,
+    /// Whether it does not continue the row before
+    pub is_break: bool,
+    /// Specific force, less the zero offset; NaN where the cell is empty
+    pub accel: [f64; 3],
+    /// Angular rate; NaN without a gyroscope
+    pub gyro: [f64; 3],
+    /// Temperature, °C; NaN without a thermometer
+    pub temperature_c: f64,
+}
+
+/// Reads a recording while it grows: the format is told by the first second or more, the rows that
+/// follow are read alike, and all that are held can be judged at any time.
+pub struct Follow {
+    file_name: String,
+    options: ReadOptions,
+    max_rows: usize,
+    /// Bytes that wait: for the format, or for the end of a row.
+    bytes: Vec<u8>,
+    /// Lines among them, and how many have to be there before the format is looked for.
+    lines: usize,
+    needed: usize,
+    opened: Option<Opened>,
+}
+
+struct Opened {
+    batches: Batches<Cursor<Vec<u8>>>,
+    format: Format,
+    later: Later,
+    rows: Batch,
+    /// Blank lines are a way to write.
+    writes_blanks: bool,
+}
+
+impl Follow {
+    /// Holds the last rows, `max_rows` or more, for [`recording`](Self::recording); the name of
+    /// the file may tell the sensor.
+    #[must_use]
+    pub fn new(file_name: &str, options: ReadOptions, max_rows: usize) -> Self {
+        Follow {
+            file_name: file_name.to_owned(),
+            options,
+            max_rows,
+            bytes: Vec::new(),
+            lines: 0,
+            needed: FIRST_LINES,
+            opened: None,
+        }
+    }
+
+    /// Takes the next bytes and returns the rows that they complete; none before the format is
+    /// known.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading, once enough lines show that it is no recording; a header of other columns.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Sample>, Error> {
+        if let Some(opened) = &mut self.opened {
+            self.bytes.extend_from_slice(bytes);
+            let whole = whole_rows(&opened.format, &self.bytes);
+            let text: Vec<u8> = self.bytes.drain(..whole).collect();
+            return opened.read(text, self.max_rows);
+        }
+        let mut samples = Vec::new();
+        let mut rest = bytes;
+        while let Some(end) = memchr(b'\n', rest) {
+            self.bytes.extend_from_slice(&rest[..=end]);
+            rest = &rest[end + 1..];
+            self.lines += 1;
+            if self.lines == self.needed
+                && let Some(first) = self.open()?
+            {
+                samples = first;
+                break;
+            }
+        }
+        if self.opened.is_some() {
+            samples.extend(self.push(rest)?);
+        } else {
+            self.bytes.extend_from_slice(rest);
+        }
+        Ok(samples)
+    }
+
+    /// Tells the format by the lines so far; `None` if more are needed.
+    fn open(&mut self) -> Result<Option<Vec<Sample>>, Error> {
+        let opened = self.try_open();
+        let (opened, recording) = match opened {
+            Err(error) if self.lines >= MAX_LINES => return Err(error),
+            Err(_) => {
+                self.needed *= 2;
+                return Ok(None);
+            }
+            Ok(opened) => opened,
+        };
+        let enough = match recording.rate_hz() {
+            Some(rate_hz) if recording.time_s.is_some() => (MIN_S * rate_hz).ceil() as usize,
+            _ => MIN_ROWS,
+        };
+        let missing = enough.saturating_sub(recording.rows());
+        if missing > 0 && self.lines < MAX_LINES {
+            self.needed += missing;
+            return Ok(None);
+        }
+        self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
+        self.opened = Some(opened);
+        Ok(Some(samples_of(&recording)))
+    }
+
+    fn try_open(&self) -> Result<(Opened, Recording), Error> {
+        let head = String::from_utf8_lossy(&self.bytes).replace('\0', "");
+        let format = sniff(&head, &self.file_name, &self.options)?;
+        let mut batches = format.batches(Cursor::new(Vec::new()));
+        let text = self.bytes[..whole_rows(&format, &self.bytes)].to_vec();
+        let batch = batches.feed(text).map_err(into_error)?;
+        let rows = batch.unwrap_or_default();
+        let (recording, mut later) = Later::judge(&format, rows.clone())?;
+        later.contradicts = false;
+        let opened = Opened {
+            batches,
+            format,
+            later,
+            writes_blanks: !rows.blanks.is_empty() && recording.breaks.is_empty(),
+            rows,
+        };
+        Ok((opened, recording))
+    }
+
+    /// The format, once it is known.
+    #[must_use]
+    pub fn format(&self) -> Option<&Format> {
+        self.opened.as_ref().map(|opened| &opened.format)
+    }
+
+    /// The rows that are held, judged as a file; `None` before the format is known.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Recording::judge`].
+    pub fn recording(&self) -> Option<Result<Recording, Error>> {
+        let opened = self.opened.as_ref()?;
+        Some(Recording::judge(&opened.format, opened.rows.clone()))
+    }
+}
+
+/// Bytes up to the end of the last whole row.
+fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
+    let mut end = memrchr(format.line_end, bytes).map_or(0, |at| at + 1);
+    let Layout::Sentences(sentences) = &format.layout else {
+        return end;
+    };
+    while end > 0 {
+        let from = memrchr(format.line_end, &bytes[..end - 1]).map_or(0, |at| at + 1);
+        let line = String::from_utf8_lossy(&bytes[from..end]);
+        let line = sentences.normalise(line.trim_end());
+        let place = sentences.parse(&line).map(|s| s.place);
+        if place.is_none_or(|place| place == sentences.last_place()) {
+            break;
+        }
+        end = from;
+    }
+    end
+}
+
+impl Opened {
+    fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>, Error> {
+        let Some(mut batch) = self.batches.feed(text).map_err(into_error)? else {
+            return Ok(Vec::new());
+        };
+        self.rows.append(batch.clone());
+        if self.rows.rows() / 2 > max_rows {
+            self.rows.drop_first(self.rows.rows() - max_rows);
+        }
+        if self.writes_blanks {
+            batch.blanks.clear();
+        }
+        let Ok(readings) = self.later.read(&mut batch) else {
+            return Ok(Vec::new());
+        };
+        let mut breaks = readings.breaks.iter().peekable();
+        let rows = (0..batch.lines.len()).filter(|row| readings.is_measured[*row]);
+        let sample = |row: usize| Sample {
+            line: batch.lines[row],
+            time_s: readings.time_s.as_ref().map_or(f64::NAN, |t| t[row]),
+            is_break: breaks.next_if_eq(&&row).is_some(),
+            accel: readings.accel.each_ref().map(|c| c[row]),
+            gyro: values(readings.gyro.as_ref(), row),
+            temperature_c: value(readings.temperature_c.as_ref(), row),
+        };
+        Ok(rows.map(sample).collect())
+    }
+}
+
+fn samples_of(recording: &Recording) -> Vec<Sample> {
+    let sample = |row: usize| Sample {
+        line: recording.lines[row],
+        time_s: value(recording.time_s.as_ref(), row),
+        is_break: recording.breaks.binary_search(&row).is_ok(),
+        accel: recording.accel.each_ref().map(|c| c[row]),
+        gyro: values(recording.gyro.as_ref(), row),
+        temperature_c: value(recording.temperature_c.as_ref(), row),
+    };
+    (0..recording.rows()).map(sample).collect()
+}
+
+fn value(channel: Option<&Vec<f64>>, row: usize) -> f64 {
+    channel.map_or(f64::NAN, |c| c[row])
+}
+
+fn values(axes: Option<&[Vec<f64>; 3]>, row: usize) -> [f64; 3] {
+    axes.map_or([f64::NAN; 3], |axes| axes.each_ref().map(|c| c[row]))
+}
+
+fn into_error(error: io::Error) -> Error {
+    error.downcast::<Error>().unwrap_or_else(Error::from)
+}
