@@ -4,10 +4,11 @@ use std::io::{self, Cursor};
 
 use memchr::{memchr, memrchr};
 
-use crate::error::Error;
+use crate::board::BoardSettings;
+use crate::error::{Error, Kind};
 use crate::later::Later;
 use crate::options::ReadOptions;
-use crate::recording::Recording;
+use crate::recording::{MAX_BYTES, Recording};
 use crate::text::{Batch, Batches, Format, Layout, sniff};
 
 /// The format is first told by so many lines.
@@ -21,6 +22,8 @@ const MAX_LINES: usize = 800;
 /// A row of a recording that grows. Values are in the unit of the recording.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sample {
+    /// Its number, from 0
+    pub row: usize,
     /// Line in which it begins, from 1
     pub line: u32,
     /// Time since the first row, s; NaN without a clock
@@ -54,6 +57,8 @@ struct Opened {
     format: Format,
     later: Later,
     rows: Batch,
+    /// Rows that were returned.
+    returned: usize,
     /// Blank lines are a way to write.
     writes_blanks: bool,
 }
@@ -111,7 +116,7 @@ impl Follow {
     /// Tells the format by the lines so far; `None` if more are needed.
     fn open(&mut self) -> Result<Option<Vec<Sample>>, Error> {
         let opened = self.try_open();
-        let (opened, recording) = match opened {
+        let (mut opened, recording) = match opened {
             Err(error) if self.lines >= MAX_LINES => return Err(error),
             Err(_) => {
                 self.needed *= 2;
@@ -129,6 +134,7 @@ impl Follow {
             return Ok(None);
         }
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
+        opened.returned = recording.rows();
         self.opened = Some(opened);
         Ok(Some(samples_of(&recording)))
     }
@@ -148,24 +154,27 @@ impl Follow {
             later,
             writes_blanks: !rows.blanks.is_empty() && recording.breaks.is_empty(),
             rows,
+            returned: 0,
         };
         Ok((opened, recording))
     }
 
-    /// The format, once it is known.
+    /// Settings of our board, where it sent them.
     #[must_use]
-    pub fn format(&self) -> Option<&Format> {
-        self.opened.as_ref().map(|opened| &opened.format)
+    pub fn board(&self) -> Option<BoardSettings> {
+        self.opened.as_ref()?.format.board
     }
 
-    /// The rows that are held, judged as a file; `None` before the format is known.
+    /// The rows that are held up to this line, judged as a file; `None` before the format is known.
     ///
     /// # Errors
     ///
     /// Those of [`Recording::judge`].
-    pub fn recording(&self) -> Option<Result<Recording, Error>> {
+    pub fn recording(&self, last_line: u32) -> Option<Result<Recording, Error>> {
         let opened = self.opened.as_ref()?;
-        Some(Recording::judge(&opened.format, opened.rows.clone()))
+        let mut rows = opened.rows.clone();
+        rows.crop(0..rows.lines.partition_point(|line| *line <= last_line));
+        Some(Recording::judge(&opened.format, rows))
     }
 }
 
@@ -195,7 +204,10 @@ impl Opened {
         };
         self.rows.append(batch.clone());
         if self.rows.rows() / 2 > max_rows {
-            self.rows.drop_first(self.rows.rows() - max_rows);
+            self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
+        }
+        if self.rows.bytes() > MAX_BYTES {
+            return Err(Kind::TooLarge(self.rows.bytes()).into());
         }
         if self.writes_blanks {
             batch.blanks.clear();
@@ -205,7 +217,9 @@ impl Opened {
         };
         let mut breaks = readings.breaks.iter().peekable();
         let rows = (0..batch.lines.len()).filter(|row| readings.is_measured[*row]);
-        let sample = |row: usize| Sample {
+        let numbered = (self.returned..).zip(rows);
+        let sample = |(number, row): (usize, usize)| Sample {
+            row: number,
             line: batch.lines[row],
             time_s: readings.time_s.as_ref().map_or(f64::NAN, |t| t[row]),
             is_break: breaks.next_if_eq(&&row).is_some(),
@@ -213,12 +227,15 @@ impl Opened {
             gyro: values(readings.gyro.as_ref(), row),
             temperature_c: value(readings.temperature_c.as_ref(), row),
         };
-        Ok(rows.map(sample).collect())
+        let samples: Vec<Sample> = numbered.map(sample).collect();
+        self.returned += samples.len();
+        Ok(samples)
     }
 }
 
 fn samples_of(recording: &Recording) -> Vec<Sample> {
     let sample = |row: usize| Sample {
+        row,
         line: recording.lines[row],
         time_s: value(recording.time_s.as_ref(), row),
         is_break: recording.breaks.binary_search(&row).is_ok(),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::ops::Range;
 
 use crate::note::Note;
 use crate::spans::LineSpans;
@@ -318,21 +319,23 @@ impl Batch {
         self.notes.append(&mut later.notes);
     }
 
-    /// Forgets the first rows, but not the lines that were set aside among them.
-    pub(crate) fn drop_first(&mut self, count: usize) {
-        let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
-        columns.for_each(|c| drop(c.drain(..count)));
-        let texts = self.texts.iter_mut().filter(|t| !t.is_empty());
-        texts.for_each(|t| drop(t.drain(..count)));
-        self.lines.drain(..count);
-        let later = |rows: &mut Vec<usize>| {
-            rows.retain(|row| *row >= count);
-            rows.iter_mut().for_each(|row| *row -= count);
-        };
-        later(&mut self.breaks);
-        later(&mut self.headers);
-        self.blanks.retain(|(row, _)| *row >= count);
-        self.blanks.iter_mut().for_each(|(row, _)| *row -= count);
+    /// Forgets the other rows, but not the lines that were set aside among them.
+    pub(crate) fn crop(&mut self, rows: Range<usize>) {
+        fn cut<T>(values: &mut Vec<T>, rows: &Range<usize>) {
+            values.truncate(rows.end);
+            values.drain(..rows.start.min(values.len()));
+        }
+        self.columns.iter_mut().for_each(|c| cut(c, &rows));
+        self.texts.iter_mut().for_each(|t| cut(t, &rows));
+        cut(&mut self.lines, &rows);
+        for marks in [&mut self.breaks, &mut self.headers] {
+            marks.retain(|row| rows.contains(row));
+            marks.iter_mut().for_each(|row| *row -= rows.start);
+        }
+        self.blanks.retain(|(row, _)| rows.contains(row));
+        self.blanks
+            .iter_mut()
+            .for_each(|(row, _)| *row -= rows.start);
     }
 
     /// Keeps the rows that are marked and counts the others; where a sensor hung, or was not read

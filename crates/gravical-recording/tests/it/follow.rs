@@ -10,7 +10,7 @@ fn follow(text: &str, piece: usize, max_rows: usize) -> (Vec<Sample>, Recording)
     let pieces = text.as_bytes().chunks(piece);
     let samples = pieces.flat_map(|piece| follow.push(piece).unwrap());
     let samples = samples.collect();
-    (samples, follow.recording().unwrap().unwrap())
+    (samples, follow.recording(u32::MAX).unwrap().unwrap())
 }
 
 /// The same rows in other writings.

@@ -759,6 +759,17 @@ impl FindingKind {
         )
     }
 
+    /// True for what the values show once there are enough: a channel that does not change, the end
+    /// of the range.
+    #[must_use]
+    pub fn is_of_samples(self) -> bool {
+        use FindingKind as K;
+        matches!(
+            self,
+            K::FrozenAxis | K::Clipped | K::RepeatedRows | K::SensorHung
+        )
+    }
+
     /// The kind of that name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {

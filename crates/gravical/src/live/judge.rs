@@ -1,6 +1,6 @@
 //! Whether the rows of a hold are a pose, and what is wrong if not.
 
-use std::ops::Range;
+use std::ops::RangeInclusive;
 
 use gravical_core::matrix3::{norm, sub};
 
@@ -12,7 +12,7 @@ use crate::stats::standard_deviation;
 
 use super::event::Rejection;
 use super::{LiveOptions, Pose, mg};
-use crate::recording::growing::Sample;
+use gravical_recording::Sample;
 
 /// Share of the rows of a capture that may be missing.
 const MOST_MISSING: f64 = 0.05;
@@ -59,6 +59,8 @@ impl Fault {
 /// What is known of the units once the noise is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Units {
+    /// Subtracted from the counts of the accelerometer.
+    pub zero_offset: f64,
     /// Units of the recording per m/s².
     pub nominal: f64,
     pub scale: AccelScale,
@@ -92,11 +94,11 @@ fn other_scale(message: String) -> Fault {
     Fault::new(Rejection::Scale, message, remedy)
 }
 
-/// An accepted pose, where its rows are in those that are kept, and its mean angular rate.
+/// An accepted pose, its lines in the recording, and its mean angular rate.
 #[derive(Debug, Clone)]
 pub(super) struct Accepted {
     pub pose: Pose,
-    pub kept: Range<usize>,
+    pub lines: RangeInclusive<u32>,
     pub gyro: [f64; 3],
 }
 
@@ -123,15 +125,15 @@ pub(super) struct Means {
 
 impl Means {
     pub fn of(samples: &[Sample]) -> Self {
-        let (accel, variance) = moments_of(samples, Sample::accel);
+        let (accel, variance) = moments_of(samples, |s| s.accel);
         let warm: Vec<f64> = samples
             .iter()
-            .map(Sample::temperature_c)
+            .map(|s| s.temperature_c)
             .filter(|t| t.is_finite())
             .collect();
         Means {
             accel,
-            gyro: mean(samples, Sample::gyro),
+            gyro: mean(samples, |s| s.gyro),
             sigma: variance.sqrt(),
             temperature_c: (!warm.is_empty()).then(|| warm.iter().sum::<f64>() / warm.len() as f64),
         }
@@ -185,10 +187,10 @@ impl Capture<'_> {
     }
 
     fn gaps(&self) -> Option<Fault> {
-        let read = |s: &&Sample| norm(&s.accel()).is_finite();
+        let read = |s: &&Sample| norm(&s.accel).is_finite();
         let there = self.samples.iter().filter(read).count();
         let (first, last) = (self.samples.first()?, self.samples.last()?);
-        let by_time = (last.t_s - first.t_s) * self.rate_hz + 1.0;
+        let by_time = (last.time_s - first.time_s) * self.rate_hz + 1.0;
         let wanted = by_time.max(self.rows as f64);
         let broken = self.samples.iter().skip(1).any(|s| s.is_break);
         let missing = wanted - there as f64;
@@ -207,7 +209,7 @@ impl Capture<'_> {
     /// An axis that repeats its value although another pose should have changed it. Beside axes
     /// that repeat theirs, too, it may be coarse and quiet.
     fn frozen(&self, means: &Means) -> Option<Fault> {
-        let values = |axis: usize| self.samples.iter().map(move |s| s.accel()[axis]);
+        let values = |axis: usize| self.samples.iter().map(move |s| s.accel[axis]);
         let one = |axis: usize| {
             let first = values(axis).find(|v| v.is_finite());
             first.filter(|first| values(axis).all(|v| v.is_nan() || v == *first))
@@ -244,7 +246,7 @@ impl Capture<'_> {
 
     fn clipped(&self) -> Option<Fault> {
         let axis = (0..3).find(|&axis| {
-            let values: Vec<f64> = self.samples.iter().map(|s| s.accel()[axis]).collect();
+            let values: Vec<f64> = self.samples.iter().map(|s| s.accel[axis]).collect();
             clipped_count(&values, &self.units.scale) > 0
         })?;
         Some(Fault::new(

@@ -1,33 +1,57 @@
-//! The rows that a session keeps: those of its poses and of the motions between them.
+//! The recording of a session: all rows to calibrate with, the last ones to find poses in.
 
 use std::collections::VecDeque;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
+
+use gravical_recording::Sample;
 
 use crate::Result;
-use crate::recording::collect::Columns;
+use crate::recording::following::Following;
+use crate::recording::{ReadOptions, Recording};
 
-use crate::recording::growing::{Sample, keep};
-
-/// Motions longer than this are not kept, s.
-pub(super) const LONGEST_S: f64 = 60.0;
-/// With more rows than these no motions are kept any more, only poses.
-pub(super) const MOST_ROWS: usize = 300_000;
+/// Rows of this time are at hand, s: no longer hold is judged.
+const RECENT_S: f64 = 60.0;
 
 /// Rows of the session.
-#[derive(Default)]
 pub(super) struct SessionRows {
-    /// The last rows, which no pose has taken yet.
+    pub reading: Following,
+    /// Time between rows that have none, s.
+    step_s: f64,
     recent: VecDeque<Sample>,
-    kept: Option<Columns>,
-    /// The row after the last one that was kept.
-    kept_end: usize,
 }
 
 impl SessionRows {
-    /// Adds a row.
+    /// Of the recording `name`.
+    pub fn new(name: &str, options: &ReadOptions) -> Self {
+        let rate_hz = options.rate_hz.unwrap_or(Recording::ASSUMED_RATE_HZ);
+        SessionRows {
+            reading: Following::new(name, options, usize::MAX),
+            step_s: 1.0 / rate_hz,
+            recent: VecDeque::new(),
+        }
+    }
+
+    /// Reads the next bytes.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading.
+    pub fn read(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
+        let mut samples = self.reading.push(bytes)?;
+        for sample in &mut samples {
+            sample.time_s = match sample.time_s.is_nan() {
+                true => self.step_s * sample.row as f64,
+                // The last digits depend on what arrives at once.
+                false => (sample.time_s * 1e9).round() / 1e9,
+            };
+        }
+        Ok(samples)
+    }
+
+    /// Adds a row to the recent ones.
     pub fn push(&mut self, sample: Sample) {
         self.recent.push_back(sample);
-        let old = |s: &Sample| sample.t_s - s.t_s > LONGEST_S;
+        let old = |s: &Sample| sample.time_s - s.time_s > RECENT_S;
         while self.recent.front().is_some_and(old) {
             self.recent.pop_front();
         }
@@ -40,42 +64,23 @@ impl SessionRows {
 
     /// The recent rows among `rows`.
     pub fn within(&self, rows: &Range<usize>) -> Vec<Sample> {
-        let (from, to) = (rows.start, rows.end);
-        let all = self.recent.iter().filter(|s| s.row >= from && s.row < to);
+        let all = self.recent.iter().filter(|s| rows.contains(&s.row));
         all.copied().collect()
     }
 
-    /// Keeps the rows up to the end of a pose, and returns where its rows are in
-    /// [`kept`](Self::kept).
+    /// The rows up to the last one that was added, judged as a file: what arrived with it does not
+    /// matter.
     ///
     /// # Errors
     ///
-    /// `no-memory` if there is not enough.
-    pub fn keep(
-        &mut self,
-        pose: &Range<usize>,
-        empty: impl FnOnce() -> Columns,
-    ) -> Result<Range<usize>> {
-        let columns = self.kept.get_or_insert_with(empty);
-        if columns.rows() > MOST_ROWS {
-            self.recent.retain(|s| s.row >= pose.start);
-        }
-        let mut start = None;
-        while let Some(sample) = self.recent.front().filter(|s| s.row < pose.end) {
-            if sample.row >= pose.start {
-                start.get_or_insert(columns.rows());
-            }
-            let cut = sample.row > 0 && sample.row != self.kept_end;
-            keep(columns, sample, sample.is_break || cut)?;
-            self.kept_end = sample.row + 1;
-            self.recent.pop_front();
-        }
-        let end = columns.rows();
-        Ok(start.unwrap_or(end)..end)
+    /// Those of reading.
+    pub fn recording(&self) -> Option<Result<Recording>> {
+        self.reading.recording(self.recent.back()?.line)
     }
+}
 
-    /// All rows that were kept.
-    pub fn kept_mut(&mut self) -> Option<&mut Columns> {
-        self.kept.as_mut()
-    }
+/// The rows of a recording at these lines.
+pub(super) fn at_lines(recording: &Recording, lines: &RangeInclusive<u32>) -> Range<usize> {
+    let before = |line: u32| recording.lines.partition_point(|l| *l < line);
+    before(*lines.start())..before(lines.end() + 1)
 }

@@ -27,7 +27,7 @@ use super::fit::FULL_FIT;
 use super::judge::{Accepted, Units, mean};
 use super::rows::SessionRows;
 use super::{LiveOptions, mg};
-use crate::recording::growing::{Growing, Sample};
+use gravical_recording::Sample;
 
 /// Direction and magnitude are means over this time, s.
 const SMOOTH_S: f64 = 0.2;
@@ -48,7 +48,6 @@ struct Hold {
 /// A guided calibration. It belongs to one thread.
 pub struct Session {
     options: LiveOptions,
-    reader: Growing,
     rows: SessionRows,
     detector: Option<LiveStills>,
     /// What the last block said; none after rows that are missing.
@@ -89,9 +88,8 @@ impl Session {
     #[must_use]
     pub fn new(name: &str, options: LiveOptions) -> Self {
         Session {
-            reader: Growing::new(name, options.read.clone()),
+            rows: SessionRows::new(name, &options.read),
             options,
-            rows: SessionRows::default(),
             detector: None,
             last: None,
             rate_hz: Recording::ASSUMED_RATE_HZ,
@@ -156,15 +154,15 @@ impl Session {
     ///
     /// Those of reading: no rows of a sensor. A faulty line is no error.
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<Vec<Message>> {
-        self.reader.push(bytes)?;
-        if self.reader.is_calibrated_by_board() {
+        let samples = self.rows.read(bytes)?;
+        if self.rows.reading.is_calibrated_by_board() {
             return Err(Error::input(
                 "already-calibrated",
                 "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones",
             )
             .with_hint("gravical live --format si: with it the sketch sends raw values"));
         }
-        while let Some(sample) = self.reader.next()? {
+        for sample in samples {
             self.fit_if_due();
             self.sample(sample)?;
         }
@@ -337,9 +335,9 @@ impl Session {
     /// Specific force of the last rows, unit of the recording.
     fn reading(&self) -> [f64; 3] {
         let recent = self.rows.recent().rev();
-        let recent = recent.take_while(|s| self.now_s - s.t_s <= SMOOTH_S);
+        let recent = recent.take_while(|s| self.now_s - s.time_s <= SMOOTH_S);
         let samples: Vec<Sample> = recent.copied().collect();
-        mean(&samples, Sample::accel)
+        mean(&samples, |s| s.accel)
     }
 
     /// The direction now.
@@ -353,7 +351,7 @@ impl Session {
         let force = match full {
             Some(file) => {
                 let section = &file.accelerometer;
-                let offset = self.reader.zero_offset();
+                let offset = self.units.map_or(0.0, |u| u.zero_offset);
                 let raw: [f64; 3] = std::array::from_fn(|i| reading[i] + offset - section.bias[i]);
                 mul_vec(&section.matrix, &raw)
             }

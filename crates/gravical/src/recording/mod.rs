@@ -31,10 +31,10 @@ pub(crate) mod collect;
 #[doc(hidden)]
 pub mod dialect;
 pub(crate) mod file;
+#[doc(hidden)]
+pub mod following;
 mod foreign;
 pub(crate) mod format;
-#[doc(hidden)]
-pub mod growing;
 mod head;
 #[doc(hidden)]
 pub mod join;

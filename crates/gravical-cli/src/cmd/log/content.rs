@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use gravical::Result;
 use gravical::inspect::{Inspection, inspect};
 use gravical::poses::face::AxisMap;
-use gravical::recording::growing::Growing;
+use gravical::recording::following::Following;
 use gravical::recording::{AccelScale, Finding, ReadOptions, Severity, read};
 
 use super::reporter::Reporter;
@@ -20,10 +20,14 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two looks at the flag of the user.
 const LOOK: Duration = Duration::from_millis(20);
 
+/// The last rows are judged: so many of them at least.
+const ROWS: usize = 10_000;
+
 /// The rows that were written, read by the ordinary reader.
 pub struct Content {
     /// None once it turned out that the rows are not those of an accelerometer.
-    rows: Option<Growing>,
+    rows: Option<Following>,
+    accel_scale: Option<AccelScale>,
     /// Findings that were returned: their kinds, and their messages without numbers.
     said: HashSet<String>,
 }
@@ -32,7 +36,8 @@ impl Content {
     /// Of a file with this name, which begins with `head` if it is continued.
     pub fn new(name: &str, head: &[u8]) -> Self {
         let mut content = Content {
-            rows: Some(Growing::new(name, ReadOptions::default())),
+            rows: Some(Following::new(name, &ReadOptions::default(), ROWS)),
+            accel_scale: None,
             said: HashSet::new(),
         };
         content.observe(head);
@@ -42,7 +47,7 @@ impl Content {
     /// Reads the next bytes of the file.
     pub fn observe(&mut self, bytes: &[u8]) {
         if let Some(rows) = &mut self.rows
-            && rows.observe(bytes).is_err()
+            && rows.push(bytes).is_err()
         {
             // The end of the recording gives the error of the file.
             self.rows = None;
@@ -51,15 +56,19 @@ impl Content {
 
     /// The unit of the accelerometer, once it is known.
     pub fn accel_scale(&self) -> Option<AccelScale> {
-        self.rows.as_ref()?.accel_scale()
+        self.accel_scale
     }
 
-    /// What may spoil the samples, and was not returned before.
+    /// Judges the last rows and returns what may spoil the samples, and was not returned before.
     pub fn new_findings(&mut self) -> Vec<Finding> {
-        let findings = self.rows.as_ref().map(Growing::sample_findings);
-        let mut findings = findings.unwrap_or_default();
+        let judged = self.rows.as_ref().and_then(|rows| rows.recording(u32::MAX));
+        let Some(Ok(recording)) = judged else {
+            return Vec::new();
+        };
+        self.accel_scale = Some(recording.accel_scale);
+        let mut findings = recording.findings;
         findings.retain(|finding| {
-            if finding.severity != Severity::Warning {
+            if finding.severity != Severity::Warning || !finding.kind.is_of_samples() {
                 return false;
             }
             let words = finding.message.replace(|c: char| c.is_ascii_digit(), "");

@@ -320,10 +320,10 @@ impl Session<'_> {
                 }
                 Action::Report(event) => {
                     if let (Event::Status { .. }, Some(content)) = (&event, &mut self.content) {
-                        self.reporter.accel = content.accel_scale();
                         for finding in content.new_findings() {
                             self.reporter.report(&Event::Finding(finding));
                         }
+                        self.reporter.accel = content.accel_scale();
                     }
                     self.reporter.report(&event);
                 }

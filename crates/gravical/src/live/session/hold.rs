@@ -8,8 +8,8 @@ use crate::Result;
 use crate::live::event::{Event, Pose, Rejection, State, Welcome};
 use crate::live::judge::{Fault, LET_GO, Means, mean};
 use crate::poses::face::{Face, angle_deg};
-use crate::recording::growing::Sample;
 use crate::stills::LiveState;
+use gravical_recording::Sample;
 
 use super::{Hold, Session};
 
@@ -22,18 +22,18 @@ const LEAST_PROGRESS: f64 = 0.15;
 
 impl Session {
     pub(super) fn sample(&mut self, sample: Sample) -> Result<()> {
-        let gap = sample.t_s - self.now_s > GAP_S.max(5.0 / self.rate_hz);
-        self.now_s = sample.t_s;
+        let gap = sample.time_s - self.now_s > GAP_S.max(5.0 / self.rate_hz);
+        self.now_s = sample.time_s;
         if sample.row > 0 && (sample.is_break || gap) {
             self.interrupt();
         }
         self.rows.push(sample);
         let gyro_nominal = self.units.and_then(|u| u.gyro_nominal);
         let rate =
-            gyro_nominal.map(|nominal| sub(&sample.gyro(), &self.gyro_bias).map(|v| v / nominal));
-        self.attitude.update(sample.t_s, sample.accel(), rate);
+            gyro_nominal.map(|nominal| sub(&sample.gyro, &self.gyro_bias).map(|v| v / nominal));
+        self.attitude.update(sample.time_s, sample.accel, rate);
         if self.detector.is_none() {
-            self.identify(&sample);
+            self.identify(&sample)?;
         } else {
             self.detect(&sample);
         }
@@ -42,8 +42,8 @@ impl Session {
             self.restored.pop_front();
             self.accept(pose)?;
         }
-        if sample.t_s - self.status_s >= STATUS_S - 1e-6 && !self.restoring {
-            self.status_s = sample.t_s;
+        if sample.time_s - self.status_s >= STATUS_S - 1e-6 && !self.restoring {
+            self.status_s = sample.time_s;
             self.status();
         }
         Ok(())
@@ -70,8 +70,8 @@ impl Session {
             return;
         };
         // The detector counts rows as the session does, so that a row without values counts, too.
-        let gyro = Some(sample.gyro()).filter(|g| g.iter().all(|v| v.is_finite()));
-        if !detector.push_with_gyro(sample.accel(), gyro) {
+        let gyro = Some(sample.gyro).filter(|g| g.iter().all(|v| v.is_finite()));
+        if !detector.push_with_gyro(sample.accel, gyro) {
             return;
         }
         if detector.is_full() {
@@ -82,7 +82,7 @@ impl Session {
         };
         self.last = Some(state.clone());
         if state.run.is_some() && gyro.is_some() {
-            self.gyro_bias = mean(&self.rows.within(&state.block), Sample::gyro);
+            self.gyro_bias = mean(&self.rows.within(&state.block), |s| s.gyro);
         }
         if !self.restoring {
             self.block(&state);

@@ -4,13 +4,12 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 
-use crate::Result;
 use crate::live::event::{Event, Pose, Rejection, State, Undone, WarningKind, Welcome};
 use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::words;
 use crate::poses::face::{Face, angle_deg};
-use crate::recording::growing::Sample;
+use crate::{Error, Result};
 
 use super::{Hold, Session};
 
@@ -120,7 +119,7 @@ impl Session {
         let seconds = samples
             .last()
             .zip(samples.first())
-            .map_or(0.0, |(b, a)| b.t_s - a.t_s);
+            .map_or(0.0, |(b, a)| b.time_s - a.time_s);
         let pose = Pose {
             pose: self.numbers,
             face: face.map(Face::name),
@@ -148,18 +147,22 @@ impl Session {
 
     pub(super) fn accept(&mut self, mut pose: Pose) -> Result<()> {
         let rows = pose.rows[0] as usize..pose.rows[1] as usize;
-        let gyro = mean(&self.rows.within(&rows), Sample::gyro);
-        let Some(empty) = self.reader.columns() else {
-            return Ok(());
+        let samples = self.rows.within(&rows);
+        let gyro = mean(&samples, |s| s.gyro);
+        let ends = samples.first().zip(samples.last());
+        let Some(lines) = ends.map(|(first, last)| first.line..=last.line) else {
+            return Err(Error::input(
+                "no-rows",
+                format!("pose {} has no rows", pose.pose),
+            ));
         };
-        let kept = self.rows.keep(&rows, || empty)?;
         self.redo.retain(|face| Some(face.name()) != pose.face);
         let named = |f: &Face| Some(f.name()) == pose.face || self.has(*f);
         pose.faces_done = Face::all().iter().filter(|f| named(f)).count() as u32;
         pose.free_done = self.free_done() + u32::from(pose.face.is_none());
         self.poses.push(Accepted {
             pose: pose.clone(),
-            kept,
+            lines,
             gyro,
         });
         self.away = false;

@@ -1,16 +1,16 @@
 //! The calibration of the poses so far: the fit, the verdict, and the pose that is wanted next.
 
-use crate::Result;
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
 use crate::live::event::{Event, Fit, Pose, State, Wanted, WarningKind};
 use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use crate::live::judge::Accepted;
+use crate::live::rows::at_lines;
 use crate::live::{mg, words};
 use crate::numfmt::count;
 use crate::poses::face::in_words;
 use crate::poses::sections::Section;
-use crate::recording::collect::Columns;
+use crate::{Error, Result};
 
 use super::Session;
 
@@ -48,19 +48,16 @@ impl Session {
         self.ask();
     }
 
-    fn calibrated(&mut self) -> Result<CalibrationFile> {
-        let columns = self.rows.kept_mut().map(Columns::lend).unwrap_or_default();
-        let recording = self.reader.recording(columns)?;
+    fn calibrated(&self) -> Result<CalibrationFile> {
+        let recording = self.rows.recording().transpose()?;
+        let recording =
+            recording.ok_or_else(|| Error::input("no-rows", "no row was received yet"))?;
         let section = |p: &Accepted| Section {
             label: section_label(p.pose.pose),
-            rows: p.kept.clone(),
+            rows: at_lines(&recording, &p.lines),
         };
         let sections = self.poses.iter().map(section).collect();
-        let fitted = fit(&recording, sections, &self.options);
-        if let Some(kept) = self.rows.kept_mut() {
-            kept.take_back(recording);
-        }
-        fitted
+        fit(&recording, sections, &self.options)
     }
 
     /// Says which pose is wanted next.

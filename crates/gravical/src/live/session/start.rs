@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 
+use crate::Result;
 use crate::calibration_file::GravitySource;
 use crate::live::event::{Event, Rejection, State, WarningKind};
 use crate::live::judge::{Fault, Means, Units, scatter};
 use crate::recording::Recording;
-use crate::recording::growing::Sample;
 use crate::recording::units::{AccelUnit, GyroScale};
 use crate::stills::{LiveState, LiveStills, MOST_NOISE_AT_REST};
+use gravical_recording::Sample;
 
 use super::Session;
 
@@ -18,34 +19,35 @@ use super::Session;
 const IDENTIFY_S: f64 = 1.0;
 
 impl Session {
-    pub(super) fn identify(&mut self, sample: &Sample) {
+    pub(super) fn identify(&mut self, sample: &Sample) -> Result<()> {
         let untimed = sample.row as f64 >= IDENTIFY_S * Recording::ASSUMED_RATE_HZ;
-        if sample.t_s < IDENTIFY_S && !untimed {
-            return;
+        if sample.time_s < IDENTIFY_S && !untimed {
+            return Ok(());
         }
-        let Some(summary) = self.reader.summary() else {
-            return;
+        let Some(recording) = self.rows.recording().transpose()? else {
+            return Ok(());
         };
-        let (facts, timing) = (summary.facts, &summary.timing);
+        let timing = &recording.timing;
         self.rate_hz = timing.rate_hz().unwrap_or(self.rate_hz);
-        let found = summary.found;
-        let mut notes = [found.channels, found.clock, found.unit].concat();
-        notes.extend(found.cells);
+        // A second is too short to say anything of the samples.
+        let findings = recording.findings.into_iter();
+        let notes = findings.filter(|f| !f.kind.is_of_samples());
         self.emit(Event::Identified {
             rate_hz: timing.rate_hz(),
             jitter_ms: timing.jitter_s.map(|s| 1e3 * s),
-            columns: self.reader.column_names(),
-            unit: facts.accel.unit,
-            counts_per_g: facts.accel.lsb_per_g,
-            gyro_unit: facts.gyro.map(|g| g.unit),
-            has_temperature: sample.temperature_c().is_finite(),
-            notes: notes.into_iter().map(|f| f.message).collect(),
+            columns: recording.column_names,
+            unit: recording.accel_scale.unit,
+            counts_per_g: recording.accel_scale.lsb_per_g,
+            gyro_unit: recording.gyro_scale.map(|g| g.unit),
+            has_temperature: sample.temperature_c.is_finite(),
+            notes: notes.map(|f| f.message).collect(),
         });
         self.detector = Some(LiveStills::new(self.rate_hz));
         self.state = State::Floor;
         self.progress_s = self.now_s;
         let earlier: Vec<Sample> = self.rows.recent().copied().collect();
         earlier.iter().for_each(|s| self.detect(s));
+        Ok(())
     }
 
     /// True once the noise at rest and the unit are known.
@@ -57,19 +59,18 @@ impl Session {
         let samples = self.rows.within(run);
         let means = Means::of(&samples);
         let norm = norm(&means.accel);
-        let Some(summary) = self
-            .reader
-            .summary()
-            .filter(|_| state.noise <= MOST_NOISE_AT_REST * norm)
-        else {
+        if state.noise > MOST_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.over) {
+            return false;
+        }
+        let Some(Ok(recording)) = self.rows.recording() else {
             return false;
         };
-        let scale = summary.facts.accel;
+        let scale = recording.accel_scale;
         let gravity = self.options.gravity.value_mps2;
         // Counts of an unknown range are scaled by gravity itself.
         let counts = scale.unit == AccelUnit::Counts && scale.lsb_per_g.is_none();
         let Some(nominal) = scale.nominal().or(counts.then_some(norm / gravity)) else {
-            if let Some(hold) = self.hold.as_mut().filter(|hold| !hold.over) {
+            if let Some(hold) = &mut self.hold {
                 hold.over = true;
                 let fault = Fault::new(
                     Rejection::Units,
@@ -80,21 +81,21 @@ impl Session {
             }
             return false;
         };
-        let gyro_nominal = summary.facts.gyro.as_ref().and_then(GyroScale::nominal);
+        let gyro_nominal = recording.gyro_scale.as_ref().and_then(GyroScale::nominal);
         self.units = Some(Units {
+            zero_offset: recording.zero_offset,
             nominal,
             scale,
             gyro_nominal,
         });
-        let steps = self.reader.resolution();
-        let accel = scatter(&samples, Sample::accel);
-        let gyro = scatter(&samples, Sample::gyro).map(f64::to_degrees);
+        let accel = scatter(&samples, |s| s.accel);
+        let gyro = scatter(&samples, |s| s.gyro).map(f64::to_degrees);
         self.emit(Event::Floor {
             noise_mg: accel.map(|v| self.mg(v)),
             gyro_noise_deg_s: gyro_nominal
                 .filter(|_| gyro.iter().all(|v| v.is_finite()))
                 .map(|nominal| gyro.map(|v| v / nominal)),
-            step_mg: [0, 1, 2].map(|i| self.mg(steps[i])),
+            step_mg: [0, 1, 2].map(|i| self.mg(recording.resolution[i])),
             limit_mg: self.mg(state.most_scatter),
         });
         if self.options.gravity.source == GravitySource::Standard {

@@ -10,7 +10,6 @@ use crate::poses::face::Face;
 
 use super::Session;
 use crate::live::event::{Event, State, Status, Tile, Welcome};
-use crate::recording::growing::Sample;
 
 impl Session {
     /// Reports the state.
@@ -37,7 +36,7 @@ impl Session {
         let nominal = self.units.map_or(f64::NAN, |u| u.nominal * gravity);
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
         let last = self.last.as_ref();
-        let temperature = self.rows.recent().next_back().map(Sample::temperature_c);
+        let temperature = self.rows.recent().next_back().map(|s| s.temperature_c);
         let status = Status {
             state: self.state,
             sentence: self.sentence(face, is_face, welcome),

@@ -1,0 +1,62 @@
+//! A recording that grows.
+
+use std::path::Path;
+
+use gravical_recording::{self as new, Follow};
+
+use super::reading::of_judged;
+use super::text_options::text_options;
+use super::{ReadOptions, Recording, foreign};
+use crate::{Error, Result};
+
+/// Reads a recording while it grows, and holds its last rows.
+pub struct Following {
+    name: String,
+    follow: Follow,
+}
+
+impl Following {
+    /// `name` is used in messages; `max_rows`: so many rows, up to twice as many, are held.
+    #[must_use]
+    pub fn new(name: &str, options: &ReadOptions, max_rows: usize) -> Self {
+        let file = Path::new(name).file_name().unwrap_or_default();
+        let options = text_options(options, false);
+        Following {
+            name: name.to_owned(),
+            follow: Follow::new(&file.to_string_lossy(), options, max_rows),
+        }
+    }
+
+    /// Takes the next bytes and returns the rows that they complete; none before the format is
+    /// known.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading, once enough lines show that it is no recording.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<new::Sample>> {
+        let read = self.follow.push(bytes);
+        read.map_err(|e| self.refused(e))
+    }
+
+    /// The rows that are held up to this line, judged as a file; `None` before the format is known.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading.
+    #[must_use]
+    pub fn recording(&self, last_line: u32) -> Option<Result<Recording>> {
+        let judged = self.follow.recording(last_line)?;
+        let recording = judged.map(|judged| of_judged(judged, &self.name));
+        Some(recording.map_err(|e| self.refused(e)))
+    }
+
+    /// The board says that it sends calibrated values.
+    pub(crate) fn is_calibrated_by_board(&self) -> bool {
+        let board = self.follow.board();
+        board.is_some_and(|board| board.is_calibrated())
+    }
+
+    fn refused(&self, error: new::Error) -> Error {
+        foreign::refused(error, &[], Path::new(&self.name))
+    }
+}
