@@ -21,5 +21,5 @@ pub use encoding::{Encoding, decode};
 pub use frozen::{OtherAxis, frozen_axes, is_frozen, repeated_rows};
 pub use resolution::{Axis, resolution, resolution_of};
 pub use unit::{
-    AccelClaim, JudgedUnit, UnitDoubt, accel_unit, quiet_norm, shows_gravity, unit_of_quiet,
+    AccelClaim, JudgedUnit, Quiet, UnitDoubt, accel_unit, quiet, quiet_norm, shows_gravity,
 };

@@ -130,14 +130,6 @@ impl Error {
         error
     }
 
-    /// Memory was exhausted after this number of rows.
-    pub(crate) fn no_memory(rows: u64) -> Self {
-        let what = format!("there is no memory for more than {rows} rows");
-        Self::new(Category::System, "no-memory", what).with_hint(
-            "close other programs, or split the recording; `apply` does not load it into memory",
-        )
-    }
-
     /// Adds a hint.
     #[must_use]
     pub fn with_hint(mut self, hint: impl Into<String>) -> Self {

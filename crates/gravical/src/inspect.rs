@@ -10,7 +10,7 @@ use crate::poses::gyro_unit::{Claims, Evidence, decide};
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::turns::{Turn, full_turns, motions};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
-use crate::recording::timing::Timing;
+use crate::recording::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::stats::moments;

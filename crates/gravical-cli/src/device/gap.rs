@@ -1,6 +1,8 @@
 //! Named gaps of a recording.
 
-use gravical::recording::GAP_LINE;
+/// Beginning of the line in which missing rows are reported: after it the clock of the board may
+/// have restarted.
+const GAP_LINE: &str = "# gap:";
 use serde::Serialize;
 
 /// Why rows are missing.

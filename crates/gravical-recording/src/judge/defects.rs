@@ -5,8 +5,7 @@ use std::ops::Range;
 
 use gravical_signal::resolution;
 
-use super::cells::median;
-use super::unit::quiet_norms;
+use super::unit::quiet_norm;
 
 /// Rows for which all channels may repeat by chance.
 pub(crate) const MAX_REPEATS: usize = 20;
@@ -82,7 +81,7 @@ pub fn mark_hung(accel: [&[f64]; 3], gyro: &[&[f64]]) -> Vec<bool> {
 pub(crate) fn resolves_noise(accel: [&[f64]; 3]) -> bool {
     let rows = accel[0].len().min(RESOLUTION_ROWS);
     let axes = accel.map(|axis| &axis[..rows]);
-    let Some(gravity) = median(quiet_norms(axes)) else {
+    let Some(gravity) = quiet_norm(axes) else {
         return false;
     };
     let steps = axes
@@ -97,7 +96,7 @@ pub(crate) fn resolves_noise(accel: [&[f64]; 3]) -> bool {
 pub fn slip(channels: [&[f64]; 6], accel_at: usize) -> Option<usize> {
     let rows = channels[0].len();
     let named = [0, 1, 2].map(|i| &channels[accel_at + i][..rows / 4]);
-    let gravity = median(quiet_norms(named))?;
+    let gravity = quiet_norm(named)?;
     let blocks: Vec<[f64; 6]> = (0..rows / SLIP_ROWS)
         .map(|b| channels.map(|c| mean_square(&c[SLIP_ROWS * b..][..SLIP_ROWS])))
         .collect();

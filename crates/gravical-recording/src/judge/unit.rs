@@ -61,16 +61,44 @@ pub struct JudgedUnit {
     pub notes: Vec<Note>,
 }
 
+/// The quietest third of the blocks of 20 rows. The sensor need not be at rest: gravity dominates the
+/// mean of a quiet block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quiet {
+    /// Median of the mean magnitudes of the blocks, in the unit of the values
+    pub norm: f64,
+    /// Median standard deviation within the blocks, all axes together
+    pub spread: f64,
+}
+
+/// The quietest rows; `None` without a complete one.
+#[must_use]
+pub fn quiet(accel: [&[f64]; 3]) -> Option<Quiet> {
+    let rows = accel[0].len();
+    let ranges = (0..rows)
+        .step_by(BLOCK_ROWS)
+        .map(|from| from..(from + BLOCK_ROWS).min(rows));
+    let mut blocks: Vec<(f64, f64)> = ranges
+        .filter_map(|r| spread_and_norm(accel.map(|c| &c[r.clone()])))
+        .collect();
+    blocks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    blocks.truncate(blocks.len().div_ceil(3));
+    Some(Quiet {
+        norm: median(blocks.iter().map(|b| b.1))?,
+        spread: median(blocks.iter().map(|b| b.0))?.sqrt(),
+    })
+}
+
 /// Median magnitude of quiet rows: gravity, in the unit of the values. `None` without a complete row.
 #[must_use]
 pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
-    median(quiet_norms(accel))
+    quiet(accel).map(|quiet| quiet.norm)
 }
 
 /// Whether the magnitude of quiet rows is gravity in some unit.
 #[must_use]
 pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
-    median(quiet_norms(accel)).is_some_and(|norm| accel_evidence(norm, true) != Evidence::None)
+    quiet_norm(accel).is_some_and(|norm| accel_evidence(norm, true) != Evidence::None)
 }
 
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
@@ -85,19 +113,7 @@ pub fn accel_unit(
 ) -> JudgedUnit {
     let is_whole = |c: &&[f64]| c.iter().all(|v| v.is_nan() || v.fract() == 0.0);
     let integers = accel.iter().all(is_whole);
-    let quiet = median(quiet_norms(accel)).map(|norm| (norm, integers));
-    unit_of_quiet(quiet, is_unsigned, claim, options)
-}
-
-/// The same by the magnitude of quiet rows, and whether all values are whole numbers; `None` without
-/// a complete row.
-#[must_use]
-pub fn unit_of_quiet(
-    quiet: Option<(f64, bool)>,
-    is_unsigned: bool,
-    claim: AccelClaim,
-    options: &ReadOptions,
-) -> JudgedUnit {
+    let quiet = quiet_norm(accel).map(|norm| (norm, integers));
     let mut judged = JudgedUnit {
         scale: AccelScale {
             unit: AccelUnit::Unknown,
@@ -370,20 +386,6 @@ fn warn_if_gravity_disagrees(
 fn short(value: f64) -> String {
     let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
     format!("{value:.digits$}")
-}
-
-/// Mean magnitudes of the quietest third of the blocks.
-pub(crate) fn quiet_norms(accel: [&[f64]; 3]) -> Vec<f64> {
-    let rows = accel[0].len();
-    let ranges = (0..rows)
-        .step_by(BLOCK_ROWS)
-        .map(|from| from..(from + BLOCK_ROWS).min(rows));
-    let mut blocks: Vec<(f64, f64)> = ranges
-        .filter_map(|r| spread_and_norm(accel.map(|c| &c[r.clone()])))
-        .collect();
-    blocks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    blocks.truncate(blocks.len().div_ceil(3));
-    blocks.into_iter().map(|b| b.1).collect()
 }
 
 /// Variance over all axes and mean magnitude of the complete rows of a block.

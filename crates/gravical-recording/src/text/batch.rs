@@ -319,7 +319,7 @@ impl Batch {
         self.notes.append(&mut later.notes);
     }
 
-    /// Forgets the other rows, but not the lines that were set aside among them.
+    /// Forgets the other rows, but not the lines set aside.
     pub(crate) fn crop(&mut self, rows: Range<usize>) {
         fn cut<T>(values: &mut Vec<T>, rows: &Range<usize>) {
             values.truncate(rows.end);
@@ -336,6 +336,7 @@ impl Batch {
         self.blanks
             .iter_mut()
             .for_each(|(row, _)| *row -= rows.start);
+        self.aside.lines = self.rows() + self.aside.total();
     }
 
     /// Keeps the rows that are marked and counts the others; where a sensor hung, or was not read

@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use gravical_core::calibration::Calibration;
+use gravical_recording::judge::{self, Quiet};
 
 use crate::calibration_file::{Applied, CalibrationFile};
 use crate::poses::gyro_unit;
-use crate::recording::monitor::{Quiet, QuietBlocks};
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions, Recording,
 };
@@ -107,9 +107,14 @@ pub(super) fn judge(
 }
 
 fn quiet(recording: &Recording, accel: impl Fn(usize) -> [f64; 3]) -> Option<Quiet> {
-    let mut blocks = QuietBlocks::default();
-    (0..recording.rows()).for_each(|row| blocks.push(accel(row)));
-    blocks.finish()
+    let mut axes: [Vec<f64>; 3] = Default::default();
+    for row in 0..recording.rows() {
+        let values = accel(row);
+        axes.iter_mut()
+            .zip(values)
+            .for_each(|(axis, v)| axis.push(v));
+    }
+    judge::quiet(axes.each_ref().map(Vec::as_slice))
 }
 
 /// What gravity said of the unit in the raw values.

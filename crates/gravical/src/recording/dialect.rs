@@ -6,9 +6,9 @@ use std::cmp::Ordering;
 
 use crate::scan::{parse_field, parse_field_decimal_comma};
 
+use super::date::parse_date;
 use super::names::{Quantity, understand};
 use super::row::{Delimiter, RowDefect, is_missing_value, quoted_end};
-use super::timing::parse_date;
 use super::units::is_unit;
 
 /// Number of lines that are examined.
@@ -134,11 +134,6 @@ impl Header {
             units: Vec::new(),
             texts: Vec::new(),
         }
-    }
-
-    /// True if rows with this number of fields fit: one column may be unnamed.
-    pub(super) fn fits(&self, fields: usize) -> bool {
-        (self.names.len()..=self.names.len() + 1).contains(&fields)
     }
 
     /// The unit below the name of a column.
@@ -631,50 +626,6 @@ fn find_header(best: &Candidate, before: &[&HeadLine<'_>]) -> Option<Header> {
         units,
         texts: lines.iter().map(|l| l.text.trim_ascii().to_vec()).collect(),
     })
-}
-
-/// Number of fields of a line if it is a row of numbers.
-pub(super) fn fields_of_row(line: &[u8], dialect: &Dialect) -> Option<usize> {
-    let cells = cells(line, dialect.delimiter, dialect.decimal_comma);
-    is_data(&cells, dialect.fields.min(3)).then_some(cells.len())
-}
-
-/// The other delimiter that splits both the header `names` and `row`, if they form a header and
-/// its row.
-pub(super) fn other_delimiter(names: &[u8], row: &[u8], dialect: &Dialect) -> Option<Delimiter> {
-    let delimiters = DELIMITERS
-        .iter()
-        .filter(|(delimiter, _)| *delimiter != dialect.delimiter);
-    let fits = |(delimiter, comma): &&(Delimiter, bool)| {
-        let cells = cells(row, *delimiter, *comma);
-        is_data(&cells, 3) && split(strip_comment(names), *delimiter).len() == cells.len()
-    };
-    delimiters
-        .clone()
-        .find(fits)
-        .map(|(delimiter, _)| *delimiter)
-}
-
-/// The header at the end of `lines` (line numbers and texts), with any number of columns.
-pub(super) fn header_below(lines: &[(u64, Vec<u8>)], delimiter: Delimiter) -> Option<Header> {
-    let (_, last) = lines.last()?;
-    let lines: Vec<HeadLine<'_>> = lines
-        .iter()
-        .map(|(number, text)| HeadLine {
-            number: *number,
-            text,
-        })
-        .collect();
-    let lines: Vec<&HeadLine<'_>> = lines.iter().collect();
-    let fields = split(strip_comment(last), delimiter).len();
-    let candidate = Candidate {
-        delimiter,
-        decimal_comma: false,
-        fields,
-        rows: 0,
-        numbers: 0,
-    };
-    (fields >= 3).then(|| find_header(&candidate, &lines))?
 }
 
 /// Fills merged cells of a spreadsheet, whose name is in the first cell. `None` for a single

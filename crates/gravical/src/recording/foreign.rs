@@ -5,12 +5,8 @@ use std::path::Path;
 
 use gravical_recording::axes;
 
-use super::dialect::Dialect;
 use crate::escape::path_word;
 use crate::{Error, Result};
-
-/// Of a text without a table at most one line in this many looks like a row.
-const LINES_PER_ROW: usize = 10;
 
 pub use gravical_recording::is_prose;
 
@@ -77,16 +73,6 @@ pub(super) fn no_table(head: &[u8], file: &Path, what: &str) -> Error {
     error.with_hint(
         "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",
     )
-}
-
-/// True where the rows that were found are a few among lines of words, or of markup.
-pub(super) fn is_no_table(head: &[u8], dialect: &Dialect) -> bool {
-    let first = usize::try_from(dialect.first_data_line).unwrap_or(usize::MAX);
-    let lines = head.split(|b| *b == b'\n').skip(first.saturating_sub(1));
-    let lines = lines.filter(|line| !line.trim_ascii().is_empty());
-    let few = dialect.sample.len() * LINES_PER_ROW < lines.count();
-    let markup = matches!(content(head), [b'{' | b'<', ..]);
-    few && (markup || is_prose(head))
 }
 
 /// Without a byte order mark and white space.

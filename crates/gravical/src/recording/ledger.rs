@@ -105,13 +105,6 @@ impl Aside {
     }
 }
 
-/// True for a line that begins with `#`, `%` or `//`.
-pub(crate) fn is_comment(text: &[u8]) -> bool {
-    [&b"#"[..], b"%", b"//"]
-        .iter()
-        .any(|mark| text.starts_with(mark))
-}
-
 /// Counts of all lines: `lines = rows + Σ aside`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Ledger {

@@ -26,25 +26,19 @@
 pub(crate) mod batches;
 #[doc(hidden)]
 pub mod board;
-pub(crate) mod cells;
-pub(crate) mod collect;
+mod date;
 #[doc(hidden)]
 pub mod dialect;
-pub(crate) mod file;
 #[doc(hidden)]
 pub mod following;
 mod foreign;
-pub(crate) mod format;
-mod head;
 #[doc(hidden)]
 pub mod join;
-mod later;
 #[doc(hidden)]
 pub mod layout;
 mod ledger;
 mod memory;
 mod meter;
-pub(crate) mod monitor;
 #[doc(hidden)]
 pub mod names;
 #[doc(hidden)]
@@ -53,11 +47,7 @@ pub(crate) mod range_end;
 pub(crate) mod reading;
 #[doc(hidden)]
 pub mod row;
-pub(crate) mod rows;
-mod text;
 mod text_options;
-#[doc(hidden)]
-pub mod timing;
 mod unpacking;
 
 use std::ops::Range;
@@ -68,6 +58,7 @@ use crate::utc::UtcTime;
 #[doc(hidden)]
 pub use gravical_recording::units;
 pub use gravical_recording::{Labels, UnitDoubt};
+pub use gravical_recording::{TimeUnit, Timing};
 pub(crate) use gravical_recording::{full_scale, metadata};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
 pub use layout::ColumnsSpec;
@@ -75,7 +66,6 @@ pub use memory::{SampleColumns, TableColumn};
 pub use meter::{Meter, Progress};
 pub use reading::{read, read_bytes, read_head, read_samples};
 use serde::{Deserialize, Serialize};
-pub use timing::{TimeUnit, Timing};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 #[doc(hidden)]
 pub use {
@@ -83,11 +73,7 @@ pub use {
     join::{holds_gyroscope_alone, is_named_gyroscope},
     layout::stream_layout,
     ledger::{Aside, Ledger},
-    text::GAP_LINE,
 };
-
-/// Temperatures that a sensor of this kind can have, °C.
-pub(crate) const POSSIBLE_C: std::ops::RangeInclusive<f64> = -60.0..=150.0;
 
 /// Accepted sampling rates (Hz) and full-scale ranges (g, °/s): much wider than any real sensor,
 /// so that windows, scales and durations computed from them are finite.

@@ -6,8 +6,8 @@
 //! the axis; the rest may be a unit or the name of the sensor. The words are listed in one table,
 //! `WORDS`.
 
+use super::TimeUnit;
 use super::row::{ACCEL, GYRO, TEMPERATURE, TIME};
-use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
 
 /// A quantity that gravical reads.

@@ -18,7 +18,6 @@ use crate::{Error, Result};
 /// First bytes of a ZIP archive.
 const ZIP: &[u8] = b"PK\x03\x04";
 
-/// Number of bytes that are examined to determine the format.
 pub(crate) const HEAD: usize = 1 << 18;
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
@@ -41,23 +40,9 @@ pub struct Input {
     pub is_gzip: bool,
     digest: Option<Arc<Mutex<Sha256>>>,
     cut_off: Arc<AtomicBool>,
-    /// Number of bytes that are examined to determine the format.
-    pub(crate) head_bytes: usize,
 }
 
 impl Input {
-    /// A recording that grows: its format is determined from the first `head_bytes` bytes, which
-    /// end with a line.
-    pub(crate) fn growing(reader: Box<dyn Read>, head_bytes: usize) -> Self {
-        Input {
-            reader,
-            is_gzip: false,
-            digest: None,
-            cut_off: Arc::default(),
-            head_bytes,
-        }
-    }
-
     /// True if the file is packed and ends in the middle; the part that could be unpacked was
     /// read.
     #[must_use]
@@ -279,7 +264,6 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         is_gzip,
         digest,
         cut_off,
-        head_bytes: HEAD,
     })
 }
 

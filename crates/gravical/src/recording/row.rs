@@ -3,7 +3,7 @@
 use crate::scan::{parse_field, parse_field_decimal_comma, scan_number};
 
 use super::board::BoardSettings;
-use super::timing::{parse_date, parse_date_day_first};
+use super::date::{parse_date, parse_date_day_first};
 
 /// Number of slots of a row.
 pub const SLOTS: usize = 8;

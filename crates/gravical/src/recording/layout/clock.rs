@@ -1,8 +1,8 @@
 //! Choice of the time column, by name and by values.
 
 use super::Named;
+use crate::recording::TimeUnit;
 use crate::recording::names::{ColumnName, Quantity, is_foreign};
-use crate::recording::timing::TimeUnit;
 use crate::stats::median;
 
 /// Smallest number of rows to recognise an unnamed clock.

@@ -12,12 +12,12 @@ mod tests;
 
 use crate::{Error, Result};
 
+use super::TimeUnit;
 use super::board::BoardSettings;
 use super::dialect::Dialect;
-use super::metadata::{is_day_first, range_g};
+use super::metadata::is_day_first;
 use super::names::{ColumnName, Quantity, bare_axis, understand};
 use super::row::{RowScanner, RowStamps};
-use super::timing::TimeUnit;
 use super::units::{AccelUnit, GyroUnit};
 use crate::stats::median;
 use gravical_recording::judge::AccelClaim;
@@ -91,20 +91,6 @@ pub(crate) fn has_calibrated(names: &[String]) -> bool {
 }
 
 impl Layout {
-    /// True if the accelerometer is read from columns with the names of calibrated ones, or by the
-    /// board's own line.
-    pub(crate) fn reads_calibrated(&self, names: &[String]) -> bool {
-        self.calibrated_by_board
-            || CALIBRATED.iter().any(|own| {
-                (0..3).all(|i| {
-                    let field = self.field(Quantity::Accel(i));
-                    field
-                        .and_then(|f| names.get(f))
-                        .is_some_and(|n| n == own[i])
-                })
-            })
-    }
-
     /// Field of a channel, from 0.
     #[must_use]
     pub fn field(&self, quantity: Quantity) -> Option<usize> {
@@ -148,32 +134,6 @@ impl Layout {
     #[must_use]
     pub fn stamps(&self) -> RowStamps {
         RowStamps::new(self.sums_time)
-    }
-
-    /// Completes the claims with the lines above the header: the range of counts, and the board's
-    /// settings line, which says that values are counts.
-    pub(super) fn apply_board_settings(&mut self, metadata: &[String]) {
-        self.calibrated_by_board = BoardSettings::last(metadata).is_some_and(|b| b.is_calibrated());
-        let Some(board) =
-            BoardSettings::last(metadata).filter(|b| b.is_counts() && b.accel_range_g > 0)
-        else {
-            // For other counts a 16-bit converter is assumed unless gravity contradicts.
-            if self.accel_claim.unit == Some(AccelUnit::Counts)
-                && self.accel_claim.lsb_per_g.is_none()
-            {
-                self.accel_claim.lsb_per_g = range_g(metadata).map(|range| 32768.0 / range);
-            }
-            return;
-        };
-        if self.accel_claim.unit.is_none() {
-            self.accel_claim.unit = Some(AccelUnit::Counts);
-            self.accel_claim.lsb_per_g = Some(board.lsb_per_g());
-        }
-        if self.gyro_claim.is_none() {
-            self.gyro_claim = Some(GyroUnit::Counts);
-            self.gyro_lsb_per_deg_s = board.lsb_per_deg_s();
-        }
-        self.temperature_counts = Some(board).filter(|_| !self.temperature_claimed);
     }
 }
 
