@@ -478,7 +478,7 @@ kinds! {
             "the turns do not calibrate the gyroscope"
             "record the missing turns";
         GyroMotionGap "gyro-motion-gap" Warning
-            "motions between poses with a break, or without a reading for more than 4.5 periods"
+            "motions between poses of more than 60 s, with a break, or without a reading for more than 4.5 periods"
             "not used for the gyroscope"
             "check the lines";
         GyroMotionClipped "gyro-motion-clipped" Warning

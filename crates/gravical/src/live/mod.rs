@@ -13,8 +13,8 @@
 //! ([`Session::lost`]). [`event`] has the events and commands, `docs/live.md` describes them;
 //! [`folder`] is the folder of a session, which `gravical calibrate` accepts.
 //!
-//! Memory is bounded: kept are the rows of the accepted poses and of the motions between them, up
-//! to a minute each.
+//! All rows are held, up to a gigabyte of columns (40 hours at 100 Hz), and judged as a file for every
+//! calibration: it is that of [`calibrate`](crate::calibrate::calibrate) for the recording.
 //!
 //! # Example
 //!

@@ -15,6 +15,8 @@ use crate::stats::mean_of_finite;
 /// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
 /// straight line, whether rows are lost or their cells empty.
 const GAP_PERIODS: f64 = 4.5;
+/// Over a longer motion the bias drifts more than the closure tells, s.
+const MAX_MOTION_S: f64 = 60.0;
 /// Length of the blocks that the noise is taken from, s: longer than the correlation behind any low-pass
 /// in use, shorter than a static interval.
 const BLOCK_S: f64 = 0.25;
@@ -26,7 +28,7 @@ pub(super) struct Readings {
     pub motions: Vec<Motion>,
     /// Recording and lines of each motion.
     pub places: Vec<(usize, [u64; 2])>,
-    /// Motions that cannot be used: gaps, clipped samples.
+    /// Motions that cannot be used: too long, gaps, clipped samples.
     pub left_out: usize,
     /// Allan N, input unit · √s.
     pub noise: [f64; 3],
@@ -45,6 +47,7 @@ struct Hold<'a> {
 enum Lost {
     /// There is nothing to use.
     Nothing,
+    /// A gap, or too long.
     Gap,
     /// So many rows at the end of the range.
     Clipped(u64),
@@ -175,7 +178,7 @@ impl Readings {
             say(
                 FindingKind::GyroMotionGap,
                 format!(
-                    "{with_gap} of the motions between static intervals have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"
+                    "{with_gap} of the motions between static intervals last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"
                 ),
                 &gaps,
             );
@@ -228,13 +231,13 @@ fn samples(
     if rows.len() < 3 {
         return Err(Lost::Nothing);
     }
-    if recording.is_broken(&rows) {
-        return Err(Lost::Gap);
-    }
     let seconds = |from: usize, to: usize| match &recording.time_s {
         Some(t) => t[to] - t[from],
         None => (to - from) as f64 / rate_hz,
     };
+    if recording.is_broken(&rows) || seconds(rows.start, rows.end - 1) > MAX_MOTION_S {
+        return Err(Lost::Gap);
+    }
     let at_end = |rate: [f64; 3]| {
         (0..3).any(|i| ends[i].is_some_and(|[low, high]| rate[i] <= low || rate[i] >= high))
     };
