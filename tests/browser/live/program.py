@@ -233,6 +233,9 @@ class Live(Check):
                             board.unplug()
                             self.until("return document.body.dataset.state === 'lost'", 30)
                             self.picture("lost")
+                            # A tab that is opened now shows it, too.
+                            browser.open(self.url)
+                            self.until("return document.body.dataset.state === 'lost' && state.status", 5)
                             assert self.browser.run("return state.poses.size") == 2
                             board.plug()
                             self.until("return document.body.dataset.state !== 'lost'", 30)
@@ -297,6 +300,9 @@ class Live(Check):
                     browser.call("DELETE", f"{browser.session}/window")
                     browser.call("POST", f"{browser.session}/window", {"handle": first})
                     self.quiet("port chosen")
+                    # The program is gone.
+                    self.child.kill()
+                    self.until("return document.querySelector('#sentence').textContent.includes('does not answer')", 3)
             finally:
                 board.close()
         print("a port chosen, five tabs")

@@ -452,6 +452,7 @@ function listen() {
   stream.addEventListener("open", () => {
     answers = true;
     clearTimeout(silence);
+    silence = 0;
     follower = full = false;
     live_from = performance.now() + 700;
     dirty = true;
@@ -459,9 +460,8 @@ function listen() {
   stream.addEventListener("error", () => {
     // After the end the program may go: there is nothing to wait for.
     if (state.end) stream.close();
-    // A stream that is opened again at once is not worth a word.
-    clearTimeout(silence);
-    silence = setTimeout(() => {
+    // A stream that is opened again at once is not worth a word; one that fails again and again is.
+    silence ||= setTimeout(() => {
       answers = full;
       dirty = true;
     }, 1500);

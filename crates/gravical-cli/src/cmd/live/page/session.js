@@ -50,10 +50,7 @@ const EVENTS = {
     const most = Math.max(...e.noise_mg);
     tell(s, e.t_s, "note", "At rest:", `noise up to ${precise(most)} mg; above ${precise(e.limit_mg)} mg it counts as moving.`, true);
   },
-  status(s, e) {
-    s.status = e;
-    if (e.state !== "lost") s.lost = null;
-  },
+  status(s, e) { s.status = e; },
   // Why the hold before was rejected stays to be read: the next one can begin at once.
   pose_candidate(s, e) { s.candidate = e; },
   pose_accepted(s, e) {
