@@ -124,6 +124,14 @@ class Live(Check):
             key("-y")
             self.accepted(6)
             self.picture("six")
+            # An early end, and on: the question says what the verdict will be.
+            browser.key("Enter")
+            assert "“not verifiable”" in browser.run("return document.querySelector('#sure p').textContent")
+            browser.key("Enter")
+            self.until("return state.saved?.next[0] === 'gravical live --resume s' && state.end", 60)
+            self.picture("saved-early")
+            browser.click("#result .primary")
+            self.until("return !state.end && state.poses.size === 6 && state.status?.state === 'wait'", 60)
             for count in range(7, 17):
                 if self.is_good():
                     break
@@ -133,7 +141,7 @@ class Live(Check):
             self.picture("good")
             browser.key("Enter")
             self.ended("keyboard")
-            for name in ("recording.csv", "session.ndjson", "calibration.json", "calibration.html"):
+            for name in ("recording.csv", "session.ndjson", "calibration.json", "calibration-2.json", "calibration-2.html"):
                 assert (folder / "s" / name).stat().st_size > 1000, name
             # The last tab is gone: the program, too.
             browser.open("about:blank")

@@ -132,7 +132,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let place = args.folder()?;
+    let mut place = args.folder()?;
+    #[cfg(feature = "live")]
+    let folder = place.1.clone();
     let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(args.speed() > 0.0))];
     if let Some(path) = &args.events {
         renderers.push(Box::new(EventLines::open(path, args.speed() > 0.0)?));
@@ -161,16 +163,25 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             page.open();
         }
     };
-    let done = args.guide(place, renderers, entries, &interrupted, begins);
-    #[cfg(feature = "live")]
-    if let Some(page) = page {
-        match &done {
-            Err(error) => page.fail(&error.to_string()),
-            Ok(_) if interrupted.load(Ordering::SeqCst) => page.last_word(),
-            Ok(_) => page.stay(&interrupted),
+    loop {
+        let done = args.guide(place, &mut renderers, &entries, &interrupted, &begins);
+        #[cfg(feature = "live")]
+        if let Some(page) = &page {
+            match (&done, &folder) {
+                (Err(error), _) => page.fail(&error.to_string()),
+                (Ok(_), _) if interrupted.load(Ordering::SeqCst) => page.last_word(),
+                (Ok(_), folder) => {
+                    if page.stay(&entries, &interrupted)
+                        && let Some(folder) = folder
+                    {
+                        place = (Some(Journal::read(folder)?), Some(folder.clone()));
+                        continue;
+                    }
+                }
+            }
         }
+        return done;
     }
-    done
 }
 
 /// A source that is open: its kind and its name.
@@ -194,8 +205,8 @@ impl Args {
     fn guide(
         &self,
         (journal, folder): (Option<Journal>, Option<PathBuf>),
-        mut renderers: Vec<Box<dyn Renderer>>,
-        entries: Receiver<Entry>,
+        renderers: &mut Vec<Box<dyn Renderer>>,
+        entries: &Receiver<Entry>,
         interrupted: &AtomicBool,
         begins: impl Fn(),
     ) -> anyhow::Result<ExitCode> {
@@ -219,8 +230,8 @@ impl Args {
             };
             begins();
             let mut asking = Asking {
-                renderers: &mut renderers,
-                entries: &entries,
+                renderers,
+                entries,
                 interrupted,
             };
             port = asking.port(asked, port.as_deref());
@@ -251,7 +262,9 @@ impl Args {
             .as_deref()
             .map(|f| JournalFile::open(f, journal.is_some()));
         let output = match (&self.output, &folder) {
-            (Some(path), _) => Some(path.clone()),
+            (Some(path), _) if journal.is_none() => Some(path.clone()),
+            // A session that goes on has saved one.
+            (Some(path), _) => Some(free_name(path)),
             (None, Some(folder)) => Some(free_name(&folder.join("calibration.json"))),
             (None, None) => None,
         };

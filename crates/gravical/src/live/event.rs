@@ -589,6 +589,8 @@ pub enum Command {
     },
     /// Calculate, save, end.
     Finish,
+    /// Go on with a session that was saved.
+    Resume,
     /// Local gravity: the value, or latitude and altitude.
     Gravity {
         /// m/s².

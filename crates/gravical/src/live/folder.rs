@@ -39,8 +39,6 @@ pub struct Journal {
     pub poses: Vec<Pose>,
     /// How many numbers of poses were used.
     pub numbers: u32,
-    /// The session was finished.
-    pub is_finished: bool,
     folder: PathBuf,
 }
 
@@ -78,7 +76,6 @@ impl Journal {
             gravity: Gravity::default(),
             poses: Vec::new(),
             numbers: 0,
-            is_finished: false,
             folder: folder.to_owned(),
         };
         let end = bytes
@@ -120,7 +117,6 @@ impl Journal {
                 self.poses.push(pose);
             }
             Event::PoseUndone { pose, .. } => self.poses.retain(|p| p.pose != pose),
-            Event::Verdict { r#final: true, .. } => self.is_finished = true,
             _ => {}
         }
     }

@@ -244,6 +244,7 @@ impl Session {
             Command::Port { .. } => {
                 self.refuse("the port was chosen: another one needs a new session")
             }
+            Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }
         self.settle()

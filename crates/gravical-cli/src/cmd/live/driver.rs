@@ -82,7 +82,7 @@ pub fn typed(sender: SyncSender<Entry>) {
 pub struct Driver<'a> {
     pub session: Session,
     pub source: &'a mut dyn Source,
-    pub renderers: Vec<Box<dyn Renderer>>,
+    pub renderers: &'a mut Vec<Box<dyn Renderer>>,
     pub journal: Option<JournalFile>,
     pub folder: Option<PathBuf>,
     pub read: ReadOptions,
@@ -90,7 +90,7 @@ pub struct Driver<'a> {
     pub output: Option<PathBuf>,
     /// Times real time; 0 is as fast as possible.
     pub speed: f64,
-    pub entries: Receiver<Entry>,
+    pub entries: &'a Receiver<Entry>,
     pub interrupted: &'a AtomicBool,
 }
 
@@ -205,7 +205,7 @@ impl Driver<'_> {
             let what = format!("the session ended after {poses}, too few for a calibration");
             return Err(Error::input("too-few-poses", what).with_hint(hint).into());
         }
-        self.save(&mut hand)
+        self.save(kind, &mut hand)
     }
 
     /// There will be no more rows, or none that matter.
@@ -307,7 +307,7 @@ impl Driver<'_> {
     }
 
     /// Saves the calibration, and reads it back.
-    fn save(mut self, hand: &mut Hand) -> anyhow::Result<ExitCode> {
+    fn save(mut self, kind: SourceKind, hand: &mut Hand) -> anyhow::Result<ExitCode> {
         self.source.make_safe()?;
         let (file, session) = self.calibration()?;
         let unsaved = match &self.output {
@@ -322,10 +322,7 @@ impl Driver<'_> {
                 file: output.display().to_string(),
                 folder: self.folder.as_ref().map(|f| f.display().to_string()),
                 report: report.map(|path| path.display().to_string()),
-                next: vec![
-                    format!("gravical apply {word} RECORDING.csv -o calibrated.csv"),
-                    format!("gravical export {word} --to arduino"),
-                ],
+                next: self.next_steps(file.verdict.grade, &word, kind),
             };
             let messages = self.session.note(saved);
             self.show(messages, hand, false)?;
@@ -342,6 +339,23 @@ impl Driver<'_> {
             Grade::Poor => ExitCode::from(failure::QUALITY),
             _ => ExitCode::SUCCESS,
         })
+    }
+
+    /// Commands to go on with: to a better calibration where it is not good, else to its use.
+    fn next_steps(&self, grade: Grade, calibration: &str, kind: SourceKind) -> Vec<String> {
+        let resume = self.folder.as_deref().filter(|_| grade != Grade::Good);
+        let resume = resume.map(|folder| format!("gravical live --resume {}", path_word(folder)));
+        let motion = match kind {
+            SourceKind::Port if grade == Grade::Good => vec![
+                "gravical log -o move.csv".to_owned(),
+                format!("gravical motion move.csv -c {calibration} --report move.html"),
+            ],
+            _ => Vec::new(),
+        };
+        let apply = format!("gravical apply {calibration} RECORDING.csv -o calibrated.csv");
+        let export = format!("gravical export {calibration} --to arduino");
+        let all = resume.into_iter().chain(motion);
+        all.chain([apply, export]).collect()
     }
 
     /// The calibration: of what is on the disk, where the session has a folder; then with its

@@ -6,12 +6,12 @@ mod routes;
 
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::SyncSender;
+use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use axum::Router;
-use gravical::live::event::EndReason;
+use gravical::live::event::{Command, EndReason};
 use gravical::live::{EVENTS_VERSION, Event, Message};
 use gravical::{Error, Result};
 use hyper::server::conn::http1;
@@ -143,16 +143,19 @@ impl Page {
         std::thread::sleep(STEP);
     }
 
-    /// Waits until the last tab is closed.
-    pub fn stay(&self, interrupted: &AtomicBool) {
+    /// Waits until the last tab is closed; true if the session is to go on.
+    pub fn stay(&self, entries: &Receiver<Entry>, interrupted: &AtomicBool) -> bool {
         if self.hub.is_left_for(LOADED_AGAIN) {
-            return;
+            return false;
         }
         say("The page with the report stays until its tab is closed, or Ctrl-C.");
         while !self.hub.is_left_for(LOADED_AGAIN) && !interrupted.load(Ordering::SeqCst) {
-            std::thread::sleep(STEP);
+            if let Ok(Entry::Clicked(Command::Resume)) = entries.recv_timeout(STEP) {
+                return true;
+            }
         }
         self.last_word();
+        false
     }
 }
 
@@ -210,6 +213,7 @@ impl Renderer for Events {
             return;
         };
         match message.event {
+            Event::Session { .. } => self.0.begin(text),
             Event::End { .. } => self.0.end(text),
             _ => self.0.say(text, message.event.is_status()),
         }

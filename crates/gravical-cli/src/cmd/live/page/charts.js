@@ -213,12 +213,14 @@ class ErrorChart {
       pen.fillText(`${v} mg`, left - 5, y(v));
       this.rule(pen, left, right, y(v), ink.line, []);
     }
-    for (const [v, word, colour] of [[GOOD_MG, "good: 5 mg", ink.good], [FAIR_MG, "fair: 20 mg", ink.fair]]) {
-      // Early errors are large: on the left the limits are free of them.
+    // Errors fall from the left above to the right below: these corners are free of them.
+    for (const [v, word, colour, align, at, off] of [
+      [GOOD_MG, "good: 5 mg", ink.good, "left", left + 3, 8], [FAIR_MG, "fair: 20 mg", ink.fair, "right", right - 3, -8],
+    ]) {
       this.rule(pen, left, right, y(v), colour, [6, 4]);
       pen.fillStyle = colour;
-      pen.textAlign = "left";
-      pen.fillText(word, left + 3, y(v) + 8);
+      pen.textAlign = align;
+      pen.fillText(word, at, y(v) + off);
     }
     pen.fillStyle = ink.muted;
     pen.textAlign = "center";

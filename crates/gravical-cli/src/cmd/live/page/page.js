@@ -194,7 +194,7 @@ function update() {
   const result = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
   if (result !== result_seen) {
     result_seen = result;
-    if (ended) fillResult($("#result"), state, address("report"));
+    if (ended) fillResult($("#result"), state, address("report"), follower ? null : () => send({ command: "resume" }));
   }
   show($("#hands"), hands.on);
   const { verdict } = state, grade = GRADES[verdict?.grade];
@@ -289,7 +289,7 @@ function announce(text) {
 let later = false, refusal = 0;
 
 async function send(command) {
-  if (follower || state.end) return false;
+  if (follower || state.end && command.command !== "resume") return false;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
@@ -322,9 +322,11 @@ function choose(face) {
 const finish = () => {
   if (state.verdict?.grade === "good") return send({ command: "finish" });
   const faces = FACES.filter(recorded).length;
-  const text = faces < 6 ? `${faces} of 6 faces are done. The calibration will be rough.`
+  const grade = GRADES[state.fit?.grade]?.[0];
+  const why = faces < 6 ? `${faces} of 6 faces are done.`
     : state.poses.size <= 6 ? "Six faces alone verify nothing. One more pose in any other direction does."
       : "More poses would make the calibration better.";
+  const text = grade ? `The verdict will be “${grade}”. ${why}` : why;
   write($("#sure p"), text);
   $("#sure").showModal();
 };

@@ -90,7 +90,7 @@ function reportOf(address) {
 }
 
 // Everything about the end, built anew when one of its events comes.
-function fillResult(place, state, reportAddress) {
+function fillResult(place, state, reportAddress, goOn) {
   const { verdict, fit, saved, end } = state;
   const parts = [];
   // A session that was stopped has no result yet, whatever the last fit said.
@@ -105,6 +105,11 @@ function fillResult(place, state, reportAddress) {
   if (saved) {
     parts.push(make("p", { className: "saved" }, icon("done"), make("span", {}, "Saved as ", make("code", {}, saved.file),
       ", read back and compared.", saved.folder ? " The raw samples are in " : null, saved.folder ? make("code", {}, saved.folder) : null)));
+  }
+  if (saved?.folder && goOn) {
+    const button = make("button", { type: "button", className: verdict?.grade === "good" ? "" : "primary" }, "Go on with more poses");
+    button.addEventListener("click", goOn);
+    parts.push(make("div", { className: "row" }, button));
   }
   if (saved?.next?.length) {
     parts.push(make("section", {}, make("h2", {}, "What to do next"), ...saved.next.map(command)));

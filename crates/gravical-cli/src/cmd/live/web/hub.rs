@@ -75,6 +75,15 @@ impl Hub {
         state.keep(|tab| tab.sender.try_send(Arc::clone(&text)).is_ok());
     }
 
+    /// Says the first event of a session; one before it, which goes on, is over.
+    pub fn begin(&self, text: String) {
+        let mut state = self.state();
+        state.past.clear();
+        (state.status, state.report, state.ended) = (None, None, false);
+        drop(state);
+        self.say(text, false);
+    }
+
     /// Says the last event.
     pub fn end(&self, text: String) {
         self.state().ended = true;
