@@ -140,7 +140,7 @@ class Script:
         self.add(
             "pose_accepted", pose=self.number, face=face, up=self.up, tilt_deg=round(tilt, 2),
             mean=[16384.0 * c for c in self.up], norm_mps2=9.8312,
-            noise_mg=3.14, temperature_c=24.9, seconds=3.0, rows=[611, 911], faces_done=len(self.faces_done()),
+            noise_mg=3.14, temperature_c=24.9, seconds=3.0, lines=[611, 911], faces_done=len(self.faces_done()),
             free_done=len(self.poses) - len(self.faces_done()), note=note,
         )
         return self.fit()

@@ -311,7 +311,9 @@ impl Args {
             return Ok((None, None));
         }
         if let Some(folder) = &self.resume {
-            return Ok((Some(Journal::read(folder)?), Some(folder.clone())));
+            let journal = Journal::read(folder)?;
+            journal.verify(&self.read_options())?;
+            return Ok((Some(journal), Some(folder.clone())));
         }
         let folder = self.folder.clone().unwrap_or_else(|| {
             let now = gravical::calibration_file::creation_time();

@@ -143,6 +143,12 @@ fn a_simulated_session_ends_with_the_truth_and_its_folder_calibrates_to_the_last
         (run.code, run.error_code()),
         (3, "recording-changed".to_owned())
     );
+    let resume = || run_in(folder.path(), words("live --resume s --plain"));
+    assert!(resume().err.contains("code: recording-changed"));
+    let path = folder.path().join("s/session.ndjson");
+    let journal = fs::read_to_string(&path).unwrap();
+    fs::write(&path, journal.replace("\"lines\":[", "\"lines\":[9")).unwrap();
+    assert!(resume().err.contains("code: recording-changed"));
 }
 
 #[test]

@@ -379,8 +379,8 @@ pub struct Pose {
     pub temperature_c: Option<f64>,
     /// Length, s.
     pub seconds: f64,
-    /// First row of the recording, and the row after the last.
-    pub rows: [u64; 2],
+    /// Its first and last line in the recording.
+    pub lines: [u32; 2],
     /// Number of faces that are recorded.
     pub faces_done: u32,
     /// Number of free poses.

@@ -127,6 +127,18 @@ impl Journal {
         self.folder.join(RECORDING)
     }
 
+    /// Checks that the rows of the poses are still in the recording.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading; `recording-changed`.
+    pub fn verify(&self, options: &ReadOptions) -> Result<()> {
+        if !self.poses.is_empty() {
+            self.sections(&read(&self.recording(), options)?)?;
+        }
+        Ok(())
+    }
+
     /// The poses as a section list of the recording.
     ///
     /// # Errors
@@ -142,19 +154,16 @@ impl Journal {
             );
         }
         let section = |pose: &Pose| {
-            let rows = pose.rows[0] as usize..pose.rows[1] as usize;
-            let mean = match rows.end <= recording.rows() {
-                true => moments(&recording.accel, rows.clone()).0,
-                false => [f64::NAN; 3],
-            };
+            let rows = recording.rows_at(pose.lines);
+            let mean = moments(&recording.accel, rows.clone()).0;
             let off = norm(&sub(&mean, &pose.mean));
             if off.is_nan() || off > SAME_MEAN * norm(&pose.mean) {
                 return Err(Error::input(
                     "recording-changed",
                     format!(
-                        "rows {} to {} are not those of pose {} in {JOURNAL}: the recording was changed",
-                        rows.start,
-                        rows.end - 1,
+                        "lines {} to {} are not those of pose {} in {JOURNAL}: the recording was changed",
+                        pose.lines[0],
+                        pose.lines[1],
                         pose.pose
                     ),
                 )

@@ -1,7 +1,5 @@
 //! Whether the rows of a hold are a pose, and what is wrong if not.
 
-use std::ops::RangeInclusive;
-
 use gravical_core::matrix3::{norm, sub};
 
 use crate::poses::face::{AXES, Face};
@@ -94,11 +92,10 @@ fn other_scale(message: String) -> Fault {
     Fault::new(Rejection::Scale, message, remedy)
 }
 
-/// An accepted pose, its lines in the recording, and its mean angular rate.
+/// An accepted pose, and its mean angular rate.
 #[derive(Debug, Clone)]
 pub(super) struct Accepted {
     pub pose: Pose,
-    pub lines: RangeInclusive<u32>,
     pub gyro: [f64; 3],
 }
 

@@ -1,7 +1,7 @@
 //! The recording of a session: all rows to calibrate with, the last ones to find poses in.
 
 use std::collections::VecDeque;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 use gravical_recording::Sample;
 
@@ -9,8 +9,8 @@ use crate::Result;
 use crate::recording::following::Following;
 use crate::recording::{ReadOptions, Recording};
 
-/// Rows of this time are at hand, s: no longer hold is judged.
-const RECENT_S: f64 = 60.0;
+/// Rows of this time are at hand, s: twice the longest capture.
+const RECENT_S: f64 = 120.0;
 
 /// Rows of the session.
 pub(super) struct SessionRows {
@@ -68,6 +68,13 @@ impl SessionRows {
         all.copied().collect()
     }
 
+    /// The recent rows of these lines.
+    pub fn at_lines(&self, [first, last]: [u32; 2]) -> Vec<Sample> {
+        let all = self.recent.iter();
+        let all = all.filter(|s| (first..=last).contains(&s.line));
+        all.copied().collect()
+    }
+
     /// The rows up to the last one that was added, judged as a file: what arrived with it does not
     /// matter.
     ///
@@ -77,10 +84,4 @@ impl SessionRows {
     pub fn recording(&self) -> Option<Result<Recording>> {
         self.reading.recording(self.recent.back()?.line)
     }
-}
-
-/// The rows of a recording at these lines.
-pub(super) fn at_lines(recording: &Recording, lines: &RangeInclusive<u32>) -> Range<usize> {
-    let before = |line: u32| recording.lines.partition_point(|l| *l < line);
-    before(*lines.start())..before(lines.end() + 1)
 }

@@ -290,6 +290,14 @@ impl Recording {
             .map_or(row as u64 + 1, |line| u64::from(*line))
     }
 
+    /// The rows in these lines, the first and the last.
+    #[must_use]
+    pub fn rows_at(&self, [first, last]: [u32; 2]) -> Range<usize> {
+        let before = |line: u32| self.lines.partition_point(|l| *l < line);
+        let start = before(first);
+        start..before(last.saturating_add(1)).max(start)
+    }
+
     /// True for a long file of a worn device: its rows are means of neighbouring samples.
     #[must_use]
     pub fn is_averaged(&self) -> bool {

@@ -75,7 +75,7 @@ fn the_first_seconds_identify_the_board_and_its_noise() {
         "{noise_mg:?}"
     );
     assert!((10.0..40.0).contains(limit_mg), "{limit_mg}");
-    assert_eq!((faces.len(), left.len(), pose.rows), (6, 5, [50, 300]));
+    assert_eq!((faces.len(), left.len(), pose.lines), (6, 5, [52, 301]));
     assert!(events.iter().filter(|m| m.event.is_status()).count() >= 39);
 }
 
@@ -131,19 +131,19 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
             let back: Message = serde_json::from_value(value).unwrap();
             assert_eq!(back, *message);
         }
-        // The session keeps only a part of the rows; the whole recording gives the same.
         let recording = gravical::recording::read_bytes(
             ended.text.as_bytes(),
             "recording.csv",
             &ReadOptions::default(),
-        );
+        )
+        .unwrap();
         let poses = ended.messages.iter().filter_map(|m| match &m.event {
             Event::PoseAccepted(p) => Some(p),
             _ => None,
         });
         let sections = poses.map(|p| Section {
             label: format!("pose {}", p.pose),
-            rows: p.rows[0] as usize..p.rows[1] as usize,
+            rows: recording.rows_at(p.lines),
         });
         let options = CalibrateOptions {
             segment: SegmentOptions {
@@ -153,7 +153,7 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
             gravity: gravical::gravity::Gravity::given(9.80665).unwrap(),
             ..CalibrateOptions::default()
         };
-        let whole = calibrate(&[recording.unwrap()], &options).unwrap().file;
+        let whole = calibrate(&[recording], &options).unwrap().file;
         assert_eq!(whole.accelerometer, file.accelerometer, "{clumsiness:?}");
         assert_eq!(whole.gyroscope, file.gyroscope, "{clumsiness:?}");
         assert_eq!(whole.verdict, file.verdict, "{clumsiness:?}");

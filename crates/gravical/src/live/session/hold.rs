@@ -37,10 +37,10 @@ impl Session {
         } else {
             self.detect(&sample);
         }
-        let ends = |p: &&Pose| p.rows[1] == sample.row as u64 + 1;
+        let ends = |p: &&Pose| p.lines[1] == sample.line;
         if let Some(pose) = self.restored.front().filter(ends).cloned() {
             self.restored.pop_front();
-            self.accept(pose)?;
+            self.accept(pose);
         }
         if sample.time_s - self.status_s >= STATUS_S - 1e-6 && !self.restoring {
             self.status_s = sample.time_s;

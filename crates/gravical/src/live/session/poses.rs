@@ -9,7 +9,6 @@ use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::words;
 use crate::poses::face::{Face, angle_deg};
-use crate::{Error, Result};
 
 use super::{Hold, Session};
 
@@ -116,10 +115,9 @@ impl Session {
         let up = self.direction_of(means.accel);
         let (face, tilt_deg) = (self.face_up(up), Face::nearest(up).1);
         self.numbers += 1;
-        let seconds = samples
-            .last()
-            .zip(samples.first())
-            .map_or(0.0, |(b, a)| b.time_s - a.time_s);
+        let [Some(first), Some(last)] = [samples.first(), samples.last()] else {
+            return;
+        };
         let pose = Pose {
             pose: self.numbers,
             face: face.map(Face::name),
@@ -129,8 +127,8 @@ impl Session {
             norm_mps2: norm(&means.accel) / units.nominal,
             noise_mg: self.mg(means.sigma),
             temperature_c: means.temperature_c,
-            seconds: seconds + 1.0 / self.rate_hz,
-            rows: [rows.start as u64, rows.end as u64],
+            seconds: last.time_s - first.time_s + 1.0 / self.rate_hz,
+            lines: [first.line, last.line],
             faces_done: 0,
             free_done: 0,
             note: face
@@ -140,29 +138,17 @@ impl Session {
                     format!("{tilt_deg:.0}° from {name}: a pose nearer to the face determines the axes better")
                 }),
         };
-        if let Err(error) = self.accept(pose) {
-            self.warn(WarningKind::Other, error.to_string());
-        }
+        self.accept(pose);
     }
 
-    pub(super) fn accept(&mut self, mut pose: Pose) -> Result<()> {
-        let rows = pose.rows[0] as usize..pose.rows[1] as usize;
-        let samples = self.rows.within(&rows);
-        let gyro = mean(&samples, |s| s.gyro);
-        let ends = samples.first().zip(samples.last());
-        let Some(lines) = ends.map(|(first, last)| first.line..=last.line) else {
-            return Err(Error::input(
-                "no-rows",
-                format!("pose {} has no rows", pose.pose),
-            ));
-        };
+    pub(super) fn accept(&mut self, mut pose: Pose) {
+        let gyro = mean(&self.rows.at_lines(pose.lines), |s| s.gyro);
         self.redo.retain(|face| Some(face.name()) != pose.face);
         let named = |f: &Face| Some(f.name()) == pose.face || self.has(*f);
         pose.faces_done = Face::all().iter().filter(|f| named(f)).count() as u32;
         pose.free_done = self.free_done() + u32::from(pose.face.is_none());
         self.poses.push(Accepted {
             pose: pose.clone(),
-            lines,
             gyro,
         });
         self.away = false;
@@ -183,7 +169,6 @@ impl Session {
             );
         }
         self.fit_due = true;
-        Ok(())
     }
 
     pub(super) fn reject(&mut self, fault: Fault, rows: &Range<usize>) {

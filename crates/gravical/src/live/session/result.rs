@@ -5,7 +5,6 @@ use crate::gravity::Gravity;
 use crate::live::event::{Event, Fit, Pose, State, Wanted, WarningKind};
 use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use crate::live::judge::Accepted;
-use crate::live::rows::at_lines;
 use crate::live::{mg, words};
 use crate::numfmt::count;
 use crate::poses::face::in_words;
@@ -54,7 +53,7 @@ impl Session {
             recording.ok_or_else(|| Error::input("no-rows", "no row was received yet"))?;
         let section = |p: &Accepted| Section {
             label: section_label(p.pose.pose),
-            rows: at_lines(&recording, &p.lines),
+            rows: recording.rows_at(p.pose.lines),
         };
         let sections = self.poses.iter().map(section).collect();
         fit(&recording, sections, &self.options)
