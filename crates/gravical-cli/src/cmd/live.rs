@@ -368,9 +368,10 @@ impl Args {
     fn options(&self, journal: Option<&Journal>) -> Result<LiveOptions> {
         let before = journal.map(|j| j.gravity);
         let given: Option<Gravity> = self.gravity.given()?;
+        let simulated = self.simulate.then(Simulated::gravity);
         Ok(LiveOptions {
             read: self.read_options(),
-            gravity: given.or(before).unwrap_or_default(),
+            gravity: given.or(before).or(simulated).unwrap_or_default(),
             sensor: SensorInfo::default(),
             capture_s: self.capture,
             any_pose: self.any_pose,

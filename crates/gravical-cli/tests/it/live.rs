@@ -12,24 +12,9 @@ use serde_json::Value;
 use super::support::{calibrate, program, run_in, words};
 
 /// Commands of a whole session; the sensor lies on +z at its start.
-const WHOLE: [&str; 17] = [
-    "gravity 9.80665",
-    "+x",
-    "-x",
-    "+y",
-    "-y",
-    "-z",
-    "free",
-    "free",
-    "free",
-    "free",
-    "free",
-    "free",
-    "free",
-    "free",
-    "free",
-    "free",
-    "stop",
+const WHOLE: [&str; 16] = [
+    "+x", "-x", "+y", "-y", "-z", "free", "free", "free", "free", "free", "free", "free", "free",
+    "free", "free", "stop",
 ];
 
 /// No wait is longer.
@@ -230,7 +215,7 @@ fn a_killed_session_goes_on() {
     }
     // The hand lays it on every face again; those that are done are refused.
     let mut child = start(folder.path(), "live --resume s --speed 0 --events -");
-    type_in(&mut child, &WHOLE[1..]);
+    type_in(&mut child, &WHOLE);
     let (code, out, err) = end(child);
     assert_eq!(code, 0, "{err}");
     let all = events(&out);

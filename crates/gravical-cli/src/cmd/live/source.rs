@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+use gravical::calibration_file::GravitySource;
+use gravical::gravity::Gravity;
 use gravical::live::event::{Command, Loss};
 use gravical::live::folder::RECORDING;
 use gravical::output::make_folder;
@@ -142,16 +144,27 @@ impl Simulated {
         now.map_or(1, |d| d.subsec_nanos() as u64 % 1_000_000)
     }
 
+    /// Gravity where it is.
+    pub fn gravity() -> Gravity {
+        Gravity {
+            value_mps2: Self::options(0).gravity_mps2,
+            source: GravitySource::Given,
+        }
+    }
+
+    fn options(seed: u64) -> SimulateOptions {
+        SimulateOptions {
+            seed,
+            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
+        }
+    }
+
     /// Starts it; `resumes`: its file is continued.
     ///
     /// # Errors
     ///
     /// Those of the file.
     pub fn open(path: &Path, resumes: bool, seed: u64, speed: f64) -> Result<Self> {
-        let options = SimulateOptions {
-            seed,
-            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
-        };
         let existing = if resumes {
             Existing::Append
         } else {
@@ -164,7 +177,7 @@ impl Simulated {
             false => 0.0,
         };
         Ok(Simulated {
-            sensor: InteractiveSensor::new(&options)?,
+            sensor: InteractiveSensor::new(&Self::options(seed))?,
             files,
             path: path.to_owned(),
             header: resumes,
