@@ -10,22 +10,23 @@ use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use axum::Router;
+use axum::{Extension, Router};
 use gravical::live::event::{Command, EndReason};
 use gravical::live::{EVENTS_VERSION, Event, Message};
 use gravical::{Error, Result};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use tokio::sync::Semaphore;
+use tokio::task::AbortHandle;
 
 use super::driver::{Entry, Renderer};
 use crate::text::say;
 
 use hub::Hub;
-use routes::{Served, routes};
+use routes::{Known, Served, routes};
 
-/// Connections at a time; more are closed at once.
+/// Connections at a time. For one more the oldest goes that has not shown the token; without such, the
+/// new one.
 const CONNECTIONS: usize = 128;
 /// A connection has to send its request within this time.
 const REQUEST_TIME: Duration = Duration::from_secs(5);
@@ -176,20 +177,25 @@ async fn answer(listener: TcpListener, app: Router) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
         return;
     };
-    let free = Arc::new(Semaphore::new(CONNECTIONS));
+    let mut open: Vec<(AbortHandle, Known)> = Vec::new();
     loop {
         let Ok((stream, _)) = listener.accept().await else {
             // No more files, for example: connections that end give some back.
             tokio::time::sleep(STEP).await;
             continue;
         };
-        let Ok(permit) = Arc::clone(&free).try_acquire_owned() else {
-            continue;
-        };
+        open.retain(|(task, _)| !task.is_finished());
+        if open.len() >= CONNECTIONS {
+            let Some(stranger) = open.iter().position(|(_, known)| !known.is()) else {
+                continue;
+            };
+            open.remove(stranger).0.abort();
+        }
         // An event is sent at once.
         let _ = stream.set_nodelay(true);
-        let service = TowerToHyperService::new(app.clone());
-        tokio::spawn(async move {
+        let known = Known::default();
+        let service = TowerToHyperService::new(app.clone().layer(Extension(known.clone())));
+        let task = tokio::spawn(async move {
             // A connection that breaks off is no fault of the session.
             let _ = http1::Builder::new()
                 .timer(TokioTimer::new())
@@ -199,8 +205,8 @@ async fn answer(listener: TcpListener, app: Router) {
                 .keep_alive(false)
                 .serve_connection(TokioIo::new(stream), service)
                 .await;
-            drop(permit);
         });
+        open.push((task.abort_handle(), known));
     }
 }
 

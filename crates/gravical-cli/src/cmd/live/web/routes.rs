@@ -1,6 +1,7 @@
 //! What the page asks for, and who may ask.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
@@ -63,6 +64,16 @@ const FILES: [(&str, &str, &str); 12] = [
     ("page.js", JS, include_str!("../page/page.js")),
 ];
 
+/// Whether a connection has shown the token.
+#[derive(Clone, Default)]
+pub struct Known(Arc<AtomicBool>);
+
+impl Known {
+    pub fn is(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
 /// What requests need.
 #[derive(Clone)]
 pub struct Served {
@@ -91,7 +102,12 @@ pub fn routes(served: Served) -> Router {
 async fn guard(State(served): State<Served>, request: Request, next: Next) -> Response {
     let mut response = match served.refusal(&request) {
         Some(why) => text(StatusCode::FORBIDDEN, TEXT, why),
-        None => next.run(request).await,
+        None => {
+            if let Some(known) = request.extensions().get::<Known>() {
+                known.0.store(true, Ordering::Relaxed);
+            }
+            next.run(request).await
+        }
     };
     let headers = response.headers_mut();
     for (name, value) in [
