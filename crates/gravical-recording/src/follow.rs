@@ -18,6 +18,8 @@ const MIN_S: f64 = 1.0;
 const MIN_ROWS: usize = 100;
 /// Without a format after so many lines there is none.
 const MAX_LINES: usize = 800;
+/// No line is longer.
+const MAX_LINE_BYTES: usize = 1 << 20;
 
 /// A row of a recording that grows. Values are in the unit of the recording.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -90,7 +92,9 @@ impl Follow {
             self.bytes.extend_from_slice(bytes);
             let whole = whole_rows(&opened.format, &self.bytes);
             let text: Vec<u8> = self.bytes.drain(..whole).collect();
-            return opened.read(text, self.max_rows);
+            let samples = opened.read(text, self.max_rows)?;
+            self.check_line()?;
+            return Ok(samples);
         }
         let mut samples = Vec::new();
         let mut rest = bytes;
@@ -110,7 +114,17 @@ impl Follow {
         } else {
             self.bytes.extend_from_slice(rest);
         }
+        self.check_line()?;
         Ok(samples)
+    }
+
+    /// What never ends a line is no text.
+    fn check_line(&self) -> Result<(), Error> {
+        let from = memrchr(b'\n', &self.bytes).map_or(0, |at| at + 1);
+        match self.bytes.len() - from {
+            ..=MAX_LINE_BYTES => Ok(()),
+            _ => Err(Kind::NoTable("a line of more than a megabyte").into()),
+        }
     }
 
     /// Tells the format by the lines so far; `None` if more are needed.

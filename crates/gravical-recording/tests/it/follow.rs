@@ -83,6 +83,8 @@ fn what_is_no_recording_is_refused() {
     let mut follow = Follow::new("any.csv", ReadOptions::default(), usize::MAX);
     let refused = (0..10_000).find_map(|_| follow.push(b"hello, world\n").err());
     assert_eq!(refused.unwrap().code(), "no-rows");
+    let zeros = (0..10_000).find_map(|_| follow.push(&[0; 4096]).err());
+    assert_eq!(zeros.unwrap().code(), "no-rows");
     // Columns change while it runs.
     let mut text = texts().swap_remove(1);
     text += "t_ms;ax_g;ay_g;temperature_c\n1;0.1;0.2;25\n";

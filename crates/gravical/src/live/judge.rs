@@ -117,12 +117,15 @@ pub(super) struct Means {
     pub gyro: [f64; 3],
     /// Standard deviation of a sample, root of the sum over the axes.
     pub sigma: f64,
+    /// The same of the gyroscope; NaN without one.
+    pub gyro_sigma: f64,
     pub temperature_c: Option<f64>,
 }
 
 impl Means {
     pub fn of(samples: &[Sample]) -> Self {
         let (accel, variance) = moments_of(samples, |s| s.accel);
+        let (gyro, gyro_variance) = moments_of(samples, |s| s.gyro);
         let warm: Vec<f64> = samples
             .iter()
             .map(|s| s.temperature_c)
@@ -130,8 +133,9 @@ impl Means {
             .collect();
         Means {
             accel,
-            gyro: mean(samples, |s| s.gyro),
+            gyro,
             sigma: variance.sqrt(),
+            gyro_sigma: gyro_variance.sqrt(),
             temperature_c: (!warm.is_empty()).then(|| warm.iter().sum::<f64>() / warm.len() as f64),
         }
     }

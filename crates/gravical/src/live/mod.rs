@@ -40,6 +40,7 @@ pub mod folder;
 mod judge;
 mod rows;
 mod session;
+mod stillness;
 mod words;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;

@@ -16,7 +16,6 @@ use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
 use crate::poses::face::Face;
 use crate::recording::Recording;
-use crate::stills::{LiveState, LiveStills};
 use crate::{Error, Result};
 
 use super::attitude::Attitude;
@@ -26,6 +25,7 @@ use super::event::{
 use super::fit::FULL_FIT;
 use super::judge::{Accepted, Units, mean};
 use super::rows::SessionRows;
+use super::stillness::{Stillness, StillnessDetector};
 use super::{LiveOptions, mg};
 use gravical_recording::Sample;
 
@@ -49,9 +49,9 @@ struct Hold {
 pub struct Session {
     options: LiveOptions,
     rows: SessionRows,
-    detector: Option<LiveStills>,
+    detector: Option<StillnessDetector>,
     /// What the last block said; none after rows that are missing.
-    last: Option<LiveState>,
+    last: Option<Stillness>,
     rate_hz: f64,
     units: Option<Units>,
     attitude: Attitude,

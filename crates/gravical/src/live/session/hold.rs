@@ -7,8 +7,8 @@ use gravical_core::matrix3::sub;
 use crate::Result;
 use crate::live::event::{Event, Pose, Rejection, State, Welcome};
 use crate::live::judge::{Fault, LET_GO, Means, mean};
+use crate::live::stillness::Stillness;
 use crate::poses::face::{Face, angle_deg};
-use crate::stills::LiveState;
 use gravical_recording::Sample;
 
 use super::{Hold, Session};
@@ -69,19 +69,11 @@ impl Session {
         let Some(detector) = &mut self.detector else {
             return;
         };
-        // The detector counts rows as the session does, so that a row without values counts, too.
-        let gyro = Some(sample.gyro).filter(|g| g.iter().all(|v| v.is_finite()));
-        if !detector.push_with_gyro(sample.accel, gyro) {
-            return;
-        }
-        if detector.is_full() {
-            detector.forget_older();
-        }
-        let Some(state) = detector.state() else {
+        let Some(state) = detector.push(*sample) else {
             return;
         };
         self.last = Some(state.clone());
-        if state.run.is_some() && gyro.is_some() {
+        if state.run.is_some() && state.scatter[1].is_finite() {
             self.gyro_bias = mean(&self.rows.within(&state.block), |s| s.gyro);
         }
         if !self.restoring {
@@ -90,7 +82,7 @@ impl Session {
     }
 
     /// Judges what the last block says.
-    pub(super) fn block(&mut self, state: &LiveState) {
+    pub(super) fn block(&mut self, state: &Stillness) {
         if matches!(self.state, State::Lost | State::Done | State::Identify) {
             return;
         }
@@ -107,7 +99,7 @@ impl Session {
     }
 
     /// It moves: a capture that has begun is interrupted.
-    fn moved(&mut self, state: &LiveState) {
+    fn moved(&mut self, state: &Stillness) {
         let hold = self.hold.take();
         if hold.as_ref().is_some_and(|h| h.over) {
             // The user begins to turn it.
@@ -116,11 +108,11 @@ impl Session {
         if let Some(hold) = hold.filter(|h| h.capturing && !h.over) {
             let progress_s = (hold.rows.len() as f64 / self.rate_hz) - self.options.settle_s;
             if progress_s > LEAST_PROGRESS * self.options.capture_s {
-                let message = match state.scatter > state.most_scatter {
+                let message = match state.scatter[0] > state.max_scatter[0] {
                     true => format!(
                         "it moved after {progress_s:.1} s: {:.0} mg, limit {:.0} mg",
-                        self.mg(state.scatter),
-                        self.mg(state.most_scatter)
+                        self.mg(state.scatter[0]),
+                        self.mg(state.max_scatter[0])
                     ),
                     false => format!("it turned after {progress_s:.1} s"),
                 };
@@ -135,7 +127,7 @@ impl Session {
     }
 
     /// The hold that the run belongs to.
-    fn follow(&mut self, run: Range<usize>, state: &LiveState) {
+    fn follow(&mut self, run: Range<usize>, state: &Stillness) {
         let settle = self.settle_rows();
         match &mut self.hold {
             Some(hold) if run.start < hold.rows.end => {

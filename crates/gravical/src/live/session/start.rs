@@ -8,9 +8,9 @@ use crate::Result;
 use crate::calibration_file::GravitySource;
 use crate::live::event::{Event, Rejection, State, WarningKind};
 use crate::live::judge::{Fault, Means, Units, scatter};
+use crate::live::stillness::{MAX_NOISE_AT_REST, Stillness, StillnessDetector};
 use crate::recording::Recording;
 use crate::recording::units::{AccelUnit, GyroScale};
-use crate::stills::{LiveState, LiveStills, MOST_NOISE_AT_REST};
 use gravical_recording::Sample;
 
 use super::Session;
@@ -42,7 +42,7 @@ impl Session {
             has_temperature: sample.temperature_c.is_finite(),
             notes: notes.map(|f| f.message).collect(),
         });
-        self.detector = Some(LiveStills::new(self.rate_hz));
+        self.detector = Some(StillnessDetector::new(self.rate_hz, recording.resolution));
         self.state = State::Floor;
         self.progress_s = self.now_s;
         let earlier: Vec<Sample> = self.rows.recent().copied().collect();
@@ -51,7 +51,7 @@ impl Session {
     }
 
     /// True once the noise at rest and the unit are known.
-    pub(super) fn floor(&mut self, run: &Range<usize>, state: &LiveState) -> bool {
+    pub(super) fn floor(&mut self, run: &Range<usize>, state: &Stillness) -> bool {
         let wanted_s = self.options.settle_s + self.options.floor_s;
         if (run.len() as f64) < wanted_s * self.rate_hz {
             return false;
@@ -59,7 +59,7 @@ impl Session {
         let samples = self.rows.within(run);
         let means = Means::of(&samples);
         let norm = norm(&means.accel);
-        if state.noise > MOST_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.over) {
+        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.over) {
             return false;
         }
         let Some(Ok(recording)) = self.rows.recording() else {
@@ -96,7 +96,7 @@ impl Session {
                 .filter(|_| gyro.iter().all(|v| v.is_finite()))
                 .map(|nominal| gyro.map(|v| v / nominal)),
             step_mg: [0, 1, 2].map(|i| self.mg(recording.resolution[i])),
-            limit_mg: self.mg(state.most_scatter),
+            limit_mg: self.mg(state.max_scatter[0]),
         });
         if self.options.gravity.source == GravitySource::Standard {
             self.warn(

@@ -44,8 +44,8 @@ impl Session {
             up,
             attitude: self.attitude.q,
             norm_g: finite(norm(&self.reading()) / nominal),
-            noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter))),
-            limit_mg: last.filter(|_| known).map(|s| self.mg(s.most_scatter)),
+            noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter[0]))),
+            limit_mg: last.filter(|_| known).map(|s| self.mg(s.max_scatter[0])),
             still,
             ring: self.ring(),
             face: face.name(),
@@ -142,13 +142,13 @@ impl Session {
             Some(_) => format!("{:.0} mg", self.mg(v)),
             None => format!("{v:.3}"),
         };
-        Some(if last.scatter > last.most_scatter {
+        Some(if last.scatter[0] > last.max_scatter[0] {
             format!(
                 "still moving: {}, limit {}",
-                unit(last.scatter),
-                unit(last.most_scatter)
+                unit(last.scatter[0]),
+                unit(last.max_scatter[0])
             )
-        } else if last.gyro_scatter > last.most_gyro_scatter {
+        } else if last.scatter[1] > last.max_scatter[1] {
             let nominal = self.units.and_then(|u| u.gyro_nominal);
             let deg_s = |v: f64| match nominal {
                 Some(nominal) => format!("{:.1} °/s", (v / nominal).to_degrees()),
@@ -156,8 +156,8 @@ impl Session {
             };
             format!(
                 "still turning: {}, limit {}",
-                deg_s(last.gyro_scatter),
-                deg_s(last.most_gyro_scatter)
+                deg_s(last.scatter[1]),
+                deg_s(last.max_scatter[1])
             )
         } else {
             "still turning slowly".to_owned()
