@@ -69,6 +69,21 @@ pub fn sniff_table(head: &str) -> Result<Format, Error> {
     Format::table(&lines, line_end).ok_or_else(|| Kind::NoTable(NO_ROWS).into())
 }
 
+/// The fields of a `sensor_msgs/Imu` message, in order.
+fn ros_imu() -> Vec<String> {
+    let stamp = ["sec", "nanosec", "frame_id"].map(|name| format!("header.stamp.{name}"));
+    let vectors = [
+        ("orientation", &["x", "y", "z", "w"][..]),
+        ("angular_velocity", &["x", "y", "z"]),
+        ("linear_acceleration", &["x", "y", "z"]),
+    ];
+    let fields = vectors.iter().flat_map(|(name, axes)| {
+        let axes = axes.iter().map(move |axis| format!("{name}.{axis}"));
+        axes.chain((0..9).map(move |i| format!("{name}_covariance[{i}]")))
+    });
+    stamp.into_iter().chain(fields).collect()
+}
+
 /// Whether the rows are a few among lines of words or of markup.
 fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
     let Layout::Table(dialect) = &format.layout else {
@@ -154,8 +169,9 @@ impl Format {
             dialect.fields,
         );
         format.header_line = header_line;
+        let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
         if format.names.is_empty() {
-            format.name_known_columns(&lines[..head_lines]);
+            format.name_known_columns(&lines[..head_lines], &first_row);
             format.misfit = find_misfit(&lines[..head_lines], dialect);
         }
         for (column, unit) in format.columns.iter_mut().zip(&header.units) {
@@ -164,12 +180,12 @@ impl Format {
                 column.unit = unit.to_lowercase();
             }
         }
-        let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
         Some(format.with_head(lines, head_lines, &first_row))
     }
 
-    /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines.
-    fn name_known_columns(&mut self, above: &[&str]) {
+    /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines, and
+    /// of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
+    fn name_known_columns(&mut self, above: &[&str], first_row: &[&str]) {
         const GENEACTIV: [&str; 7] = [
             "time",
             "x (g)",
@@ -183,9 +199,17 @@ impl Format {
             let mut words = line.split(|c: char| !c.is_alphanumeric());
             line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
         });
+        let ros = ros_imu();
+        let is_ros = first_row
+            .get(2)
+            .is_some_and(|frame| frame.parse::<f64>().is_err());
         if is_geneactiv && self.columns.len() == GENEACTIV.len() {
             self.names = GENEACTIV.map(str::to_owned).to_vec();
-            self.columns = GENEACTIV.map(Column::from_name).to_vec();
+        } else if is_ros && self.columns.len() == ros.len() {
+            self.names = ros;
+        }
+        for (column, name) in self.columns.iter_mut().zip(&self.names) {
+            *column = Column::from_name(name);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use gravical_recording::AccelUnit;
 
-use crate::support::{RATE_HZ, Row, has_rate, is_near, read, six_faces};
+use crate::support::{FACE_ROWS, RATE_HZ, Row, has_rate, is_near, read, six_faces};
 
 /// A print: what one row looks like, the unit, and whether it has a gyroscope and a clock.
 struct Print {
@@ -171,5 +171,90 @@ fn numbers_wrapped_in_words_become_columns() {
                 );
             }
         }
+    }
+}
+
+/// A table that another tool writes: its header, its rows, and the unit of the accelerometer.
+type Table = (
+    &'static str,
+    fn(usize, [f64; 3], [f64; 3]) -> String,
+    AccelUnit,
+);
+
+const COVARIANCE: &str = "0,0,0,0,0,0,0,0,0";
+
+/// What the hints about bags and logs name.
+const TABLES: [Table; 4] = [
+    // ros2 topic echo --csv
+    (
+        "",
+        |k, [x, y, z], [u, v, w]| {
+            let ms = 40 * k;
+            format!(
+                "{},{},imu,0,0,0,1,{COVARIANCE},{u},{v},{w},{COVARIANCE},{x},{y},{z},{COVARIANCE}",
+                1_700_000_000 + ms / 1000,
+                ms % 1000 * 1_000_000
+            )
+        },
+        AccelUnit::MetrePerSecondSquared,
+    ),
+    // rostopic echo -p
+    (
+        "%time,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,field.linear_acceleration.y,field.linear_acceleration.z",
+        |k, [x, y, z], [u, v, w]| {
+            format!(
+                "{},{u},{v},{w},{x},{y},{z}",
+                1_700_000_000_000_000_000 + 40_000_000 * k as u64
+            )
+        },
+        AccelUnit::MetrePerSecondSquared,
+    ),
+    // ulog2csv
+    (
+        "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt,accelerometer_timestamp_relative,accelerometer_m_s2[0],accelerometer_m_s2[1],accelerometer_m_s2[2],accelerometer_integral_dt",
+        |k, [x, y, z], [u, v, w]| {
+            format!(
+                "{},{u},{v},{w},40000,0,{x},{y},{z},40000",
+                112_233 + 40_000 * k
+            )
+        },
+        AccelUnit::MetrePerSecondSquared,
+    ),
+    // blackbox_decode: counts, 2048 per g
+    (
+        "loopIteration, time (us), axisP[0], axisP[1], axisP[2], gyroADC[0], gyroADC[1], gyroADC[2], accSmooth[0], accSmooth[1], accSmooth[2], motor[0]",
+        |k, a, g| {
+            let [x, y, z] = a.map(|v| (2048.0 / 9.80665 * v).round());
+            let [u, v, w] = g.map(|v| v.to_degrees().round());
+            format!(
+                "{k}, {}, 0, 0, 0, {u}, {v}, {w}, {x}, {y}, {z}, 1000",
+                40_000 * k
+            )
+        },
+        AccelUnit::Counts,
+    ),
+];
+
+#[test]
+fn tables_of_converters_are_read() {
+    let rows = six_faces(3);
+    for (header, row, unit) in &TABLES {
+        let lines = rows.iter().enumerate().map(|(k, r)| {
+            let accel = r.accel_g.map(|v| 9.80665 * v);
+            row(k, accel, r.gyro_deg_s.map(f64::to_radians)) + "\n"
+        });
+        let header = if header.is_empty() {
+            String::new()
+        } else {
+            format!("{header}\n")
+        };
+        let recording = read(&(header + &lines.collect::<String>()), "imu.csv");
+        assert_eq!(recording.rows(), rows.len());
+        assert_eq!(recording.accel_scale.unit, *unit);
+        assert!(has_rate(&recording, RATE_HZ), "{:?}", recording.timing);
+        let scale = recording.accel_scale.nominal().unwrap();
+        let up = recording.accel[2][4 * FACE_ROWS + 5] / scale / 9.80665;
+        assert!(is_near(up, 1.05, 0.01), "{up}");
+        assert!(recording.gyro.is_some());
     }
 }

@@ -10,6 +10,35 @@ use crate::{Error, Result};
 
 pub use gravical_recording::is_prose;
 
+/// Files of other tools by their first bytes, what they are, and how their samples become a table.
+const CONTAINERS: [(&str, &str, &str); 5] = [
+    (
+        "#ROSBAG",
+        "this is a bag of ROS 1, not a table",
+        "`rostopic echo -b FILE.bag -p /TOPIC > imu.csv` writes the messages of sensor_msgs/Imu: %time, field.angular_velocity.x … and field.linear_acceleration.x … are read",
+    ),
+    (
+        "SQLite format 3",
+        "this is a database (.db3 is a bag of ROS 2), not a table",
+        "`ros2 topic echo --csv /TOPIC > imu.csv` beside `ros2 bag play FOLDER` writes the messages of sensor_msgs/Imu: stamp, angular velocity and linear acceleration are read",
+    ),
+    (
+        "MCAP0",
+        "this is an MCAP file (a bag of ROS 2), not a table",
+        "`ros2 topic echo --csv /TOPIC > imu.csv` beside `ros2 bag play FILE` writes the messages of sensor_msgs/Imu; PlotJuggler exports CSV with __time, angular_velocity/x … and linear_acceleration/x …: both are read",
+    ),
+    (
+        "ULog",
+        "this is a log of PX4 (ULog), not a table",
+        "`ulog2csv FILE.ulg` (pyulog) writes FILE_sensor_combined_0.csv: timestamp, gyro_rad[0] … and accelerometer_m_s2[0] … are read",
+    ),
+    (
+        "H Product:Blackbox",
+        "this is a log of Betaflight or INAV (Blackbox), not a table",
+        "`blackbox_decode FILE.bbl` writes FILE.01.csv: time (us), gyroADC[0] … and accSmooth[0] … are read",
+    ),
+];
+
 /// Refuses a calibration file.
 ///
 /// # Errors
@@ -58,6 +87,14 @@ pub(super) fn refused(error: gravical_recording::Error, head: &[u8], here: &Path
 
 /// `no-rows` for a file without a table of samples; `what` is there instead.
 pub(super) fn no_table(head: &[u8], file: &Path, what: &str) -> Error {
+    let start = &head[..head.len().min(32)];
+    let is_one =
+        |(magic, ..): &&(&str, &str, &str)| memchr::memmem::find(start, magic.as_bytes()).is_some();
+    if let Some((_, what, hint)) = CONTAINERS.iter().find(is_one) {
+        return Error::input("no-rows", *what)
+            .at(file, None)
+            .with_hint(*hint);
+    }
     let what = match content(head) {
         [b'{' | b'[', ..] => "this is JSON; no table of samples was found in it".to_owned(),
         [b'<', ..] => "this is HTML or XML; no table of samples was found in it".to_owned(),
@@ -107,6 +144,31 @@ mod tests {
                 "{\"K_a\": [[1, 0, 0]], \"b_a\": [1, 2, 3]}".to_owned(),
                 "is-a-calibration",
                 "this is a calibration file",
+            ),
+            (
+                "#ROSBAG V2.0\n".to_owned() + &words,
+                "no-rows",
+                "this is a bag of ROS 1",
+            ),
+            (
+                "SQLite format 3\0\u{1}\u{2}".to_owned(),
+                "no-rows",
+                "this is a database",
+            ),
+            (
+                "\u{89}MCAP0\r\n\u{1}".to_owned(),
+                "no-rows",
+                "this is an MCAP file",
+            ),
+            (
+                "ULog\u{1}\u{12}5".to_owned(),
+                "no-rows",
+                "this is a log of PX4",
+            ),
+            (
+                "H Product:Blackbox flight data\nH 1\n".to_owned(),
+                "no-rows",
+                "this is a log of Betaflight",
             ),
             (object.to_owned(), "no-rows", "this is JSON"),
             (words.clone(), "no-rows", "no table of samples"),
