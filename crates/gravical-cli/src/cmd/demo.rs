@@ -50,9 +50,9 @@ Simulates a sensor at rest in fourteen poses and on a straight move of 0.7 m,
 calibrates it with the poses, computes the move, and writes two reports.
 Nothing is written outside DIR.")]
 pub struct Args {
-    /// Folder for the results
-    #[arg(default_value = "gravical-demo", value_name = "DIR")]
-    folder: PathBuf,
+    /// Folder for the results [default: gravical-demo, gravical-demo-2, …]
+    #[arg(value_name = "DIR")]
+    folder: Option<PathBuf>,
     /// Overwrite the results of an earlier run
     #[arg(long)]
     force: bool,
@@ -126,15 +126,29 @@ impl Files {
     }
 }
 
+/// The folder of the first demo; with the next number where it is there and must stay.
+fn free_folder(force: bool) -> PathBuf {
+    let first = PathBuf::from("gravical-demo");
+    let mut numbered = (2..).map(|n| PathBuf::from(format!("gravical-demo-{n}")));
+    match force || !first.exists() {
+        true => first,
+        false => numbered.find(|folder| !folder.exists()).unwrap_or(first),
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
 ///
 /// A folder that cannot be written, or that holds an earlier demo.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let files = Files::below(&args.folder);
+    let folder = args
+        .folder
+        .clone()
+        .unwrap_or_else(|| free_folder(args.force));
+    let files = Files::below(&folder);
     files.check(args.force)?;
-    make_folder(&args.folder)?;
+    make_folder(&folder)?;
     let say = |line: &str| {
         if !args.json {
             text::say(line);

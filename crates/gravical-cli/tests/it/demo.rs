@@ -76,6 +76,11 @@ fn nothing_of_an_earlier_run_is_lost() {
         before
     );
     assert_eq!(run_in(folder.path(), ["demo", "here", "--force"]).code, 0);
+    // Without a name it takes the next number.
+    for written in ["gravical-demo/motion.html", "gravical-demo-2/motion.html"] {
+        assert_eq!(run_in(folder.path(), ["demo"]).code, 0);
+        assert!(folder.path().join(written).is_file());
+    }
 }
 
 #[test]

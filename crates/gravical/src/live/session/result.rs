@@ -95,7 +95,8 @@ impl Session {
         altitude: Option<f64>,
     ) {
         let gravity = match (value, latitude) {
-            (Some(value), _) => Gravity::given(value),
+            (Some(_), Some(_)) => return self.refuse("gravity is a value or a latitude, not both"),
+            (Some(value), None) => Gravity::given(value),
             (None, Some(latitude)) => Gravity::at(latitude, altitude.unwrap_or(0.0)),
             (None, None) => return self.refuse("gravity needs a value or a latitude"),
         };

@@ -386,9 +386,10 @@ $("#gravity").addEventListener("submit", async e => {
   const read = id => Number($(id).value.trim().replace(",", ".") || NaN);
   const latitude = read("#latitude"), value = read("#value");
   let command = null;
-  if (Number.isFinite(value)) command = value >= 9.7 && value <= 9.9 ? { command: "gravity", value } : null;
+  if (Number.isFinite(value) && Number.isFinite(latitude)) command = null;
+  else if (Number.isFinite(value)) command = value >= 9.7 && value <= 9.9 ? { command: "gravity", value } : null;
   else if (Number.isFinite(latitude)) command = Math.abs(latitude) <= 90 ? { command: "gravity", latitude, altitude: 0 } : null;
-  write($("#gravity-error"), command ? "" : "Give a latitude from −90 to 90, or g between 9.7 and 9.9 m/s².");
+  write($("#gravity-error"), command ? "" : "Give a latitude from −90 to 90 or g between 9.7 and 9.9 m/s², not both.");
   if (command && await send(command)) {
     later = true;
     update();
