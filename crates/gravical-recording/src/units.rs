@@ -1,5 +1,7 @@
 //! Units of the channels.
 
+use std::fmt;
+
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
@@ -30,8 +32,26 @@ pub enum AccelUnit {
     Unknown,
 }
 
+impl fmt::Display for AccelUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            AccelUnit::MetrePerSecondSquared => "m/s²",
+            _ => self.name(),
+        })
+    }
+}
+
+impl fmt::Display for GyroUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            GyroUnit::DegreePerSecond => "°/s",
+            _ => self.name(),
+        })
+    }
+}
+
 impl AccelUnit {
-    /// Name in files and options.
+    /// Name in files and options; in text it is displayed with its symbol.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

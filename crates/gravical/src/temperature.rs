@@ -479,8 +479,7 @@ fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<O
     };
     let units = format!(
         "the gyroscope's unit is {} in the session and {} in the soak",
-        a.unit.name(),
-        b.unit.name()
+        a.unit, b.unit
     );
     if a.unit == GyroUnit::Unknown || b.unit == GyroUnit::Unknown {
         let message = format!("{units}: assumed to be equal");

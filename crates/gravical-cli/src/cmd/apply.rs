@@ -229,7 +229,7 @@ fn document(summary: &ApplySummary) -> Document<'static> {
         format!("; {norm:.3} m/s² at rest, gravity {g:.3}")
     });
     let (unit, how) = (
-        summary.accelerometer.unit.name(),
+        summary.accelerometer.unit,
         origin(summary.accelerometer.origin),
     );
     let written = numfmt::unit(summary.output_unit.name());
@@ -238,7 +238,7 @@ fn document(summary: &ApplySummary) -> Document<'static> {
         format!("{unit} ({how}) → {written}{quiet}"),
     );
     match summary.gyroscope {
-        GyroscopeOutcome::Calibrated(unit) => fact("gyroscope", format!("{} → rad/s", unit.name())),
+        GyroscopeOutcome::Calibrated(unit) => fact("gyroscope", format!("{unit} → rad/s")),
         GyroscopeOutcome::Kept => {
             fact(
                 "gyroscope",

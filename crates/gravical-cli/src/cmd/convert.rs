@@ -75,11 +75,11 @@ fn document(summary: &ConvertSummary) -> Document<'static> {
     if let Some(serial) = &summary.serial {
         fact("serial number", serial.clone());
     }
-    let unit = summary.accelerometer.unit.name();
+    let unit = summary.accelerometer.unit;
     let written = numfmt::unit(summary.output_unit.name());
     fact("accelerometer", format!("{unit} → {written}"));
     if let Some(gyro) = &summary.gyroscope {
-        fact("gyroscope", gyro.unit.name().to_owned());
+        fact("gyroscope", gyro.unit.to_string());
     }
     fact("columns", summary.columns.join(", "));
     how_it_was_read(facts, &summary.findings)

@@ -211,9 +211,9 @@ fn decide(
                 NoteKind::UnitMismatch,
                 format!(
                     "the header gives {}, but the magnitude at rest is {}: the values are read as {}",
-                    claim.name(),
+                    claim,
                     short(norm),
-                    unit.name()
+                    unit
                 ),
             ));
         }
@@ -377,7 +377,7 @@ fn warn_if_gravity_disagrees(
             NoteKind::UnitMismatch,
             format!(
                 "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
-                scale.unit.name()
+                scale.unit
             ),
         ));
     }

@@ -11,7 +11,7 @@ use gravical::calibration_file::{
     ReferenceSource, Source,
 };
 use gravical::escape::path_word;
-use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, unit};
+use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed};
 use gravical::poses::face::in_words;
 
 use super::gyroscope::gyroscope;
@@ -116,7 +116,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
         GravitySource::Given | GravitySource::Standard => file.gravity_mps2.to_string(),
     };
-    let unit = a.input_unit.name();
+    let unit = a.input_unit;
     vec![
         format!("{method} of {inputs}: {placed}"),
         format!("raw in {unit}, g = {g} m/s² ({gravity}){tilt}"),
@@ -210,7 +210,7 @@ fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
 /// Table, matrices, equation, block to paste.
 fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
-    let raw = &unit(a.input_unit.name());
+    let raw = &a.input_unit.to_string();
     let sd = a.deviations;
     let row = |i: usize| {
         // Without an uncertainty: the digits of the student report.

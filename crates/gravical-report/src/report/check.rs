@@ -148,7 +148,7 @@ fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
         .columns(Column::axes(""))
         .row([Cell::text("rate, °/s"), rate(0), rate(1), rate(2)])
         .row([
-            Cell::text(format!("bias at rest now, {}", g.input_unit.name())),
+            Cell::text(format!("bias at rest now, {}", g.input_unit)),
             now(0),
             now(1),
             now(2),

@@ -2,13 +2,13 @@
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use gravical::calibration_file::{GyroMethod, GyroscopeSection};
-use gravical::numfmt::{decimals_by, digits, fixed, unit};
+use gravical::numfmt::{decimals_by, digits, fixed};
 
 use super::matrices::{matrices, power_of_ten};
 
 /// Parameters and residuals.
 pub(super) fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
-    let raw = &unit(g.input_unit.name());
+    let raw = &g.input_unit.to_string();
     let how = match g.method {
         GyroMethod::Turns => "From three known turns and the rests (Ferraris).",
         GyroMethod::Motion => {

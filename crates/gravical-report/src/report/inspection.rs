@@ -105,7 +105,7 @@ fn accel(inspection: &Inspection) -> String {
             format!("counts, {lsb:.0} per g (±{:.0} g), {origin}", 32768.0 / lsb)
         }
         (AccelUnit::Counts, None) => format!("counts of unknown range, {origin}"),
-        (unit, _) => format!("{}, {origin}", unit.name()),
+        (unit, _) => format!("{unit}, {origin}"),
     }
 }
 
@@ -120,7 +120,7 @@ fn gyro(inspection: &Inspection) -> Option<String> {
                 32768.0 / lsb
             )
         }
-        (unit, _) => format!("{}, {origin}", unit.name()),
+        (unit, _) => format!("{unit}, {origin}"),
     })
 }
 

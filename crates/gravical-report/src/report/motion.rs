@@ -161,7 +161,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         Origin::Header => "from the header",
         Origin::Assumed => "assumed",
     };
-    let unit = recording.accel_scale.unit.name();
+    let unit = recording.accel_scale.unit;
     fact("unit", format!("accelerometer {unit} ({origin}){gyro}"));
     let none = "none, nominal scale".to_owned();
     let calibration = result.calibration.as_deref().map_or(none, short_name);

@@ -3,7 +3,7 @@
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::figure::Figure;
 use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
-use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed, unit};
+use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed};
 use gravical::poses::face::in_words;
 
 use super::direction;
@@ -20,10 +20,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let rows = a.poses.iter();
     let table = Table::new("")
         .columns([Column::left("pose")])
-        .columns(Column::axes(&format!(
-            "raw mean, {}",
-            unit(a.input_unit.name())
-        )))
+        .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
         .columns(Column::axes("calibrated, m/s²"))
         .columns([
             only(exact, Column::number("error, m/s²")),

@@ -57,7 +57,7 @@ impl FoundCalibration {
     fn line(&self) -> String {
         let file = self.path.file_name().unwrap_or_default().to_string_lossy();
         let sensor = self.sensor().unwrap_or("no sensor named");
-        let unit = self.file.accelerometer.input_unit.name();
+        let unit = self.file.accelerometer.input_unit;
         let time = self.time.map_or("no date".to_owned(), UtcTime::minute);
         format!("{file}: {sensor}, {unit}, {time}")
     }
@@ -115,7 +115,7 @@ pub fn find_calibration(
     if let Some(scale) = recordings.first().map(|r| r.accel_scale) {
         own.retain(|c| c.takes(scale));
         if own.is_empty() {
-            let unit = scale.unit.name();
+            let unit = scale.unit;
             let lsb = scale
                 .lsb_per_g
                 .map_or(String::new(), |n| format!(", {n:.0} per g"));

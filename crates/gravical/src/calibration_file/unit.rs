@@ -52,7 +52,6 @@ impl Applied<'_> {
                 Origin::Header => "according to its header",
                 Origin::Assumed => "assumed",
             };
-            let (unit, wanted) = (unit.name(), wanted.name());
             return self.refuse(
                 format!("the recording is in {unit} ({source}), the calibration is for {wanted}"),
                 &format!("a calibration from recordings in {unit}"),
@@ -97,9 +96,7 @@ impl Applied<'_> {
                 Finding::new(
                     FindingKind::UnitUnverified,
                     format!(
-                        "the recording is in {}, the calibration for {}; taken as the same: {measured}",
-                        unit.name(),
-                        wanted.name()
+                        "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}",
                     ),
                 )
                 .in_file(self.name),

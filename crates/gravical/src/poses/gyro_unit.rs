@@ -300,8 +300,7 @@ pub(crate) fn decide(
                     FindingKind::UnitMismatch,
                     format!(
                         "the header says {} for the gyroscope, but its rotations agree with gravity only in {}, which is used",
-                        said.name(),
-                        found.unit.name()
+                        said, found.unit
                     ),
                 ));
             }
@@ -334,15 +333,15 @@ pub(crate) fn decide(
                     format!(
                         "the noise at rest, {}, is that of a gyroscope in {}",
                         noise(),
-                        wanted.name()
+                        wanted
                     )
                 };
                 tell(Finding::new(
                     FindingKind::UnitMismatch,
                     format!(
                         "the gyroscope is read in {used}, the unit of the calibration, although the header says {}: {why} (--gyro-unit overrides it)",
-                        said.name(),
-                        used = wanted.name(),
+                        said,
+                        used = wanted,
                     ),
                 ));
                 return taken;
@@ -361,7 +360,7 @@ pub(crate) fn decide(
                     FindingKind::GyroUnitUnverified,
                     format!(
                         "the gyroscope is read in {}, the unit of the calibration: the recording does not name one, and no rotation between static intervals verifies it",
-                        wanted.name()
+                        wanted
                     ),
                 ));
                 return taken;
@@ -377,7 +376,7 @@ pub(crate) fn decide(
             None => "nothing states the unit of the gyroscope".to_owned(),
             Some(said) => format!(
                 "the header says {} for the gyroscope, and is wrong about the accelerometer",
-                said.name()
+                said
             ),
         };
         tell(Finding::new(
@@ -385,7 +384,7 @@ pub(crate) fn decide(
             format!(
                 "{why}; its noise at rest, {}, is that of a gyroscope in {}, which is used (--gyro-unit overrides it)",
                 noise(),
-                unit.name()
+                unit
             ),
         ));
         return GyroScale {
@@ -408,7 +407,7 @@ pub(crate) fn decide(
         }
         unit => format!(
             "the gyroscope is read in {}{}; no rotation between static intervals verifies it{}",
-            unit.name(),
+            unit,
             if header.is_some() { ", as the header says" } else { "" },
             // One wrong unit in a header makes the other doubtful.
             if header.is_some() && claims.header_is_wrong {
@@ -444,8 +443,7 @@ pub(crate) fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<
     if unit != wanted {
         return Some(format!(
             "the gyroscope is in {}{how}, the calibration is for {}",
-            unit.name(),
-            wanted.name()
+            unit, wanted
         ));
     }
     let lsb = scale.lsb_per_deg_s.filter(|_| unit == GyroUnit::Counts)?;

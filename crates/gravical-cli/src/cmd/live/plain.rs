@@ -124,7 +124,7 @@ fn lines(event: &Event) -> Vec<String> {
             ..
         } => {
             let rate = rate_hz.map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
-            let first = format!("{rate}, {} columns, {}", columns.len(), unit.name());
+            let first = format!("{rate}, {} columns, {}", columns.len(), unit);
             return std::iter::once(first)
                 .chain(notes.iter().cloned())
                 .collect();

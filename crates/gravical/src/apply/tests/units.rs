@@ -11,7 +11,7 @@ fn another_unit_is_refused_unless_given() {
     assert!(error.is_input());
     let (message, hint) = (error.message(), error.hint().unwrap());
     assert!(
-        message.contains("in g ") && message.contains("m/s^2"),
+        message.contains("in g ") && message.contains("m/s²"),
         "{message}"
     );
     assert!(hint.contains("--accel-unit m/s^2"), "{hint}");
@@ -115,7 +115,7 @@ fn the_unit_of_the_gyroscope_is_checked() {
         summary
             .findings
             .iter()
-            .any(|f| f.message.contains("although the header says deg/s"))
+            .any(|f| f.message.contains("although the header says °/s"))
     );
     let with_unit = ApplyOptions {
         read: ReadOptions {
