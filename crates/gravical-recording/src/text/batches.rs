@@ -5,12 +5,11 @@ use std::io::{self, BufRead};
 
 use super::axes;
 use super::batch::{Batch, CopiedText, Reason, word_code};
-use super::dialect::{Dialect, fields, is_blank, is_comment};
+use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
 use super::header::{Header, OTHER_COLUMNS, Same};
 use super::lines::Lines;
-use super::number::parse_cell;
-use super::words::Sentences;
+use super::number::{parse_cell, parse_long, parse_short};
 use crate::board::BoardSettings;
 use crate::error::{Error, Kind};
 
@@ -29,10 +28,17 @@ impl Format {
 
 /// Iterates over the batches of a text; made by [`Format::batches`].
 pub struct Batches<R> {
-    format: Format,
     lines: Lines<R>,
+    parser: RowParser,
+    error: Option<io::Error>,
+    is_done: bool,
+}
+
+/// Lines on their way into a batch.
+struct RowParser {
+    format: Format,
     /// Lines read.
-    count: usize,
+    line_number: usize,
     batch: Batch,
     /// Words of each column, in order of appearance.
     words: Vec<Vec<String>>,
@@ -52,8 +58,6 @@ pub struct Batches<R> {
     spans: Vec<(usize, usize)>,
     /// Text of the numbers of the row that is being read from sentences.
     slots: Vec<String>,
-    error: Option<io::Error>,
-    is_done: bool,
 }
 
 /// Marks rows that are written under other columns.
@@ -66,19 +70,21 @@ impl<R: BufRead> Batches<R> {
         let fields = format.columns.len();
         Batches {
             lines: Lines::new(bytes, format.line_end),
-            count: 0,
-            batch: Batch::new(fields),
-            words: vec![Vec::new(); fields],
-            text_cells: Vec::new(),
-            blanks: 0,
-            has_break: false,
-            has_header: false,
-            torn_header: None,
-            place: None,
-            copied: Vec::new(),
-            spans: Vec::new(),
-            slots: vec![String::new(); fields],
-            format,
+            parser: RowParser {
+                line_number: 0,
+                batch: Batch::new(fields),
+                words: vec![Vec::new(); fields],
+                text_cells: Vec::new(),
+                blanks: 0,
+                has_break: false,
+                has_header: false,
+                torn_header: None,
+                place: None,
+                copied: Vec::new(),
+                spans: Vec::new(),
+                slots: vec![String::new(); fields],
+                format,
+            },
             error: None,
             is_done: false,
         }
@@ -87,93 +93,35 @@ impl<R: BufRead> Batches<R> {
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
     #[must_use]
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
-        self.copied = pieces.to_vec();
-        self.batch.text = CopiedText::new(pieces.len(), 0, 0);
+        self.parser.copied = pieces.to_vec();
+        self.parser.batch.text = CopiedText::new(pieces.len(), 0, 0);
         self
     }
 
     /// Reads on until a batch is full and a new row would begin.
     fn read_batch(&mut self) -> io::Result<Option<Batch>> {
         while self.error.is_none() {
-            let (line, had_nul) = match self.lines.next() {
-                Ok(Some(line)) => line,
-                Ok(None) => break,
+            if let Some(bytes) = self.parser.read_row(self.lines.held()) {
+                self.lines.step_over(bytes);
+            } else {
+                let read = match self.lines.next() {
+                    Ok(Some((line, had_nul))) => self.parser.read(line, had_nul),
+                    Ok(None) => break,
+                    Err(e) => Err(e),
+                };
                 // What was read before the error is a batch of its own.
-                Err(e) => {
-                    self.error = Some(e);
-                    break;
-                }
-            };
-            self.count += 1;
-            if had_nul {
-                self.batch.nul_lines.push(self.count as u64);
+                self.error = read.err();
             }
-            let parser = RowParser {
-                format: &self.format,
-                line_number: self.count,
-                batch: &mut self.batch,
-                words: &mut self.words,
-                text_cells: &mut self.text_cells,
-                blanks: &mut self.blanks,
-                has_break: &mut self.has_break,
-                has_header: &mut self.has_header,
-                torn_header: &mut self.torn_header,
-                place: &mut self.place,
-                copied: &self.copied,
-                spans: &mut self.spans,
-                slots: &mut self.slots,
-            };
-            if let Err(e) = parser.read(line) {
-                self.error = Some(e);
-                break;
-            }
-            // The lines of a row that has begun belong to its batch.
-            let is_whole = matches!(self.format.layout, Layout::Table(_))
-                || self
-                    .place
-                    .is_none_or(|p| self.format.layout.last_place() == p);
-            let rows = self.batch.rows();
-            if rows >= BATCH_ROWS && (is_whole || rows >= 2 * BATCH_ROWS) {
-                return Ok(Some(self.finish_batch()));
+            if self.error.is_none() && self.parser.is_full() {
+                return Ok(Some(self.parser.finish_batch()));
             }
         }
-        let is_empty = self.batch.rows() == 0 && self.batch.aside.total() == 0;
-        if !is_empty {
-            return Ok(Some(self.finish_batch()));
+        let batch = &self.parser.batch;
+        if batch.rows() > 0 || batch.aside.total() > 0 {
+            return Ok(Some(self.parser.finish_batch()));
         }
         self.is_done = true;
         self.error.take().map_or(Ok(None), Err)
-    }
-
-    fn finish_batch(&mut self) -> Batch {
-        if self.place.is_some() {
-            push_slots(&mut self.slots, &self.copied, &mut self.batch.text);
-        }
-        let next = self.next_batch();
-        let mut batch = std::mem::replace(&mut self.batch, next);
-        let rows = batch.rows();
-        batch
-            .texts
-            .iter_mut()
-            .filter(|t| !t.is_empty())
-            .for_each(|t| t.resize(rows, 0));
-        batch.words.clone_from(&self.words);
-        batch.aside.lines = self.count;
-        self.place = None;
-        batch
-    }
-
-    /// An empty batch with room for as many rows as this one has.
-    fn next_batch(&self) -> Batch {
-        let mut next = Batch::new(self.format.columns.len());
-        let rows = self.batch.rows();
-        let columns = next.columns.iter_mut().zip(&self.format.is_read);
-        for (column, _) in columns.filter(|(_, is_read)| **is_read) {
-            column.reserve_exact(rows);
-        }
-        next.lines.reserve_exact(rows);
-        next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
-        next
     }
 }
 
@@ -197,25 +145,130 @@ impl<R: BufRead> Iterator for Batches<R> {
     }
 }
 
-/// One line on its way into the batch.
-struct RowParser<'a> {
-    format: &'a Format,
-    line_number: usize,
-    batch: &'a mut Batch,
-    words: &'a mut [Vec<String>],
-    text_cells: &'a mut Vec<usize>,
-    blanks: &'a mut usize,
-    has_break: &'a mut bool,
-    has_header: &'a mut bool,
-    torn_header: &'a mut Option<(usize, usize)>,
-    place: &'a mut Option<usize>,
-    copied: &'a [(usize, usize)],
-    spans: &'a mut Vec<(usize, usize)>,
-    slots: &'a mut [String],
-}
+impl RowParser {
+    /// Whether the batch has its rows; the lines of a row that has begun belong to it.
+    fn is_full(&self) -> bool {
+        let rows = self.batch.rows();
+        let is_whole = || {
+            matches!(self.format.layout, Layout::Table(_))
+                || self
+                    .place
+                    .is_none_or(|p| self.format.layout.last_place() == p)
+        };
+        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
+    }
 
-impl RowParser<'_> {
-    fn read(mut self, line: &str) -> io::Result<()> {
+    fn finish_batch(&mut self) -> Batch {
+        if self.place.is_some() {
+            self.push_slots();
+        }
+        let next = self.next_batch();
+        let mut batch = std::mem::replace(&mut self.batch, next);
+        let rows = batch.rows();
+        batch
+            .texts
+            .iter_mut()
+            .filter(|t| !t.is_empty())
+            .for_each(|t| t.resize(rows, 0));
+        batch.words.clone_from(&self.words);
+        batch.aside.lines = self.line_number;
+        self.place = None;
+        batch
+    }
+
+    /// An empty batch with room for as many rows as this one has.
+    fn next_batch(&self) -> Batch {
+        let mut next = Batch::new(self.format.columns.len());
+        let rows = self.batch.rows();
+        let columns = next.columns.iter_mut().zip(&self.format.is_read);
+        for (column, _) in columns.filter(|(_, is_read)| **is_read) {
+            column.reserve_exact(rows);
+        }
+        next.lines.reserve_exact(rows);
+        next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
+        next
+    }
+
+    /// Reads the row that a text begins with in one pass, and returns the bytes up to the next line.
+    /// `None`: the line is anything but a complete row without quotes.
+    fn read_row(&mut self, text: &str) -> Option<usize> {
+        let Layout::Table(dialect) = self.format.layout else {
+            return None;
+        };
+        let is_data = self.line_number >= self.format.head_lines && self.torn_header.is_none();
+        if !is_data || is_comment(text) {
+            return None;
+        }
+        let Some((length, next)) = self.push_cells(text, dialect) else {
+            let rows = self.batch.rows();
+            self.batch.columns.iter_mut().for_each(|c| c.truncate(rows));
+            return None;
+        };
+        self.line_number += 1;
+        self.end_row(&text[..length], dialect);
+        Some(next)
+    }
+
+    /// Length of the row without blanks behind it, and where the next line begins.
+    fn push_cells(&mut self, text: &str, dialect: Dialect) -> Option<(usize, usize)> {
+        let Delimiter::Byte(delimiter) = dialect.delimiter else {
+            return None;
+        };
+        let (bytes, line_end) = (text.as_bytes(), self.format.line_end);
+        let is_end = |b: &u8| *b == delimiter || *b == line_end || matches!(b, b'\r' | b'"');
+        let is_cell = |number: &(f64, usize)| bytes.get(number.1).is_none_or(is_end);
+        let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
+        let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
+        let (mut from, mut end, mut has_number) = (0, 0, false);
+        self.spans.clear();
+        self.text_cells.clear();
+        for (count, (column, is_read)) in columns.by_ref().enumerate() {
+            let number = if *is_read {
+                let short = parse_short(bytes, from).filter(is_cell);
+                short.or_else(|| parse_long(bytes, from).filter(is_cell))
+            } else {
+                None
+            };
+            if let Some((value, n)) = number {
+                column.push(value);
+                has_number = has_number || value.is_finite();
+                end = n;
+            } else {
+                end = from + bytes[from..].iter().position(is_end)?;
+                if *is_read {
+                    let value = dialect.parse_field(text.get(from..end)?);
+                    has_number |= value.is_some_and(f64::is_finite);
+                    if value.is_none() {
+                        self.text_cells.push(count);
+                    }
+                    column.push(value.unwrap_or(f64::NAN));
+                }
+            }
+            if count < last_copied {
+                self.spans.push((from, end));
+            }
+            if bytes.get(end) != Some(&delimiter) {
+                break;
+            }
+            from = end + 1;
+        }
+        // Blanks before the end of a line are no part of its last cell.
+        if columns.next().is_some() || !has_number || bytes[..end].ends_with(b" ") {
+            return None;
+        }
+        match &bytes[end..] {
+            [] => Some((end, end)),
+            [b, ..] if *b == line_end => Some((end, end + 1)),
+            [b'\r', b, ..] if *b == line_end => Some((end, end + 2)),
+            _ => None,
+        }
+    }
+
+    fn read(&mut self, line: &str, had_nul: bool) -> io::Result<()> {
+        self.line_number += 1;
+        if had_nul {
+            self.batch.nul_lines.push(self.line_number as u64);
+        }
         if self.line_number <= self.format.head_lines {
             let is_header = self.line_number == self.format.header_line;
             let reason = if is_header {
@@ -227,17 +280,17 @@ impl RowParser<'_> {
             return Ok(());
         }
         if is_blank(line) {
-            *self.blanks += 1;
+            self.blanks += 1;
             self.set_aside(Reason::Blank, line);
             return Ok(());
         }
         if is_comment(line) {
             return self.read_comment(line);
         }
-        match &self.format.layout {
-            Layout::Table(dialect) => self.read_fields(line, *dialect),
-            Layout::Sentences(sentences) => {
-                self.read_sentence(line, sentences);
+        match self.format.layout {
+            Layout::Table(dialect) => self.read_fields(line, dialect),
+            Layout::Sentences(_) => {
+                self.read_sentence(line);
                 Ok(())
             }
         }
@@ -253,7 +306,7 @@ impl RowParser<'_> {
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
         let mut reason = Reason::Comment;
         if text.starts_with("gap:") {
-            *self.has_break = true;
+            self.has_break = true;
             reason = Reason::NamedGap;
         } else if let Some(rest) = text.strip_prefix("rejected:") {
             let count = rest.split_whitespace().next().and_then(|n| n.parse().ok());
@@ -272,11 +325,11 @@ impl RowParser<'_> {
 
     /// Sets a line aside that is no row. A header of other columns ends the reading.
     fn set_aside_or_refuse(&mut self, reason: Reason, line: &str) -> io::Result<()> {
-        let reason = match Header::compare(line, self.format) {
+        let reason = match Header::compare(line, &self.format) {
             None => reason,
             Some(Same::Yes) => {
-                *self.has_header = true;
-                *self.torn_header = match &self.format.layout {
+                self.has_header = true;
+                self.torn_header = match &self.format.layout {
                     Layout::Table(d) => Some((self.line_number, fields(line, d.delimiter).count())),
                     Layout::Sentences(_) => None,
                 };
@@ -288,35 +341,30 @@ impl RowParser<'_> {
         Ok(())
     }
 
-    fn read_fields(mut self, line: &str, dialect: Dialect) -> io::Result<()> {
+    fn read_fields(&mut self, line: &str, dialect: Dialect) -> io::Result<()> {
         let row = self.batch.rows();
         self.text_cells.clear();
         self.spans.clear();
         let (mut count, mut has_number) = (0, false);
         let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
         let mut cells = fields(line, dialect.delimiter);
-        loop {
-            let is_read = self.format.is_read.get(count) == Some(&true);
-            let cell = if is_read {
-                cells.next_cell(dialect)
-            } else {
-                cells.next().map(|_| Some(f64::NAN))
-            };
-            let Some(value) = cell else { break };
-            if count < last_copied {
-                self.spans.push(cells.last_span(line));
-            }
-            if is_read {
+        let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
+        while let Some(field) = cells.next() {
+            if let Some((column, true)) = columns.next() {
+                let value = dialect.parse_field(field);
                 has_number |= value.is_some_and(f64::is_finite);
-                self.batch.columns[count].push(value.unwrap_or(f64::NAN));
+                if value.is_none() {
+                    self.text_cells.push(count);
+                }
+                column.push(value.unwrap_or(f64::NAN));
             }
-            if value.is_none() {
-                self.text_cells.push(count);
+            if count < last_copied {
+                self.spans.push(cells.span);
             }
             count += 1;
         }
         // Rows that fit a header that seemed torn.
-        if let Some((header, width)) = *self.torn_header
+        if let Some((header, width)) = self.torn_header
             && count != dialect.fields
             && count == width
             && 2 * (count - self.text_cells.len()) > width
@@ -332,9 +380,15 @@ impl RowParser<'_> {
             self.batch.columns.iter_mut().for_each(|c| c.truncate(row));
             return self.set_aside_or_refuse(reason, line);
         }
-        *self.torn_header = None;
+        self.torn_header = None;
+        self.end_row(line, dialect);
+        Ok(())
+    }
+
+    /// Adds the line of a row whose cells are read, its text and its words.
+    fn end_row(&mut self, line: &str, dialect: Dialect) {
         self.begin_row();
-        for (first, last) in self.copied {
+        for (first, last) in &self.copied {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);
             self.batch.text.push(&line.as_bytes()[from..to]);
         }
@@ -347,7 +401,6 @@ impl RowParser<'_> {
                 }
             }
         }
-        Ok(())
     }
 
     fn push_word(&mut self, column: usize, word: &str) {
@@ -357,14 +410,17 @@ impl RowParser<'_> {
         texts.push(code);
     }
 
-    fn read_sentence(mut self, line: &str, sentences: &Sentences) {
+    fn read_sentence(&mut self, line: &str) {
+        let Layout::Sentences(sentences) = &self.format.layout else {
+            return;
+        };
         let line = sentences.normalise(line);
         let Some(sentence) = sentences.parse(&line) else {
             return self.set_aside(Reason::NotANumber, &line);
         };
         if self.place.is_none_or(|last| sentence.place <= last) {
             if self.place.is_some() {
-                push_slots(self.slots, self.copied, &mut self.batch.text);
+                self.push_slots();
             }
             self.begin_row();
             let columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
@@ -372,10 +428,10 @@ impl RowParser<'_> {
                 .filter(|(_, is_read)| **is_read)
                 .for_each(|(c, _)| c.push(f64::NAN));
         } else {
-            *self.blanks = 0;
+            self.blanks = 0;
             self.set_aside(Reason::Continuation, &line);
         }
-        *self.place = Some(sentence.place);
+        self.place = Some(sentence.place);
         for (k, number) in sentence.numbers.iter().enumerate() {
             if !self.copied.is_empty() {
                 (*number).clone_into(&mut self.slots[sentence.first_slot + k]);
@@ -389,13 +445,13 @@ impl RowParser<'_> {
 
     fn begin_row(&mut self) {
         let row = self.batch.rows();
-        if std::mem::take(self.has_break) {
+        if std::mem::take(&mut self.has_break) {
             self.batch.breaks.push(row);
         }
-        if std::mem::take(self.has_header) {
+        if std::mem::take(&mut self.has_header) {
             self.batch.headers.push(row);
         }
-        let blanks = std::mem::take(self.blanks);
+        let blanks = std::mem::take(&mut self.blanks);
         if blanks > 0 {
             self.batch.blanks.push((row, blanks));
         }
@@ -403,12 +459,13 @@ impl RowParser<'_> {
             .lines
             .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
     }
-}
 
-/// Copies the numbers of a row that was wrapped in words.
-fn push_slots(slots: &mut [String], copied: &[(usize, usize)], text: &mut CopiedText) {
-    for (first, last) in copied {
-        text.push(slots[*first..=*last].join(",").as_bytes());
+    /// Copies the numbers of a row that was wrapped in words.
+    fn push_slots(&mut self) {
+        for (first, last) in &self.copied {
+            let text = self.slots[*first..=*last].join(",");
+            self.batch.text.push(text.as_bytes());
+        }
+        self.slots.iter_mut().for_each(String::clear);
     }
-    slots.iter_mut().for_each(String::clear);
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use memchr::memchr;
 
-use super::number::{finite, parse_cell, parse_short};
+use super::number::parse_cell;
 use crate::date::parse_date;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -37,65 +37,30 @@ pub(crate) struct Dialect {
 /// The fields of a line, without blanks and quotes around them.
 pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
     Fields {
-        rest: Some(line),
+        line,
         delimiter,
+        at: 0,
         has_quotes: None,
-        length: 0,
+        span: (0, 0),
     }
 }
 
 pub(crate) struct Fields<'a> {
-    rest: Option<&'a str>,
+    line: &'a str,
     delimiter: Delimiter,
+    /// Where the next field begins: after the last one, beyond the end of the line.
+    at: usize,
     /// Whether the rest has quotes, once that was looked for.
     has_quotes: Option<bool>,
-    /// Bytes of the last field with the blanks and quotes around it.
-    length: usize,
+    /// Where the last field begins and ends, with blanks and quotes beside a delimiter.
+    pub span: (usize, usize),
 }
 
 impl Fields<'_> {
-    /// Where the last field of the line begins and ends, with blanks and quotes beside a delimiter.
-    pub(crate) fn last_span(&self, line: &str) -> (usize, usize) {
-        let end = self.rest.map_or(line.len(), |rest| {
-            let is_parted_by_byte = matches!(self.delimiter, Delimiter::Byte(_));
-            line.len() - rest.len() - usize::from(is_parted_by_byte)
-        });
-        (end - self.length, end)
-    }
-
-    /// The next field as [`parse_cell`] reads it; mostly a number that ends at the delimiter.
-    #[inline]
-    pub(crate) fn next_cell(&mut self, dialect: Dialect) -> Option<Option<f64>> {
-        if let Delimiter::Byte(delimiter) = self.delimiter
-            && let Some(rest) = self.rest
-            && let Some((value, n)) = parse_short(rest.as_bytes())
-            && rest.as_bytes().get(n).is_none_or(|b| *b == delimiter)
-        {
-            self.rest = rest.get(n + 1..);
-            self.length = n;
-            return Some(Some(value));
-        }
-        self.next_other_cell(dialect)
-    }
-
-    /// The next field, if it is no short number.
-    #[inline(never)]
-    fn next_other_cell(&mut self, dialect: Dialect) -> Option<Option<f64>> {
-        if let Delimiter::Byte(delimiter) = self.delimiter
-            && let Some(rest) = self.rest
-            && let Ok((value, n)) = fast_float2::parse_partial(rest)
-            && rest.as_bytes().get(n).is_none_or(|b| *b == delimiter)
-        {
-            self.rest = rest.get(n + 1..);
-            self.length = n;
-            return Some(Some(finite(value)));
-        }
-        let field = self.next()?;
-        let value = parse_cell(field, dialect.decimal_comma);
-        if dialect.day_first && value.is_some() && field.contains(':') {
-            return Some(parse_date(field, true).or(value));
-        }
-        Some(value)
+    /// Goes on behind a field that ends here, and the byte that parts it from the next.
+    fn step_over(&mut self, end: usize) {
+        self.span = (self.at, end);
+        self.at = end + 1;
     }
 }
 
@@ -103,14 +68,15 @@ impl<'a> Iterator for Fields<'a> {
     type Item = &'a str;
 
     fn next(&mut self) -> Option<&'a str> {
-        let rest = self.rest?;
+        let mut rest = self.line.get(self.at..)?;
         match self.delimiter {
             Delimiter::Whitespace => {
-                let rest = rest.trim_ascii_start();
+                rest = rest.trim_ascii_start();
+                self.at = self.line.len() - rest.len();
                 let end = rest.bytes().position(|b| b.is_ascii_whitespace());
-                self.rest = end.map(|end| &rest[end..]);
-                self.length = end.unwrap_or(rest.len());
-                Some(&rest[..self.length]).filter(|f| !f.is_empty())
+                let field = &rest[..end.unwrap_or(rest.len())];
+                self.step_over(self.at + field.len());
+                Some(field).filter(|f| !f.is_empty())
             }
             Delimiter::Byte(delimiter) => {
                 let has_quotes = *self
@@ -125,9 +91,9 @@ impl<'a> Iterator for Fields<'a> {
                 } else {
                     rest.bytes().position(|b| b == delimiter)
                 };
-                self.rest = end.map(|end| &rest[end + 1..]);
-                self.length = end.unwrap_or(rest.len());
-                let field = trim(&rest[..self.length]);
+                let field = &rest[..end.unwrap_or(rest.len())];
+                self.step_over(self.at + field.len());
+                let field = trim(field);
                 Some(if has_quotes {
                     trim(field.trim_matches('"'))
                 } else {
@@ -177,6 +143,17 @@ impl Tally {
 }
 
 impl Dialect {
+    /// A field as [`parse_cell`] reads it.
+    #[inline(never)]
+    pub(crate) fn parse_field(self, field: &str) -> Option<f64> {
+        let field = trim(field);
+        let value = parse_cell(field, self.decimal_comma);
+        if self.day_first && value.is_some() && field.contains(':') {
+            return parse_date(field, true).or(value);
+        }
+        value
+    }
+
     pub(crate) fn is_row(self, line: &str) -> bool {
         let tally = Tally::count(line, self.delimiter, self.decimal_comma);
         tally.fields == self.fields && tally.is_row() && !is_comment(line)
@@ -229,7 +206,7 @@ impl Dialect {
 }
 
 pub(crate) fn is_comment(line: &str) -> bool {
-    line.starts_with(['#', '%']) || line.starts_with("//")
+    matches!(line.as_bytes(), [b'#' | b'%', ..] | [b'/', b'/', ..])
 }
 
 /// A line without a letter or digit parts blocks of rows.

@@ -28,48 +28,55 @@ const POWERS: [f64; 16] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
 
-/// The number of at most 15 digits without an exponent that a text begins with, and its length.
+/// The number of at most 15 digits without an exponent that begins at a byte of a line, and its end.
 ///
 /// Most cells are such numbers, and reading them is most of the work on a long file. The result is
 /// that of any correct parser: digits and power of ten are exact, so that the division alone
 /// rounds (Clinger, How to read floating point numbers accurately, 1990).
 #[inline]
-pub(crate) fn parse_short(text: &[u8]) -> Option<(f64, usize)> {
-    let is_negative = text.first() == Some(&b'-');
-    let unsigned = &text[usize::from(is_negative)..];
-    let (whole, whole_digits) = add_digits(unsigned, 0);
-    let (mantissa, decimals, length) = match unsigned.get(whole_digits) {
-        Some(b'.') => {
-            let (mantissa, decimals) = add_digits(&unsigned[whole_digits + 1..], whole);
-            (mantissa, decimals, whole_digits + 1 + decimals)
-        }
-        _ => (whole, 0, whole_digits),
-    };
-    if !(1..POWERS.len()).contains(&(whole_digits + decimals)) {
+pub(crate) fn parse_short(line: &[u8], at: usize) -> Option<(f64, usize)> {
+    let is_negative = line.get(at) == Some(&b'-');
+    let begin = at + usize::from(is_negative);
+    let (mut mantissa, mut end) = add_digits(line, begin, 0);
+    let mut digits = end - begin;
+    let mut decimals = 0;
+    if line.get(end) == Some(&b'.') {
+        let point = end;
+        (mantissa, end) = add_digits(line, point + 1, mantissa);
+        decimals = end - point - 1;
+        digits += decimals;
+    }
+    if !(1..POWERS.len()).contains(&digits) {
         return None;
     }
-    let value = mantissa as f64 / POWERS[decimals];
+    let value = mantissa as i64 as f64 / POWERS[decimals];
     let value = if is_negative { -value } else { value };
-    Some((value, usize::from(is_negative) + length))
+    Some((value, end))
 }
 
-/// Appends the digits that a text begins with to a number, which may wrap; and how many they are.
+/// The same for any number.
+#[inline(never)]
+pub(crate) fn parse_long(line: &[u8], at: usize) -> Option<(f64, usize)> {
+    let (value, length) = fast_float2::parse_partial(line.get(at..)?).ok()?;
+    Some((finite(value), at + length))
+}
+
+/// Appends the digits that begin at a byte of a line to a number, which may wrap; and their end.
 #[inline]
-fn add_digits(text: &[u8], mut number: u64) -> (u64, usize) {
-    let mut count = 0;
-    for byte in text {
-        let digit = byte.wrapping_sub(b'0');
+fn add_digits(line: &[u8], mut at: usize, mut number: u64) -> (u64, usize) {
+    while let Some(byte) = line.get(at) {
+        let digit = u64::from(*byte).wrapping_sub(b'0'.into());
         if digit > 9 {
             break;
         }
-        number = number.wrapping_mul(10).wrapping_add(digit.into());
-        count += 1;
+        number = number.wrapping_mul(10).wrapping_add(digit);
+        at += 1;
     }
-    (number, count)
+    (number, at)
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
-pub(crate) fn finite(value: f64) -> f64 {
+fn finite(value: f64) -> f64 {
     if value.abs() < 1e100 { value } else { f64::NAN }
 }
 
@@ -106,12 +113,12 @@ mod tests {
             "1.5e3",
             "9.81;x",
         ] {
-            let (value, length) = parse_short(text.as_bytes()).unwrap();
+            let (value, length) = parse_short(text.as_bytes(), 0).unwrap();
             let expected: f64 = text[..length].parse().unwrap();
             assert_eq!(value.to_bits(), expected.to_bits(), "{text}");
         }
         for text in ["", "-", ".", "+1", "x", "1234567890123456", "-.x"] {
-            assert_eq!(parse_short(text.as_bytes()), None, "{text}");
+            assert_eq!(parse_short(text.as_bytes(), 0), None, "{text}");
         }
     }
 
