@@ -8,15 +8,16 @@ const POWERS: [f64; 13] = [
 ];
 
 /// From here on an `f64` has no fraction.
-const TWO_POW_53: f64 = 9_007_199_254_740_992.0;
+const TWO_POW_52: f64 = 4_503_599_627_370_496.0;
+/// From here on a product is too far off to be rounded.
+const TWO_POW_50: f64 = 1_125_899_906_842_624.0;
 
 /// Appends `value` with exactly `decimals` decimals.
 ///
 /// The text is that of `format!("{value:.decimals$}")`, with two differences: values that round
 /// to zero have no sign (`0.000`, never `-0.000`), and NaN and infinities append nothing, which
-/// leaves an empty field. Fast for up to twelve decimals and `|value| · 10^decimals < 2⁵⁰`; from
-/// there on an increasing share of the values is written by the standard library, from 2⁵¹ on all
-/// of them.
+/// leaves an empty field. Fast for up to twelve decimals and `|value| · 10^decimals < 2⁵⁰`, but for
+/// values near a tie; these, and larger ones, are written by the standard library.
 ///
 /// ```
 /// let mut row = Vec::new();
@@ -38,53 +39,46 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
 #[inline(always)]
 fn write_by(out: &mut Vec<u8>, value: f64, power: f64, decimals: u32) {
     let scaled = value.abs() * power;
-    if scaled >= TWO_POW_53 || scaled.is_nan() {
+    // The sum has no bits for a fraction: it is rounded to a whole number.
+    let rounded = scaled + TWO_POW_52;
+    let distance = (scaled - (rounded - TWO_POW_52)).abs();
+    // The error of the product is at most scaled · 2⁻⁵³; this margin is twice that.
+    let is_sure = scaled < TWO_POW_50 && distance < 0.5 - scaled * f64::EPSILON;
+    if !is_sure {
         return by_std(out, value, decimals);
     }
-    let floor = scaled as i64;
-    let above_half = scaled - floor as f64 - 0.5;
-    // The error of the product is at most scaled · 2⁻⁵³; this margin is twice that.
-    let round_up = if above_half.abs() > scaled * f64::EPSILON {
-        above_half > 0.0
-    } else if scaled < TWO_POW_50 {
-        // A fused multiply-add gives the exact error of the product; a true tie rounds to even,
-        // as in the standard library.
-        let above_half = above_half + value.abs().mul_add(power, -scaled);
-        above_half > 0.0 || (above_half == 0.0 && floor % 2 == 1)
-    } else {
-        return by_std(out, value, decimals);
-    };
-    let units = floor as u64 + u64::from(round_up);
+    let units = rounded.to_bits() - TWO_POW_52.to_bits();
+
+    let divisor = 10_u64.pow(decimals);
+    let (mut whole, mut fraction) = (units / divisor, units % divisor);
 
     // Written from the last character to the first; sixteen digits, point and sign fit.
     let mut text = [0; END + COPIED];
     let mut at = END;
-    let mut rest = units;
     for _ in 0..decimals / 2 {
         at -= 2;
-        text[at..at + 2].copy_from_slice(pair(rest % 100));
-        rest /= 100;
+        text[at..at + 2].copy_from_slice(pair(fraction % 100));
+        fraction /= 100;
     }
     if decimals % 2 == 1 {
         at -= 1;
-        text[at] = b'0' + (rest % 10) as u8;
-        rest /= 10;
+        text[at] = b'0' + fraction as u8;
     }
     if decimals > 0 {
         at -= 1;
         text[at] = b'.';
     }
-    while rest >= 100 {
+    while whole >= 100 {
         at -= 2;
-        text[at..at + 2].copy_from_slice(pair(rest % 100));
-        rest /= 100;
+        text[at..at + 2].copy_from_slice(pair(whole % 100));
+        whole /= 100;
     }
-    if rest >= 10 {
+    if whole >= 10 {
         at -= 2;
-        text[at..at + 2].copy_from_slice(pair(rest));
+        text[at..at + 2].copy_from_slice(pair(whole));
     } else {
         at -= 1;
-        text[at] = b'0' + rest as u8;
+        text[at] = b'0' + whole as u8;
     }
     // Without a branch, since the sign of noise cannot be predicted.
     text[at - 1] = b'-';
@@ -122,10 +116,6 @@ pub fn write_trimmed(out: &mut Vec<u8>, value: f64, decimals: u32) {
 /// End of the text in its buffer, and number of bytes copied.
 const END: usize = 20;
 const COPIED: usize = 24;
-
-/// Below it the error of a product is at most a sixteenth, and a value near a tie is not near a
-/// whole number.
-const TWO_POW_50: f64 = 1_125_899_906_842_624.0;
 
 /// `00` to `99`.
 const PAIRS: [[u8; 2]; 100] = {
@@ -211,7 +201,7 @@ mod tests {
                     }
                 }
             }
-            for edge in [TWO_POW_53, TWO_POW_53 / 2.0, TWO_POW_50, TWO_POW_50 + 0.5] {
+            for edge in [TWO_POW_52, TWO_POW_52 / 2.0, TWO_POW_50, TWO_POW_50 + 0.5] {
                 let edge = edge / 10_f64.powi(decimals as i32);
                 for value in [edge, edge.next_up(), edge.next_down()] {
                     assert_eq!(fixed(-value, decimals), expected(-value, decimals));
