@@ -203,10 +203,11 @@ impl Later {
         };
         let rows = head.rows();
         let short = (0..rows).filter(|row| {
-            let run = later.push_repeat(&channels, *row);
+            let run = later.push_repeat(&channels, *row, row.checked_sub(1));
             (2..=judge::MAX_REPEATS).contains(&run)
         });
         let repeats_are_rare = short.count() * 20 <= rows;
+        later.last.0 = channels.iter().filter_map(|c| c.last().copied()).collect();
         let last_line = head.lines.last().copied();
 
         let mut recording = Recording::judge(format, head)?;
@@ -351,6 +352,10 @@ impl Later {
         let before_s = self.clock.as_ref().map_or(f64::NAN, LaterClock::last_s);
         let times = self.clock.as_mut().map(|clock| clock.times(batch, own));
         let (time_s, restarts) = times.unzip();
+        let mut breaks: Vec<usize> = restarts.unwrap_or_default();
+        if batch.breaks.is_empty() && batch.headers.is_empty() && batch.blanks.is_empty() {
+            return (time_s, breaks);
+        }
         // The row before the batch is the first.
         let place = |row: usize| 1 + own.partition_point(|r| *r < row);
         let places = |rows: &[usize]| rows.iter().map(|row| place(*row)).collect::<Vec<_>>();
@@ -369,9 +374,8 @@ impl Later {
             [before_s].into_iter().chain(times).collect::<Vec<_>>()
         });
         let rate_hz = self.clock.as_ref().and_then(LaterClock::rate_hz);
-        let breaks = marks.breaks(&known.unwrap_or_default(), rate_hz, 1 + own.len());
-        let mut breaks: Vec<usize> = breaks.into_iter().map(|place| own[place - 1]).collect();
-        breaks.extend(restarts.into_iter().flatten());
+        let places = marks.breaks(&known.unwrap_or_default(), rate_hz, 1 + own.len());
+        breaks.extend(places.into_iter().map(|place| own[place - 1]));
         breaks.sort_unstable();
         (time_s, breaks)
     }
@@ -424,34 +428,32 @@ impl Later {
 
     /// Rows of the sensor that is read.
     fn rows_of_sensor(&self, batch: &Batch) -> Vec<usize> {
-        let is_own = |row: &usize| {
-            self.sensor
-                .is_none_or(|(column, cell)| Cell::of(batch, column, *row) == cell)
-        };
-        (0..batch.rows()).filter(is_own).collect()
+        let rows = 0..batch.rows();
+        match self.sensor {
+            None => rows.collect(),
+            Some((column, cell)) => {
+                let is_own = |row: &usize| Cell::of(batch, column, *row) == cell;
+                rows.filter(is_own).collect()
+            }
+        }
     }
 
-    /// Length of the run of repeats that ends in this row.
-    fn push_repeat(&mut self, channels: &[&[f64]], row: usize) -> usize {
+    /// Length of the run of repeats that ends in this row; `before`: the row before it, if that is
+    /// in this batch.
+    fn push_repeat(&mut self, channels: &[&[f64]], row: usize, before: Option<usize>) -> usize {
         let (last, run) = &mut self.last;
-        let repeats = last.len() == channels.len()
-            && channels
-                .iter()
-                .zip(last.iter())
-                .all(|(c, last)| c[row] == *last);
-        if repeats {
-            *run += 1;
-        } else {
-            *run = 1;
-            last.clear();
-            last.extend(channels.iter().map(|c| c[row]));
-        }
+        let repeats = match before {
+            Some(before) => channels.iter().all(|c| c[row] == c[before]),
+            None => channels.iter().zip(&*last).all(|(c, last)| c[row] == *last),
+        };
+        *run = if repeats { *run + 1 } else { 1 };
         *run
     }
 
     fn mark_hung(&mut self, channels: &[&[f64]], own: &[usize], is_measured: &mut [bool]) {
         for (k, row) in own.iter().enumerate() {
-            let run = self.push_repeat(channels, *row);
+            let before = k.checked_sub(1).map(|k| own[k]);
+            let run = self.push_repeat(channels, *row, before);
             if run == judge::MAX_REPEATS + 1 {
                 // All but the first row of the run, as far as they are in this batch.
                 let from = k.saturating_sub(run - 2);
@@ -461,6 +463,9 @@ impl Later {
             } else if run > judge::MAX_REPEATS {
                 is_measured[*row] = false;
             }
+        }
+        if let Some(row) = own.last() {
+            self.last.0 = channels.iter().map(|c| c[*row]).collect();
         }
     }
 

@@ -426,10 +426,12 @@ fn deviation(values: &[f64]) -> Option<f64> {
 #[must_use]
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
+    if down < 0.4 * up {
+        return false;
+    }
     let low = values.iter().copied().fold(f64::MAX, f64::min);
     let high = values.iter().copied().fold(f64::MIN, f64::max);
-    let middle = median(values.iter().copied());
-    low > 0.0 && down >= 0.4 * up && middle.is_some_and(|m| high < 20.0 * m)
+    low > 0.0 && median(values.iter().copied()).is_some_and(|m| high < 20.0 * m)
 }
 
 /// Times of rows that hold the time since the row before.
