@@ -17,7 +17,7 @@ mod text;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 #[derive(Parser)]
 #[command(
@@ -56,9 +56,44 @@ enum Verb {
     Man(cmd::man::Args),
 }
 
+/// The verbs by what one wants to do.
+const GROUPS: [(&str, &[&str]); 4] = [
+    ("Record", &["live", "log", "ports"]),
+    ("Calibrate", &["inspect", "calibrate", "check", "compare"]),
+    (
+        "Use",
+        &["apply", "export", "motion", "noise", "denoise", "convert"],
+    ),
+    ("More", &["demo", "simulate", "completions", "man", "help"]),
+];
+
+/// The program with its verbs in groups.
+fn program() -> clap::Command {
+    let command = Cli::command();
+    let mut groups = String::new();
+    for (title, verbs) in GROUPS {
+        groups += &format!("{title}:\n");
+        for verb in verbs {
+            let about = command.find_subcommand(verb).and_then(|c| c.get_about());
+            let about = about.map_or(
+                "Print this message, or the help of a command".to_owned(),
+                |a| a.to_string(),
+            );
+            groups += &format!("  {verb:<12} {about}\n");
+        }
+        groups += "\n";
+    }
+    command.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}{{after-help}}"
+    ))
+}
+
 fn main() -> ExitCode {
     crash::watch();
-    let cli = match Cli::try_parse() {
+    let parsed = program()
+        .try_get_matches()
+        .and_then(|m| Cli::from_arg_matches(&m));
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => {
             // `help` is a command of its own and has no options.
@@ -68,7 +103,7 @@ fn main() -> ExitCode {
                 .collect();
             if matches!(&words[..], [help, flag] if help == "help" && ["-h", "--help"].contains(&flag.as_str()))
             {
-                let printed = Cli::command().print_help();
+                let printed = program().print_help();
                 return if printed.is_ok() {
                     ExitCode::SUCCESS
                 } else {

@@ -11,7 +11,7 @@ use crate::failure::QUALITY;
 use crate::report::{ReportArgs, next_step, with_origin};
 use crate::text;
 
-/// Test whether two calibrations of a sensor differ by more than their uncertainty
+/// Test whether two calibrations of a sensor agree
 ///
 /// The difference has two parts: one that changes the magnitude of the calibrated vector (bias, scale,
 /// angles between the axes), and a rotation of the sensor frame, which does not.

@@ -14,7 +14,7 @@ use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, with_origin};
 use crate::{failure, text};
 
-/// Show what is in a recording: columns, units, rate, defects, static intervals
+/// Show what is in a recording: columns, units, rate, defects, rests
 #[derive(clap::Args)]
 #[command(
     after_help = "\

@@ -43,7 +43,7 @@ use web::Page;
 /// What is typed or clicked waits in a queue of this length.
 const ENTRIES: usize = 64;
 
-/// Guided calibration: says which side to put up, and what the result is worth
+/// Guide a calibration from the first row to the result
 #[derive(clap::Args)]
 #[command(after_help = "\
 Example: gravical live --simulate     calibrates a simulated sensor on a page in the browser

@@ -20,9 +20,8 @@ pub mod simulate;
 
 use std::process::ExitCode;
 
-use clap::CommandFactory;
 
-use crate::{Cli, Verb};
+use crate::{Verb, program};
 
 impl Verb {
     /// Runs the command.
@@ -47,8 +46,8 @@ impl Verb {
             Verb::Log(args) => Ok(log::run(args)),
             Verb::Ports(args) => ports::run(args),
             Verb::Simulate(args) => simulate::run(args),
-            Verb::Completions(args) => completions::run(args, Cli::command()),
-            Verb::Man(args) => man::run(args, Cli::command()),
+            Verb::Completions(args) => completions::run(args, program()),
+            Verb::Man(args) => man::run(args, program()),
         }
     }
 

@@ -18,7 +18,7 @@ use crate::options::RecordingArgs;
 use crate::report::{ReportArgs, check_outputs, with_origin};
 use crate::text;
 
-/// Determine the noise of a sensor from a recording at rest (Allan deviation)
+/// Determine the noise of a sensor at rest (Allan deviation)
 ///
 /// For each channel the noise density N, the bias instability B and the random walk K with 95 %
 /// intervals, or how long a recording would show them. What moves is not noise: only static
