@@ -6,10 +6,12 @@ use memchr::{memchr, memrchr};
 
 use crate::board::BoardSettings;
 use crate::error::{Error, Kind};
+use crate::judge;
 use crate::later::Later;
 use crate::options::ReadOptions;
 use crate::recording::{MAX_BYTES, Recording};
-use crate::text::{Batch, Batches, Format, Layout, sniff};
+use crate::role::Role;
+use crate::text::{Batch, Batches, Delimiter, Format, Layout, Reason, sniff};
 
 /// The format is first told by so many lines.
 const FIRST_LINES: usize = 50;
@@ -40,6 +42,34 @@ pub struct Sample {
     pub temperature_c: f64,
 }
 
+/// What became of the lines of a recording that grows.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct LinesRead {
+    /// Lines read so far
+    pub count: usize,
+    /// Lines in which a row begins, from 1, and its stamp as it stands there; NaN without one
+    pub rows: Vec<(u32, f64)>,
+    /// Lines of text that hold neither row nor header, and are no comment, from 1
+    pub rejected: Vec<u32>,
+}
+
+/// How the rows of a recording that grows are written, for a logger that adds to them.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Form {
+    /// Some column is a clock
+    pub has_clock: bool,
+    /// What separates the columns; `None` for numbers wrapped in words
+    pub delimiter: Option<u8>,
+    /// Line that names the columns, from 1; 0 without one
+    pub header_line: usize,
+    /// Lines above the first row
+    pub head_lines: usize,
+    /// Names of the columns by what they hold: `ax`; `c7` for an unknown one
+    pub roles: Vec<String>,
+    /// Rows per second by the first rows
+    pub rate_hz: Option<f64>,
+}
+
 /// Reads a recording while it grows: the format is told by the first second or more, the rows that
 /// follow are read alike, and all that are held can be judged at any time.
 pub struct Follow {
@@ -63,6 +93,10 @@ struct Opened {
     returned: usize,
     /// Blank lines are a way to write.
     writes_blanks: bool,
+    /// The one column of time, unless it holds steps.
+    clock: Option<usize>,
+    rate_hz: Option<f64>,
+    lines_read: LinesRead,
 }
 
 impl Follow {
@@ -130,7 +164,7 @@ impl Follow {
     /// Tells the format by the lines so far; `None` if more are needed.
     fn open(&mut self) -> Result<Option<Vec<Sample>>, Error> {
         let opened = self.try_open();
-        let (mut opened, recording) = match opened {
+        let (opened, recording) = match opened {
             Err(error) if self.lines >= MAX_LINES => return Err(error),
             Err(_) => {
                 self.needed *= 2;
@@ -147,10 +181,74 @@ impl Follow {
             self.needed += missing;
             return Ok(None);
         }
+        Ok(Some(self.begin(opened, &recording)))
+    }
+
+    fn begin(&mut self, mut opened: Opened, recording: &Recording) -> Vec<Sample> {
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
         opened.returned = recording.rows();
         self.opened = Some(opened);
-        Ok(Some(samples_of(&recording)))
+        samples_of(recording)
+    }
+
+    /// Tells the format by the lines so far if they hold so many rows: because the recording ends,
+    /// or its sensor is slow.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading: so far the lines are no recording.
+    pub fn settle(&mut self, min_rows: usize) -> Result<Vec<Sample>, Error> {
+        if self.opened.is_some() {
+            return Ok(Vec::new());
+        }
+        let (opened, recording) = self.try_open()?;
+        if recording.rows() < min_rows {
+            return Ok(Vec::new());
+        }
+        Ok(self.begin(opened, &recording))
+    }
+
+    /// What became of the lines that were read since the last call; nothing before the format is
+    /// known.
+    pub fn take_lines(&mut self) -> LinesRead {
+        let Some(opened) = &mut self.opened else {
+            return LinesRead::default();
+        };
+        let count = opened.lines_read.count;
+        let next = LinesRead {
+            count,
+            ..LinesRead::default()
+        };
+        std::mem::replace(&mut opened.lines_read, next)
+    }
+
+    /// How the rows are written, once that is known.
+    #[must_use]
+    pub fn form(&self) -> Option<Form> {
+        let opened = self.opened.as_ref()?;
+        let format = &opened.format;
+        let is_clock = |role| matches!(role, Role::Time | Role::Step);
+        let role = |c: usize| {
+            let axis = |axes: &[usize; 3]| axes.iter().position(|column| *column == c);
+            let accel = axis(&format.accel).map(Role::Accel);
+            let gyro = format.gyro.as_ref().and_then(axis).map(Role::Gyro);
+            accel.or(gyro).unwrap_or(format.columns[c].role)
+        };
+        let columns = 0..format.columns.len();
+        Some(Form {
+            has_clock: format.columns.iter().any(|c| is_clock(c.role)),
+            delimiter: match &format.layout {
+                Layout::Table(dialect) => Some(match dialect.delimiter {
+                    Delimiter::Byte(byte) => byte,
+                    Delimiter::Whitespace => b' ',
+                }),
+                Layout::Sentences(_) => None,
+            },
+            header_line: format.header_line,
+            head_lines: format.head_lines,
+            roles: columns.map(|c| role(c).name(c)).collect(),
+            rate_hz: opened.rate_hz,
+        })
     }
 
     fn try_open(&self) -> Result<(Opened, Recording), Error> {
@@ -162,14 +260,20 @@ impl Follow {
         let rows = batch.unwrap_or_default();
         let (recording, mut later) = Later::judge(&format, rows.clone())?;
         later.contradicts = false;
-        let opened = Opened {
+        let clock = clock_column(&format, &rows);
+        let mut opened = Opened {
             batches,
             format,
             later,
             writes_blanks: !rows.blanks.is_empty() && recording.breaks.is_empty(),
-            rows,
+            rows: Batch::default(),
             returned: 0,
+            clock,
+            rate_hz: recording.rate_hz(),
+            lines_read: LinesRead::default(),
         };
+        opened.note_lines(&rows);
+        opened.rows = rows;
         Ok((opened, recording))
     }
 
@@ -211,11 +315,35 @@ fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
     end
 }
 
+/// The column whose numbers are stamps of one running clock.
+fn clock_column(format: &Format, rows: &Batch) -> Option<usize> {
+    let is_time = |c: &usize| format.columns[*c].role == Role::Time;
+    let mut columns = (0..format.columns.len()).filter(is_time);
+    let column = columns.next().filter(|_| columns.next().is_none())?;
+    (!judge::holds_steps(&rows.columns[column])).then_some(column)
+}
+
 impl Opened {
+    fn note_lines(&mut self, batch: &Batch) {
+        let read = &mut self.lines_read;
+        read.count = read.count.max(batch.aside.lines);
+        let stamp = |row: usize| self.clock.map_or(f64::NAN, |c| batch.columns[c][row]);
+        let rows = batch.lines.iter().enumerate();
+        read.rows
+            .extend(rows.map(|(row, line)| (*line, stamp(row))));
+        let no_rows = [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber];
+        for lines in no_rows.iter().filter_map(|r| batch.aside.reasons.get(r)) {
+            for [from, to] in lines.lines.ranges() {
+                read.rejected.extend(*from as u32..=*to as u32);
+            }
+        }
+    }
+
     fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>, Error> {
         let Some(mut batch) = self.batches.feed(text).map_err(into_error)? else {
             return Ok(Vec::new());
         };
+        self.note_lines(&batch);
         self.rows.append(batch.clone());
         if self.rows.rows() / 2 > max_rows {
             self.rows.crop(self.rows.rows() - max_rows..usize::MAX);

@@ -49,7 +49,7 @@ pub mod write;
 
 pub use board::BoardSettings;
 pub use error::Error;
-pub use follow::{Follow, Sample};
+pub use follow::{Follow, Form, LinesRead, Sample};
 pub use judge::UnitDoubt;
 pub use later::{Contradiction, Later, Readings};
 pub use note::{Note, NoteKind, shell_word};

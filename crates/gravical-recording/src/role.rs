@@ -18,3 +18,19 @@ pub enum Role {
     /// Anything else
     Other,
 }
+
+impl Role {
+    /// A name for a column that holds it; `column` counts from 0.
+    pub(crate) fn name(self, column: usize) -> String {
+        let axis = |i: usize| ["x", "y", "z"][i];
+        match self {
+            Role::Time => "time".to_owned(),
+            Role::Step => "dt".to_owned(),
+            Role::Accel(i) => format!("a{}", axis(i)),
+            Role::Gyro(i) => format!("g{}", axis(i)),
+            Role::Temperature => "temp".to_owned(),
+            Role::Label => "label".to_owned(),
+            Role::Other => format!("c{}", column + 1),
+        }
+    }
+}

@@ -300,8 +300,8 @@ impl RowParser {
         self.batch.aside.add(reason, self.line_number, line);
     }
 
-    /// `# gap: …` and `# rejected: 3`, as our logger writes them, what joined files leave out, and
-    /// the settings of our board.
+    /// `# gap: …` and `# rejected: …` as our logger writes them (or `# rejected: 3 samples`), what
+    /// joined files leave out, and the settings of our board.
     fn read_comment(&mut self, line: &str) -> io::Result<()> {
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
         let mut reason = Reason::Comment;
@@ -309,8 +309,10 @@ impl RowParser {
             self.has_break = true;
             reason = Reason::NamedGap;
         } else if let Some(rest) = text.strip_prefix("rejected:") {
-            let count = rest.split_whitespace().next().and_then(|n| n.parse().ok());
-            self.batch.rejected += count.unwrap_or(1);
+            let mut words = rest.split_whitespace();
+            let count = words.next().and_then(|n| n.parse().ok());
+            let is_count = words.next().is_some_and(|w| w.starts_with("sample"));
+            self.batch.rejected += count.filter(|_| is_count).unwrap_or(1);
         } else if let Some(note) = axes::parse_comment(text) {
             self.batch.notes.push(note);
         } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use gravical_recording::{self as new, Follow};
+pub use gravical_recording::{Form, LinesRead};
 
 use super::reading::of_judged;
 use super::text_options::text_options;
@@ -48,6 +49,29 @@ impl Following {
         let judged = self.follow.recording(last_line)?;
         let recording = judged.map(|judged| of_judged(judged, &self.name));
         Some(recording.map_err(|e| self.refused(e)))
+    }
+
+    /// Tells the format by the lines so far if they hold so many rows: because the recording ends,
+    /// or its sensor is slow.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading: so far the lines are no recording.
+    pub fn settle(&mut self, min_rows: usize) -> Result<()> {
+        let settled = self.follow.settle(min_rows);
+        settled.map(drop).map_err(|e| self.refused(e))
+    }
+
+    /// What became of the lines that were read since the last call; nothing before the format is
+    /// known.
+    pub fn take_lines(&mut self) -> LinesRead {
+        self.follow.take_lines()
+    }
+
+    /// How the rows are written, once that is known.
+    #[must_use]
+    pub fn form(&self) -> Option<Form> {
+        self.follow.form()
     }
 
     /// The board says that it sends calibrated values.
