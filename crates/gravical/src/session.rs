@@ -115,14 +115,8 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Ending of the lines that `gravical log` did not take for rows.
-const REJECTED: &str = ".rejected.txt";
-
-/// True for a name with such an ending.
+/// True for a name with the ending of a recording.
 pub fn may_be_recording(path: &Path) -> bool {
-    if path.to_string_lossy().ends_with(REJECTED) {
-        return false;
-    }
     let is = |ending: &str| {
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case(ending))

@@ -27,7 +27,6 @@ use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 use crate::cmd::log::BoardArgs;
-use crate::cmd::log::reporter::Reporter;
 use crate::options::GravityArgs;
 #[cfg(not(feature = "live"))]
 use crate::text::say;
@@ -185,7 +184,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 /// A source that is open: its kind and its name.
-type Opened<'a> = (SourceKind, String, Box<dyn Source + 'a>);
+type Opened = (SourceKind, String, Box<dyn Source>);
 
 /// The path, or one with a number that does not exist.
 fn free_name(path: &Path) -> PathBuf {
@@ -211,14 +210,12 @@ impl Args {
         begins: impl Fn(),
     ) -> anyhow::Result<ExitCode> {
         let options = self.options(journal.as_ref())?;
-        let mut reporter = Reporter::keeping();
         let mut port = self.port(journal.as_ref());
         let opened = loop {
             let opened = self.source(
                 port.as_deref(),
                 journal.as_ref(),
                 folder.as_deref(),
-                &mut reporter,
                 interrupted,
             );
             let error = match opened {
@@ -354,10 +351,12 @@ impl Args {
 
     fn read_options(&self) -> ReadOptions {
         ReadOptions {
-            columns: self.board.columns.clone(),
+            // In the file of a board the columns have names.
+            columns: self.board.columns.clone().filter(|_| self.replay.is_some()),
             rate_hz: self
                 .board
-                .rate
+                .wanted
+                .rate_hz
                 .filter(|_| self.replay.is_some())
                 .map(f64::from),
             hash: true,
@@ -380,14 +379,13 @@ impl Args {
     }
 
     /// Where the rows come from; none when the user ended the waiting for a board.
-    fn source<'a>(
+    fn source(
         &self,
         port: Option<&str>,
         journal: Option<&Journal>,
         folder: Option<&Path>,
-        reporter: &'a mut Reporter,
         interrupted: &AtomicBool,
-    ) -> anyhow::Result<Option<Opened<'a>>> {
+    ) -> anyhow::Result<Option<Opened>> {
         if let Some(file) = &self.replay {
             let name = file.display().to_string();
             let replay = Replay::open(file, &self.read_options())?;
@@ -415,10 +413,10 @@ impl Args {
         }
         let mut board = self.board.clone();
         board.port = port.map(str::to_owned);
-        let opened = PortSource::open(&board, folder, resumes, reporter, interrupted)?;
+        let opened = PortSource::open(&board, folder, resumes, interrupted)?;
         Ok(opened.map(|port| {
             let name = port.name();
-            let source: Box<dyn Source + 'a> = Box::new(port);
+            let source: Box<dyn Source> = Box::new(port);
             (SourceKind::Port, name, source)
         }))
     }

@@ -1,25 +1,35 @@
 //! `gravical log`: record from a serial board to a file.
 
-mod content;
-pub mod files;
+mod event;
+mod file;
 mod keys;
-pub mod reporter;
-pub mod session;
+mod lines;
+mod recorder;
+mod reporter;
+mod rewrite;
+mod session;
+mod status;
 mod summary;
-mod target;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::ValueEnum;
-use gravical::Result;
 use gravical::recording::ColumnsSpec;
+use gravical::{Error, Result};
 
-use files::Existing;
+pub use event::Event;
+pub use file::{Existing, LogFile};
+pub use session::Session;
+
+use event::{End, Ended};
+use keys::{Key, Keys};
 use reporter::Reporter;
+use summary::{inspected, summary};
 
 use crate::device::board::Wanted;
-use crate::device::recorder::TEXT_BAUD;
+use crate::failure;
 
 /// Record from a serial board; losses are marked; Space pauses
 #[derive(clap::Args)]
@@ -30,8 +40,8 @@ Exit codes: 0 recorded, 1 rows lost on disk, 2 usage, 3 the file cannot be used,
 5 board or port, 130 interrupted, or rows are missing.")]
 pub struct Args {
     /// Axis under calibration: the file is x_axis.csv, y_axis.csv or z_axis.csv
-    #[arg(value_enum)]
-    axis: Option<Axis>,
+    #[arg(value_parser = ["x", "y", "z"])]
+    axis: Option<String>,
     /// File to write [default: AXIS_axis.csv; without an axis recording.csv]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -55,9 +65,9 @@ pub struct Args {
     quiet: bool,
     #[command(flatten)]
     board: BoardArgs,
-    /// Rows are written this often, s, and kept for those who read along.
+    /// Rows are written at once, and kept for those who read along.
     #[arg(skip)]
-    write_every_s: Option<f64>,
+    is_read_along: bool,
 }
 
 /// The board, and how it is set.
@@ -71,48 +81,15 @@ pub struct BoardArgs {
     #[arg(long)]
     wait: bool,
     /// Baud rate
-    #[arg(long, value_name = "BAUD", default_value_t = TEXT_BAUD)]
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
     baud: u32,
     /// Columns of a board that does not name them: t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=…
     /// by name
     #[arg(long, value_name = "COLUMNS", allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
-    /// Full scale of the accelerometer in g: 2, 4, 8, 16 [default: as set on the board]
-    #[arg(long, value_name = "G")]
-    range: Option<u16>,
-    /// Full scale of the gyroscope in °/s: 250, 500, 1000, 2000
-    #[arg(long, value_name = "DEG_S")]
-    gyro_range: Option<u16>,
-    /// Sampling rate in Hz: 4 to 150, with counts to 250
-    #[arg(long, value_name = "HZ")]
-    pub rate: Option<u16>,
-    /// Low-pass of the sensor in Hz: 184, 94, 44, 21, 10, 5
-    #[arg(long, value_name = "HZ")]
-    low_pass: Option<u16>,
-    /// Format of the data from the board
-    #[arg(long, value_enum)]
-    format: Option<Format>,
+    #[command(flatten)]
+    pub wanted: Wanted,
 }
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Axis {
-    X,
-    Y,
-    Z,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Format {
-    /// m/s², °C and °/s
-    Si,
-    /// raw counts
-    Counts,
-    /// m/s², °C and rad/s, calibrated by a board whose sketch has a calibration
-    Calibrated,
-}
-
-/// Time between two writes of rows that are shown, s.
-const SHOWN_EVERY_S: f64 = 0.02;
 
 impl Args {
     /// For a session that reads along: into the file `output`, which is continued with `append`.
@@ -127,17 +104,13 @@ impl Args {
             json: false,
             quiet: true,
             board: board.clone(),
-            write_every_s: Some(SHOWN_EVERY_S),
+            is_read_along: true,
         }
     }
 
     fn file(&self) -> PathBuf {
-        let default = match self.axis {
-            Some(Axis::X) => "x_axis.csv",
-            Some(Axis::Y) => "y_axis.csv",
-            Some(Axis::Z) => "z_axis.csv",
-            None => "recording.csv",
-        };
+        let axis = self.axis.as_ref().map(|axis| format!("{axis}_axis.csv"));
+        let default = axis.unwrap_or_else(|| "recording.csv".to_owned());
         self.output.clone().unwrap_or_else(|| default.into())
     }
 
@@ -149,27 +122,13 @@ impl Args {
         }
     }
 
-    fn wanted(&self) -> Wanted {
-        Wanted {
-            accel_range_g: self.board.range,
-            gyro_range_deg_s: self.board.gyro_range,
-            low_pass_hz: self.board.low_pass,
-            rate_hz: self.board.rate,
-            format: self.board.format.map(|format| match format {
-                Format::Si => 0,
-                Format::Counts => 1,
-                Format::Calibrated => 3,
-            }),
-        }
-    }
-
     /// Checks ranges.
     ///
     /// # Errors
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        let out_of_range = |text: String| Err(gravical::Error::usage("option-range", text));
+        let out_of_range = |text: String| Err(Error::usage("option-range", text));
         match (self.duration, self.rows) {
             (Some(s), _) if !(s > 0.0 && s <= 1e9) => {
                 return out_of_range(format!("--duration must be above 0 s, not {s}"));
@@ -183,20 +142,104 @@ impl Args {
                 self.board.baud
             ));
         }
-        if self.append {
-            // The settings are read from the file.
-            return Ok(());
-        }
-        self.wanted().validate()
+        self.board.wanted.validate()
     }
 }
 
 /// Runs the command. It reports its errors itself, without waiting for a reader.
 pub fn run(args: &Args) -> ExitCode {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    let done = args.validate().map_err(Into::into);
-    let done = done.and_then(|()| session::record(args, &mut reporter));
-    let code = done.unwrap_or_else(|error| reporter.fail(&error));
+    let code = record(args, &mut reporter).unwrap_or_else(|error| reporter.fail(&error));
     reporter.drain();
     code
+}
+
+fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
+    let opened = Session::open(args, &mut |event| reporter.report(&event), &interrupted)?;
+    let Some(mut session) = opened else {
+        return Ok(ExitCode::from(failure::INTERRUPTED));
+    };
+    let keys = Keys::new();
+    reporter.raw = keys.is_some();
+    let mut done = Ok(());
+    while done.is_ok()
+        && session.recorder.run.ended.is_none()
+        && !interrupted.load(Ordering::SeqCst)
+    {
+        done = session.step();
+        match keys.as_ref().and_then(Keys::pressed) {
+            Some(Key::Pause) if done.is_ok() => done = session.toggle_pause(),
+            Some(Key::End) => interrupted.store(true, Ordering::SeqCst),
+            _ => {}
+        }
+        session
+            .take_events()
+            .iter()
+            .for_each(|e| reporter.report(e));
+    }
+    // The next one is for the summary.
+    interrupted.store(false, Ordering::SeqCst);
+    reporter.close();
+    drop(keys);
+    end(args, session, done, reporter, &interrupted)
+}
+
+/// Writes everything that waits, and reports the summary.
+fn end(
+    args: &Args,
+    mut session: Session,
+    done: Result<()>,
+    reporter: &mut Reporter,
+    interrupted: &AtomicBool,
+) -> anyhow::Result<ExitCode> {
+    let is_unplugged = !session.is_plugged_in();
+    let elapsed_s = session.elapsed_s();
+    // What failed to be written is rescued.
+    let closed = match &done {
+        Err(error) if error.code() == "io" => Ok(()),
+        done => session.close(done.is_err()),
+    };
+    let done = done.and(closed);
+    session
+        .take_events()
+        .iter()
+        .for_each(|e| reporter.report(e));
+    let (recorder, path) = (&session.recorder, session.file.path());
+    let counts = recorder.run.counts;
+    let has_content = counts.rows > 0 && path.is_file();
+    let content = match has_content.then(|| inspected(path, reporter, interrupted)) {
+        Some(Err(error)) => {
+            let text = format!("gravical inspect cannot read the file: {error}");
+            reporter.report(&Event::Warning { text });
+            None
+        }
+        content => content.and_then(Result::ok).flatten(),
+    };
+    let reason = recorder.run.ended.filter(|_| done.is_ok());
+    let ended = Ended {
+        file: path.display().to_string(),
+        reason,
+        elapsed_s,
+        counts,
+        content,
+    };
+    if has_content {
+        reporter.progress(&summary(&ended));
+    } else if counts.rows == 0 {
+        session.file.discard_empty();
+    }
+    reporter.report(&Event::Ended(Box::new(ended)));
+    done?;
+    let run = &session.recorder.run;
+    let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
+    let is_short = is_early || is_unplugged || run.is_incomplete;
+    Ok(ExitCode::from(match reason {
+        Some(End::User) if is_short => failure::INTERRUPTED,
+        Some(End::Duration) if is_unplugged => failure::DEVICE,
+        Some(End::Duration) if run.ends_in_gap => failure::INTERRUPTED,
+        _ => 0,
+    }))
 }

@@ -65,37 +65,32 @@ pub fn list() -> Result<Vec<Port>> {
 }
 
 fn described(info: SerialPortInfo) -> Port {
-    let (usb, device) = match info.port_type {
-        SerialPortType::UsbPort(usb) => {
-            let vendor = BOARDS.iter().find(|(vid, _)| *vid == usb.vid);
-            let words: Vec<String> = [usb.manufacturer, usb.product]
-                .into_iter()
-                .flatten()
-                .collect();
-            let own_name = words.join(" ");
-            let device = match (own_name.is_empty(), vendor) {
-                (true, Some((_, name))) => Some((*name).to_owned()),
-                (true, None) => None,
-                (false, _) => Some(own_name),
+    let name = info.port_name;
+    let usb = match info.port_type {
+        SerialPortType::UsbPort(usb) => usb,
+        other => {
+            let is_bluetooth = other == SerialPortType::BluetoothPort;
+            return Port {
+                name,
+                device: is_bluetooth.then(|| "Bluetooth".to_owned()),
+                usb: None,
+                board: false,
             };
-            let usb = Usb {
-                vid: usb.vid,
-                pid: usb.pid,
-                serial: usb.serial_number,
-            };
-            (Some(usb), device)
         }
-        SerialPortType::BluetoothPort => (None, Some("Bluetooth".to_owned())),
-        SerialPortType::PciPort | SerialPortType::Unknown => (None, None),
     };
-    let board = usb
-        .as_ref()
-        .is_some_and(|usb| BOARDS.iter().any(|(vid, _)| *vid == usb.vid));
+    let vendor = BOARDS.iter().find(|(vid, _)| *vid == usb.vid);
+    let vendor = vendor.map(|(_, name)| (*name).to_owned());
+    let words: Vec<String> = usb.manufacturer.into_iter().chain(usb.product).collect();
+    let words = Some(words.join(" ")).filter(|words| !words.is_empty());
     Port {
-        name: info.port_name,
-        device,
-        usb,
-        board,
+        name,
+        board: vendor.is_some(),
+        device: words.or(vendor),
+        usb: Some(Usb {
+            vid: usb.vid,
+            pid: usb.pid,
+            serial: usb.serial_number,
+        }),
     }
 }
 

@@ -391,14 +391,6 @@ fn a_walk_is_never_at_rest_and_is_told_why() {
 }
 
 #[test]
-fn lines_that_the_logger_rejected_are_no_recording() {
-    let folder = tempfile::tempdir().unwrap();
-    write_six_files(folder.path(), &Sensor::default());
-    write(folder.path(), "x_axis_pos.rejected.txt", "1,2\n#\u{1}~~\n");
-    calibrate(folder.path(), ". --gravity 9.81", 0);
-}
-
-#[test]
 fn the_recording_of_another_sensor_is_named() {
     let folder = tempfile::tempdir().unwrap();
     for (seed, name) in [(1, "a"), (2, "b"), (1, "c")] {

@@ -21,6 +21,21 @@ pub fn words(line: &str) -> Vec<String> {
     line.split_whitespace().map(str::to_owned).collect()
 }
 
+/// Runs `gravical` with the words of `line`: its exit code and its JSON.
+pub fn run(folder: &Path, line: &str) -> (i32, Value) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gravical"));
+    let run = command
+        .args(words(line))
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let json = serde_json::from_slice(&run.stdout);
+    (
+        run.status.code().unwrap(),
+        json.unwrap_or_else(|e| panic!("{e}: {run:?}")),
+    )
+}
+
 /// Waits until `done`.
 pub fn until(mut done: impl FnMut() -> bool) {
     let start = Instant::now();
@@ -51,17 +66,6 @@ impl Logger {
             .spawn()
             .unwrap();
         Self::of(child)
-    }
-
-    /// The same of any command.
-    pub fn start_command(mut command: Command) -> Self {
-        command.stdin(Stdio::null());
-        command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        Self::of(command.spawn().unwrap())
-    }
-
-    pub fn id(&self) -> u32 {
-        self.child.id()
     }
 
     /// Reads the events that have arrived.

@@ -71,7 +71,7 @@ fn from_the_sketch_to_the_way() {
     let line = ["--simulate", "line", "--seed", &seed];
     let desk = Desk::new(&folder, firmware, &line);
     let mut logger = desk.log("-o line.csv --rows 1180");
-    assert_eq!(logger.ended()["stored"], 1180);
+    assert_eq!(logger.ended()["rows"], 1180);
     drop(desk);
     let call = ["motion", "line.csv", "-c", "calibration.json", "--json"];
     moved(&serde_json::from_str(&gravical(&folder, &call)).unwrap());

@@ -21,10 +21,8 @@ use gravical::simulate::{
 };
 use gravical::{Error, Result};
 
-use crate::cmd::log;
-use crate::cmd::log::files::{Existing, Files};
-use crate::cmd::log::reporter::Reporter;
-use crate::device::event::Event;
+use crate::cmd::log::{self, Event, Existing, LogFile};
+use crate::text::say;
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -125,8 +123,7 @@ impl Source for Replay {
 /// A simulated sensor that is moved by commands. Its rows are written to a file.
 pub struct Simulated {
     sensor: InteractiveSensor,
-    files: Files,
-    path: PathBuf,
+    file: LogFile,
     header: bool,
     rows: u64,
     /// Time stamp of its start, s.
@@ -171,15 +168,14 @@ impl Simulated {
             Existing::Refuse
         };
         // A row that was not written completely is removed.
-        let (files, _) = Files::open(path, existing)?;
+        let file = LogFile::open(path, existing)?;
         let offset_s = match resumes {
             true => last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S,
             false => 0.0,
         };
         Ok(Simulated {
             sensor: InteractiveSensor::new(&Self::options(seed))?,
-            files,
-            path: path.to_owned(),
+            file,
             header: resumes,
             rows: 0,
             offset_s,
@@ -233,14 +229,12 @@ impl Source for Simulated {
             return Ok(Incoming::Nothing);
         }
         let bytes = text.into_bytes();
-        self.files
-            .rows(&bytes)
-            .map_err(|e| Error::io(&self.path, e))?;
+        self.file.write(&bytes)?;
         Ok(Incoming::Bytes(bytes))
     }
 
     fn make_safe(&mut self) -> Result<()> {
-        self.files.sync().map_err(|e| Error::io(&self.path, e))
+        self.file.sync()
     }
 
     fn hand(&mut self, command: &Command, asked: Option<[f64; 3]>) -> Result<bool> {
@@ -272,13 +266,13 @@ impl Source for Simulated {
 }
 
 /// A board at a port, recorded as `gravical log` does.
-pub struct PortSource<'a> {
-    recording: log::session::Session<'a>,
+pub struct PortSource {
+    recording: log::Session,
     /// What the last step brought, in order.
     brought: VecDeque<Incoming>,
 }
 
-impl<'a> PortSource<'a> {
+impl PortSource {
     /// Opens the port, and the file in `folder`; none when the user ended the waiting.
     ///
     /// # Errors
@@ -288,14 +282,18 @@ impl<'a> PortSource<'a> {
         board: &log::BoardArgs,
         folder: &Path,
         resumes: bool,
-        reporter: &'a mut Reporter,
         interrupted: &AtomicBool,
     ) -> anyhow::Result<Option<Self>> {
         let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
-        args.validate()?;
         let created = !folder.exists();
         make_folder(folder)?;
-        let opened = log::session::open(&args, reporter, interrupted);
+        // There is no session yet that could say so.
+        let mut tell = |event| {
+            if let Event::Waiting { text } = event {
+                say(&format!("waiting for {text}"));
+            }
+        };
+        let opened = log::Session::open(&args, &mut tell, interrupted);
         if created && !matches!(opened, Ok(Some(_))) {
             // Without a board no empty folder remains; one with a file in it does.
             let _ = std::fs::remove_dir(folder);
@@ -312,14 +310,12 @@ impl<'a> PortSource<'a> {
     }
 }
 
-impl Source for PortSource<'_> {
+impl Source for PortSource {
     fn next(&mut self) -> Result<Incoming> {
         if let Some(brought) = self.brought.pop_front() {
             return Ok(brought);
         }
-        if let Some(error) = self.recording.step(|_, _| {}) {
-            return Err(error);
-        }
+        self.recording.step()?;
         let events = self.recording.take_events();
         let lost = events.iter().find_map(|event| match event {
             Event::Lost { .. } => Some(Loss::Unplugged),
@@ -344,7 +340,8 @@ impl Source for PortSource<'_> {
     }
 
     fn close(&mut self) -> Vec<u8> {
-        self.recording.close(false);
+        // The session has ended, and says what it has.
+        let _ = self.recording.close(false);
         self.recording.take_written()
     }
 }
@@ -352,10 +349,7 @@ impl Source for PortSource<'_> {
 /// What the user has to know of the recording.
 fn warning(event: Event) -> Option<Incoming> {
     match event {
-        Event::Warning { text } | Event::DiskFailed { text } => Some(Incoming::Warning(text)),
-        Event::Shared { programs } => Some(Incoming::Warning(format!(
-            "{programs} has the port open too: rows that it reads are missing here"
-        ))),
+        Event::Warning { text } => Some(Incoming::Warning(text)),
         _ => None,
     }
 }

@@ -1,7 +1,6 @@
 //! The keyboard while it records: space pauses, q or Ctrl-C ends.
 
-use std::io::{self, IsTerminal as _};
-use std::sync::Once;
+use std::io::{self, IsTerminal as _, Read as _};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use crossterm::terminal::{disable_raw_mode, enable_raw_mode};
@@ -27,14 +26,6 @@ impl Keys {
         if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
             return None;
         }
-        static HOOK: Once = Once::new();
-        HOOK.call_once(|| {
-            let before = std::panic::take_hook();
-            std::panic::set_hook(Box::new(move |panic| {
-                let _ = disable_raw_mode();
-                before(panic);
-            }));
-        });
         enable_raw_mode().ok()?;
         let (sender, pressed) = channel();
         std::thread::spawn(move || listen(&sender));
@@ -48,9 +39,7 @@ impl Keys {
 }
 
 /// Passes keys on until the terminal is closed or nobody reads them.
-#[cfg(unix)]
 fn listen(pressed: &Sender<Key>) {
-    use std::io::Read as _;
     let mut bytes = [0; 64];
     loop {
         // Not through crossterm, which asks a closed terminal again and again.
@@ -70,28 +59,6 @@ fn listen(pressed: &Sender<Key>) {
             if pressed.send(key).is_err() {
                 return;
             }
-        }
-    }
-}
-
-/// Passes keys on until the terminal is closed or nobody reads them.
-#[cfg(not(unix))]
-fn listen(pressed: &Sender<Key>) {
-    use crossterm::event::{Event, KeyCode, KeyEventKind, KeyModifiers, read};
-    while let Ok(event) = read() {
-        let Event::Key(key) = event else {
-            continue;
-        };
-        let control = key.modifiers.contains(KeyModifiers::CONTROL);
-        let key = match key.code {
-            _ if key.kind == KeyEventKind::Release => continue,
-            KeyCode::Char(' ') => Key::Pause,
-            KeyCode::Char('q') => Key::End,
-            KeyCode::Char('c' | 'd') if control => Key::End,
-            _ => continue,
-        };
-        if pressed.send(key).is_err() {
-            return;
         }
     }
 }

@@ -1,0 +1,163 @@
+//! Events of a recording, for people and for scripts.
+
+use gravical::recording::{AccelScale, Finding, GyroScale, Timing};
+use serde::Serialize;
+
+use super::status::Status;
+
+/// One event. As JSON an object a line with its `type`.
+#[derive(Debug, Clone, Serialize)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+pub enum Event {
+    /// Something is waited for.
+    Waiting { text: String },
+    /// A port is open; most boards reset on that.
+    Opened {
+        port: String,
+        /// The device behind it, if it has a name.
+        device: Option<String>,
+    },
+    /// A message of the board: a line that begins with `#`.
+    Board { text: String },
+    /// The first row is in the file; `columns` is its header, or its layout in words.
+    Started { columns: String },
+    /// The state of the recording, once a second.
+    Status(Status),
+    /// Rows are not stored.
+    Paused,
+    /// The recording continues.
+    Resumed,
+    /// Lines are no rows: how many since the last such event, and the first of them.
+    Rejected { count: u64, first: String },
+    /// Rows are missing; the gap is named in the file.
+    Gap(Gap),
+    /// Something is odd in the samples: an axis is frozen, a limit of the range is reached.
+    Finding(Finding),
+    /// Something to do, or to know.
+    Warning { text: String },
+    /// The port is lost; what the system says.
+    Lost { text: String },
+    /// The board sends nothing.
+    Silent { duration_s: f64 },
+    /// The end.
+    Ended(Box<Ended>),
+}
+
+/// Why rows are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// The port was lost: a cable was pulled, a hub was suspended.
+    Unplugged,
+    /// The clock of the board restarted.
+    Reset,
+    /// The board sent nothing for a while.
+    Silent,
+    /// The clock of the board jumped.
+    Lost,
+    /// The recording had ended and was continued.
+    Continued,
+}
+
+/// Rows that are missing, why, and how many.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gap {
+    /// The first cause.
+    pub cause: Cause,
+    /// Rows that are missing by the clock of the board; none where it does not tell.
+    pub rows: Option<u64>,
+    /// Time without a row, s: by the clock of the board, else by that of the computer.
+    pub duration_s: f64,
+    /// The clock of the board restarted.
+    pub clock_restarts: bool,
+    /// No row arrived after it.
+    pub until_end: bool,
+}
+
+impl Gap {
+    /// The line of the file, without its end.
+    pub fn line(&self) -> String {
+        let cause = match self.cause {
+            Cause::Unplugged => "unplugged",
+            Cause::Reset => "the board was reset",
+            Cause::Silent => "the board sent nothing",
+            Cause::Lost => "rows were lost on the way from the board",
+            Cause::Continued => return "# gap: the recording was ended and continued".to_owned(),
+        };
+        let rows = match self.rows {
+            _ if self.until_end => "no row arrived until the end".to_owned(),
+            Some(1) => "1 row is missing".to_owned(),
+            Some(n) => format!("{n} rows are missing"),
+            None => "an unknown number of rows is missing".to_owned(),
+        };
+        let clock = if self.clock_restarts {
+            ", the clock of the board restarts"
+        } else {
+            ""
+        };
+        format!("# gap: {cause}: {rows}, {:.1} s{clock}", self.duration_s)
+    }
+}
+
+/// How many lines went where.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Rows in the file.
+    pub rows: u64,
+    /// Lines that are no rows: `# rejected:` in the file.
+    pub rejected: u64,
+    /// Rows that are missing by the clock of the board, in gaps.
+    pub missing: u64,
+    /// Gaps that the file names.
+    pub gaps: u64,
+}
+
+/// Why it ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum End {
+    /// All rows that were asked for are stored.
+    Rows,
+    /// The time that was asked for has passed.
+    Duration,
+    /// The user ended it.
+    User,
+}
+
+/// What was recorded.
+#[derive(Debug, Clone, Serialize)]
+pub struct Ended {
+    /// The file.
+    pub file: String,
+    /// Why it ended; none after an error.
+    pub reason: Option<End>,
+    /// Since the first row, without pauses, s.
+    pub elapsed_s: f64,
+    #[serde(flatten)]
+    pub counts: Counts,
+    /// What the file holds; none if it cannot be read as a recording, or the user did not wait.
+    #[serde(flatten)]
+    pub content: Option<Content>,
+}
+
+/// What `inspect` says of the file.
+#[derive(Debug, Clone, Serialize)]
+pub struct Content {
+    /// Faces that were up at rest, and for how long.
+    pub poses: Vec<RecordedPose>,
+    /// Rests in which no axis was vertical.
+    pub free_poses: usize,
+    pub accelerometer: AccelScale,
+    pub gyroscope: Option<GyroScale>,
+    pub timing: Timing,
+    pub findings: Vec<Finding>,
+}
+
+/// A face that was up at rest.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RecordedPose {
+    /// `+x`
+    pub face: String,
+    /// Time at rest, s.
+    pub duration_s: f64,
+}

@@ -1,0 +1,329 @@
+//! The file of a recording: locked, appended to, and rescued if it cannot be written.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+use gravical::escape::path_text;
+use gravical::targets::check_targets;
+use gravical::{Error, Result};
+
+/// The format of a file that is continued is told by so many bytes; its last line is shorter.
+const HEAD: u64 = 1 << 18;
+/// What was received is held up to this many bytes.
+const MAX_HELD: usize = 10_000_000;
+
+/// What to do with a file that exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    Refuse,
+    Append,
+    Replace,
+}
+
+/// A file to which whole lines are appended, locked against other instances of this program.
+pub struct LogFile {
+    path: PathBuf,
+    file: File,
+    /// End of the last lines that were written whole.
+    length: u64,
+    /// Lines of the file that is continued, from its beginning; empty for a new one.
+    before: Vec<u8>,
+    /// What was written here, to be rescued: the beginning, and the last lines.
+    held: Vec<u8>,
+    /// End of the lines at its beginning that are kept: they name the columns.
+    head: usize,
+}
+
+impl LogFile {
+    /// Checks whether the file can be written, before a board is searched for.
+    ///
+    /// # Errors
+    ///
+    /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage).
+    pub fn check(path: &Path, existing: Existing) -> Result<()> {
+        if is_pipe(path) {
+            let text = "rows are appended to a file; this is a pipe, whose reader could block them";
+            return Err(Error::usage("is-pipe", text)
+                .at(path, None)
+                .with_hint("record into a file, and follow it with tail -f"));
+        }
+        let is_any = existing != Existing::Refuse;
+        check_targets(&[path.to_owned()], &[], is_any).map_err(|error| match error.code() {
+            "exists" => error.with_hint(
+                "continue it with --append, replace it with --force, or name another file with -o",
+            ),
+            _ => error,
+        })?;
+        match options().open(path).and_then(lock) {
+            Err(e) if is_any && is_busy(&e) => Err(in_use(path)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Creates a file, or opens the end of one, whose last line is ended: a part of a row is marked
+    /// as rejected.
+    ///
+    /// # Errors
+    ///
+    /// As [`check`](Self::check); the system's errors.
+    pub fn open(path: &Path, existing: Existing) -> Result<Self> {
+        Self::check(path, existing)?;
+        let refuse = |e: io::Error| {
+            if is_busy(&e) {
+                in_use(path)
+            } else {
+                Error::io(path, e)
+            }
+        };
+        let is_device = std::fs::metadata(path).is_ok_and(|m| !m.is_file());
+        let file = match existing {
+            _ if is_device => File::options().write(true).open(path),
+            Existing::Refuse => options().create_new(true).open(path),
+            Existing::Append | Existing::Replace => options().create(true).open(path),
+        };
+        let mut file = LogFile {
+            path: path.to_owned(),
+            file: file.and_then(lock).map_err(refuse)?,
+            length: 0,
+            before: Vec::new(),
+            held: Vec::new(),
+            head: 0,
+        };
+        match existing {
+            Existing::Append if !is_device => file.end_last_line().map_err(refuse)?,
+            Existing::Replace if !is_device => file.file.set_len(0).map_err(refuse)?,
+            _ => {}
+        }
+        Ok(file)
+    }
+
+    /// Ends the last line of a file that is continued, and reads its beginning.
+    fn end_last_line(&mut self) -> io::Result<()> {
+        self.length = self.file.metadata()?.len();
+        let from = self.length.saturating_sub(HEAD);
+        self.file.seek(SeekFrom::Start(from))?;
+        let mut tail = Vec::new();
+        (&self.file).take(HEAD).read_to_end(&mut tail)?;
+        let begin = tail
+            .iter()
+            .rposition(|b| *b == b'\n')
+            .map_or(0, |at| at + 1);
+        let torn = tail.split_off(begin);
+        if !torn.is_empty() {
+            self.length -= torn.len() as u64;
+            self.file.set_len(self.length)?;
+            self.file.seek(SeekFrom::End(0))?;
+            let is_row = torn.first().is_some_and(|b| *b != b'#');
+            let mark: &[u8] = if is_row { b"# rejected: " } else { b"" };
+            self.append(&[mark, torn.trim_ascii_end(), b"\n"].concat())?;
+        }
+        self.file.seek(SeekFrom::Start(0))?;
+        (&self.file).take(HEAD).read_to_end(&mut self.before)?;
+        let whole = self.before.iter().rposition(|b| *b == b'\n');
+        self.before.truncate(whole.map_or(0, |at| at + 1));
+        self.file.seek(SeekFrom::End(0)).map(drop)
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Lines of the file that is continued, from its beginning; empty for a new one.
+    pub fn before(&self) -> &[u8] {
+        &self.before
+    }
+
+    /// Passes lines to the system; none: only looks whether the file is still there.
+    ///
+    /// # Errors
+    ///
+    /// `io` when they cannot be written, or another program removed, replaced or cut the file: what
+    /// was received is in a file beside it.
+    pub fn write(&mut self, lines: &[u8]) -> Result<()> {
+        self.hold(lines);
+        let done = self.check_place().and_then(|()| self.append(lines));
+        done.map_err(|e| self.rescued(&e))
+    }
+
+    /// Makes what was written safe against a power failure.
+    ///
+    /// # Errors
+    ///
+    /// As [`write`](Self::write).
+    pub fn sync(&mut self) -> Result<()> {
+        match self.file.sync_data() {
+            // A device that cannot.
+            Err(e) if e.kind() == io::ErrorKind::InvalidInput => Ok(()),
+            done => done.map_err(|e| self.rescued(&e)),
+        }
+    }
+
+    /// Removes the file if nothing was written.
+    pub fn discard_empty(&self) {
+        if std::fs::metadata(&self.path).is_ok_and(|m| m.is_file() && m.len() == 0) {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+
+    /// All of the lines, or nothing.
+    fn append(&mut self, lines: &[u8]) -> io::Result<()> {
+        if let Err(e) = self.file.write_all(lines) {
+            // A device has no length.
+            let _ = self.file.set_len(self.length);
+            return Err(e);
+        }
+        self.length += lines.len() as u64;
+        Ok(())
+    }
+
+    fn check_place(&self) -> io::Result<()> {
+        let own = self.file.metadata()?;
+        if !own.is_file() {
+            return Ok(());
+        }
+        let why = match std::fs::metadata(&self.path) {
+            Err(_) => "another program deleted or moved the file",
+            Ok(there) if !is_same(&own, &there) => "another program replaced the file",
+            Ok(_) if own.len() < self.length => "another program cut the file",
+            Ok(_) => return Ok(()),
+        };
+        Err(io::Error::other(why))
+    }
+
+    fn hold(&mut self, lines: &[u8]) {
+        self.held.extend_from_slice(lines);
+        if self.head == 0 {
+            self.head = self.held.len();
+        }
+        if self.held.len() > MAX_HELD {
+            let half = self.head + (self.held.len() - self.head) / 2;
+            let rest = self.held.get(half..).unwrap_or_default();
+            let line = rest.iter().position(|b| *b == b'\n').map_or(0, |at| at + 1);
+            let mark = b"# gap: earlier rows are not held\n";
+            self.held
+                .splice(self.head..half + line, mark.iter().copied());
+        }
+    }
+
+    /// Writes what was received to another file; the error says where it is.
+    fn rescued(&mut self, why: &io::Error) -> Error {
+        let folders = [
+            self.path.parent().map(Path::to_owned),
+            Some(std::env::temp_dir()),
+        ];
+        let mut folders = folders.into_iter().flatten();
+        let rescue = match folders.find_map(|folder| self.rescue_in(&folder).ok()) {
+            Some(path) => format!("what was received is in {}", path_text(&path)),
+            None => "what was received could not be written anywhere".to_owned(),
+        };
+        let text = format!("{why}: the recording has ended; {rescue}");
+        Error::io(&self.path, io::Error::new(why.kind(), text))
+    }
+
+    fn rescue_in(&self, folder: &Path) -> io::Result<PathBuf> {
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = self.path.extension().unwrap_or_default().to_string_lossy();
+        let names = (1..).map(|n| match n {
+            1 => format!("{stem}.rescued.{ending}"),
+            n => format!("{stem}.rescued-{n}.{ending}"),
+        });
+        for path in names.map(|name| folder.join(name.trim_end_matches('.'))) {
+            let mut file = match File::options().write(true).create_new(true).open(&path) {
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
+                file => file?,
+            };
+            let done = file.write_all(&self.held).and_then(|()| file.sync_data());
+            if done.is_err() {
+                let _ = std::fs::remove_file(&path);
+            }
+            return done.map(|()| path);
+        }
+        Err(io::ErrorKind::AlreadyExists.into())
+    }
+}
+
+/// Every write goes to the end of the file.
+fn options() -> OpenOptions {
+    let mut options = File::options();
+    options.write(true).read(true);
+    // On Windows a file opened for appending cannot be cut.
+    #[cfg(not(windows))]
+    options.append(true);
+    // On Windows a lock would exclude readers; this shares reading and deleting only.
+    #[cfg(windows)]
+    std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
+    options
+}
+
+/// Locks `file` against other writers; a file system without locks is accepted.
+fn lock(file: File) -> io::Result<File> {
+    #[cfg(not(windows))]
+    if file.metadata()?.is_file()
+        && let Err(std::fs::TryLockError::WouldBlock) = file.try_lock()
+    {
+        return Err(io::ErrorKind::ResourceBusy.into());
+    }
+    Ok(file)
+}
+
+/// Whether another program writes to the file.
+fn is_busy(error: &io::Error) -> bool {
+    const SHARING_VIOLATION: i32 = 32;
+    let is_shared = cfg!(windows) && error.raw_os_error() == Some(SHARING_VIOLATION);
+    is_shared || error.kind() == io::ErrorKind::ResourceBusy
+}
+
+fn in_use(path: &Path) -> Error {
+    Error::usage("in-use", "another gravical log is writing to this file")
+        .at(path, None)
+        .with_hint("end that one first, or name another file with -o")
+}
+
+#[cfg(unix)]
+fn is_same(a: &std::fs::Metadata, b: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// On such systems a file that is open for writing cannot be replaced.
+#[cfg(not(unix))]
+fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
+    true
+}
+
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    std::fs::metadata(path).is_ok_and(|m| m.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_rescued_has_its_head_and_its_last_lines() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let mut file = LogFile::open(&path, Existing::Refuse).unwrap();
+        file.write(b"t,x,y,z\n").unwrap();
+        let rows = b"1,2,3,4\n".repeat(100_000);
+        for _ in 0..20 {
+            file.write(&rows).unwrap();
+        }
+        std::fs::remove_file(&path).unwrap();
+        let error = file.write(b"5,6,7,8\n").unwrap_err();
+        assert!(error.to_string().contains("a.rescued.csv"), "{error}");
+        let rescued = std::fs::read_to_string(folder.path().join("a.rescued.csv")).unwrap();
+        assert!(rescued.len() < MAX_HELD && rescued.len() > MAX_HELD / 3);
+        assert!(rescued.starts_with("t,x,y,z\n# gap: earlier rows are not held\n1,2,3,4\n"));
+        assert!(rescued.ends_with("1,2,3,4\n5,6,7,8\n"));
+    }
+}

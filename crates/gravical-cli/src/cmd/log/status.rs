@@ -1,0 +1,139 @@
+//! The state of the recording for the person who records: rate, magnitude, rest, poses.
+
+use std::collections::{HashSet, VecDeque};
+
+use gravical::core::matrix3::norm;
+use gravical::poses::MAX_FACE_ANGLE_DEG;
+use gravical::poses::face::Face;
+use gravical::poses::rests::find_rests;
+use gravical::recording::{AccelScale, Finding, Recording, Severity};
+use serde::Serialize;
+
+use super::recorder::Recorder;
+
+/// The rate is that of the last seconds.
+const RATE_STATUSES: usize = 4;
+/// The magnitude is a mean over this time, and a rest ends within it, s.
+const RECENT_S: f64 = 0.5;
+/// A rest takes at least 1 s: before this time it is not known whether there is one, s.
+const FIRST_REST_S: f64 = 1.5;
+/// A rest of this length, stored, is a pose, s.
+const POSE_S: f64 = 2.0;
+
+/// The recording at one moment.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Status {
+    /// Rows stored.
+    pub rows: u64,
+    /// Since the first row, without pauses, s.
+    pub elapsed_s: f64,
+    /// Rows are not stored.
+    pub paused: bool,
+    /// Lines rejected so far.
+    pub rejected: u64,
+    /// Rows a second over the last three seconds, by the computer's clock.
+    pub rate_hz: Option<f64>,
+    /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
+    pub norm: Option<f64>,
+    #[serde(skip)]
+    pub accel: Option<AccelScale>,
+    /// Temperature of the sensor, °C.
+    pub temperature_c: Option<f64>,
+    /// Whether the sensor is at rest.
+    pub still: Option<bool>,
+    /// The face that is up at rest: `+x`.
+    pub up: Option<String>,
+    /// Faces that were recorded as a pose.
+    pub done: Option<Vec<String>>,
+}
+
+/// Judges the last rows once a second.
+#[derive(Default)]
+pub struct Monitor {
+    /// Times, s, and rows that had arrived.
+    arrived: VecDeque<(f64, u64)>,
+    /// Of each of [`Face::all`], whether it was recorded as a pose.
+    done: [bool; 6],
+    /// Findings that were returned: their kinds, and their messages without numbers.
+    said: HashSet<String>,
+}
+
+impl Monitor {
+    /// The state at `now_s`, and what may spoil the samples and was not returned before.
+    pub fn observe(&mut self, recorder: &Recorder, now_s: f64) -> (Status, Vec<Finding>) {
+        let counts = recorder.run.counts;
+        let mut status = Status {
+            rows: counts.rows,
+            elapsed_s: recorder.elapsed_s(now_s),
+            paused: recorder.is_paused(),
+            rejected: counts.rejected,
+            ..Status::default()
+        };
+        self.arrived.push_back((now_s, recorder.run.arrived));
+        while self.arrived.len() > RATE_STATUSES {
+            self.arrived.pop_front();
+        }
+        let last = self.arrived.iter().rev().nth(1);
+        if last.is_some_and(|(_, rows)| *rows == recorder.run.arrived) {
+            // No row has arrived for a second.
+            return (status, Vec::new());
+        }
+        if let Some((from_s, rows)) = self.arrived.front().filter(|(from_s, _)| *from_s < now_s) {
+            status.rate_hz = Some((recorder.run.arrived - rows) as f64 / (now_s - from_s));
+        }
+        let Some(Ok(recording)) = recorder.reader.recording(u32::MAX) else {
+            return (status, Vec::new());
+        };
+        self.observe_rows(&mut status, &recording, recorder);
+        (status, self.new_findings(recording.findings))
+    }
+
+    fn observe_rows(&mut self, status: &mut Status, recording: &Recording, recorder: &Recorder) {
+        let rate_hz = recording.timing.rate_hz().or(status.rate_hz);
+        let (rows, rate_hz) = (recording.rows(), rate_hz.unwrap_or(1.0));
+        let recent = rows.saturating_sub((RECENT_S * rate_hz).ceil() as usize)..rows;
+        let accel = |row: usize| recording.accel.each_ref().map(|axis| axis[row]);
+        let norms: Vec<f64> = recent.clone().map(|row| norm(&accel(row))).collect();
+        let norms: Vec<f64> = norms.into_iter().filter(|norm| norm.is_finite()).collect();
+        status.norm = Some(norms.iter().sum::<f64>() / norms.len() as f64);
+        status.norm = status.norm.filter(|norm| norm.is_finite());
+        status.accel = Some(recording.accel_scale);
+        let temperatures = recording.temperature_c.iter().flatten();
+        status.temperature_c = temperatures.copied().rfind(|t| t.is_finite());
+        if (rows as f64) < FIRST_REST_S * rate_hz {
+            return;
+        }
+        status.still = Some(false);
+        for rest in find_rests(recording).spans {
+            let sum = rest.clone().map(accel).fold([0.0; 3], |sum, a| {
+                [sum[0] + a[0], sum[1] + a[1], sum[2] + a[2]]
+            });
+            let (face, angle_deg) = Face::nearest(sum);
+            let face = Some(face).filter(|_| angle_deg <= MAX_FACE_ANGLE_DEG);
+            let is_stored = |row: &usize| recorder.is_stored(recording.line(*row) as usize);
+            let stored = rest.clone().filter(is_stored).count();
+            if let Some(face) = face.filter(|_| stored as f64 >= POSE_S * rate_hz) {
+                self.done[face.index()] = true;
+            }
+            if rest.end > recent.start {
+                status.still = Some(true);
+                status.up = face.map(Face::name);
+            }
+        }
+        let done = Face::all()
+            .into_iter()
+            .filter(|face| self.done[face.index()]);
+        status.done = Some(done.map(Face::name).collect());
+    }
+
+    fn new_findings(&mut self, mut findings: Vec<Finding>) -> Vec<Finding> {
+        findings.retain(|finding| {
+            if finding.severity != Severity::Warning || !finding.kind.is_of_samples() {
+                return false;
+            }
+            let words = finding.message.replace(|c: char| c.is_ascii_digit(), "");
+            self.said.insert(format!("{} {words}", finding.kind.name()))
+        });
+        findings
+    }
+}
