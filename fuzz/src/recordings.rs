@@ -9,7 +9,7 @@ use gravical::inspect::inspect;
 use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, Segmentation, segment};
 use gravical::recording::{
-    AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, read_bytes,
+    AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, parse_columns, read_bytes,
 };
 use gravical_report::document::Detail;
 use gravical_report::report;
@@ -46,7 +46,7 @@ pub fn reader(data: &[u8]) {
 fn with_options(choice: &[u8], files: &[u8]) {
     let pick = |at: usize| usize::from(choice.get(at).copied().unwrap_or(0));
     let options = ReadOptions {
-        columns: of(&COLUMNS, pick(0)).and_then(|text| text.parse::<ColumnsSpec>().ok()),
+        columns: of(&COLUMNS, pick(0)).and_then(|text| parse_columns(text).ok()),
         accel_unit: of(&ACCEL_UNITS, pick(1)),
         gyro_unit: of(&GYRO_UNITS, pick(1) / 8),
         time_unit: of(&TIME_UNITS, pick(2)),

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use gravical::apply::OutputUnit;
 use gravical::gravity::Gravity;
 use gravical::poses::face::AxisMap;
-use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit};
+use gravical::recording::{AccelUnit, ColumnsSpec, GyroUnit, ReadOptions, TimeUnit, parse_columns};
 use gravical::{Error, Result};
 
 use crate::progress;
@@ -31,6 +31,7 @@ pub struct RecordingArgs {
         long,
         hide_short_help = true,
         value_name = "COLUMNS",
+        value_parser = parse_columns,
         allow_hyphen_values = true
     )]
     pub columns: Option<ColumnsSpec>,

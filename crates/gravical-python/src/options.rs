@@ -14,7 +14,9 @@ use gravical::noise::{NoiseOptions, PARTS, Part, Spacing, Term};
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::AxisMap;
 use gravical::poses::sections::read_sections;
-use gravical::recording::{AccelUnit, GyroUnit, Meter, ReadOptions, Recording, TimeUnit};
+use gravical::recording::{
+    AccelUnit, GyroUnit, Meter, ReadOptions, Recording, TimeUnit, parse_columns,
+};
 use gravical::{Error, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyDictMethods};
@@ -99,9 +101,13 @@ impl<'py> Options<'py> {
 
     /// A text that the library reads.
     fn parsed<T: FromStr<Err = Error>>(&self, name: &str) -> PyResult<Option<T>> {
+        self.parsed_by(name, T::from_str)
+    }
+
+    fn parsed_by<T>(&self, name: &str, parse: fn(&str) -> Result<T, Error>) -> PyResult<Option<T>> {
         let text = self.text(name)?;
         let parsed = text.map(|text| {
-            let parsed = text.parse::<T>();
+            let parsed = parse(&text);
             parsed.map_err(|e| {
                 let error = Error::usage(e.code(), format!("{name}=: {}", e.message()));
                 match e.hint() {
@@ -161,7 +167,7 @@ impl<'py> Options<'py> {
             accel_range_g: self.number("accel_range")?,
             gyro_unit: self.word("gyro_unit", &gyro)?,
             gyro_range_deg_s: self.number("gyro_range")?,
-            columns: self.parsed("columns")?,
+            columns: self.parsed_by("columns", parse_columns)?,
             sensor: self.text("sensor")?,
             rate_hz: self.number("rate")?,
             time_unit: self.word("time_unit", &time)?,

@@ -59,6 +59,8 @@ pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use table::{TableColumn, table_channels};
 pub use text::axes;
+#[doc(hidden)]
+pub use text::parse_cell;
 pub use text::{
     Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, is_prose,
     sniff, sniff_table,

@@ -22,4 +22,5 @@ pub(crate) use dialect::Delimiter;
 pub use format::Format;
 pub(crate) use format::Layout;
 pub use names::Column;
+pub use number::parse_cell;
 pub use sniff::{is_prose, sniff, sniff_table};

@@ -69,16 +69,10 @@ pub mod numfmt;
 pub mod output;
 pub mod poses;
 pub mod recording;
-#[doc(hidden)]
-pub mod resolution;
-#[doc(hidden)]
-pub mod scan;
 pub mod session;
 pub mod simulate;
 #[doc(hidden)]
 pub mod stats;
-#[doc(hidden)]
-pub mod stills;
 #[doc(hidden)]
 pub mod targets;
 #[doc(hidden)]

@@ -32,6 +32,13 @@ pub(crate) fn weighted_median(pairs: &mut [(f64, f64)]) -> Option<f64> {
     middle.map(|(value, _)| *value)
 }
 
+/// Variance of rounding to these steps, all axes together.
+pub(crate) fn floors(step: &[f64]) -> f64 {
+    step.iter()
+        .map(|q| gravical_core::rounding::floor(*q))
+        .sum()
+}
+
 /// Mean of the values that are finite; NaN without any.
 pub(crate) fn mean_of_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     let finite = values.into_iter().filter(|v| v.is_finite());

@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use gravical::recording::ColumnsSpec;
+use gravical::recording::{ColumnsSpec, parse_columns};
 use gravical::{Error, Result};
 
 pub use event::Event;
@@ -85,7 +85,7 @@ pub struct BoardArgs {
     baud: u32,
     /// Columns of a board that does not name them: t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=…
     /// by name
-    #[arg(long, value_name = "COLUMNS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "COLUMNS", value_parser = parse_columns, allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
     #[command(flatten)]
     pub wanted: Wanted,

@@ -20,7 +20,6 @@ pub mod simulate;
 
 use std::process::ExitCode;
 
-
 use crate::{Verb, program};
 
 impl Verb {

@@ -4,7 +4,7 @@ mod units;
 use super::*;
 use crate::Error;
 use crate::recording::open::from_reader;
-use crate::recording::{Origin, read_bytes};
+use crate::recording::{Origin, parse_columns, read_bytes};
 use std::io::{self, Read, Write};
 
 /// A calibration in imucal's format, which is the shortest; no gyroscope.
@@ -222,7 +222,7 @@ fn columns_without_a_header_are_named_by_channel() {
     assert_eq!((summary.lines, summary.rows), (40, 40));
     let spec = ApplyOptions {
         read: ReadOptions {
-            columns: Some("-,ax,ay,az,-,label,-,-".parse().unwrap()),
+            columns: Some(parse_columns("-,ax,ay,az,-,label,-,-").unwrap()),
             ..ReadOptions::default()
         },
         ..options()

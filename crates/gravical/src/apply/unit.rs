@@ -3,7 +3,7 @@
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::Serialize;
 
-use crate::recording::layout::CALIBRATED;
+use gravical_recording::CALIBRATED;
 
 /// Unit in which calibrated specific force is written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]

@@ -14,8 +14,8 @@ use gravical_recording::Sample;
 use gravical_signal::{BLOCK_S, block_len};
 
 use super::judge::Means;
-use crate::resolution::floors;
 use crate::stats::SortedWindow;
+use crate::stats::floors;
 
 /// Noise at rest over the magnitude at most, three axes together: twice that of a bad MPU6050
 /// without low-pass. Where the quietest blocks scatter more, the sensor has not rested yet.

@@ -9,7 +9,7 @@
 use std::io::{self, Write};
 
 use super::{Motion, MotionSample};
-use crate::scan::write_fixed;
+use gravical_recording::write::write_fixed;
 
 /// Names of those that are always there, after the time.
 const COLUMNS: &str = ",raw_ax_mps2,raw_ay_mps2,raw_az_mps2,\

@@ -56,7 +56,7 @@ use crate::poses::gyro_unit::{Claims, Evidence, decide};
 use crate::poses::rests::{find_quiet, find_rests, why_never_static};
 use crate::poses::turns::motions;
 use crate::recording::{self, ReadOptions, Recording};
-use crate::resolution::floors;
+use crate::stats::floors;
 use crate::stats::moments;
 use crate::{Error, Result};
 use gravical_signal::{BLOCK_S, block_len, quantile};

@@ -17,7 +17,7 @@ use super::turns::{Motion, motions, residual_deg, steps};
 use crate::calibration_file::GyroscopeSection;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::resolution::floors;
+use crate::stats::floors;
 use crate::stats::moments;
 
 /// Units that a gyroscope can be in.

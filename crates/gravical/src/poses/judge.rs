@@ -1,7 +1,7 @@
 //! Poses held against names and against each other.
 
 use crate::recording::{Finding, FindingKind, Recording};
-use crate::resolution::floors;
+use crate::stats::floors;
 use crate::stats::moments;
 
 use super::face::{self, Claim, Face, angle_deg};

@@ -26,27 +26,19 @@
 pub(crate) mod batches;
 #[doc(hidden)]
 pub mod board;
-mod date;
-#[doc(hidden)]
-pub mod dialect;
+mod columns;
 #[doc(hidden)]
 pub mod following;
 mod foreign;
 #[doc(hidden)]
 pub mod join;
-#[doc(hidden)]
-pub mod layout;
 mod ledger;
 mod memory;
 mod meter;
 #[doc(hidden)]
-pub mod names;
-#[doc(hidden)]
 pub mod open;
 pub(crate) mod range_end;
 pub(crate) mod reading;
-#[doc(hidden)]
-pub mod row;
 mod text_options;
 mod unpacking;
 
@@ -55,13 +47,13 @@ use std::ops::Range;
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 use crate::stats::mean_of_finite;
 use crate::utc::UtcTime;
+pub use columns::parse_columns;
 #[doc(hidden)]
 pub use gravical_recording::units;
-pub use gravical_recording::{Labels, UnitDoubt};
+pub use gravical_recording::{ColumnsSpec, Labels, UnitDoubt};
 pub use gravical_recording::{TimeUnit, Timing};
 pub(crate) use gravical_recording::{full_scale, metadata};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
-pub use layout::ColumnsSpec;
 pub use memory::{SampleColumns, TableColumn};
 pub use meter::{Meter, Progress};
 pub use reading::{read, read_bytes, read_head, read_samples};
@@ -71,7 +63,6 @@ pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 pub use {
     foreign::is_prose,
     join::{holds_gyroscope_alone, is_named_gyroscope},
-    layout::stream_layout,
     ledger::{Aside, Ledger},
 };
 
@@ -116,10 +107,7 @@ impl ReadOptions {
     #[must_use]
     pub fn beside_gyroscope_file(&self) -> Self {
         ReadOptions {
-            columns: self
-                .columns
-                .as_ref()
-                .and_then(ColumnsSpec::of_accelerometer),
+            columns: self.columns.as_ref().and_then(columns::of_accelerometer),
             ..self.clone()
         }
     }
@@ -209,7 +197,7 @@ pub struct Recording {
     pub header_unit: Option<AccelUnit>,
     /// Unit of the gyroscope; `None` without a gyroscope.
     pub gyro_scale: Option<GyroScale>,
-    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit ([`crate::resolution`]); 0 where it is
+    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit; 0 where it is
     /// unknown.
     pub resolution: [f64; 6],
     /// Rates, gaps, jitter.
@@ -349,7 +337,10 @@ impl Recording {
     /// read or not: the file is a result, not a recording of a session.
     #[must_use]
     pub fn is_result(&self) -> bool {
-        layout::has_calibrated(&self.column_names)
+        let has = |name: &&str| self.column_names.iter().any(|n| n == name);
+        gravical_recording::CALIBRATED
+            .iter()
+            .any(|own| own.iter().all(|name| has(&name)))
     }
 
     /// True if the header claims another unit of the accelerometer than the magnitude at rest

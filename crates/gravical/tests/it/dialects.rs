@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use gravical::recording::{AccelUnit, ColumnsSpec, ReadOptions, Recording, TimeUnit};
+use gravical::recording::{AccelUnit, ReadOptions, Recording, TimeUnit, parse_columns};
 
 use crate::support::*;
 
@@ -175,7 +175,7 @@ fn an_unnamed_index_column_does_not_shift_the_channels() {
 fn columns_by_name_and_in_order() {
     let plain = read(text().as_bytes());
     let by_name = |spec: &str| ReadOptions {
-        columns: Some(spec.parse::<ColumnsSpec>().unwrap()),
+        columns: Some(parse_columns(spec).unwrap()),
         ..ReadOptions::default()
     };
     // x and y are swapped by name; other columns are assigned automatically.
@@ -211,7 +211,7 @@ fn one_of_two_sensors_in_two_header_rows_can_be_chosen() {
     let spec = "ax=right.acc_x,ay=right.acc_y,az=right.acc_z";
     for options in [
         ReadOptions {
-            columns: Some(spec.parse().unwrap()),
+            columns: Some(parse_columns(spec).unwrap()),
             ..ReadOptions::default()
         },
         ReadOptions {

@@ -5,7 +5,8 @@ use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::CalibrationFile;
 use gravical::recording::open::from_reader;
 use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
+    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, parse_columns,
+    read_bytes,
 };
 
 use crate::support::*;
@@ -848,7 +849,7 @@ fn columns_that_cannot_be_assigned_are_errors() {
     let error = read_bytes(text.as_bytes(), "x.csv", &ReadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("header in line 1"), "{error}");
     let options = ReadOptions {
-        columns: Some("ax=p,ay=q,az=r".parse().unwrap()),
+        columns: Some(parse_columns("ax=p,ay=q,az=r").unwrap()),
         ..ReadOptions::default()
     };
     is_the_session(&read_with(text.as_bytes(), &options), "named", None, &[]);
@@ -861,7 +862,7 @@ fn columns_that_cannot_be_assigned_are_errors() {
     let option = message.split("--columns ").nth(1).unwrap();
     let option = option.split(' ').next().unwrap();
     let options = ReadOptions {
-        columns: Some(option.parse().unwrap()),
+        columns: Some(parse_columns(option).unwrap()),
         ..ReadOptions::default()
     };
     let given = read_with(text.as_bytes(), &options);
@@ -900,7 +901,7 @@ fn columns_of_the_gyroscopes_file() {
         format!("{},{}", 10 * s.i, csv(&s.w, 4))
     });
     let options = ReadOptions {
-        columns: Some("ax=p,ay=q,az=r,gx=u,gy=v,gz=w_".parse().unwrap()),
+        columns: Some(parse_columns("ax=p,ay=q,az=r,gx=u,gy=v,gz=w_").unwrap()),
         ..ReadOptions::default()
     };
     let mut recording = read_with(accel.as_bytes(), &options.beside_gyroscope_file());
@@ -911,7 +912,7 @@ fn columns_of_the_gyroscopes_file() {
         format!("{},{},{}", 10 * s.i, csv(&mps2(s), 4), csv(&s.w, 4))
     });
     let options = ReadOptions {
-        columns: Some("gx=-,gy=-,gz=-".parse().unwrap()),
+        columns: Some(parse_columns("gx=-,gy=-,gz=-").unwrap()),
         ..ReadOptions::default()
     };
     let mut recording = read_with(both.as_bytes(), &options.beside_gyroscope_file());

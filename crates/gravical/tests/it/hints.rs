@@ -5,7 +5,8 @@ use std::path::Path;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
+    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, parse_columns,
+    read_bytes,
 };
 
 /// What is refused or found: kind, and words.
@@ -50,7 +51,7 @@ const OPTIONS: [&str; 7] = [
 fn follow(words: &str, truth: &ReadOptions, options: &mut ReadOptions) -> bool {
     let names = |option: &str| words.contains(&format!("--{option}"));
     if names("columns") {
-        let named = value(words, "--columns").and_then(|v| v.parse().ok());
+        let named = value(words, "--columns").and_then(|v| parse_columns(v).ok());
         options.columns = truth.columns.clone().or(named);
         assert!(options.columns.is_some(), "{words}");
     }
@@ -113,7 +114,7 @@ fn cells(values: [f64; 3], delimiter: &str) -> String {
 #[test]
 fn an_option_that_is_named_helps() {
     let columns = |spec: &str| ReadOptions {
-        columns: Some(spec.parse().unwrap()),
+        columns: Some(parse_columns(spec).unwrap()),
         ..ReadOptions::default()
     };
     let none = ReadOptions::default;

@@ -6,7 +6,7 @@ use gravical::motion::{
     write_table,
 };
 use gravical::noise::{NoiseOptions, noise_of};
-use gravical::recording::{ReadOptions, Recording, read, read_bytes};
+use gravical::recording::{ReadOptions, Recording, parse_columns, read, read_bytes};
 use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
 
 /// Noise without a generator: the same every time, about ±1.7.
@@ -427,7 +427,7 @@ fn the_table_has_a_line_for_every_sample_in_every_case() {
         assert!(!table.contains("NaN") && !table.contains("inf"));
         // Read again, the calibrated columns are an accelerometer.
         let options = ReadOptions {
-            columns: Some("t=t_s,ax=ax_mps2,ay=ay_mps2,az=az_mps2".parse().unwrap()),
+            columns: Some(parse_columns("t=t_s,ax=ax_mps2,ay=ay_mps2,az=az_mps2").unwrap()),
             ..ReadOptions::default()
         };
         let again = read_bytes(table.as_bytes(), "motion.csv", &options).unwrap();

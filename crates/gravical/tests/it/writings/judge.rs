@@ -8,8 +8,8 @@ use gravical::gravity::Gravity;
 use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
 use gravical::recording::{
-    AccelUnit, ColumnsSpec, Finding, GyroUnit, ReadOptions, Recording, TimeUnit,
-    join_gyroscope_bytes, read_bytes,
+    AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes,
+    parse_columns, read_bytes,
 };
 use gravical_core::matrix3;
 use gravical_signal::{BLOCK_S, block_len};
@@ -131,7 +131,7 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
     for option in options {
         match *option {
             "--columns" => {
-                out.columns = Some(columns_option(writing).parse::<ColumnsSpec>().unwrap());
+                out.columns = Some(parse_columns(&columns_option(writing)).unwrap());
             }
             "--accel-unit" => {
                 out.accel_unit = Some(match writing.values {
