@@ -131,9 +131,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let mut place = args.folder()?;
-    #[cfg(feature = "live")]
-    let folder = place.1.clone();
+    let place = args.folder()?;
     let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(args.speed() > 0.0))];
     if let Some(path) = &args.events {
         renderers.push(Box::new(EventLines::open(path, args.speed() > 0.0)?));
@@ -156,35 +154,18 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Some(_) => drop(sender),
         None => driver::typed(sender),
     }
-    let begins = || {
-        #[cfg(feature = "live")]
-        if let Some(page) = page.as_ref().filter(|_| !args.no_open) {
-            page.open();
-        }
-    };
-    loop {
-        let done = args.guide(place, &mut renderers, &entries, &interrupted, &begins);
-        #[cfg(feature = "live")]
-        if let Some(page) = &page {
-            match (&done, &folder) {
-                (Err(error), _) => page.fail(&error.to_string()),
-                (Ok(_), _) if interrupted.load(Ordering::SeqCst) => page.last_word(),
-                (Ok(_), folder) => {
-                    if page.stay(&entries, &interrupted)
-                        && let Some(folder) = folder
-                    {
-                        place = (Some(Journal::read(folder)?), Some(folder.clone()));
-                        continue;
-                    }
-                }
-            }
-        }
-        return done;
+    #[cfg(feature = "live")]
+    if let Some(page) = &page {
+        return args.guide_on(page, place, &mut renderers, &entries, &interrupted);
     }
+    args.guide(place, &mut renderers, &entries, &interrupted, || ())
 }
 
 /// A source that is open: its kind and its name.
 type Opened = (SourceKind, String, Box<dyn Source>);
+
+/// The journal of a session that goes on, and its folder; none for a replay.
+type Place = (Option<Journal>, Option<PathBuf>);
 
 /// The path, or one with a number that does not exist.
 fn free_name(path: &Path) -> PathBuf {
@@ -199,11 +180,45 @@ fn free_name(path: &Path) -> PathBuf {
 }
 
 impl Args {
+    /// Guides on a page, from which a session that was saved can go on.
+    #[cfg(feature = "live")]
+    fn guide_on(
+        &self,
+        page: &Page,
+        mut place: Place,
+        renderers: &mut Vec<Box<dyn Renderer>>,
+        entries: &Receiver<Entry>,
+        interrupted: &AtomicBool,
+    ) -> anyhow::Result<ExitCode> {
+        let begins = || {
+            if !self.no_open {
+                page.open();
+            }
+        };
+        let folder = place.1.clone();
+        loop {
+            let done = self.guide(place, renderers, entries, interrupted, begins);
+            match &done {
+                Err(error) => page.fail(&error.to_string()),
+                Ok(_) if interrupted.load(Ordering::SeqCst) => page.last_word(),
+                Ok(_) => {
+                    if page.stay(entries, interrupted)
+                        && let Some(folder) = &folder
+                    {
+                        place = (Some(Journal::read(folder)?), Some(folder.clone()));
+                        continue;
+                    }
+                }
+            }
+            return done;
+        }
+    }
+
     /// The session, from its source to its end; `begins` is called when the source is there, or
     /// has to be chosen.
     fn guide(
         &self,
-        (journal, folder): (Option<Journal>, Option<PathBuf>),
+        (journal, folder): Place,
         renderers: &mut Vec<Box<dyn Renderer>>,
         entries: &Receiver<Entry>,
         interrupted: &AtomicBool,
@@ -303,7 +318,7 @@ impl Args {
     }
 
     /// The journal of a session that is resumed, and the folder; none for a replay.
-    fn folder(&self) -> Result<(Option<Journal>, Option<PathBuf>)> {
+    fn folder(&self) -> Result<Place> {
         if self.replay.is_some() {
             return Ok((None, None));
         }

@@ -4,7 +4,7 @@
 //!
 //! [`Session`] is a state machine without clock and without I/O. It reads the bytes of a recording
 //! as they are written to the disk, by the ordinary reader, so that a replay of the recording
-//! gives the same events. It finds holds with the detector of static intervals ([`crate::stills`]),
+//! gives the same events. It finds holds block by block,
 //! accepts a pose or says why not, calibrates with [`calibrate`](crate::calibrate::calibrate) after
 //! every pose, and asks for the pose that lowers the predicted error most.
 //!

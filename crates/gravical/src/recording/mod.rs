@@ -2,11 +2,10 @@
 //!
 //! # Overview
 //!
-//! [`read`] opens a file (plain, gzip, standard input), determines its text format ([`dialect`])
-//! and which column is which channel ([`layout`], from the names listed in [`names`]), and
-//! collects its rows into columns. A monitor processes every row: time stamps ([`timing`]), units
-//! ([`units`]), empty cells and samples. The [`Ledger`] accounts for every line: it is a row, or
-//! it was set aside for a given reason. Every fault is reported as a [`Finding`] with its lines.
+//! [`read`] opens a file (plain, gzip, standard input) and reads it with the crate
+//! `gravical_recording`: its format, which column is which channel, and what the columns say of clock,
+//! units and defects. The [`Ledger`] accounts for every line: it is a row, or it was set aside for a
+//! given reason. Every fault is reported as a [`Finding`] with its lines.
 //!
 //! Values stay in the unit of the file; [`AccelScale::nominal`] is the size of one m/s² in that
 //! unit. The bias and matrix of a calibration therefore apply to the numbers in the file.
@@ -340,7 +339,7 @@ impl Recording {
         let has = |name: &&str| self.column_names.iter().any(|n| n == name);
         gravical_recording::CALIBRATED
             .iter()
-            .any(|own| own.iter().all(|name| has(&name)))
+            .any(|own| own.iter().all(has))
     }
 
     /// True if the header claims another unit of the accelerometer than the magnitude at rest
