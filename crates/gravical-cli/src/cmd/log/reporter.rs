@@ -12,7 +12,7 @@ use gravical::recording::{AccelScale, AccelUnit};
 use serde::Serialize;
 
 use super::event::Event;
-use super::status::Status;
+use super::event::Status;
 use crate::failure::RenderedError;
 use crate::outlet::Outlet;
 
