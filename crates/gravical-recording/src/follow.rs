@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor};
 
-use memchr::{memchr, memrchr};
+use memchr::{memchr2, memrchr, memrchr2};
 
 use crate::board::BoardSettings;
 use crate::error::{Error, Kind};
@@ -20,8 +20,9 @@ const MIN_S: f64 = 1.0;
 const MIN_ROWS: usize = 100;
 /// Without a format after so many lines there is none.
 const MAX_LINES: usize = 800;
-/// No line is longer.
-const MAX_LINE_BYTES: usize = 1 << 20;
+/// No row is longer.
+const MAX_ROW_BYTES: usize = 1 << 20;
+const LONG_ROW: &str = "a row of more than a megabyte";
 
 /// A row of a recording that grows. Values are in the unit of the recording.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -97,6 +98,8 @@ struct Opened {
     clock: Option<usize>,
     rate_hz: Option<f64>,
     lines_read: LinesRead,
+    /// What ends the recording after the rows that were returned.
+    error: Option<Error>,
 }
 
 impl Follow {
@@ -127,12 +130,14 @@ impl Follow {
             let whole = whole_rows(&opened.format, &self.bytes);
             let text: Vec<u8> = self.bytes.drain(..whole).collect();
             let samples = opened.read(text, self.max_rows)?;
-            self.check_line()?;
-            return Ok(samples);
+            return match self.bytes.len() {
+                ..=MAX_ROW_BYTES => Ok(samples),
+                _ => Err(Kind::NoTable(LONG_ROW).into()),
+            };
         }
         let mut samples = Vec::new();
         let mut rest = bytes;
-        while let Some(end) = memchr(b'\n', rest) {
+        while let Some(end) = line_end(rest) {
             self.bytes.extend_from_slice(&rest[..=end]);
             rest = &rest[end + 1..];
             self.lines += 1;
@@ -148,16 +153,11 @@ impl Follow {
         } else {
             self.bytes.extend_from_slice(rest);
         }
-        self.check_line()?;
-        Ok(samples)
-    }
-
-    /// What never ends a line is no text.
-    fn check_line(&self) -> Result<(), Error> {
-        let from = memrchr(b'\n', &self.bytes).map_or(0, |at| at + 1);
+        // What never ends a line is no text.
+        let from = memrchr2(b'\n', b'\r', &self.bytes).map_or(0, |at| at + 1);
         match self.bytes.len() - from {
-            ..=MAX_LINE_BYTES => Ok(()),
-            _ => Err(Kind::NoTable("a line of more than a megabyte").into()),
+            ..=MAX_ROW_BYTES => Ok(samples),
+            _ => Err(Kind::NoTable(LONG_ROW).into()),
         }
     }
 
@@ -178,7 +178,7 @@ impl Follow {
         };
         let missing = enough.saturating_sub(recording.rows());
         if missing > 0 && self.lines < MAX_LINES {
-            self.needed += missing;
+            self.needed = (self.needed + missing).min(MAX_LINES);
             return Ok(None);
         }
         Ok(Some(self.begin(opened, &recording)))
@@ -256,8 +256,11 @@ impl Follow {
         let format = sniff(&head, &self.file_name, &self.options)?;
         let mut batches = format.batches(Cursor::new(Vec::new()));
         let text = self.bytes[..whole_rows(&format, &self.bytes)].to_vec();
-        let batch = batches.feed(text).map_err(into_error)?;
-        let rows = batch.unwrap_or_default();
+        batches.feed(text);
+        let mut rows = Batch::default();
+        while let Some(batch) = batches.read_batch().map_err(into_error)? {
+            rows.append(batch);
+        }
         let (recording, mut later) = Later::judge(&format, rows.clone())?;
         later.contradicts = false;
         let clock = clock_column(&format, &rows);
@@ -271,6 +274,7 @@ impl Follow {
             clock,
             rate_hz: recording.rate_hz(),
             lines_read: LinesRead::default(),
+            error: None,
         };
         opened.note_lines(&rows);
         opened.rows = rows;
@@ -296,21 +300,33 @@ impl Follow {
     }
 }
 
+/// Where a line ends; of `\r` alone only once it is known that no `\n` follows.
+fn line_end(bytes: &[u8]) -> Option<usize> {
+    let end = memchr2(b'\n', b'\r', bytes)?;
+    match (bytes[end], bytes.get(end + 1)) {
+        (b'\r', Some(b'\n')) => Some(end + 1),
+        (b'\r', None) => None,
+        _ => Some(end),
+    }
+}
+
 /// Bytes up to the end of the last whole row.
 fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
     let mut end = memrchr(format.line_end, bytes).map_or(0, |at| at + 1);
     let Layout::Sentences(sentences) = &format.layout else {
         return end;
     };
-    while end > 0 {
-        let from = memrchr(format.line_end, &bytes[..end - 1]).map_or(0, |at| at + 1);
-        let line = String::from_utf8_lossy(&bytes[from..end]);
+    let mut at = end;
+    while at > 0 {
+        let from = memrchr(format.line_end, &bytes[..at - 1]).map_or(0, |at| at + 1);
+        let line = String::from_utf8_lossy(&bytes[from..at]);
         let line = sentences.normalise(line.trim_end());
-        let place = sentences.parse(&line).map(|s| s.place);
-        if place.is_none_or(|place| place == sentences.last_place()) {
-            break;
+        match sentences.parse(&line).map(|s| s.place) {
+            Some(place) if place == sentences.last_place() => break,
+            Some(_) => end = from,
+            None => {}
         }
-        end = from;
+        at = from;
     }
     end
 }
@@ -340,23 +356,41 @@ impl Opened {
     }
 
     fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>, Error> {
-        let Some(mut batch) = self.batches.feed(text).map_err(into_error)? else {
-            return Ok(Vec::new());
-        };
-        self.note_lines(&batch);
-        self.rows.append(batch.clone());
+        if let Some(error) = self.error.take() {
+            return Err(error);
+        }
+        self.batches.feed(text);
+        let mut samples = Vec::new();
+        loop {
+            match self.batches.read_batch().map_err(into_error) {
+                Ok(None) => break,
+                Ok(Some(batch)) => {
+                    self.note_lines(&batch);
+                    self.rows.append(batch.clone());
+                    samples.append(&mut self.samples(batch)?);
+                }
+                Err(error) if samples.is_empty() => return Err(error),
+                Err(error) => {
+                    self.error = Some(error);
+                    break;
+                }
+            }
+        }
         if self.rows.rows() / 2 > max_rows {
             self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
         }
         if self.rows.bytes() > MAX_BYTES {
             return Err(Kind::TooLarge(self.rows.bytes()).into());
         }
+        Ok(samples)
+    }
+
+    fn samples(&mut self, mut batch: Batch) -> Result<Vec<Sample>, Error> {
         if self.writes_blanks {
             batch.blanks.clear();
         }
-        let Ok(readings) = self.later.read(&mut batch) else {
-            return Ok(Vec::new());
-        };
+        let readings = self.later.read(&mut batch);
+        let readings = readings.map_err(|c| Kind::NoRows(c.message))?;
         let mut breaks = readings.breaks.iter().peekable();
         let rows = (0..batch.lines.len()).filter(|row| readings.is_measured[*row]);
         let numbered = (self.returned..).zip(rows);

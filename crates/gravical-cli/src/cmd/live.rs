@@ -158,7 +158,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(page) = &page {
         return args.guide_on(page, place, &mut renderers, &entries, &interrupted);
     }
-    args.guide(place, &mut renderers, &entries, &interrupted, || ())
+    args.guide(place, false, &mut renderers, &entries, &interrupted, || ())
 }
 
 /// A source that is open: its kind and its name.
@@ -196,8 +196,9 @@ impl Args {
             }
         };
         let folder = place.1.clone();
+        let mut goes_on = false;
         loop {
-            let done = self.guide(place, renderers, entries, interrupted, begins);
+            let done = self.guide(place, goes_on, renderers, entries, interrupted, begins);
             match &done {
                 Err(error) => page.fail(&error.to_string()),
                 Ok(_) if interrupted.load(Ordering::SeqCst) => page.last_word(),
@@ -205,7 +206,9 @@ impl Args {
                     if page.stay(entries, interrupted)
                         && let Some(folder) = &folder
                     {
-                        place = (Some(Journal::read(folder)?), Some(folder.clone()));
+                        let journal = Journal::read(folder)
+                            .inspect_err(|error| page.fail(&error.to_string()))?;
+                        (place, goes_on) = ((Some(journal), Some(folder.clone())), true);
                         continue;
                     }
                 }
@@ -219,13 +222,14 @@ impl Args {
     fn guide(
         &self,
         (journal, folder): Place,
+        goes_on: bool,
         renderers: &mut Vec<Box<dyn Renderer>>,
         entries: &Receiver<Entry>,
         interrupted: &AtomicBool,
         begins: impl Fn(),
     ) -> anyhow::Result<ExitCode> {
-        let options = self.options(journal.as_ref())?;
-        let mut port = self.port(journal.as_ref());
+        let options = self.options(journal.as_ref(), goes_on)?;
+        let mut port = self.port(journal.as_ref(), goes_on);
         let opened = loop {
             let opened = self.source(
                 port.as_deref(),
@@ -350,10 +354,10 @@ impl Args {
     }
 
     /// The port that is wanted: given, or that of the session before.
-    fn port(&self, journal: Option<&Journal>) -> Option<String> {
+    fn port(&self, journal: Option<&Journal>, goes_on: bool) -> Option<String> {
         let before = journal.and_then(|j| j.source.as_ref());
         let before = before.filter(|(kind, _)| *kind == SourceKind::Port);
-        let given = self.board.port.clone();
+        let given = self.board.port.clone().filter(|_| !goes_on);
         given.or_else(|| before.map(|(_, name)| name.clone()))
     }
 
@@ -379,9 +383,10 @@ impl Args {
         }
     }
 
-    fn options(&self, journal: Option<&Journal>) -> Result<LiveOptions> {
+    /// `goes_on`: what was said on the page counts, not what was given before.
+    fn options(&self, journal: Option<&Journal>, goes_on: bool) -> Result<LiveOptions> {
         let before = journal.map(|j| j.gravity);
-        let given: Option<Gravity> = self.gravity.given()?;
+        let given: Option<Gravity> = self.gravity.given()?.filter(|_| !goes_on);
         let simulated = self.simulate.then(Simulated::gravity);
         Ok(LiveOptions {
             read: self.read_options(),

@@ -196,7 +196,7 @@ fn end(
     interrupted: &AtomicBool,
 ) -> anyhow::Result<ExitCode> {
     let is_unplugged = !session.is_plugged_in();
-    let elapsed_s = session.elapsed_s();
+    let now_s = session.now_s();
     // What failed to be written is rescued.
     let closed = match &done {
         Err(error) if error.code() == "io" => Ok(()),
@@ -222,7 +222,10 @@ fn end(
     let ended = Ended {
         file: path.display().to_string(),
         reason,
-        elapsed_s,
+        // Rows that were held are written by the end.
+        elapsed_s: recorder
+            .elapsed_s(now_s)
+            .min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
         content,
     };

@@ -184,3 +184,24 @@ fn few_rows_and_none() {
     assert!(message.contains("a loose wire"), "{message}");
     assert!(!folder.path().join("y.csv").exists());
 }
+
+/// Below the comments of the logger a table needs a header.
+#[test]
+fn a_stamp_and_no_header() {
+    let outcome = record("", "", |i| {
+        let [x, y, z] = at_rest(i);
+        format!("{},{x:+.3},{y:+.3},{z:+.3}\n", 10 * i)
+    });
+    assert_eq!(outcome.recording.rows(), ROWS as usize, "{}", outcome.text);
+    assert!(outcome.recording.time_s.is_some());
+    assert_eq!(outcome.ended["rejected"], 0, "{}", outcome.text);
+}
+
+#[test]
+fn numbers_with_their_sign() {
+    let outcome = record("", "", |i| {
+        let [x, y, z] = at_rest(i);
+        format!("{x:+.3},{y:+.3},{z:+.3}\n")
+    });
+    outcome.has("\nt_host_ms,ax,ay,az\n", "m/s^2", false);
+}

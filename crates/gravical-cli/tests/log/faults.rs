@@ -179,6 +179,25 @@ fn one_program_writes_to_a_file() {
     assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 131);
 }
 
+/// What is no recording is not continued, and stays as it is.
+#[test]
+fn another_file_is_not_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    let board = Board::new(folder.path());
+    for text in ["{\"a\": 1}", "words\nmore words\nhalf a li"] {
+        fs::write(folder.path().join("x_axis.csv"), text).unwrap();
+        let line = format!("log x --append --json --port {}", board.port());
+        let (code, error) = Logger::start(folder.path(), &line).ended();
+        assert_eq!(
+            (code, error["code"].as_str()),
+            (3, Some("no-rows")),
+            "{text}"
+        );
+        let after = fs::read_to_string(folder.path().join("x_axis.csv")).unwrap();
+        assert_eq!(after, text);
+    }
+}
+
 #[test]
 fn the_error_of_a_port_is_reported_once() {
     let folder = tempfile::tempdir().unwrap();

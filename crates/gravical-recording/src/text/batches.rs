@@ -99,7 +99,7 @@ impl<R: BufRead> Batches<R> {
     }
 
     /// Reads on until a batch is full and a new row would begin.
-    fn read_batch(&mut self) -> io::Result<Option<Batch>> {
+    pub(crate) fn read_batch(&mut self) -> io::Result<Option<Batch>> {
         while self.error.is_none() {
             if let Some(bytes) = self.parser.read_row(self.lines.held()) {
                 self.lines.step_over(bytes);
@@ -126,10 +126,9 @@ impl<R: BufRead> Batches<R> {
 }
 
 impl Batches<io::Cursor<Vec<u8>>> {
-    /// Reads the next whole lines of a text that grows.
-    pub(crate) fn feed(&mut self, text: Vec<u8>) -> io::Result<Option<Batch>> {
+    /// Goes on with the next whole lines of a text that grows, once those before are read.
+    pub(crate) fn feed(&mut self, text: Vec<u8>) {
         self.lines.set_reader(io::Cursor::new(text));
-        self.read_batch()
     }
 }
 
@@ -311,7 +310,8 @@ impl RowParser {
         } else if let Some(rest) = text.strip_prefix("rejected:") {
             let mut words = rest.split_whitespace();
             let count = words.next().and_then(|n| n.parse().ok());
-            let is_count = words.next().is_some_and(|w| w.starts_with("sample"));
+            let is_count =
+                matches!(words.next(), Some("sample" | "samples")) && words.next().is_none();
             self.batch.rejected += count.filter(|_| is_count).unwrap_or(1);
         } else if let Some(note) = axes::parse_comment(text) {
             self.batch.notes.push(note);

@@ -15,8 +15,10 @@ const RECENT_S: f64 = 120.0;
 /// Rows of the session.
 pub(super) struct SessionRows {
     pub reading: Following,
-    /// Time between rows that have none, s.
+    /// From the row before to one without a time, s.
     step_s: f64,
+    /// Time of the last row that was read, s.
+    last_s: f64,
     recent: VecDeque<Sample>,
 }
 
@@ -27,6 +29,7 @@ impl SessionRows {
         SessionRows {
             reading: Following::new(name, options, usize::MAX),
             step_s: 1.0 / rate_hz,
+            last_s: -1.0 / rate_hz,
             recent: VecDeque::new(),
         }
     }
@@ -37,15 +40,30 @@ impl SessionRows {
     ///
     /// Those of reading.
     pub fn read(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
-        let mut samples = self.reading.push(bytes)?;
+        let samples = self.reading.push(bytes)?;
+        Ok(self.timed(samples))
+    }
+
+    /// Tells the format by the rows that are there, because there are no more for now.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading.
+    pub fn settle(&mut self) -> Result<Vec<Sample>> {
+        let samples = self.reading.settle(1)?;
+        Ok(self.timed(samples))
+    }
+
+    fn timed(&mut self, mut samples: Vec<Sample>) -> Vec<Sample> {
         for sample in &mut samples {
             sample.time_s = match sample.time_s.is_nan() {
-                true => self.step_s * sample.row as f64,
+                true => self.last_s + self.step_s,
                 // The last digits depend on what arrives at once.
                 false => (sample.time_s * 1e9).round() / 1e9,
             };
+            self.last_s = sample.time_s;
         }
-        Ok(samples)
+        samples
     }
 
     /// Adds a row to the recent ones.

@@ -155,6 +155,21 @@ impl Session {
     /// Those of reading: no rows of a sensor. A faulty line is no error.
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<Vec<Message>> {
         let samples = self.rows.read(bytes)?;
+        self.samples(samples)
+    }
+
+    /// Takes the rows so far as they are, if the format is not known yet: the sensor is slow, or the
+    /// recording has ended.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading: so far it is no recording.
+    pub fn settle_format(&mut self) -> Result<Vec<Message>> {
+        let samples = self.rows.settle()?;
+        self.samples(samples)
+    }
+
+    fn samples(&mut self, samples: Vec<Sample>) -> Result<Vec<Message>> {
         if self.rows.reading.is_calibrated_by_board() {
             return Err(Error::input(
                 "already-calibrated",

@@ -31,8 +31,6 @@ const MAX_ROUNDING: f64 = 6.0;
 const MAX_MEAN: f64 = 10.0;
 /// … or within this fraction of gravity, the vibration of a table.
 const TREMOR: f64 = 0.004;
-/// Blocks that are looked back upon for a run: 40 s.
-const MAX_RUN: usize = 200;
 
 /// The state after a whole block. Values are in the unit of the rows, scatters roots of the sum of the
 /// variances of three axes; NaN without a gyroscope.
@@ -60,6 +58,8 @@ struct Block {
 pub(super) struct StillnessDetector {
     /// Rows of a block.
     size: usize,
+    /// Blocks that are looked back upon for a run.
+    max_run: usize,
     /// Steps that the values come in.
     resolution: [f64; 6],
     /// Rows of the next block.
@@ -71,9 +71,12 @@ pub(super) struct StillnessDetector {
 }
 
 impl StillnessDetector {
-    pub fn new(rate_hz: f64, resolution: [f64; 6]) -> Self {
+    /// For runs of at least `run_s`.
+    pub fn new(rate_hz: f64, resolution: [f64; 6], run_s: f64) -> Self {
+        let size = block_len(rate_hz.recip(), BLOCK_S);
         StillnessDetector {
-            size: block_len(rate_hz.recip(), BLOCK_S),
+            size,
+            max_run: (run_s * rate_hz / size as f64).ceil() as usize + 1,
             resolution,
             samples: Vec::new(),
             blocks: VecDeque::new(),
@@ -113,7 +116,7 @@ impl StillnessDetector {
             }
         }
         self.blocks.push_back(block);
-        if self.blocks.len() > MAX_RUN {
+        if self.blocks.len() > self.max_run {
             self.blocks.pop_front();
         }
         self.state()

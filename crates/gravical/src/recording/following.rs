@@ -57,9 +57,9 @@ impl Following {
     /// # Errors
     ///
     /// Those of reading: so far the lines are no recording.
-    pub fn settle(&mut self, min_rows: usize) -> Result<()> {
+    pub fn settle(&mut self, min_rows: usize) -> Result<Vec<new::Sample>> {
         let settled = self.follow.settle(min_rows);
-        settled.map(drop).map_err(|e| self.refused(e))
+        settled.map_err(|e| self.refused(e))
     }
 
     /// What became of the lines that were read since the last call; nothing before the format is

@@ -33,6 +33,9 @@ use crate::report::write_report;
 /// A hand that moves is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
 
+/// After this time the format of a slow sensor is told by the rows that are there.
+const HOLD: Duration = Duration::from_secs(6);
+
 /// Bytes of the recording that are read at once when a session is resumed.
 const AT_ONCE: usize = 1 << 16;
 
@@ -140,15 +143,31 @@ impl Driver<'_> {
             }
         }
         let started = Instant::now();
+        let mut first_bytes: Option<Instant> = None;
         let reason = loop {
             if self.interrupted.load(Ordering::SeqCst) {
                 break EndReason::Interrupted;
             }
             let messages = match self.source.next() {
                 Ok(Incoming::Bytes(bytes)) => {
+                    first_bytes.get_or_insert_with(Instant::now);
                     let mut messages = self.session.resumed();
-                    messages.extend(self.session.bytes(&bytes)?);
+                    match self.session.bytes(&bytes) {
+                        Ok(more) => messages.extend(more),
+                        Err(error) => {
+                            self.source.close();
+                            self.end(EndReason::Failed, &error.to_string(), &mut hand)?;
+                            return Err(error.into());
+                        }
+                    }
                     messages
+                }
+                Ok(Incoming::Nothing)
+                    if first_bytes.is_some_and(|first| first.elapsed() > HOLD) =>
+                {
+                    // A slow sensor; what is no recording yet may become one.
+                    first_bytes = Some(Instant::now());
+                    self.session.settle_format().unwrap_or_default()
                 }
                 Ok(Incoming::Nothing) => Vec::new(),
                 Ok(Incoming::Lost(why)) => self.session.lost(why),
@@ -156,7 +175,11 @@ impl Driver<'_> {
                     kind: WarningKind::Rows,
                     message,
                 }),
-                Ok(Incoming::End) => break self.finish(&mut hand)?,
+                Ok(Incoming::End) => {
+                    let messages = self.session.settle_format().unwrap_or_default();
+                    self.show(messages, &mut hand, false)?;
+                    break self.finish(&mut hand)?;
+                }
                 Err(error) => {
                     self.end(EndReason::Failed, &error.to_string(), &mut hand)?;
                     return Err(error.into());

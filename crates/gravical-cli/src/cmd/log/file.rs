@@ -61,8 +61,8 @@ impl LogFile {
         }
     }
 
-    /// Creates a file, or opens the end of one, whose last line is ended: a part of a row is marked
-    /// as rejected.
+    /// Creates a file, or opens one to continue it: [`end_last_line`](Self::end_last_line) follows once
+    /// what it holds is known to be a recording.
     ///
     /// # Errors
     ///
@@ -91,16 +91,40 @@ impl LogFile {
             head: 0,
         };
         match existing {
-            Existing::Append if !is_device => file.end_last_line().map_err(refuse)?,
+            Existing::Append if !is_device => file.read_before().map_err(refuse)?,
             Existing::Replace if !is_device => file.file.set_len(0).map_err(refuse)?,
             _ => {}
         }
         Ok(file)
     }
 
-    /// Ends the last line of a file that is continued, and reads its beginning.
-    fn end_last_line(&mut self) -> io::Result<()> {
+    /// Reads the beginning of a file that is continued.
+    fn read_before(&mut self) -> io::Result<()> {
         self.length = self.file.metadata()?.len();
+        (&self.file).take(HEAD).read_to_end(&mut self.before)?;
+        let whole = self.before.iter().rposition(|b| *b == b'\n');
+        let whole = whole.map_or(0, |at| at + 1);
+        // Of a single line without an end the reader says what it is.
+        self.before
+            .truncate(if whole > 0 { whole } else { self.before.len() });
+        self.file.seek(SeekFrom::End(0)).map(drop)
+    }
+
+    /// Ends the last line of a file that is continued: a part of a row is marked as rejected.
+    ///
+    /// # Errors
+    ///
+    /// The system's.
+    pub fn end_last_line(&mut self) -> Result<()> {
+        let ended = if self.length > 0 {
+            self.mend_end()
+        } else {
+            Ok(())
+        };
+        ended.map_err(|e| Error::io(&self.path, e))
+    }
+
+    fn mend_end(&mut self) -> io::Result<()> {
         let from = self.length.saturating_sub(HEAD);
         self.file.seek(SeekFrom::Start(from))?;
         let mut tail = Vec::new();
@@ -118,10 +142,6 @@ impl LogFile {
             let mark: &[u8] = if is_row { b"# rejected: " } else { b"" };
             self.append(&[mark, torn.trim_ascii_end(), b"\n"].concat())?;
         }
-        self.file.seek(SeekFrom::Start(0))?;
-        (&self.file).take(HEAD).read_to_end(&mut self.before)?;
-        let whole = self.before.iter().rposition(|b| *b == b'\n');
-        self.before.truncate(whole.map_or(0, |at| at + 1));
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
 

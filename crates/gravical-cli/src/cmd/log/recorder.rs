@@ -131,8 +131,8 @@ pub struct Run {
     asked_until_s: Option<f64>,
     /// Rows from before the reset by opening the port were dropped.
     has_reset: bool,
-    /// Lines at the last attempt to tell the format before its time.
-    tried: usize,
+    /// Lines at the last attempt to tell the format before its time, and rows that were wanted.
+    tried: (usize, usize),
     is_open: bool,
     opened_s: f64,
     last_bytes_s: Option<f64>,
@@ -265,7 +265,7 @@ impl Recorder {
                 self.run.gap.get_or_insert(Cause::Unplugged);
             }
             // Lines of another start of the board.
-            Phase::Holding => self.forget(),
+            Phase::Holding => self.drop_held("before the port was lost"),
             Phase::Setting { .. } | Phase::Over => {}
         }
         let text = why.to_owned();
@@ -275,7 +275,7 @@ impl Recorder {
     /// Bytes of the board.
     pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
         let silence_s = now_s - self.run.last_bytes_s.unwrap_or(now_s);
-        if silence_s >= RESET_SILENCE_S && now_s - self.run.opened_s < RESET_S {
+        if silence_s >= self.reset_silence_s() && now_s - self.run.opened_s < RESET_S {
             self.forget_rows_before_reset();
         }
         (self.run.last_bytes_s, self.run.is_silent) = (Some(now_s), false);
@@ -479,7 +479,13 @@ impl Recorder {
 
     /// The reader refuses the last line.
     fn refused(&mut self, error: &Error) {
-        if self.phase == Phase::Writing {
+        if self.phase == Phase::Writing && error.code() != "header-differs" {
+            let why = error.message();
+            let text = format!("the rows cannot be read any more ({why}): the recording ends");
+            self.fail(Error::device("unreadable-rows", text).with_hint(
+                "the rows up to here are in the file; record the rest into another one",
+            ));
+        } else if self.phase == Phase::Writing {
             let why = error.message();
             self.fail(
                 Error::device(
@@ -500,7 +506,8 @@ impl Recorder {
         self.run.waiting.clear();
         (self.run.counts.rejected, self.run.unreported) = (0, 0);
         self.reader = self.raw_reader();
-        self.run.tried = 0;
+        self.rewrite = None;
+        self.run.tried = (0, 0);
     }
 
     /// A board that is reset by opening its port sends some rows before, and then its header.
@@ -510,9 +517,33 @@ impl Recorder {
             let form = self.reader.form().filter(|_| is_known);
             self.run.has_reset = form.is_some_and(|form| form.header_line == 0);
             if self.run.has_reset {
-                self.forget();
+                self.drop_held("before it was reset by opening the port");
             }
         }
+    }
+
+    /// A slow board is silent between its rows: a reset takes longer than that.
+    fn reset_silence_s(&self) -> f64 {
+        let [Some(first), Some(last)] = [self.run.waiting.front(), self.run.waiting.back()] else {
+            return f64::INFINITY;
+        };
+        let steps = self.run.waiting.len() - 1;
+        let usual_s = (last.at_s - first.at_s) / steps as f64;
+        if steps > 0 {
+            RESET_SILENCE_S.max(SILENT_STEPS * usual_s)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Lines that were held are dropped, and that is said.
+    fn drop_held(&mut self, when: &str) {
+        let lines = self.run.waiting.len();
+        if lines > 0 {
+            let text = format!("{lines} lines that the board sent {when} are not recorded");
+            self.say(Event::Warning { text });
+        }
+        self.forget();
     }
 
     /// Tells the format by the lines that are there, if they hold so many rows.
@@ -521,10 +552,10 @@ impl Recorder {
             return self.read_on(now_s, Ok(()));
         }
         let lines = self.run.waiting.len();
-        if self.phase != Phase::Holding || lines < rows || lines == self.run.tried {
+        if self.phase != Phase::Holding || lines < rows || self.run.tried == (lines, rows) {
             return;
         }
-        self.run.tried = lines;
+        self.run.tried = (lines, rows);
         if self.reader.settle(rows).is_ok() {
             self.read_on(now_s, Ok(()));
         }

@@ -32,14 +32,15 @@ pub struct Rewrite {
 
 impl Rewrite {
     /// For rows of this form below this header, with columns that the user names; none if they can
-    /// stand in the file as they are.
+    /// stand in the file as they are. Below our own comments a table needs a header: the last of them
+    /// would be taken for one.
     pub fn new(form: &Form, header: Option<&[u8]>, is_named: bool) -> Option<Self> {
         let stamp = match form.delimiter {
             _ if form.has_clock => Stamp::None,
             Some(delimiter) => Stamp::Column(delimiter),
             None => Stamp::Words,
         };
-        let makes_header = is_named || header.is_none() && stamp != Stamp::None;
+        let makes_header = is_named || header.is_none();
         let made_header = form.delimiter.filter(|_| makes_header).map(|delimiter| {
             let time = matches!(stamp, Stamp::Column(_)).then(|| HOST_TIME.to_owned());
             let names: Vec<String> = time.into_iter().chain(form.roles.clone()).collect();
@@ -104,7 +105,11 @@ impl Rewrite {
         }
         let is_number = |text: &[u8]| {
             let text = text.trim_ascii_start();
-            let text = text.strip_prefix(b"-").unwrap_or(text);
+            let signs: [&[u8]; 3] = [b"-", b"+", "\u{2212}".as_bytes()];
+            let text = signs
+                .iter()
+                .find_map(|s| text.strip_prefix(*s))
+                .unwrap_or(text);
             text.first()
                 .is_some_and(|b| b.is_ascii_digit() || *b == b'.')
         };
@@ -149,10 +154,14 @@ mod tests {
             let line = rewrite.line(line.as_bytes(), 0.0102, 86_399.999_9);
             String::from_utf8(line).unwrap()
         };
-        assert!(Rewrite::new(&form(Some(b','), true), None, false).is_none());
+        assert!(Rewrite::new(&form(Some(b','), true), Some(b"t,ax,ay,az"), false).is_none());
+        let clocked = Rewrite::new(&form(Some(b','), true), None, false).unwrap();
+        assert_eq!(clocked.made_header.as_deref(), Some("ax,ay,az"));
+        assert_eq!(text(&clocked, "1,2,3"), "1,2,3");
         let by_column = Rewrite::new(&form(Some(b';'), false), None, false).unwrap();
         assert_eq!(by_column.made_header.as_deref(), Some("t_host_ms;ax;ay;az"));
         assert_eq!(text(&by_column, "-1;2;3"), "10.2;-1;2;3");
+        assert_eq!(text(&by_column, "+1;+2;+3"), "10.2;+1;+2;+3");
         assert_eq!(text(&by_column, "# 1;2;3"), "# 1;2;3");
         let words = Rewrite::new(&form(None, false), None, false).unwrap();
         assert_eq!(text(&words, "x: 1"), "23:59:59.999 -> x: 1");

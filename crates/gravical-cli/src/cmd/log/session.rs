@@ -71,7 +71,7 @@ impl Session {
             Some(Serial::open(&target.name, args.board.baud)?)
         };
         // After the port: without a board no empty file remains.
-        let file = LogFile::open(&path, existing)?;
+        let mut file = LogFile::open(&path, existing)?;
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let recorder = Recorder::new(Options {
             name: path.display().to_string(),
@@ -89,6 +89,7 @@ impl Session {
             before: file.before().to_vec(),
             day_s: now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0),
         })?;
+        file.end_last_line()?;
         let mut session = Session {
             started: Instant::now(),
             recorder,
@@ -114,7 +115,8 @@ impl Session {
         Ok(Some(session))
     }
 
-    fn now_s(&self) -> f64 {
+    /// Seconds since it was opened.
+    pub fn now_s(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
 
@@ -137,11 +139,6 @@ impl Session {
     pub fn take_written(&mut self) -> Vec<u8> {
         let written = self.written.as_mut();
         written.map(std::mem::take).unwrap_or_default()
-    }
-
-    /// Seconds since the first row, without pauses.
-    pub fn elapsed_s(&self) -> f64 {
-        self.recorder.elapsed_s(self.now_s())
     }
 
     /// Waits shortly for bytes, and does what is due.

@@ -15,6 +15,8 @@ use gravical_recording::Sample;
 
 use super::Session;
 
+/// A hold is looked back upon for this time before its capture, s.
+const RUN_S: f64 = 40.0;
 /// The columns and the clock are reported after this time, s.
 const IDENTIFY_S: f64 = 1.0;
 
@@ -42,7 +44,11 @@ impl Session {
             has_temperature: sample.temperature_c.is_finite(),
             notes: notes.map(|f| f.message).collect(),
         });
-        self.detector = Some(StillnessDetector::new(self.rate_hz, recording.resolution));
+        self.detector = Some(StillnessDetector::new(
+            self.rate_hz,
+            recording.resolution,
+            RUN_S + self.options.settle_s + self.options.capture_s,
+        ));
         self.state = State::Floor;
         self.progress_s = self.now_s;
         let earlier: Vec<Sample> = self.rows.recent().copied().collect();
