@@ -64,7 +64,7 @@ use crate::recording::batches::{BatchReader, split_hint};
 use crate::recording::board::why_calibrated;
 use crate::recording::open::Input;
 use crate::recording::{
-    AccelScale, AccelUnit, Aside, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Recording,
+    AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
 };
 use crate::{Error, Result};
 
@@ -140,12 +140,12 @@ pub struct ApplySummary {
 pub struct SetAside {
     /// Reason; in JSON its name, as in the counts of `inspect`.
     #[serde(serialize_with = "by_name")]
-    pub reason: Aside,
+    pub reason: Reason,
     /// Number of lines.
     pub lines: u64,
 }
 
-fn by_name<S: serde::Serializer>(reason: &Aside, serializer: S) -> Result<S::Ok, S::Error> {
+fn by_name<S: serde::Serializer>(reason: &Reason, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(reason.name())
 }
 
@@ -501,8 +501,11 @@ fn about_calibration(
 }
 
 pub(crate) fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
-    let reasons = ledger.reasons();
+    let reasons = ledger.aside.iter();
     reasons
-        .map(|(reason, lines)| SetAside { reason, lines })
+        .map(|(reason, lines)| SetAside {
+            reason: *reason,
+            lines: *lines,
+        })
         .collect()
 }

@@ -149,8 +149,9 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
             rows: recording.ledger.rows,
             aside: recording
                 .ledger
-                .reasons()
-                .map(|(reason, n)| (reason.name().to_owned(), n))
+                .aside
+                .iter()
+                .map(|(reason, n)| (reason.name().to_owned(), *n))
                 .collect(),
             sum: recording.ledger.sum(),
         },

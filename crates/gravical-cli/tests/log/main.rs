@@ -15,7 +15,7 @@ mod logger;
 
 use std::fs;
 
-use gravical::recording::{Aside, ReadOptions, Recording, read};
+use gravical::recording::{ReadOptions, Reason, Recording, read};
 use rustix::process::Signal;
 
 use board::{Board, HEADER, SETTINGS};
@@ -85,7 +85,7 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     let path = folder.path().join("x_axis.csv");
     let recording = recording(&path);
     assert_eq!(recording.rows() as u64, count("rows"));
-    assert_eq!(recording.ledger.lines_aside(Aside::NamedGap), 3);
+    assert_eq!(recording.ledger.lines_aside(Reason::NamedGap), 3);
     assert_eq!(recording.breaks.len(), 3);
     let expected = [
         "named-gap",

@@ -10,7 +10,7 @@ use gravical_recording::{Batch, CopiedText, Format, Later, Readings, Role, bytes
 use super::foreign::refused;
 use super::ledger::Ledger;
 use super::open::{Input, peek};
-use super::reading::{ledger, of_judged};
+use super::reading::of_judged;
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, foreign};
 use crate::finding::{Finding, FindingKind};
@@ -211,7 +211,7 @@ impl BatchReader {
             self.aside = self.judged_aside;
             self.aside.append(self.later.aside().clone());
         }
-        (self.recording, ledger(&self.aside, written), findings)
+        (self.recording, Ledger::of(&self.aside, written), findings)
     }
 }
 

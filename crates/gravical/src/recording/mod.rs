@@ -49,7 +49,7 @@ use crate::utc::UtcTime;
 pub use columns::parse_columns;
 #[doc(hidden)]
 pub use gravical_recording::units;
-pub use gravical_recording::{ColumnsSpec, Labels, UnitDoubt};
+pub use gravical_recording::{ColumnsSpec, Labels, Reason, UnitDoubt};
 pub use gravical_recording::{TimeUnit, Timing};
 pub(crate) use gravical_recording::{full_scale, metadata};
 pub use join::{JoinedFile, join_gyroscope, join_gyroscope_bytes};
@@ -62,7 +62,7 @@ pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 pub use {
     foreign::is_prose,
     join::{holds_gyroscope_alone, is_named_gyroscope},
-    ledger::{Aside, Ledger},
+    ledger::Ledger,
 };
 
 /// Accepted sampling rates (Hz) and full-scale ranges (g, °/s): much wider than any real sensor,

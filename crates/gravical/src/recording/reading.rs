@@ -4,10 +4,10 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use gravical_recording as new;
-use gravical_recording::{Reason, bytes, cwa};
+use gravical_recording::{bytes, cwa};
 
 use super::foreign::refused;
-use super::ledger::{Aside, Ledger};
+use super::ledger::Ledger;
 use super::open::{HEAD, Input, Reopenable, open, peek};
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, TableColumn, foreign, metadata};
@@ -204,7 +204,7 @@ pub(super) fn table_fields(
 /// A judged recording with the name of its file, and its notes as findings.
 pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
     // Of means, the rows of the file are the samples.
-    let ledger = ledger(&judged.aside, judged.aside.lines - judged.aside.total());
+    let ledger = Ledger::of(&judged.aside, judged.aside.lines - judged.aside.total());
     let in_file = |note| Finding::from(note).in_file(name);
     let is_calibrated_by_board = judged.board.is_some_and(|b| b.is_calibrated());
     let reads = |own: &[&str; 3]| {
@@ -240,34 +240,4 @@ pub(super) fn of_judged(judged: new::Recording, name: &str) -> Recording {
         findings: judged.notes.into_iter().map(in_file).collect(),
         lines: judged.lines,
     }
-}
-
-/// The account of all lines.
-pub(super) fn ledger(aside: &new::Aside, rows: usize) -> Ledger {
-    let mut ledger = Ledger::default();
-    (ledger.lines, ledger.rows) = (aside.lines as u64, rows as u64);
-    for (reason, aside) in &aside.reasons {
-        let kind = match reason {
-            Reason::Header => Aside::Header,
-            Reason::Metadata => Aside::Metadata,
-            Reason::Comment => Aside::Comment,
-            Reason::NamedGap => Aside::NamedGap,
-            Reason::Blank => Aside::Blank,
-            Reason::RepeatedHeader => Aside::RepeatedHeader,
-            Reason::OtherSensor => Aside::OtherSensor,
-            Reason::TornLine => Aside::TornLine,
-            Reason::TooManyFields => Aside::TooManyFields,
-            Reason::NotANumber => Aside::NotANumber,
-            Reason::Continuation => Aside::Continuation,
-            Reason::Zeros => Aside::ZeroTail,
-            Reason::Hung => Aside::Hung,
-            Reason::Slipped => Aside::Shifted,
-            Reason::CorruptBlock => Aside::CorruptBlock,
-            Reason::RepeatedBlock => Aside::RepeatedBlock,
-            Reason::LateBlock => Aside::LateBlock,
-            Reason::ErasedBlock => Aside::ErasedBlock,
-        };
-        ledger.set(kind, aside.lines.count());
-    }
-    ledger
 }

@@ -10,7 +10,7 @@ use crate::support::*;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{
-    AccelUnit, Aside, GyroUnit, ReadOptions, Recording, Severity, TimeUnit, read_bytes,
+    AccelUnit, GyroUnit, ReadOptions, Reason, Recording, Severity, TimeUnit, read_bytes,
 };
 use gravical::simulate::{
     FileFormat, Scenario, SimulateOptions, SixPositionOptions, simulate, write,
@@ -133,7 +133,7 @@ fn metadata_before_the_header_is_set_aside() {
     ];
     all.extend(lines());
     let recording = read(&joined(&all));
-    assert_eq!(recording.ledger.lines_aside(Aside::Metadata), 3);
+    assert_eq!(recording.ledger.lines_aside(Reason::Metadata), 3);
     unharmed(&recording);
 }
 

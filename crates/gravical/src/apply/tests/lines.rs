@@ -11,19 +11,19 @@ fn every_line_is_accounted_for() {
     let starts: Vec<&str> = out.lines().map(|l| l.split(',').next().unwrap()).collect();
     assert_eq!(starts, ["t", "0", "", "1", "4", "5", "6"]);
     assert_eq!(out.lines().nth(4).unwrap(), "4,,,");
-    let aside = |reason: Aside| {
+    let aside = |reason: Reason| {
         let entry = summary.set_aside.iter().find(|s| s.reason == reason);
         entry.map_or(0, |s| s.lines)
     };
     assert_eq!((summary.lines, summary.rows), (14, 5));
     for (reason, lines) in [
-        (Aside::Header, 1),
-        (Aside::Metadata, 2),
-        (Aside::Blank, 2),
-        (Aside::Comment, 1),
-        (Aside::RepeatedHeader, 1),
-        (Aside::TornLine, 1),
-        (Aside::TooManyFields, 1),
+        (Reason::Header, 1),
+        (Reason::Metadata, 2),
+        (Reason::Blank, 2),
+        (Reason::Comment, 1),
+        (Reason::RepeatedHeader, 1),
+        (Reason::TornLine, 1),
+        (Reason::TooManyFields, 1),
     ] {
         assert_eq!(aside(reason), lines, "{reason:?}");
     }
