@@ -13,9 +13,9 @@ use crate::recording::{MAX_BYTES, Recording};
 use crate::role::Role;
 use crate::text::{Batch, Batches, Delimiter, Format, Layout, Reason, sniff};
 
-/// The format is first told by so many lines.
+/// The format is first looked for in so many lines.
 const FIRST_LINES: usize = 50;
-/// Rows of at least this time tell it, s; without a clock so many.
+/// Rows of at least this time are needed for it, s; without a clock so many.
 const MIN_S: f64 = 1.0;
 const MIN_ROWS: usize = 100;
 /// Without a format after so many lines there is none.
@@ -71,7 +71,7 @@ pub struct Form {
     pub rate_hz: Option<f64>,
 }
 
-/// Reads a recording while it grows: the format is told by the first second or more, the rows that
+/// Reads a recording while it grows: the format is that of the first second or more, the rows that
 /// follow are read alike, and all that are held can be judged at any time.
 pub struct Follow {
     file_name: String,
@@ -92,7 +92,7 @@ struct Opened {
     rows: Batch,
     /// Rows that were returned.
     returned: usize,
-    /// Blank lines are a way to write.
+    /// Blank lines stand between rows without being breaks.
     writes_blanks: bool,
     /// The one column of time, unless it holds steps.
     clock: Option<usize>,
@@ -161,7 +161,7 @@ impl Follow {
         }
     }
 
-    /// Tells the format by the lines so far; `None` if more are needed.
+    /// Detects the format from the lines so far; `None` if more are needed.
     fn open(&mut self) -> Result<Option<Vec<Sample>>, Error> {
         let opened = self.try_open();
         let (opened, recording) = match opened {
@@ -191,7 +191,7 @@ impl Follow {
         samples_of(recording)
     }
 
-    /// Tells the format by the lines so far if they hold so many rows: because the recording ends,
+    /// Detects the format from the lines so far if they hold so many rows: because the recording ends,
     /// or its sensor is slow.
     ///
     /// # Errors

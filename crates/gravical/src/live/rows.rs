@@ -44,7 +44,7 @@ impl SessionRows {
         Ok(self.timed(samples))
     }
 
-    /// Tells the format by the rows that are there, because there are no more for now.
+    /// Detects the format from the rows that are there, because there are no more for now.
     ///
     /// # Errors
     ///

@@ -51,7 +51,7 @@ impl Following {
         Some(recording.map_err(|e| self.refused(e)))
     }
 
-    /// Tells the format by the lines so far if they hold so many rows: because the recording ends,
+    /// Detects the format from the lines so far if they hold so many rows: because the recording ends,
     /// or its sensor is slow.
     ///
     /// # Errors

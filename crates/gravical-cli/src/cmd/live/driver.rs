@@ -33,7 +33,7 @@ use crate::report::write_report;
 /// A hand that moves is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
 
-/// After this time the format of a slow sensor is told by the rows that are there.
+/// After this time the format of a slow sensor is detected from the rows that are there.
 const HOLD: Duration = Duration::from_secs(6);
 
 /// Bytes of the recording that are read at once when a session is resumed.

@@ -22,7 +22,7 @@ use crate::device::board::{Settings, Wanted};
 const JUDGED_ROWS: usize = 10_000;
 /// Without a row for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
-/// After this time the format of a slow board is told by the lines that are there, s.
+/// After this time the format of a slow board is detected from the lines that are there, s.
 const HOLD_S: f64 = 6.0;
 /// Nothing for this time, and for so many usual steps, is a silence, s.
 const SILENCE_S: f64 = 3.0;
@@ -131,7 +131,7 @@ pub struct Run {
     asked_until_s: Option<f64>,
     /// Rows from before the reset by opening the port were dropped.
     has_reset: bool,
-    /// Lines at the last attempt to tell the format before its time, and rows that were wanted.
+    /// Lines at the last attempt to detect the format early, and rows that were wanted.
     tried: (usize, usize),
     is_open: bool,
     opened_s: f64,
@@ -546,7 +546,7 @@ impl Recorder {
         self.forget();
     }
 
-    /// Tells the format by the lines that are there, if they hold so many rows.
+    /// Detects the format from the lines that are there, if they hold so many rows.
     fn settle(&mut self, rows: usize, now_s: f64) {
         if self.reader.form().is_some() {
             return self.read_on(now_s, Ok(()));
