@@ -18,8 +18,8 @@ pub use clock::{
 pub(crate) use defects::{MAX_REPEATS, resolves_noise, unread_runs};
 pub use defects::{mark_hung, mark_zeros, slip};
 pub use encoding::{Encoding, decode};
-pub use frozen::{OtherAxis, frozen_axes, is_frozen, repeated_rows};
-pub use resolution::{Axis, resolution, resolution_of};
+pub use frozen::{frozen_axes, repeated_rows};
+pub use resolution::resolution;
 pub use unit::{
     AccelClaim, JudgedUnit, Quiet, UnitDoubt, accel_unit, quiet, quiet_norm, shows_gravity,
 };

@@ -110,7 +110,7 @@ pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> 
 
 /// Changes of another axis of the sensor while one axis keeps its value.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct OtherAxis {
+struct OtherAxis {
     squares: f64,
     /// Lowest and highest value so far, less the first one.
     first: Option<f64>,
@@ -121,7 +121,7 @@ pub struct OtherAxis {
 impl OtherAxis {
     /// Adds a value; `before` is the value of the row before.
     #[inline]
-    pub fn observe(&mut self, before: f64, now: f64) {
+    fn observe(&mut self, before: f64, now: f64) {
         let step = now - before;
         // Skip empty cells.
         if step.is_nan() {
@@ -144,8 +144,7 @@ const FAR_RANGE: f64 = 20.0;
 /// True if an axis that keeps one value for `rows` rows is faulty: one of the other two scatters
 /// by more than the resolution `step` can hide, or both change by much. At rest with a coarse
 /// resolution an axis may keep its value without a fault.
-#[must_use]
-pub fn is_frozen(others: &[OtherAxis; 2], step: f64, rows: f64) -> bool {
+fn is_frozen(others: &[OtherAxis; 2], step: f64, rows: f64) -> bool {
     let lively = others
         .iter()
         .any(|o| o.squares > 0.0 && o.squares >= (LIVE_STEP * step).powi(2) * rows);

@@ -22,18 +22,38 @@ const MAX_PLACES: i32 = 9;
 /// interpolated) the result is far below their noise.
 #[must_use]
 pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
-    resolution_of(sensor.each_ref().map(|channel| Axis::new(channel)))
+    let mut axes = sensor.each_ref().map(|channel| Axis::new(channel));
+    let steps = axes.each_mut().map(|axis| match axis.rows {
+        0..MIN_ROWS => Step::Unknown,
+        _ => smallest_difference(axis),
+    });
+    let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
+    let certain = least(&|step| match step {
+        Step::Certain(step) => Some(*step),
+        _ => None,
+    });
+    let finest = certain.or_else(|| {
+        least(&|step| match step {
+            Step::AtMost(step) => Some(*step),
+            _ => None,
+        })
+    });
+    let fallback = finest.unwrap_or_else(|| decimal_step(&axes));
+    steps.map(|step| match step {
+        Step::Certain(step) => step,
+        Step::AtMost(step) => step.min(fallback),
+        Step::Unknown => fallback,
+    })
 }
 
 /// What the resolution of an axis is found from.
-#[derive(Debug, Clone)]
-pub struct Axis {
+struct Axis {
     /// Number of rows
-    pub rows: usize,
+    rows: usize,
     /// Values of rows at equal distances, without empty ones
-    pub some: Vec<f64>,
+    some: Vec<f64>,
     /// The smallest distance of another value from the first
-    pub least: f64,
+    least: f64,
 }
 
 impl Axis {
@@ -61,32 +81,6 @@ impl Axis {
                 .fold(f64::INFINITY, f64::min),
         }
     }
-}
-
-/// [`resolution`] of three axes.
-#[must_use]
-pub fn resolution_of(mut axes: [Axis; 3]) -> [f64; 3] {
-    let steps = axes.each_mut().map(|axis| match axis.rows {
-        0..MIN_ROWS => Step::Unknown,
-        _ => smallest_difference(axis),
-    });
-    let least = |of: &dyn Fn(&Step) -> Option<f64>| steps.iter().filter_map(of).reduce(f64::min);
-    let certain = least(&|step| match step {
-        Step::Certain(step) => Some(*step),
-        _ => None,
-    });
-    let finest = certain.or_else(|| {
-        least(&|step| match step {
-            Step::AtMost(step) => Some(*step),
-            _ => None,
-        })
-    });
-    let fallback = finest.unwrap_or_else(|| decimal_step(&axes));
-    steps.map(|step| match step {
-        Step::Certain(step) => step,
-        Step::AtMost(step) => step.min(fallback),
-        Step::Unknown => fallback,
-    })
 }
 
 /// Resolution of an axis from its values.
