@@ -77,6 +77,7 @@ pub struct Follow {
     file_name: String,
     options: ReadOptions,
     max_rows: usize,
+    notes_lines: bool,
     /// Bytes that wait: for the format, or for the end of a row.
     bytes: Vec<u8>,
     /// Lines among them, and how many have to be there before the format is looked for.
@@ -97,6 +98,7 @@ struct Opened {
     /// The one column of time, unless it holds steps.
     clock: Option<usize>,
     rate_hz: Option<f64>,
+    notes_lines: bool,
     lines_read: LinesRead,
     /// What ends the recording after the rows that were returned.
     error: Option<Error>,
@@ -111,11 +113,19 @@ impl Follow {
             file_name: file_name.to_owned(),
             options,
             max_rows,
+            notes_lines: false,
             bytes: Vec::new(),
             lines: 0,
             needed: FIRST_LINES,
             opened: None,
         }
+    }
+
+    /// Notes what becomes of each line, for [`take_lines`](Self::take_lines).
+    #[must_use]
+    pub fn noting_lines(mut self) -> Self {
+        self.notes_lines = true;
+        self
     }
 
     /// Takes the next bytes and returns the rows that they complete; none before the format is
@@ -209,7 +219,7 @@ impl Follow {
     }
 
     /// What became of the lines that were read since the last call; nothing before the format is
-    /// known.
+    /// known, nor unless they are [noted](Self::noting_lines).
     pub fn take_lines(&mut self) -> LinesRead {
         let Some(opened) = &mut self.opened else {
             return LinesRead::default();
@@ -273,6 +283,7 @@ impl Follow {
             returned: 0,
             clock,
             rate_hz: recording.rate_hz(),
+            notes_lines: self.notes_lines,
             lines_read: LinesRead::default(),
             error: None,
         };
@@ -341,6 +352,9 @@ fn clock_column(format: &Format, rows: &Batch) -> Option<usize> {
 
 impl Opened {
     fn note_lines(&mut self, batch: &Batch) {
+        if !self.notes_lines {
+            return;
+        }
         let read = &mut self.lines_read;
         read.count = read.count.max(batch.aside.lines);
         let stamp = |row: usize| self.clock.map_or(f64::NAN, |c| batch.columns[c][row]);

@@ -96,7 +96,7 @@ fn what_is_no_recording_is_refused() {
 
 #[test]
 fn a_logger_learns_what_became_of_each_line() {
-    let mut follow = Follow::new("any.csv", ReadOptions::default(), usize::MAX);
+    let mut follow = Follow::new("any.csv", ReadOptions::default(), usize::MAX).noting_lines();
     let rows = six_faces(7).into_iter().take(20);
     let rows: Vec<String> = rows
         .map(|r| r.accel_g.map(|v| format!("{v:.3}")).join(";"))

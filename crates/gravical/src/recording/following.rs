@@ -28,6 +28,13 @@ impl Following {
         }
     }
 
+    /// Notes what becomes of each line, for [`take_lines`](Self::take_lines).
+    #[must_use]
+    pub fn noting_lines(mut self) -> Self {
+        self.follow = self.follow.noting_lines();
+        self
+    }
+
     /// Takes the next bytes and returns the rows that they complete; none before the format is
     /// known.
     ///

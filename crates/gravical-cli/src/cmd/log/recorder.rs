@@ -827,7 +827,7 @@ fn reader(name: &str, columns: Option<ColumnsSpec>) -> Following {
         columns,
         ..ReadOptions::default()
     };
-    Following::new(name, &options, JUDGED_ROWS)
+    Following::new(name, &options, JUDGED_ROWS).noting_lines()
 }
 
 #[cfg(test)]
