@@ -44,6 +44,7 @@ class Live(Check):
                 self.child.send_signal(signal.SIGINT)
                 self.child.communicate(timeout=20)
                 self.browser.complaints()
+                self.browser.requests()
 
     def simulated(self, speed, seed=4, *options):
         return self.session("--simulate", "--seed", str(seed), "--folder", "s", "--speed", str(speed), *options)

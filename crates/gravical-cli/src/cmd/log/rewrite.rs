@@ -32,15 +32,14 @@ pub struct Rewrite {
 
 impl Rewrite {
     /// For rows of this form below this header, with columns that the user names; none if they can
-    /// stand in the file as they are. Below our own comments a table needs a header: the last of them
-    /// would be taken for one.
+    /// stand in the file as they are.
     pub fn new(form: &Form, header: Option<&[u8]>, is_named: bool) -> Option<Self> {
         let stamp = match form.delimiter {
             _ if form.has_clock => Stamp::None,
             Some(delimiter) => Stamp::Column(delimiter),
             None => Stamp::Words,
         };
-        let makes_header = is_named || header.is_none();
+        let makes_header = is_named || header.is_none() && stamp != Stamp::None;
         let made_header = form.delimiter.filter(|_| makes_header).map(|delimiter| {
             let time = matches!(stamp, Stamp::Column(_)).then(|| HOST_TIME.to_owned());
             let names: Vec<String> = time.into_iter().chain(form.roles.clone()).collect();
@@ -155,9 +154,7 @@ mod tests {
             String::from_utf8(line).unwrap()
         };
         assert!(Rewrite::new(&form(Some(b','), true), Some(b"t,ax,ay,az"), false).is_none());
-        let clocked = Rewrite::new(&form(Some(b','), true), None, false).unwrap();
-        assert_eq!(clocked.made_header.as_deref(), Some("ax,ay,az"));
-        assert_eq!(text(&clocked, "1,2,3"), "1,2,3");
+        assert!(Rewrite::new(&form(Some(b','), true), None, false).is_none());
         let by_column = Rewrite::new(&form(Some(b';'), false), None, false).unwrap();
         assert_eq!(by_column.made_header.as_deref(), Some("t_host_ms;ax;ay;az"));
         assert_eq!(text(&by_column, "-1;2;3"), "10.2;-1;2;3");
