@@ -161,6 +161,17 @@ impl Error {
         })
     }
 
+    /// Whether names were found, and none of a sensor.
+    pub(crate) fn names_no_sensor(&self) -> bool {
+        matches!(
+            self.0,
+            Kind::NoAccelerometer {
+                has_gyroscope: false,
+                ..
+            }
+        )
+    }
+
     /// Whether the numbers may be wrapped in words.
     pub(crate) fn may_be_words(&self) -> bool {
         matches!(

@@ -43,7 +43,14 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
             if is_prose {
                 return Err(Kind::NoTable("only a few lines of numbers among others").into());
             }
-            format.with_roles(head, file_name, options)
+            let unnamed = format.without_comment_as_header(&lines);
+            let named = format.with_roles(head, file_name, options);
+            match (named, unnamed) {
+                (Err(e), Some(unnamed)) if e.names_no_sensor() => {
+                    unnamed.with_roles(head, file_name, options).map_err(|_| e)
+                }
+                (named, _) => named,
+            }
         });
     match &table {
         Ok((_, is_wordy)) if !is_wordy => {}
@@ -181,6 +188,23 @@ impl Format {
             }
         }
         Some(format.with_head(lines, head_lines, &first_row))
+    }
+
+    /// The same where the line with the names is a comment: it may as well be about something else.
+    fn without_comment_as_header(&self, lines: &[&str]) -> Option<Self> {
+        let line = lines.get(self.header_line.checked_sub(1)?)?.trim_start();
+        let is_comment = line.starts_with(['#', '%']) || line.starts_with("//");
+        let Layout::Table(dialect) = self.layout.clone() else {
+            return None;
+        };
+        let unnamed = Format::new(
+            Layout::Table(dialect),
+            self.line_end,
+            Vec::new(),
+            dialect.fields,
+        );
+        let first_row: Vec<&str> = fields(lines[self.head_lines], dialect.delimiter).collect();
+        is_comment.then(|| unnamed.with_head(lines, self.head_lines, &first_row))
     }
 
     /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines, and

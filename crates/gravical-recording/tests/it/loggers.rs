@@ -174,6 +174,25 @@ fn numbers_wrapped_in_words_become_columns() {
     }
 }
 
+/// A comment with as many parts as there are columns is no header if it names no sensor.
+#[test]
+fn a_comment_above_the_rows_is_no_header() {
+    let rows = six_faces(4);
+    let lines = rows.iter().enumerate().map(|(k, r)| {
+        let [x, y, z] = r.accel_g;
+        format!("{},{x:.4},{y:.4},{z:.4}\n", 40 * k)
+    });
+    let rows: String = lines.collect();
+    for comment in [
+        "# the lab, 2026-01-01, Anna",
+        "# Uno, at 25 Hz, on the table, Anna",
+    ] {
+        let recording = read(&format!("{comment}\n{rows}"), "desk.csv");
+        assert!(has_rate(&recording, RATE_HZ), "{:?}", recording.timing);
+        assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
+    }
+}
+
 /// A table that another tool writes: its header, its rows, and the unit of the accelerometer.
 type Table = (
     &'static str,

@@ -40,8 +40,6 @@ const ASK_S: f64 = 1.5;
 /// A board that opening the port resets is silent for this time, within that after the opening, s.
 const RESET_SILENCE_S: f64 = 1.0;
 const RESET_S: f64 = 4.0;
-/// Above rows without a header: the reader would take the line with our name for one.
-const NO_HEADER: &str = "# no-header\n";
 /// What the reader sees where rows are missing that the file names otherwise.
 const BREAK: &[u8] = b"# gap:";
 const SKETCH: &str = "is the baud rate right (--baud), and does the sketch print rows of numbers (firmware/mpu6050_logger does)? --wait waits without end";
@@ -581,9 +579,6 @@ impl Recorder {
         let header = header.and_then(|at| self.run.waiting.get(at)?.received.as_deref());
         let is_named = self.options.columns.is_some();
         let Some(rewrite) = Rewrite::new(&form, header, is_named) else {
-            if form.header_line == 0 && form.delimiter.is_some() {
-                self.options.preamble += NO_HEADER;
-            }
             self.phase = Phase::Writing;
             self.write_judged();
             return Ok(());
