@@ -1,8 +1,9 @@
 //! Filters and noise of plain arrays: evenly spaced samples without gaps, nothing else is known.
 
 use gravical::denoise::{Filter, FilterSpec};
-use gravical::noise::{Spacing, noise_of_samples, overlapping};
+use gravical::noise::{Spacing, noise_of_samples};
 use gravical::{Error, Result};
+use gravical_signal::allan_variances;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -80,11 +81,11 @@ pub fn allan_deviation<'py>(
             .iter()
             .map(|tau| (tau * rate).round() as usize)
             .collect(),
-        None => Spacing::Octave.factors(samples.len() / 2 + 1),
+        None => Spacing::Octave.factors(samples.len() / 2),
     };
     let (tau, sigma): (Vec<f64>, Vec<f64>) = py.detach(|| {
-        let sums = overlapping(samples, &m).into_iter();
-        sums.map(|s| (s.m as f64 / rate, s.variance().sqrt()))
+        let variances = allan_variances(&[samples], &m).into_iter();
+        variances.map(|v| (v.m as f64 / rate, v.variance.sqrt()))
             .unzip()
     });
     Ok((tau.into_pyarray(py), sigma.into_pyarray(py)))

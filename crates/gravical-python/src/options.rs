@@ -10,7 +10,7 @@ use gravical::denoise::{Channels, DenoiseOptions, FilterSpec};
 use gravical::export::ExportOptions;
 use gravical::gravity::Gravity;
 use gravical::motion::{GravityRemoval, Intervals, MotionOptions};
-use gravical::noise::{NoiseOptions, PARTS, Part, Spacing, Term};
+use gravical::noise::{NoiseOptions, PARTS, Part, Spacing};
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::AxisMap;
 use gravical::poses::sections::read_sections;
@@ -365,27 +365,10 @@ impl<'py> Options<'py> {
             ("dense", Spacing::Dense),
             ("decade", Spacing::Decade),
         ];
-        let mut options = NoiseOptions {
-            spacing: self.word("spacing", &spacings)?.unwrap_or(Spacing::Octave),
-            full: self.switch("full")?,
+        Ok(NoiseOptions {
+            spacing: self.word("spacing", &spacings)?.unwrap_or_default(),
             part: self.part()?,
-            ..NoiseOptions::default()
-        };
-        let terms = self.texts("term")?;
-        for (word, term) in [("q", Term::Q), ("r", Term::R)] {
-            if terms.iter().any(|t| t.to_lowercase() == word) {
-                options.terms.push(term);
-            }
-        }
-        match terms
-            .iter()
-            .find(|t| !["q", "r"].contains(&&*t.to_lowercase()))
-        {
-            Some(other) => {
-                Err(wrong("term", &format!("{other:?}"), "one of q, r")).or_raise(self.py())
-            }
-            None => Ok(options),
-        }
+        })
     }
 
     fn part(&self) -> PyResult<Option<&'static Part>> {

@@ -108,7 +108,7 @@ OWN: dict[str, list[str]] = {
                   "prior", "free_pose", "face_pose", "thermal", "noise", "sensor_id", "recorded"],
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": ["channels"],
-    "noise": ["spacing", "term", "part", "full"],
+    "noise": ["spacing", "part"],
     "motion": [*GRAVITY, *gravical.MotionOptions.__annotations__, "noise", "truth"],
     "check": GRAVITY,
 }  # fmt: skip

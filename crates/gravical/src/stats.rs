@@ -138,61 +138,6 @@ impl SortedWindow {
     }
 }
 
-/// Items evenly distributed over a stream of unknown length: every nth item is stored, n a power
-/// of two, so that between half of `MOST` and `MOST` items of a long stream are stored.
-#[derive(Debug, Clone)]
-pub(crate) struct Thinned<T, const MOST: usize> {
-    items: Vec<T>,
-    stride: u64,
-    number: u64,
-}
-
-impl<T, const MOST: usize> Default for Thinned<T, MOST> {
-    fn default() -> Self {
-        Thinned {
-            items: Vec::new(),
-            stride: 1,
-            number: 0,
-        }
-    }
-}
-
-impl<T, const MOST: usize> Thinned<T, MOST> {
-    /// Adds the next item, which is only computed if it is stored.
-    #[inline]
-    pub fn push_with(&mut self, item: impl FnOnce() -> T) {
-        if self.keeps_next() {
-            self.items.push(item());
-            if self.items.len() >= MOST {
-                self.thin();
-            }
-        }
-        self.number += 1;
-    }
-
-    /// True if the next item will be stored.
-    #[inline]
-    pub fn keeps_next(&self) -> bool {
-        // The stride is a power of two.
-        self.number & (self.stride - 1) == 0
-    }
-
-    #[cold]
-    fn thin(&mut self) {
-        self.stride *= 2;
-        let mut place = 0;
-        self.items.retain(|_| {
-            place += 1;
-            place % 2 == 1
-        });
-    }
-
-    /// The stored items, in order.
-    pub fn items(&self) -> &[T] {
-        &self.items
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -202,21 +147,5 @@ mod tests {
         assert_eq!(median(&mut []), None);
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&mut [4.0, 1.0, 2.0, 3.0]), Some(2.5));
-    }
-
-    #[test]
-    fn long_streams_are_thinned_evenly() {
-        for length in [3_u64, 15, 16, 1000, 4097] {
-            let mut kept = Thinned::<u64, 16>::default();
-            (0..length).for_each(|i| kept.push_with(|| i));
-            let items = kept.items();
-            assert!(
-                items.len() < 16 && (length < 8 || items.len() >= 7),
-                "{length}"
-            );
-            let stride = items[1] - items[0];
-            assert!(items.windows(2).all(|w| w[1] - w[0] == stride), "{items:?}");
-            assert!(length - 1 - items[items.len() - 1] < stride);
-        }
     }
 }

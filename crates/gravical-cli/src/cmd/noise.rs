@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use gravical::escape::path_text;
 use gravical::export::kalibr;
-use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, Term, noise};
+use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, noise};
 use gravical::output::write_text;
 use gravical::poses::face::AxisMap;
 use gravical::{Error, Result};
@@ -49,15 +49,9 @@ pub struct Args {
     report: ReportArgs,
     #[command(flatten)]
     figures: FigureArgs,
-    /// Take every sample for long averaging times, too; memory grows with the recording
-    #[arg(long)]
-    full: bool,
     /// Averaging times
     #[arg(long, value_enum, value_name = "SPACING", default_value = "octave")]
     spacing: SpacingArg,
-    /// Further terms of the model; repeatable
-    #[arg(long = "term", value_enum, value_name = "TERM")]
-    terms: Vec<TermArg>,
     /// Part whose data sheet N is compared with: MPU6050, MPU9250 or ICM42688P
     #[arg(long, value_name = "PART", value_parser = part)]
     part: Option<&'static Part>,
@@ -96,15 +90,6 @@ enum SpacingArg {
     Dense,
     /// 1, 2, 5, 10 … samples
     Decade,
-}
-
-/// A [`Term`] as an option.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TermArg {
-    /// Quantisation
-    Q,
-    /// Rate ramp
-    R,
 }
 
 fn part(name: &str) -> std::result::Result<&'static Part, String> {
@@ -194,22 +179,14 @@ fn check_axes(args: &Args) -> Result<()> {
 }
 
 fn options_of(args: &Args) -> NoiseOptions {
-    let mut options = NoiseOptions {
+    NoiseOptions {
         spacing: match args.spacing {
             SpacingArg::Octave => Spacing::Octave,
             SpacingArg::Dense => Spacing::Dense,
             SpacingArg::Decade => Spacing::Decade,
         },
-        full: args.full,
         part: args.part,
-        ..NoiseOptions::default()
-    };
-    for (arg, term) in [(TermArg::Q, Term::Q), (TermArg::R, Term::R)] {
-        if args.terms.contains(&arg) {
-            options.terms.push(term);
-        }
     }
-    options
 }
 
 fn json(result: &NoiseResult) -> anyhow::Result<String> {

@@ -66,9 +66,7 @@ def allan(
     *,
     rate: float,
     channel: str = "ax",
-    full: bool = False,
     spacing: Literal["octave", "dense", "decade"] | None = None,
-    term: str | Sequence[str] | None = None,
 ) -> dict[str, Any]:
     """The overlapping Allan deviation of an array, and the noise that it shows.
 
@@ -82,7 +80,7 @@ def allan(
         Sampling rate, Hz.
     channel : str
         Its name: one that begins with ``g`` is a gyroscope's.
-    full, spacing, term
+    spacing
         As of :func:`gravical.noise`.
 
     Returns
@@ -102,7 +100,7 @@ def allan(
     """
     array = _channel(samples)
     hz = _hz(rate)
-    given = options({}, full=full, spacing=spacing, term=term)
+    given = options({}, spacing=spacing)
     found: dict[str, Any] = json.loads(
         _gravical.noise_of_channel(str(channel), array, hz, given)
     )

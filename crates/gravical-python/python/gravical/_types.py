@@ -63,7 +63,7 @@ def options(reading: Mapping[str, Any], **others: Any) -> dict[str, Any]:
             given[name] = _joined(given[name])
     if "rests" in given:
         given["rests"] = _rests(given["rests"])
-    for name in ("filter", "smooth", "term", "free_pose", "face_pose", "thermal"):
+    for name in ("filter", "smooth", "free_pose", "face_pose", "thermal"):
         if name in given:
             given[name] = several(given[name])
     return given

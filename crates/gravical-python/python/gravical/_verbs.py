@@ -271,9 +271,7 @@ def denoise(
 def noise(
     recording: Source,
     *,
-    full: bool = False,
     spacing: Literal["octave", "dense", "decade"] | None = None,
-    term: str | Sequence[str] | None = None,
     part: str | None = None,
     **reading: Unpack[Reading],
 ) -> NoiseResult:
@@ -283,12 +281,8 @@ def noise(
     ----------
     recording : path, recording or table
         Of a sensor that lies still; what moves is left out.
-    full : bool
-        Take every sample for long averaging times, too.
     spacing : str, optional
         Averaging times: ``"octave"`` (the default), ``"dense"`` or ``"decade"``.
-    term : str or list of str, optional
-        Further terms of the model: ``"q"`` (quantisation), ``"r"`` (rate ramp).
     part : str, optional
         Part whose data sheet it is compared with: ``"MPU6050"`` …
     **reading
@@ -310,7 +304,7 @@ def noise(
     >>> n["low"] < n["value"] < n["high"]
     True
     """
-    own = {"full": full, "spacing": spacing, "term": term, "part": part}
+    own = {"spacing": spacing, "part": part}
     if _is_path(recording):
         return NoiseResult(_gravical.noise_path(recording, options(reading, **own)))
     rows = read(recording, **reading)

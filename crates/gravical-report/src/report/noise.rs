@@ -66,9 +66,9 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     let mut curves = Section::new("allan", "Allan deviation").figures(figures);
     curves = curves
         .full(Block::Equation(vec![
-            "σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π) B² + K²τ/3 + R²τ²/2",
+            "σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3",
         ]))
-        .full(Block::paragraph(method(result)));
+        .full(Block::paragraph(METHOD));
     for channel in &result.channels {
         curves = curves.full(points(channel));
     }
@@ -87,7 +87,7 @@ fn conclusion(result: &NoiseResult) -> String {
         if own.is_empty() {
             return None;
         }
-        let terms = [Term::N, Term::B, Term::K].map(|term| span(term, *letter == 'g', &own));
+        let terms = Term::ALL.map(|term| span(term, *letter == 'g', &own));
         Some(format!("{sensor} {}", terms.join(", ")))
     });
     let parts: Vec<String> = parts.collect();
@@ -120,15 +120,9 @@ fn span(term: Term, gyroscope: bool, own: &[&ChannelNoise]) -> String {
     format!("{} {range} {name}{of}", term.symbol())
 }
 
-/// The terms that were asked for, each with its usual unit.
-fn terms(own: &[&ChannelNoise], gyroscope: bool) -> Vec<(Term, Unit)> {
-    let wanted =
-        |c: &ChannelNoise, term: Term| c.estimate(term).is_some() || c.missing(term).is_some();
-    let terms = Term::ALL.into_iter();
-    terms
-        .filter(|term| own.iter().any(|c| wanted(c, *term)))
-        .map(|term| (term, Unit::of(term, gyroscope)))
-        .collect()
+/// The terms, each with its usual unit.
+fn terms(gyroscope: bool) -> [(Term, Unit); 3] {
+    Term::ALL.map(|term| (term, Unit::of(term, gyroscope)))
 }
 
 fn of_channels(caption: String, own: &[&ChannelNoise]) -> Table {
@@ -140,7 +134,7 @@ fn of_channels(caption: String, own: &[&ChannelNoise]) -> Table {
 fn parameters(sensor: &str, own: &[&ChannelNoise]) -> Table {
     let gyroscope = sensor == "gyroscope";
     let mut table = of_channels(sensor.to_owned(), own);
-    for (term, Unit { name, factor }) in terms(own, gyroscope) {
+    for (term, Unit { name, factor }) in terms(gyroscope) {
         let label = format!("{}, {name}", term.symbol());
         let values = own.iter().map(|c| value(c, term, factor));
         table = table.row(std::iter::once(Cell::text(label)).chain(values));
@@ -156,7 +150,7 @@ fn parameters(sensor: &str, own: &[&ChannelNoise]) -> Table {
 
 fn intervals(sensor: &str, own: &[&ChannelNoise]) -> Table {
     let mut table = of_channels(format!("{sensor}: 95 % intervals"), own);
-    for (term, Unit { name, factor }) in terms(own, sensor == "gyroscope") {
+    for (term, Unit { name, factor }) in terms(sensor == "gyroscope") {
         let label = format!("{}, {name}", term.symbol());
         let values = own.iter().map(|c| interval(c.estimate(term), factor));
         table = table.row(std::iter::once(Cell::text(label)).chain(values));
@@ -242,17 +236,7 @@ fn missing(own: &[&ChannelNoise]) -> Vec<String> {
     all.into_iter().map(line).collect()
 }
 
-fn method(result: &NoiseResult) -> String {
-    let stride = match result.full {
-        true => "over every sample",
-        false => {
-            "over every (m/64)th of the second differences for averaging times of m samples above 64"
-        }
-    };
-    format!(
-        "Overlapping Allan deviation {stride}. Least squares on the variance, no term negative, weighted and with intervals by the covariance of overlapping estimates. Data sheets state one-sided densities, larger than N by √2. A term is not observable with fewer than four degrees of freedom, a standard deviation of over 35 %; its limit holds with 95 %."
-    )
-}
+const METHOD: &str = "Overlapping Allan deviation over every sample. Least squares on the variance, no term negative, weighted by the variances of overlapping estimates, with intervals from their covariance. Data sheets state one-sided densities, larger than N by √2. A term is not observable with fewer than four degrees of freedom, a standard deviation of over 35 %; its limit holds with 95 %.";
 
 fn points(channel: &ChannelNoise) -> Table {
     let of_unit = unit(&channel.unit);

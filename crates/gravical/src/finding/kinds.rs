@@ -683,6 +683,10 @@ kinds! {
             "`noise`: the power spectral density at 1 to 10 Hz disagrees with the fitted curve by more than 15 %"
             "nothing"
             "look for vibration; compare `density` in the JSON";
+        NoiseDrift "noise-drift" Warning
+            "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up"
+            "the line is removed before B and K are estimated; the curve in the figure contains it"
+            "record after half an hour of warming, at constant temperature";
         NoiseTemperature "noise-temperature" Either
             "`noise`: the temperature moved; a warning if it explains most of the slow changes of a channel"
             "B and K are not corrected"

@@ -2,7 +2,7 @@ use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::*;
-use crate::recording::{read as read_file, read_bytes};
+use crate::recording::read_bytes;
 
 /// Rows of a sensor at rest with white noise of 0.03 m/s² and 0.002 rad/s, of which `change` makes
 /// others.
@@ -221,21 +221,24 @@ fn a_drift_with_temperature_is_told_from_noise() {
     );
 }
 
+/// A line through the bias looks like a random walk at long averaging times.
 #[test]
-fn a_long_file_gives_what_its_rows_in_memory_give() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("long.csv");
-    std::fs::write(&path, csv(280_000, |k, _| k % 5003 != 0 || k < 10)).unwrap();
-    let options = NoiseOptions::default();
-    let streamed = noise(&path, &ReadOptions::default(), &options).unwrap();
-    let recording = read_file(&path, &ReadOptions::default()).unwrap();
-    let held = noise_of(&recording, &options).unwrap();
-    // The static interval of a long file is known to a block.
-    assert_eq!(streamed.static_intervals, held.static_intervals);
-    for (a, b) in streamed.channels.iter().zip(&held.channels) {
-        let (a, b) = (a.n.unwrap().value, b.n.unwrap().value);
-        assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+fn a_steady_drift_is_told_from_a_random_walk() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let (mut drifting, mut wandering, mut walk) = (Vec::new(), Vec::new(), 0.0);
+    for k in 0..400_000 {
+        drifting.push(0.03 * normal() + 2e-6 * f64::from(k) * 0.01);
+        walk += 1e-4 * 0.1 * normal();
+        wandering.push(0.03 * normal() + walk);
     }
+    let of = |samples: &[f64]| noise_of_samples("ax", samples, 0.01, &NoiseOptions::default());
+    let (drifting, wandering) = (of(&drifting), of(&wandering));
+    let drift = drifting.fit.unwrap().drift_per_s.unwrap();
+    assert!((drift / 2e-6 - 1.0).abs() < 0.05, "{drift:e}");
+    assert!(drifting.k.is_none());
+    assert!(wandering.fit.unwrap().drift_per_s.is_none());
+    assert!(holds(wandering.k, 1e-4), "{:?}", wandering.k);
 }
 
 #[test]

@@ -2,15 +2,24 @@
 
 use std::ops::Range;
 
-use super::fold::Counts;
-use super::{
-    ChannelNoise, DENSITY_SHARE, DENSITY_SIGMAS, LEAST_OF_RESOLUTION, MOST_FILLED_SHARE,
-    NotObservable, STEADY_C, Term,
-};
+use super::series::Counts;
+use super::{ChannelNoise, NotObservable, Term};
 use crate::finding::{Finding, FindingKind, LineSpans};
 use crate::numfmt::count;
 use crate::recording::Recording;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+/// The density may differ from that of the model by this fraction of its power, and by so many
+/// standard deviations.
+const DENSITY_TOLERANCE: f64 = 0.15;
+const DENSITY_SIGMAS: f64 = 4.0;
+/// Noise before rounding below this fraction of the resolution does not average it away
+/// ([`gravical_core::rounding`]).
+const MIN_OF_RESOLUTION: f64 = 0.34;
+/// Fraction of samples that are replaced beyond which it is a warning.
+const MAX_FILLED: f64 = 0.05;
+/// A temperature that moves by less than this is constant, °C.
+const STEADY_C: f64 = 0.5;
 
 /// The unit in which a parameter is printed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,13 +40,9 @@ impl Unit {
             (false, Term::N) => ("µg/√Hz", 1e6 / g),
             (false, Term::B) => ("mg", 1e3 / g),
             (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
-            (false, Term::Q) => ("mm/s", 1e3),
-            (false, Term::R) => ("mg/h", 1e3 / g * 3600.0),
             (true, Term::N) => ("°/√h", degrees * 60.0),
             (true, Term::B) => ("°/h", degrees * 3600.0),
             (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
-            (true, Term::Q) => ("″", degrees * 3600.0),
-            (true, Term::R) => ("°/h²", degrees * 3600.0 * 3600.0),
         };
         Unit { name, factor }
     }
@@ -49,13 +54,9 @@ impl Unit {
             (false, Term::N) => "m/s²/√Hz",
             (false, Term::B) => "m/s²",
             (false, Term::K) => "m/s²/√s",
-            (false, Term::Q) => "m/s",
-            (false, Term::R) => "m/s³",
             (true, Term::N) => "rad/s/√Hz",
             (true, Term::B) => "rad/s",
             (true, Term::K) => "rad/s/√s",
-            (true, Term::Q) => "rad",
-            (true, Term::R) => "rad/s²",
         }
     }
 }
@@ -76,40 +77,34 @@ pub fn duration_text(seconds: f64) -> String {
 }
 
 /// Why a term is not observable.
-pub(super) fn not_observable(term: Term, longest_s: f64, record_s: Option<f64>) -> String {
+pub(super) fn not_observable(longest_s: f64, record_s: Option<f64>) -> String {
     let what = format!("not observable in {}", duration_text(longest_s));
-    match (record_s, term) {
-        (Some(s), Term::Q) => format!(
-            "{what}: record for {}, or at a higher rate",
-            duration_text(s)
-        ),
-        (Some(s), _) => format!("{what}: record at least {}", duration_text(s)),
-        (None, _) => format!("{what}, nor in a thousand times that"),
+    match record_s {
+        Some(s) => format!("{what}: record at least {}", duration_text(s)),
+        None => format!("{what}, nor in a thousand times that"),
     }
 }
 
 /// A channel without a fit.
-pub(super) fn nothing_fitted(channel: &mut ChannelNoise, terms: &[Term], variance: &[f64]) {
-    let reason = match variance.iter().any(|v| *v > 0.0) {
-        true => "the values change too rarely for any averaging time to show noise",
-        false => "the values do not change: the noise is below the resolution",
+pub(super) fn nothing_fitted(channel: &mut ChannelNoise, has_changes: bool) {
+    let reason = if has_changes {
+        "the values change too rarely for any averaging time to show noise"
+    } else {
+        "the values do not change: the noise is below the resolution"
     };
-    all_missing(channel, terms, reason, None);
+    all_missing(channel, reason, None);
 }
 
-fn all_missing(channel: &mut ChannelNoise, terms: &[Term], reason: &str, most_n: Option<f64>) {
+fn all_missing(channel: &mut ChannelNoise, reason: &str, limit_n: Option<f64>) {
     (channel.n, channel.b, channel.k) = (None, None, None);
-    (channel.q, channel.r) = (None, None);
     (channel.fit, channel.density) = (None, None);
-    channel.not_observable = terms
-        .iter()
-        .map(|term| NotObservable {
-            term: term.symbol().to_owned(),
-            reason: reason.to_owned(),
-            at_most: most_n.filter(|_| *term == Term::N),
-            record_s: None,
-        })
-        .collect();
+    let missing = |term: Term| NotObservable {
+        term: term.symbol().to_owned(),
+        reason: reason.to_owned(),
+        at_most: limit_n.filter(|_| term == Term::N),
+        record_s: None,
+    };
+    channel.not_observable = Term::ALL.map(missing).into();
 }
 
 /// A channel without samples that follow each other.
@@ -134,18 +129,14 @@ pub(super) fn judge(
     let mut findings = Vec::new();
     let name = channel.channel.clone();
     let before = (deviation * deviation - step * step / 12.0).max(0.0).sqrt();
-    let terms: Vec<Term> = Term::ALL
-        .into_iter()
-        .filter(|t| channel.estimate(*t).is_some() || channel.missing(*t).is_some())
-        .collect();
     let rounding = gravical_core::rounding::floor(step).sqrt();
-    if step > 0.0 && before < LEAST_OF_RESOLUTION * step {
+    if step > 0.0 && before < MIN_OF_RESOLUTION * step {
         let reason = format!(
             "the values change in steps of {step:.2e} {}, which hide the noise",
             crate::numfmt::unit(&channel.unit)
         );
-        let most = LEAST_OF_RESOLUTION.hypot(rounding / step) * step * period_s.sqrt();
-        all_missing(channel, &terms, &reason, Some(most));
+        let most = MIN_OF_RESOLUTION.hypot(rounding / step) * step * period_s.sqrt();
+        all_missing(channel, &reason, Some(most));
         findings.push(Finding::warning(
             FindingKind::NoiseBelowResolution,
             format!("{name}: {reason}; only an upper limit of N is known, for noise that no low-pass has reduced"),
@@ -174,8 +165,16 @@ pub(super) fn judge(
             ),
         ));
     }
+    if let Some(drift) = fit.drift_per_s {
+        let (factor, unit) = per_hour(channel.is_gyroscope());
+        let drift = crate::numfmt::digits(factor * drift, 2);
+        findings.push(Finding::warning(
+            FindingKind::NoiseDrift,
+            format!("{name}: the bias drifts steadily by {drift} {unit}; B and K are what remains without that line"),
+        ));
+    }
     if let Some(density) = channel.density.filter(|_| channel.n.is_some())
-        && (density.ratio - 1.0).abs() > DENSITY_SHARE.max(DENSITY_SIGMAS * density.ratio_sd)
+        && (density.ratio - 1.0).abs() > DENSITY_TOLERANCE.max(DENSITY_SIGMAS * density.ratio_sd)
     {
         findings.push(Finding::warning(
             FindingKind::NoiseDensityDiffers,
@@ -186,6 +185,15 @@ pub(super) fn judge(
         ));
     }
     findings
+}
+
+/// Unit of a drift with time, and its value per m/s³ or rad/s².
+fn per_hour(is_gyroscope: bool) -> (f64, &'static str) {
+    if is_gyroscope {
+        (1_f64.to_degrees() * 3600.0 * 3600.0, "°/h per hour")
+    } else {
+        (1e3 / STANDARD_GRAVITY_MPS2 * 3600.0, "mg per hour")
+    }
 }
 
 /// What is odd about the samples that were used.
@@ -221,13 +229,13 @@ pub(super) fn of_recording(
             .at_lines(&lines),
         );
     }
-    if counts.bumps > 0 {
+    if counts.disturbances > 0 {
         findings.push(
             Finding::note(
                 FindingKind::NoiseBumps,
                 format!(
                     "{}, {} in total, left out like gaps",
-                    count(counts.bumps, "disturbance"),
+                    count(counts.disturbances, "disturbance"),
                     duration_text(counts.disturbed as f64 * period_s)
                 ),
             )
@@ -252,7 +260,7 @@ pub(super) fn of_recording(
             "{filled} missing samples ({:.2} %) are replaced by samples a moment before them",
             100.0 * share
         );
-        let finding = match share > MOST_FILLED_SHARE {
+        let finding = match share > MAX_FILLED {
             true => Finding::warning(FindingKind::NoiseSamplesFilled, text),
             false => Finding::note(FindingKind::NoiseSamplesFilled, text),
         };

@@ -1,69 +1,7 @@
-//! Allan deviations beside those of allantools (`tests/reference/allantools`).
+//! N, B and K of a simulated sensor.
 
-use gravical::noise::{Allan, AllanSums, NoiseOptions, Spacing, Term, noise_of_samples};
+use gravical::noise::{NoiseOptions, Term, noise_of_samples};
 use gravical::simulate::{Scenario, SimulateOptions, StaticOptions, simulate};
-use serde_json::Value;
-
-const REFERENCE: &str = include_str!("../../../../tests/reference/allantools/oadev.json");
-
-/// The series of `make.py`.
-fn series(count: usize) -> Vec<f64> {
-    let mut state = 1_u64;
-    let mut uniform = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
-    let mut walk = 0.0;
-    let value = |_| {
-        walk += 0.002 * uniform();
-        9.8 + walk + uniform()
-    };
-    (0..count).map(value).collect()
-}
-
-fn sums(values: &[f64], full: bool) -> Vec<AllanSums> {
-    let mut allan = Allan::new(Spacing::Octave, full);
-    allan.push(values);
-    allan.finish().0
-}
-
-#[test]
-fn allan_deviations_are_those_of_allantools() {
-    let reference: Value = serde_json::from_str(REFERENCE).unwrap();
-    let number = |value: &Value| value.as_f64().unwrap();
-    let values = series(number(&reference["count"]) as usize);
-    assert_eq!(values[0], number(&reference["first"][0]));
-    assert_eq!(values[values.len() - 1], number(&reference["last"]));
-    for (part, full) in [("full", true), ("decimated", false)] {
-        let own = sums(&values, full);
-        let theirs = reference[part].as_array().unwrap();
-        assert_eq!(own.len(), theirs.len());
-        for (own, theirs) in own.iter().zip(theirs) {
-            assert_eq!(own.m as f64, number(&theirs["m"]));
-            assert_eq!(own.terms as f64, number(&theirs["terms"]), "{part} {own:?}");
-            let deviation = number(&theirs["deviation"]);
-            let off = own.variance().sqrt() / deviation - 1.0;
-            assert!(off.abs() < 1e-10, "{part} {own:?}: {off:e}");
-        }
-    }
-}
-
-#[test]
-fn a_stride_costs_less_than_a_fortieth_of_the_standard_deviation() {
-    // 0.8 % where the standard deviation is 35 %.
-    let values = series(200_000);
-    for (full, strided) in sums(&values, true).iter().zip(sums(&values, false)) {
-        let off = (strided.variance() / full.variance()).sqrt() - 1.0;
-        let deviation = (full.m as f64 / values.len() as f64).sqrt();
-        assert!(
-            off.abs() < 0.025 * deviation,
-            "{}: {off} {deviation}",
-            full.m
-        );
-    }
-}
 
 /// N, B and K that a simulated sensor is given are found within their intervals.
 #[test]

@@ -1,0 +1,388 @@
+//! Fit of the model to Allan variances, with intervals.
+//!
+//! Non-negative least squares on the variance, six times reweighted by the variances of the points
+//! under the fitted model: weights from the points themselves would prefer those that happen to be
+//! small. Points of overlapping samples are correlated, so the covariance of the squares is A V Aᵀ, A
+//! the matrix of the fit. A square x with variance s² is distributed nearly as χ² with 2x²/s² degrees
+//! of freedom, which give its 95 % interval.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::{NoiseModel, NoiseTerm};
+
+/// Real noise follows the model to about this fraction of the variance: without it the first
+/// averaging times, known to a thousandth, would decide all terms.
+const MODEL_ERROR: f64 = 0.01;
+const REWEIGHTINGS: usize = 6;
+/// A term with fewer degrees of freedom, a standard deviation of more than 35 %, is not
+/// observable.
+const MIN_FREEDOM: f64 = 4.0;
+/// Deviation of a point that the model does not explain, in standard deviations.
+const MAX_DEVIATION: f64 = 4.0;
+/// Points at the short end that have to agree with the model, and fewest points of a fit.
+const TESTED: usize = 3;
+const MIN_POINTS: usize = 6;
+/// Octaves that are left out after those that disagree visibly: noise behind a low-pass approaches
+/// the model by half of the distance with each.
+const MORE: usize = 2;
+/// The longest recording that is proposed, as a multiple.
+const MAX_FACTOR: f64 = 1024.0;
+
+/// A term as far as the recording determines it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TermEstimate {
+    /// The coefficient and its 95 % interval
+    Known {
+        /// Coefficient: N, B or K
+        value: f64,
+        /// Lower end
+        low: f64,
+        /// Upper end
+        high: f64,
+    },
+    /// Not observable
+    Unknown {
+        /// Upper limit (95 %); `None` if there is none
+        at_most: Option<f64>,
+        /// Length of a recording that would show a term as large as the limit, s; `None` if a
+        /// thousand times the length would not
+        record_s: Option<f64>,
+    },
+}
+
+/// Allan variances of one channel.
+#[derive(Debug, Clone)]
+pub struct NoisePoints {
+    /// Averaging times, s, in octaves
+    tau_s: Vec<f64>,
+    variance: Vec<f64>,
+    /// Degrees of freedom if the noise were that of one term
+    freedom: Vec<[f64; 3]>,
+    /// Length of the longest segment, s
+    longest_s: f64,
+    period_s: f64,
+}
+
+impl NoisePoints {
+    /// Points of samples `period_s` apart in segments of these `lengths`: averaging times in samples,
+    /// and Allan variances.
+    #[must_use]
+    pub fn new(points: &[(usize, f64)], lengths: &[usize], period_s: f64) -> Self {
+        let m = points.iter().map(|(m, _)| *m as f64).collect::<Vec<f64>>();
+        NoisePoints {
+            variance: points.iter().map(|(_, variance)| *variance).collect(),
+            ..NoisePoints::without_values(&m, lengths, period_s)
+        }
+    }
+
+    fn without_values(m: &[f64], lengths: &[usize], period_s: f64) -> Self {
+        let fits = |m: f64| {
+            lengths
+                .iter()
+                .map(|n| *n as f64)
+                .filter(move |n| *n >= 2.0 * m)
+        };
+        let freedom = |m: &f64| {
+            NoiseTerm::ALL.map(|term| {
+                fits(*m)
+                    .map(|n| term.degrees_of_freedom(*m, n))
+                    .sum::<f64>()
+            })
+        };
+        NoisePoints {
+            tau_s: m.iter().map(|m| m * period_s).collect(),
+            variance: Vec::new(),
+            freedom: m.iter().map(freedom).collect(),
+            longest_s: lengths.iter().max().map_or(0.0, |n| *n as f64 * period_s),
+            period_s,
+        }
+    }
+
+    fn after(&self, first: usize) -> Self {
+        NoisePoints {
+            tau_s: self.tau_s[first..].to_vec(),
+            variance: self.variance[first..].to_vec(),
+            freedom: self.freedom[first..].to_vec(),
+            ..*self
+        }
+    }
+
+    /// Degrees of freedom of the points under a model.
+    #[must_use]
+    pub fn degrees_of_freedom(&self, model: &NoiseModel) -> Vec<f64> {
+        let covariance = self.covariance(model);
+        let freedom =
+            |(i, tau_s): (usize, &f64)| 2.0 * model.variance(*tau_s).powi(2) / covariance[(i, i)];
+        self.tau_s.iter().enumerate().map(freedom).collect()
+    }
+
+    /// Covariance of the points under a model. Each term adds to the second differences by itself, so
+    /// that the covariance is a product of sums over the terms.
+    fn covariance(&self, model: &NoiseModel) -> DMatrix<f64> {
+        let deviations = |i: usize| {
+            let parts = model.parts(self.tau_s[i]);
+            NoiseTerm::ALL.map(|t| parts[t as usize] * (2.0 / self.freedom[i][t as usize]).sqrt())
+        };
+        let deviations: Vec<[f64; 3]> = (0..self.tau_s.len()).map(deviations).collect();
+        DMatrix::from_fn(self.tau_s.len(), self.tau_s.len(), |i, j| {
+            let octaves = (self.tau_s[i] / self.tau_s[j]).log2().abs();
+            let roots = NoiseTerm::ALL.map(|term| term.correlation(octaves).sqrt());
+            let sum = |i: usize| {
+                deviations[i]
+                    .iter()
+                    .zip(roots)
+                    .map(|(d, r)| d * r)
+                    .sum::<f64>()
+            };
+            sum(i) * sum(j)
+        })
+    }
+
+    /// Standard deviations under a model, its own error included.
+    fn deviations(&self, model: &NoiseModel) -> Vec<f64> {
+        let covariance = self.covariance(model);
+        let deviation = |(i, tau_s): (usize, &f64)| {
+            (covariance[(i, i)] + (MODEL_ERROR * model.variance(*tau_s)).powi(2)).sqrt()
+        };
+        self.tau_s.iter().enumerate().map(deviation).collect()
+    }
+
+    /// The matrix that makes the squares of `terms` of the variances, by least squares.
+    fn solver(&self, deviations: &[f64], terms: &[NoiseTerm]) -> Option<DMatrix<f64>> {
+        let mut design = DMatrix::from_fn(self.tau_s.len(), terms.len(), |i, j| {
+            terms[j].shape(self.tau_s[i]) / deviations[i]
+        });
+        let norms: Vec<f64> = design.column_iter().map(|c| c.norm()).collect();
+        for (mut column, norm) in design.column_iter_mut().zip(&norms) {
+            column /= *norm;
+        }
+        let inverse = design.pseudo_inverse(1e-12).ok()?;
+        let scaled = DMatrix::from_fn(terms.len(), self.tau_s.len(), |j, i| {
+            inverse[(j, i)] / (norms[j] * deviations[i])
+        });
+        scaled.iter().all(|x| x.is_finite()).then_some(scaled)
+    }
+
+    /// The best of all models without a negative square.
+    fn non_negative(&self, deviations: &[f64]) -> Option<NoiseModel> {
+        let variances = DVector::from_column_slice(&self.variance);
+        let solved = (1..8_u32).filter_map(|bits| {
+            let terms: Vec<NoiseTerm> = NoiseTerm::ALL
+                .into_iter()
+                .filter(|term| bits >> *term as u32 & 1 == 1)
+                .collect();
+            let squares = self.solver(deviations, &terms)? * &variances;
+            let mut model = NoiseModel::default();
+            for (term, square) in terms.iter().zip(&squares) {
+                model.squares[*term as usize] = *square;
+            }
+            let misfit: f64 = self.misfits(&model, deviations).map(|d| d * d).sum();
+            squares.iter().all(|x| *x > 0.0).then_some((misfit, model))
+        });
+        solved.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+    }
+
+    /// Deviations of the points from a model, in standard deviations.
+    fn misfits(&self, model: &NoiseModel, deviations: &[f64]) -> impl Iterator<Item = f64> {
+        let points = self.tau_s.iter().zip(&self.variance).zip(deviations);
+        points.map(|((tau_s, variance), sd)| (variance - model.variance(*tau_s)) / sd)
+    }
+
+    fn reweighted(&self) -> Option<NoiseModel> {
+        // As if the noise were white.
+        let white = NoiseModel {
+            squares: [1.0, 0.0, 0.0],
+        };
+        let relative = self.deviations(&white).into_iter().zip(&self.tau_s);
+        let relative = relative.map(|(sd, tau_s)| sd / white.variance(*tau_s));
+        let first: Vec<f64> = relative.zip(&self.variance).map(|(sd, v)| sd * v).collect();
+        let mut model = self.non_negative(&first)?;
+        for _ in 0..REWEIGHTINGS {
+            model = self.non_negative(&self.deviations(&model))?;
+        }
+        Some(model)
+    }
+
+    /// Variance of the square of `term` in a fit of it and all terms of the model.
+    fn square_variance(&self, model: &NoiseModel, term: NoiseTerm) -> Option<f64> {
+        let is_fitted = |t: &NoiseTerm| *t == term || model.squares[*t as usize] > 0.0;
+        let terms: Vec<NoiseTerm> = NoiseTerm::ALL.into_iter().filter(is_fitted).collect();
+        let row = terms.iter().position(|t| *t == term)?;
+        let solver = self.solver(&self.deviations(model), &terms)?;
+        let row = solver.row(row);
+        Some((row * self.covariance(model) * row.transpose())[(0, 0)])
+    }
+
+    fn estimate(&self, model: &NoiseModel, term: NoiseTerm) -> TermEstimate {
+        let square = model.squares[term as usize];
+        let variance = self.square_variance(model, term);
+        let factors = variance.and_then(|variance| {
+            let freedom = 2.0 * square * square / variance;
+            chi_square_factors(freedom).filter(|_| freedom >= MIN_FREEDOM)
+        });
+        match factors {
+            Some([low, high]) => TermEstimate::Known {
+                value: square.sqrt(),
+                low: square.sqrt() * low,
+                high: square.sqrt() * high,
+            },
+            None => self.limit(model, term),
+        }
+    }
+
+    /// Upper limit of a term that is not observable, and how long a recording would show it.
+    fn limit(&self, model: &NoiseModel, term: NoiseTerm) -> TermEstimate {
+        const ONE_SIDED: f64 = 1.645;
+        let mut limit = *model;
+        // The term itself adds to its own uncertainty.
+        for _ in 0..10 {
+            let Some(variance) = self.square_variance(&limit, term).filter(|v| v.is_finite())
+            else {
+                return TermEstimate::Unknown {
+                    at_most: None,
+                    record_s: None,
+                };
+            };
+            limit.squares[term as usize] =
+                model.squares[term as usize] + ONE_SIDED * variance.sqrt();
+        }
+        let square = limit.squares[term as usize];
+        let shows = |duration_s: &f64| {
+            let length = duration_s / self.period_s;
+            let octaves = (0..).map(|k| self.tau_s[0] / self.period_s * 2_f64.powi(k));
+            let m: Vec<f64> = octaves.take_while(|m| *m < 0.4 * length).collect();
+            let longer = NoisePoints::without_values(&m, &[length as usize], self.period_s);
+            let variance = longer.square_variance(&limit, term);
+            variance.is_some_and(|v| 2.0 * square * square / v >= MIN_FREEDOM)
+        };
+        let factors = (1..)
+            .map(|k| 2_f64.powi(k))
+            .take_while(|f| *f <= MAX_FACTOR);
+        TermEstimate::Unknown {
+            at_most: Some(square.sqrt()),
+            record_s: factors.map(|f| f * self.longest_s).find(shows),
+        }
+    }
+}
+
+/// A fit of one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoiseFit {
+    /// Squares of the terms; zero for those that are not part of it
+    pub model: NoiseModel,
+    /// Shortest averaging time that was used, s
+    pub from_s: f64,
+    /// Averaging time at which the variance deviates most from the model, by more than chance, s, and
+    /// the variance over that of the model
+    pub misfit: Option<(f64, f64)>,
+    /// N, B, K
+    pub estimates: [TermEstimate; 3],
+}
+
+/// Fits N, B and K. `None` with fewer than two points, or if a variance is zero.
+///
+/// The first points are left out if the model does not explain them: behind a low-pass, noise is
+/// white only for longer averaging times.
+#[must_use]
+pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
+    let count = points.variance.len();
+    if points.variance.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
+        return None;
+    }
+    let last = count.checked_sub(MIN_POINTS.min(count))?;
+    let agrees = |first: &usize| {
+        let used = points.after(*first);
+        used.reweighted().is_some_and(|model| {
+            let deviations = used.deviations(&model);
+            let mut tested = used.misfits(&model, &deviations).take(TESTED);
+            tested.all(|misfit| misfit.abs() < MAX_DEVIATION)
+        })
+    };
+    let first = match (0..=last).find(agrees) {
+        Some(0) | None => 0,
+        Some(first) => (first + MORE).min(last),
+    };
+    let used = points.after(first);
+    let model = used.reweighted()?;
+    let deviations = used.deviations(&model);
+    let misfits = used.misfits(&model, &deviations).map(f64::abs).enumerate();
+    let worst = misfits.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let tau_s = used.tau_s[worst.0];
+    Some(NoiseFit {
+        from_s: used.tau_s[0],
+        misfit: (worst.1 > MAX_DEVIATION)
+            .then(|| (tau_s, used.variance[worst.0] / model.variance(tau_s))),
+        estimates: NoiseTerm::ALL.map(|term| used.estimate(&model, term)),
+        model,
+    })
+}
+
+/// Ends of the 95 % interval of a standard deviation with these degrees of freedom, over its
+/// estimate; `None` without any freedom.
+#[must_use]
+pub fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
+    // Beyond that the quantile is the normal one to six digits, and its iteration slow.
+    if freedom > 1e5 {
+        let half = 1.959_964 / (2.0 * freedom).sqrt();
+        return Some([1.0 - half, 1.0 + half]);
+    }
+    let chi2 = ChiSquared::new(freedom).ok()?;
+    let factor = |p: f64| (freedom / chi2.inverse_cdf(p)).sqrt();
+    Some([factor(0.975), factor(0.025)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exact(squares: [f64; 3], samples: usize) -> NoisePoints {
+        let model = NoiseModel { squares };
+        let octaves = (0..).map(|k| 1_usize << k).take_while(|m| 2 * m < samples);
+        let points = octaves.map(|m| (m, model.variance(0.01 * m as f64)));
+        NoisePoints::new(&points.collect::<Vec<_>>(), &[samples], 0.01)
+    }
+
+    #[test]
+    fn points_of_the_model_give_its_parameters_back() {
+        let squares = [1.09e-5, 6.4e-7, 3.6e-9];
+        let fit = fit_noise(&exact(squares, 2_000_000)).unwrap();
+        for (is, was) in fit.model.squares.iter().zip(squares) {
+            assert!((is / was - 1.0).abs() < 1e-6, "{is} {was}");
+        }
+        assert!(fit.misfit.is_none() && fit.from_s == 0.01);
+        for estimate in fit.estimates {
+            let TermEstimate::Known { value, low, high } = estimate else {
+                panic!("{estimate:?}");
+            };
+            assert!(low < value && value < high);
+        }
+    }
+
+    #[test]
+    fn what_a_short_recording_does_not_show_has_a_limit_and_a_time() {
+        let fit = fit_noise(&exact([1.09e-5, 0.0, 0.0], 12_000)).unwrap();
+        assert!(matches!(fit.estimates[0], TermEstimate::Known { .. }));
+        for estimate in &fit.estimates[1..] {
+            let TermEstimate::Unknown { at_most, record_s } = estimate else {
+                panic!("{estimate:?}");
+            };
+            assert!(
+                at_most.unwrap() > 0.0 && record_s.unwrap() >= 240.0,
+                "{estimate:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn equal_segments_share_the_variance() {
+        let model = NoiseModel {
+            squares: [1.0, 0.1, 0.01],
+        };
+        let covariance = |segments: usize| {
+            let points = [(4, 1.0), (512, 1.0)];
+            NoisePoints::new(&points, &vec![5000; segments], 0.01).covariance(&model)
+        };
+        assert!((covariance(1) / 10.0 - covariance(10)).abs().max() < 1e-12);
+    }
+}

@@ -1,0 +1,225 @@
+//! The noise of a sensor, as it is written.
+
+use serde::{Deserialize, Serialize};
+
+use super::Term;
+use super::parts::DataSheet;
+use crate::calibration_file::{InputFile, NoiseParameters, NoiseSection};
+use crate::finding::Finding;
+
+/// Noise of a sensor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct NoiseResult {
+    /// `gravical-noise/1`.
+    pub format: String,
+    /// Program and version.
+    pub tool: String,
+    /// The recording.
+    pub inputs: Vec<InputFile>,
+    /// Text format of the recording in words.
+    pub description: String,
+    /// Sampling rate, Hz.
+    pub rate_hz: f64,
+    /// Duration of the recording, s.
+    pub recorded_s: f64,
+    /// Duration of the samples that were used, s.
+    pub used_s: f64,
+    /// Number of static intervals that were used.
+    pub static_intervals: usize,
+    /// Number of segments between gaps.
+    pub segments: u64,
+    /// Lowest and highest temperature of the samples that were used, °C.
+    pub temperature_c: Option<[f64; 2]>,
+    /// One for each of ax, ay, az, gx, gy, gz that was recorded.
+    pub channels: Vec<ChannelNoise>,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+impl NoiseResult {
+    /// The channel with this name.
+    #[must_use]
+    pub fn channel(&self, name: &str) -> Option<&ChannelNoise> {
+        self.channels.iter().find(|c| c.channel == name)
+    }
+
+    /// What a calibration file keeps.
+    #[must_use]
+    pub fn section(&self) -> NoiseSection {
+        NoiseSection {
+            rate_hz: self.rate_hz,
+            used_s: self.used_s,
+            channels: self.channels.iter().map(ChannelNoise::parameters).collect(),
+        }
+    }
+}
+
+/// Noise of one channel, in its [unit](Self::unit), seconds and hertz.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ChannelNoise {
+    /// `ax` … `gz`.
+    pub channel: String,
+    /// `m/s^2` or `rad/s`.
+    pub unit: String,
+    /// The Allan deviation.
+    pub adev: Vec<AllanPoint>,
+    /// Noise density (velocity or angle random walk), unit/√Hz; null if it is not observable.
+    pub n: Option<Estimate>,
+    /// Bias instability, unit.
+    pub b: Option<Estimate>,
+    /// Random walk (of the acceleration or rate), unit/√s.
+    pub k: Option<Estimate>,
+    /// Terms that are not observable.
+    pub not_observable: Vec<NotObservable>,
+    /// The fitted curve; null without one.
+    pub fit: Option<FittedCurve>,
+    /// N by the power spectral density.
+    pub density: Option<DensityCheck>,
+    /// N by the data sheet.
+    pub data_sheet: Option<DataSheet>,
+    /// Dependence on the temperature, where it explains most of the slow changes.
+    pub temperature: Option<TemperatureDrift>,
+}
+
+impl ChannelNoise {
+    /// The estimate of a term.
+    #[must_use]
+    pub fn estimate(&self, term: Term) -> Option<&Estimate> {
+        match term {
+            Term::N => self.n.as_ref(),
+            Term::B => self.b.as_ref(),
+            Term::K => self.k.as_ref(),
+        }
+    }
+
+    /// Why a term is not observable.
+    #[must_use]
+    pub fn missing(&self, term: Term) -> Option<&NotObservable> {
+        self.not_observable.iter().find(|t| t.term == term.symbol())
+    }
+
+    /// What a calibration file keeps.
+    fn parameters(&self) -> NoiseParameters {
+        let value = |term: Term| self.estimate(term).map(|e| e.value);
+        let most = |term: Term| self.missing(term)?.at_most;
+        NoiseParameters {
+            channel: self.channel.clone(),
+            n: value(Term::N),
+            b: value(Term::B),
+            k: value(Term::K),
+            n_at_most: most(Term::N),
+            b_at_most: most(Term::B),
+            k_at_most: most(Term::K),
+        }
+    }
+
+    /// True for an axis of the gyroscope.
+    #[must_use]
+    pub fn is_gyroscope(&self) -> bool {
+        self.channel.starts_with('g')
+    }
+}
+
+/// A point of the Allan deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct AllanPoint {
+    /// Averaging time, s.
+    pub tau_s: f64,
+    /// Allan deviation.
+    pub sigma: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end of its 95 % interval.
+    pub high: f64,
+    /// Equivalent degrees of freedom of its square.
+    pub edf: f64,
+}
+
+/// Parameters of the fitted curve; zero for a term that is not part of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FittedCurve {
+    /// Shortest averaging time that was used, s.
+    pub from_s: f64,
+    /// N, B, K.
+    pub parameters: [f64; 3],
+    /// Steady drift of the bias, unit/s, that is not random; null where there is none.
+    pub drift_per_s: Option<f64>,
+    /// Where the recording deviates most from the curve, by more than chance; null if nowhere.
+    pub misfit: Option<Misfit>,
+}
+
+/// A deviation from the fitted curve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Misfit {
+    /// Averaging time, s.
+    pub tau_s: f64,
+    /// Allan variance over that of the curve.
+    pub ratio: f64,
+}
+
+impl FittedCurve {
+    /// Allan deviation at an averaging time.
+    #[must_use]
+    pub fn deviation(&self, tau_s: f64) -> f64 {
+        let terms = Term::ALL.iter().zip(self.parameters);
+        let noise: f64 = terms.map(|(term, x)| x * x * term.shape(tau_s)).sum();
+        let drift = self.drift_per_s.unwrap_or(0.0) * tau_s;
+        (noise + 0.5 * drift * drift).sqrt()
+    }
+}
+
+/// N by the power spectral density.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DensityCheck {
+    /// N.
+    pub n: f64,
+    /// Band, Hz.
+    pub band_hz: [f64; 2],
+    /// Power in the band over that of the fitted curve.
+    pub ratio: f64,
+    /// Standard deviation of the ratio by chance.
+    pub ratio_sd: f64,
+}
+
+/// Dependence of the slow changes on the temperature.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct TemperatureDrift {
+    /// Change for each °C.
+    pub slope_per_c: f64,
+    /// Share of the variance of slow changes that it explains, 0 to 1.
+    pub explained: f64,
+}
+
+/// A parameter with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Estimate {
+    /// The estimate.
+    pub value: f64,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end of the interval.
+    pub high: f64,
+}
+
+/// A term that this recording does not determine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct NotObservable {
+    /// `N`, `B` or `K`.
+    pub term: String,
+    /// Why, and what to do.
+    pub reason: String,
+    /// Upper limit (95 %), in the unit of the term; null if there is none.
+    pub at_most: Option<f64>,
+    /// Length of a recording that would show a term as large as the limit, s; null if even a
+    /// thousand times the length would not.
+    pub record_s: Option<f64>,
+}
