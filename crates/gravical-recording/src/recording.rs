@@ -2,7 +2,7 @@
 
 pub(crate) mod judging;
 
-use std::io::{BufRead, Cursor, ErrorKind, Read};
+use std::io::{self, BufRead, Cursor, ErrorKind, Read};
 use std::path::Path;
 
 pub use judging::notes::CALIBRATED;
@@ -137,9 +137,22 @@ impl Recording {
     /// Reading fails, or there are no samples of an accelerometer.
     pub fn read(text: impl BufRead, file_name: &str, options: &ReadOptions) -> Result<Self, Error> {
         let (format, text) = open_text(text, file_name, options)?;
+        Recording::collect(&format, format.batches(text))
+    }
+
+    /// Collects the batches of a whole file.
+    ///
+    /// # Errors
+    ///
+    /// Reading fails, the columns take more than a gigabyte, or there are no samples of an
+    /// accelerometer.
+    pub fn collect(
+        format: &Format,
+        batches: impl Iterator<Item = io::Result<Batch>>,
+    ) -> Result<Self, Error> {
         let mut rows = Batch::default();
         let mut is_cut = false;
-        for batch in format.batches(text) {
+        for batch in batches {
             match batch {
                 Ok(batch) => rows.append(batch),
                 Err(e) if e.kind() == ErrorKind::UnexpectedEof && rows.rows() > 0 => is_cut = true,
@@ -152,7 +165,7 @@ impl Recording {
             }
         }
         let count = rows.rows();
-        let mut recording = Recording::judge(&format, rows)?;
+        let mut recording = Recording::judge(format, rows)?;
         if is_cut {
             let text = format!(
                 "the packed file is damaged or ends in the middle; {count} rows could be unpacked"

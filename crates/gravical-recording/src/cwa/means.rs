@@ -58,9 +58,8 @@ pub fn read(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error
 ///
 /// As [`read()`].
 pub fn read_samples(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error> {
-    let (format, mut samples) = open(reader, options)?;
-    let rows = read_rows(&mut samples, usize::MAX)?;
-    Recording::judge(&format, rows)
+    let (format, samples) = open(reader, options)?;
+    Recording::collect(&format, samples)
 }
 
 fn read_rows(samples: &mut Samples<impl Read>, max_rows: usize) -> Result<Batch, Error> {

@@ -1,4 +1,4 @@
-//! Filtering from file to file: its text is read again and written with the filtered values.
+//! Filtering from file to file: its text is written with the filtered values.
 
 use std::array::from_fn;
 use std::io::Write;
@@ -9,12 +9,11 @@ use gravical_recording::write::{NewColumn, Table, Writer, input_name};
 
 use crate::calibration_file::InputFile;
 use crate::recording::batches::TextReader;
-use crate::recording::open::Reopenable;
-use crate::recording::{ReadOptions, Recording, reading};
+use crate::recording::open::open;
+use crate::recording::{ReadOptions, Recording};
 use crate::{Error, Result};
 
-use super::engine::Setup;
-use super::{DenoiseOptions, DenoiseSummary, begin, filter_in_memory};
+use super::{DenoiseOptions, DenoiseSummary, FilterSpec, begin, channels, filter_in_memory};
 
 /// Decimals of a filtered value.
 const DECIMALS: u32 = 6;
@@ -36,13 +35,11 @@ pub struct DenoisedFile {
 /// column is copied byte for byte, breaks become blank lines. Values have six decimals. A row that
 /// is no measurement stays a row with empty channels.
 ///
-/// The channels are held in memory. What comes from a pipe is copied to a temporary file.
+/// Channels and the text of other columns are held in memory.
 ///
 /// # Errors
 ///
-/// As [`denoise`](super::denoise) and [`crate::recording::read`]; `changed` (input) if the file
-/// does not have the same rows when it is read again, and for a pipe that could not be copied;
-/// errors of writing.
+/// As [`denoise`](super::denoise) and [`crate::recording::read_samples`]; errors of writing.
 pub fn denoise_file(
     path: &Path,
     read: &ReadOptions,
@@ -51,29 +48,16 @@ pub fn denoise_file(
 ) -> Result<DenoisedFile> {
     options.validate()?;
     let name = path.display().to_string();
-    let mut source = Reopenable::of(path);
-    let mut recording = reading::read_samples_from(&mut source, &name, read)?;
+    let copied = |format: &Format| table(options, format).copied().to_vec();
+    let reader = TextReader::open(open(path, read)?, &name, read, copied)?;
+    let table = table(options, &reader.format);
+    let (mut recording, texts) = reader.collect(&name)?;
     let inputs = InputFile::of(std::slice::from_ref(&recording));
     let (setup, mut begun) = begin(&mut recording, options)?;
     let done = filter_in_memory(&setup, &mut recording);
     begun
         .summary
         .finish(&setup, done, begun.scales, begun.duration_s);
-    let changed = || {
-        let what = "it does not have the same rows when it is read again";
-        Error::input("changed", what)
-            .at(path, None)
-            .with_hint("wait until no program writes to it; write the data of a pipe to a file")
-    };
-    let again = ReadOptions {
-        hash: false,
-        ..read.clone()
-    };
-    let input = source.reopen(&again)?.ok_or_else(changed)?;
-    let columns = |format: &Format| table(&setup, format);
-    let copied = |format: &Format| columns(format).copied().to_vec();
-    let mut rows = TextReader::open(input, &name, &again, copied)?;
-    let table = columns(&rows.format);
     begun.summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
     let keeps_offset = setup.filters.iter().all(|f| f.spec().keeps_constants());
@@ -85,15 +69,15 @@ pub fn denoise_file(
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
     let mut next = 0;
-    while let Some((text, lines)) = rows.next(&name)? {
+    for (text, lines) in texts {
         let mut values: [Vec<f64>; 6] = from_fn(|_| Vec::with_capacity(lines.len()));
         let mut breaks = Vec::new();
         for (at, line) in lines.iter().enumerate() {
             let row = (next < recording.rows()).then_some(next);
-            let is_row = |row: &usize| recording.line(*row) == u64::from(*line);
-            let row = row.filter(is_row);
-            let is_break = |row: usize| recording.breaks.binary_search(&row).is_ok();
-            breaks.extend(row.filter(|row| is_break(*row)).map(|_| at));
+            let row = row.filter(|row| recording.line(*row) == u64::from(*line));
+            if row.is_some_and(|row| recording.breaks.binary_search(&row).is_ok()) {
+                breaks.push(at);
+            }
             next += usize::from(row.is_some());
             for (i, out) in values.iter_mut().enumerate() {
                 out.push(row.map_or(f64::NAN, |row| value(&recording, i, row, offset)));
@@ -103,9 +87,6 @@ pub fn denoise_file(
         writer
             .write_rows(0..lines.len(), &text, &filtered, &breaks)
             .map_err(output)?;
-    }
-    if next != recording.rows() {
-        return Err(changed());
     }
     writer.finish().map_err(output)?;
     Ok(DenoisedFile {
@@ -124,24 +105,22 @@ fn value(recording: &Recording, channel: usize, row: usize, offset: f64) -> f64 
 }
 
 /// All columns, with the filtered channels in their places.
-fn table(setup: &Setup, format: &Format) -> Table {
-    let order: usize = setup.filters.iter().map(|f| f.spec().derivative()).sum();
+fn table(options: &DenoiseOptions, format: &Format) -> Table {
+    let order: usize = options.filters.iter().map(FilterSpec::derivative).sum();
     let suffix = match order {
         0 => String::new(),
         1 => "_per_s".to_owned(),
         n => format!("_per_s{n}"),
     };
-    let fields: Vec<usize> = format
-        .accel
-        .into_iter()
+    let accel = format.accel.into_iter();
+    let fields = accel
         .chain(format.gyro.into_iter().flatten())
-        .collect();
-    let columns = setup.channels.iter().map(|channel| {
-        let field = fields[*channel];
-        NewColumn {
-            name: input_name(format, field) + &suffix,
-            replaces: Some(field),
-        }
-    });
+        .collect::<Vec<usize>>();
+    let columns = channels(format.gyro.is_some(), options)
+        .into_iter()
+        .map(|channel| NewColumn {
+            name: input_name(format, fields[channel]) + &suffix,
+            replaces: Some(fields[channel]),
+        });
     Table::with_new(format, &columns.collect::<Vec<_>>(), DECIMALS, false)
 }

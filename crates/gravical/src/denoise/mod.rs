@@ -202,7 +202,7 @@ fn set_up(recording: &Recording, options: &DenoiseOptions) -> Result<Setup> {
     Ok(Setup {
         filters: design(recording, options)?,
         clock: Clock::new(rate_hz, stamps.as_deref()),
-        channels: channels(recording, options),
+        channels: channels(recording.gyro.is_some(), options),
         at_rest: Vec::new(),
     })
 }
@@ -214,10 +214,10 @@ fn design(recording: &Recording, options: &DenoiseOptions) -> Result<Vec<Filter>
 }
 
 /// Numbers of the channels that are filtered.
-fn channels(recording: &Recording, options: &DenoiseOptions) -> Vec<usize> {
+fn channels(has_gyro: bool, options: &DenoiseOptions) -> Vec<usize> {
     let accel = (0..3).filter(|_| options.channels != Channels::Gyro);
-    let gyro = recording.gyro.is_some() && options.channels != Channels::Accel;
-    accel.chain((3..6).filter(|_| gyro)).collect()
+    let gyro = (3..6).filter(|_| has_gyro && options.channels != Channels::Accel);
+    accel.chain(gyro).collect()
 }
 
 /// Replaces the channels of a recording by filtered ones.

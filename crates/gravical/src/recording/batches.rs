@@ -10,7 +10,7 @@ use gravical_recording::{Batch, CopiedText, Format, Later, Readings, Role, bytes
 use super::foreign::refused;
 use super::ledger::Ledger;
 use super::open::{Input, peek};
-use super::reading::of_judged;
+use super::reading::{of_input, of_judged};
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, foreign};
 use crate::finding::{Finding, FindingKind};
@@ -215,7 +215,7 @@ impl BatchReader {
     }
 }
 
-/// The text of a recording, batch by batch: its rows are not judged.
+/// A recording that was opened, with the text of columns that are copied.
 pub(crate) struct TextReader {
     pub format: Format,
     batches: Batches,
@@ -265,15 +265,21 @@ impl TextReader {
         })
     }
 
-    /// Text and lines of the next rows; `None` after the last.
+    /// The recording, and the text and the lines of its rows as they are in the file.
     ///
     /// # Errors
     ///
-    /// Those of reading.
-    pub fn next(&mut self, name: &str) -> Result<Option<(CopiedText, Vec<u32>)>> {
-        let batch = self.batches.next().transpose();
-        let batch = batch.map_err(|e| unreadable(e, &self.start, Path::new(name)))?;
-        Ok(batch.map(|batch| (batch.text, batch.lines)))
+    /// As [`read_samples`](super::read_samples).
+    pub fn collect(self, name: &str) -> Result<(Recording, Vec<(CopiedText, Vec<u32>)>)> {
+        let mut texts = Vec::new();
+        let batches = self.batches.map(|batch| {
+            let mut batch = batch?;
+            texts.push((std::mem::take(&mut batch.text), batch.lines.clone()));
+            Ok(batch)
+        });
+        let judged = new::Recording::collect(&self.format, batches);
+        let judged = judged.map_err(|e| refused(e, &self.start, Path::new(name)))?;
+        Ok((of_input(judged, &self.input, name), texts))
     }
 }
 

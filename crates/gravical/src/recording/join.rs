@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-use super::open::{self, Reopenable};
+use super::open::{self, Source};
 use super::reading::read_gyroscope;
 use super::{ReadOptions, Recording};
 use crate::finding::{Finding, FindingKind, LineSpans};
@@ -50,7 +50,7 @@ const GAP_PERIODS: f64 = 4.5;
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
     let name = path.display().to_string();
-    join_source(recording, &mut Reopenable::of(path), &name, options)
+    join_source(recording, &Source::Path(path), &name, options)
 }
 
 /// As [`join_gyroscope`], from bytes; `name` is used in messages.
@@ -64,12 +64,7 @@ pub fn join_gyroscope_bytes(
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    join_source(
-        recording,
-        &mut Reopenable::Memory(bytes.into()),
-        name,
-        options,
-    )
+    join_source(recording, &Source::Bytes(bytes), name, options)
 }
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
@@ -82,7 +77,7 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
         meter: None,
         ..options.clone()
     };
-    let read = read_gyroscope(&mut Reopenable::of(path), &name, &options);
+    let read = read_gyroscope(&Source::Path(path), &name, &options);
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.column_names;
@@ -114,7 +109,7 @@ fn refuse_second(recording: &Recording) -> Result<()> {
 
 fn join_source(
     recording: &mut Recording,
-    source: &mut Reopenable,
+    source: &Source<'_>,
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
@@ -164,7 +159,7 @@ fn join_source(
 /// size.
 fn read_beside(
     recording: &Recording,
-    source: &mut Reopenable,
+    source: &Source<'_>,
     name: &str,
     options: &ReadOptions,
 ) -> Result<Recording> {

@@ -1,8 +1,8 @@
 //! Opening of files: plain, gzip or standard input.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Read};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -59,124 +59,36 @@ impl Input {
     }
 }
 
-/// Source of a recording that can be opened a second time, since its first rows may not be
-/// representative of the others.
-pub(crate) enum Reopenable {
-    /// A file.
-    File(PathBuf),
+/// Where a recording is read from.
+pub(crate) enum Source<'a> {
+    /// A file, a pipe or, as `-`, standard input.
+    Path(&'a Path),
     /// Bytes in memory.
-    Memory(Arc<[u8]>),
-    /// Standard input, a pipe or a device: its bytes are copied to a temporary file if possible.
-    Spooled(PathBuf, Option<Spool>),
+    Bytes(&'a [u8]),
 }
 
-/// A temporary copy.
-pub(crate) struct Spool {
-    file: File,
-    /// It could not be written completely.
-    broken: Arc<AtomicBool>,
-}
-
-impl Reopenable {
-    /// `-` is standard input.
-    pub fn of(path: &Path) -> Self {
-        // Directories and missing files are refused on opening.
-        let again = path.is_file() || path.is_dir() || !path.exists();
-        if again && path != Path::new("-") {
-            Reopenable::File(path.to_owned())
-        } else {
-            Reopenable::Spooled(path.to_owned(), None)
-        }
-    }
-
-    /// Opens it for the first time.
+impl Source<'_> {
+    /// Opens it.
     ///
     /// # Errors
     ///
     /// As [`open`].
-    pub fn open(&mut self, options: &ReadOptions) -> Result<Input> {
-        let here = Path::new("-");
+    pub fn open(&self, options: &ReadOptions) -> Result<Input> {
         match self {
-            Reopenable::File(path) => open(path, options),
-            Reopenable::Memory(bytes) => {
-                let reader = Box::new(io::Cursor::new(bytes.clone()));
-                from_file(here, reader, Some(bytes.len() as u64), options)
-            }
-            Reopenable::Spooled(path, spool) => {
-                let here: &Path = path;
-                let (mut reader, total) = raw(here)?;
-                // Without the copy it can be read only once.
-                if let Ok(file) = tempfile::tempfile()
-                    && let Ok(copy) = file.try_clone()
-                {
-                    let broken = Arc::new(AtomicBool::new(false));
-                    reader = Box::new(Spooling {
-                        inner: reader,
-                        copy: io::BufWriter::with_capacity(SPOOLED_AT_ONCE, copy),
-                        broken: broken.clone(),
-                    });
-                    *spool = Some(Spool { file, broken });
-                }
-                from_file(here, reader, total, options)
+            Source::Path(path) => open(path, options),
+            Source::Bytes(bytes) => {
+                let reader = Box::new(io::Cursor::new(bytes.to_vec()));
+                from_file(Path::new("-"), reader, Some(bytes.len() as u64), options)
             }
         }
     }
 
-    /// True if it can be opened again, as far as is known while it is read.
+    /// True if it can be opened again: it is no pipe.
     pub fn is_reopenable(&self) -> bool {
         match self {
-            Reopenable::Spooled(_, spool) => spool
-                .as_ref()
-                .is_some_and(|s| !s.broken.load(Ordering::Relaxed)),
-            Reopenable::File(_) | Reopenable::Memory(_) => true,
+            Source::Path(path) => *path != Path::new("-") && path.is_file(),
+            Source::Bytes(_) => true,
         }
-    }
-
-    /// Opens it again after it was read to its end; `None` if that is not possible.
-    ///
-    /// # Errors
-    ///
-    /// As [`open`].
-    pub fn reopen(&mut self, options: &ReadOptions) -> Result<Option<Input>> {
-        let Reopenable::Spooled(path, spool) = self else {
-            return self.open(options).map(Some);
-        };
-        let whole = |s: &&Spool| !s.broken.load(Ordering::Relaxed);
-        let Some(spool) = spool.as_ref().filter(whole) else {
-            return Ok(None);
-        };
-        let here: &Path = path;
-        let file = spool.file.try_clone();
-        let mut file = file.map_err(|e| Error::io(here, e))?;
-        let total = file.metadata().ok().map(|m| m.len());
-        file.seek(SeekFrom::Start(0))
-            .map_err(|e| Error::io(here, e))?;
-        from_file(here, Box::new(file), total, options).map(Some)
-    }
-}
-
-/// Buffer size of the temporary file, bytes.
-const SPOOLED_AT_ONCE: usize = 1 << 16;
-
-/// Copies the bytes to a file as they are read.
-struct Spooling {
-    inner: Box<dyn Read>,
-    copy: io::BufWriter<File>,
-    broken: Arc<AtomicBool>,
-}
-
-impl Read for Spooling {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.inner.read(buffer)?;
-        let kept = match n {
-            0 => self.copy.flush(),
-            n => self.copy.write_all(&buffer[..n]),
-        };
-        // Reading continues if the copy cannot be written.
-        if kept.is_err() {
-            self.broken.store(true, Ordering::Relaxed);
-        }
-        Ok(n)
     }
 }
 
@@ -327,6 +239,7 @@ impl Read for Hashing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write as _;
 
     #[test]
     fn a_decompression_bomb_is_refused() {

@@ -8,7 +8,7 @@ use gravical_recording::{bytes, cwa};
 
 use super::foreign::refused;
 use super::ledger::Ledger;
-use super::open::{HEAD, Input, Reopenable, open, peek};
+use super::open::{HEAD, Input, Source, open, peek};
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, TableColumn, foreign, metadata};
 use crate::finding::{Finding, FindingKind};
@@ -26,7 +26,7 @@ use crate::{Error, Result};
 /// [`Finding`](super::Finding)s of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let name = path.display().to_string();
-    read_from(&mut Reopenable::of(path), &name, options)
+    read_by(&Source::Path(path), &name, options, cwa::read)
 }
 
 /// The same with all samples of a `.cwa` file.
@@ -36,7 +36,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 /// As [`read`]; `too-large` if they take more than a gigabyte.
 pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let name = path.display().to_string();
-    read_samples_from(&mut Reopenable::of(path), &name, options)
+    read_by(&Source::Path(path), &name, options, cwa::read_samples)
 }
 
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
@@ -72,37 +72,15 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
 ///
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
-    read_from(&mut Reopenable::Memory(bytes.into()), name, options)
+    read_by(&Source::Bytes(bytes), name, options, cwa::read)
 }
 
 /// Bytes that tell what a file is that is no recording.
 const HEAD_BYTES: u64 = 65_536;
 
-/// The same of a source that may be read again.
-///
-/// # Errors
-///
-/// As [`read`].
-fn read_from(source: &mut Reopenable, name: &str, options: &ReadOptions) -> Result<Recording> {
-    read_by(source, name, options, cwa::read)
-}
-
-/// The same with all samples.
-///
-/// # Errors
-///
-/// As [`read_samples`].
-pub(crate) fn read_samples_from(
-    source: &mut Reopenable,
-    name: &str,
-    options: &ReadOptions,
-) -> Result<Recording> {
-    read_by(source, name, options, cwa::read_samples)
-}
-
 /// Reads a file of any kind, one of a worn device by `read_device`.
 fn read_by(
-    source: &mut Reopenable,
+    source: &Source<'_>,
     name: &str,
     options: &ReadOptions,
     read_device: fn(Box<dyn Read>, &new::ReadOptions) -> Result<new::Recording, new::Error>,
@@ -127,7 +105,7 @@ fn read_by(
 ///
 /// As [`read`]; `no-gyroscope`.
 pub(super) fn read_gyroscope(
-    source: &mut Reopenable,
+    source: &Source<'_>,
     name: &str,
     options: &ReadOptions,
 ) -> Result<Recording> {
@@ -160,7 +138,7 @@ fn read_text(
 }
 
 /// A judged recording with what is known of its file.
-fn of_input(judged: new::Recording, input: &Input, name: &str) -> Recording {
+pub(super) fn of_input(judged: new::Recording, input: &Input, name: &str) -> Recording {
     let mut recording = of_judged(judged, name);
     if input.is_gzip {
         recording.description.insert_str(0, "gzip, ");
