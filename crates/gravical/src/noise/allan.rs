@@ -24,7 +24,9 @@ const LONGEST: usize = 1
     });
 
 /// Averaging times that are computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Spacing {
     /// 1, 2, 4, 8 … samples. The default.
     #[default]

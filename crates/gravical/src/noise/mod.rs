@@ -96,27 +96,48 @@ const LEAST_OF_RESOLUTION: f64 = 0.34;
 const MOST_FILLED_SHARE: f64 = 0.05;
 
 /// Options of [`noise`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct NoiseOptions {
-    /// Averaging times. Default: octaves.
+    /// octave, dense or decade
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "SPACING",
+            default_value = "octave",
+            hide_possible_values = true
+        )
+    )]
     pub spacing: Spacing,
-    /// Every second difference, in memory that grows with the recording. Default false: of long
-    /// averaging times every (m/64)th.
+    /// Every sample, for long times too; needs more memory
+    #[cfg_attr(feature = "clap", arg(long))]
     pub full: bool,
-    /// Terms of the model. Default N, B and K.
-    pub terms: Vec<Term>,
-    /// The part whose data sheet N is compared with.
+    /// q (quantisation), r (rate ramp); repeatable
+    #[serde(rename = "term")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "term", value_name = "TERM", hide_possible_values = true)
+    )]
+    pub further_terms: Vec<Term>,
+    /// Compare with MPU6050, MPU9250 or ICM42688P
+    #[serde(deserialize_with = "parts::optional")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", value_parser = parts::part))]
     pub part: Option<&'static Part>,
 }
 
-impl Default for NoiseOptions {
-    fn default() -> Self {
-        NoiseOptions {
-            spacing: Spacing::Octave,
-            full: false,
-            terms: vec![Term::N, Term::B, Term::K],
-            part: None,
-        }
+impl NoiseOptions {
+    /// Terms of the model: N, B and K, and the further ones.
+    fn terms(&self) -> Vec<Term> {
+        let mut terms = vec![Term::N, Term::B, Term::K];
+        terms.extend(
+            Term::ALL
+                .into_iter()
+                .skip(3)
+                .filter(|t| self.further_terms.contains(t)),
+        );
+        terms
     }
 }
 
@@ -524,7 +545,7 @@ fn channel_noise(
         period_s,
         pairs,
     };
-    let fitted = fit(&points, &options.terms);
+    let fitted = fit(&points, &options.terms());
     let model = fitted.as_ref().map_or(
         // White noise: the distribution of the points has to be that of some noise.
         Model {
@@ -565,7 +586,7 @@ fn channel_noise(
         channel.density = density_check(&density, fit, per_si2);
         channel.temperature = temperature_drift(&trend, per_si, &channel);
     } else {
-        words::nothing_fitted(&mut channel, &options.terms, &variance);
+        words::nothing_fitted(&mut channel, &options.terms(), &variance);
     }
     channel.data_sheet = data_sheet(&channel, options.part);
     channel

@@ -20,13 +20,21 @@ use nalgebra::DMatrix;
 use super::allan::Lengths;
 
 /// A term of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Term {
     /// White noise, N.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", value(skip))]
     N,
     /// Bias instability (flicker noise), B.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", value(skip))]
     B,
     /// Random walk, K.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", value(skip))]
     K,
     /// Quantisation, Q.
     Q,

@@ -17,6 +17,7 @@ fn virtual_soak(seed: u64, soak: SoakOptions, drift_mg_per_c: f64) -> (Vec<Recor
     let mut options = SimulateOptions::new(Scenario::Static(StaticOptions {
         duration_s: 600.0,
         soak: Some(soak),
+        gyro_drift_deg_s_per_c: 0.01,
     }));
     options.seed = seed;
     options.rate_hz = 100.0;
@@ -68,11 +69,7 @@ fn verdicts(model: &TemperatureModel) -> String {
 #[test]
 fn simulated_drift_is_found() {
     for seed in 1..=4 {
-        let soak = SoakOptions {
-            gyro_drift_deg_s_per_c: 0.01,
-            ..SoakOptions::default()
-        };
-        let (recordings, simulation) = virtual_soak(seed, soak, 0.5);
+        let (recordings, simulation) = virtual_soak(seed, SoakOptions::default(), 0.5);
         let model = study(&recordings).unwrap();
         assert_eq!(verdicts(&model), "ax ay az gx gy gz");
         let truth = &simulation.truth;
