@@ -38,7 +38,7 @@ struct Cli {
 enum Verb {
     Inspect(cmd::inspect::Args),
     Calibrate(Box<cmd::calibrate::Args>),
-    Apply(cmd::apply::Args),
+    Apply(Box<cmd::apply::Args>),
     Denoise(Box<cmd::denoise::Args>),
     Convert(Box<cmd::convert::Args>),
     Motion(Box<cmd::motion::Args>),
