@@ -36,11 +36,11 @@ pub struct Args {
     /// Recording, - for stdin; several need -o DIR
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub output: TableArgs,
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    #[command(flatten)]
-    pub output: TableArgs,
     #[command(flatten)]
     options: ApplyOptions,
     /// Print all findings

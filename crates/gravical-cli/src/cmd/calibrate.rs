@@ -39,6 +39,8 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
+    #[command(flatten)]
+    figures: FigureArgs,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
@@ -48,8 +50,6 @@ pub struct Args {
     /// Print errors only
     #[arg(short, long)]
     quiet: bool,
-    #[command(flatten)]
-    figures: FigureArgs,
     #[command(flatten)]
     each: EachArgs,
     #[command(flatten)]

@@ -36,11 +36,11 @@ pub struct Args {
     /// Files, a folder, or - for stdin; with --each, sessions
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    #[command(flatten)]
-    report: ReportArgs,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,

@@ -23,12 +23,12 @@ pub struct Args {
     /// Calibration file, of gravical or imucal
     #[arg(value_name = "CAL")]
     calibration: Option<PathBuf>,
-    /// Target; list explains each in a line
-    #[arg(long, value_parser = parse_target(), value_name = "TARGET", hide_possible_values = true)]
-    to: String,
     /// File to write [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Target; list explains each in a line
+    #[arg(long, value_parser = parse_target(), value_name = "TARGET", hide_possible_values = true)]
+    to: String,
     #[command(flatten)]
     options: ExportOptions,
     /// Overwrite an existing file

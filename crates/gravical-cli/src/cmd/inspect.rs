@@ -24,11 +24,11 @@ pub struct Args {
     /// Recordings, or folders of them; - for stdin
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    #[command(flatten)]
-    report: ReportArgs,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,

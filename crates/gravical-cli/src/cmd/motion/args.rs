@@ -27,6 +27,13 @@ pub struct Args {
     /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "RECORDING")]
     pub input: PathBuf,
+    /// Table (CSV); - is stdout [default: if no terminal]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub report: ReportArgs,
+    #[command(flatten)]
+    pub figures: FigureArgs,
     /// File of `gravical calibrate` or imucal, or a folder
     #[arg(short, long, value_name = "CAL")]
     pub calibration: Option<PathBuf>,
@@ -36,11 +43,6 @@ pub struct Args {
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     pub gyro: Option<PathBuf>,
-    /// Table (CSV); - is stdout [default: if no terminal]
-    #[arg(short, long, value_name = "FILE")]
-    pub output: Option<PathBuf>,
-    #[command(flatten)]
-    pub report: ReportArgs,
     /// Overwrite existing files
     #[arg(long)]
     pub force: bool,
@@ -50,8 +52,6 @@ pub struct Args {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    #[command(flatten)]
-    pub figures: FigureArgs,
     #[command(flatten)]
     pub method: MotionOptions,
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! Arguments of `gravical simulate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use gravical::Result;
 use gravical::simulate::{
@@ -31,6 +31,9 @@ enum Command {
 /// Options of a scenario, and of all.
 #[derive(Debug, clap::Args)]
 struct With<O: clap::Args> {
+    /// Folder to write to, created if missing
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
     #[command(flatten)]
     own: O,
     #[command(flatten)]
@@ -39,9 +42,6 @@ struct With<O: clap::Args> {
 
 #[derive(Debug, clap::Args)]
 pub struct Shared {
-    /// Folder to write to, created if missing
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
     /// Overwrite existing files
     #[arg(long)]
     pub force: bool,
@@ -58,31 +58,31 @@ pub struct Shared {
 }
 
 impl Args {
-    fn parts(&self) -> (Scenario, &Shared) {
+    fn parts(&self) -> (Scenario, &Path, &Shared) {
         match &self.scenario {
-            Command::SixPosition(c) => (Scenario::SixPosition(c.own), &c.shared),
-            Command::Poses(c) => (Scenario::Poses(c.own), &c.shared),
-            Command::Static(c) => (Scenario::Static(c.own), &c.shared),
-            Command::Line(c) => (Scenario::Line(c.own), &c.shared),
+            Command::SixPosition(c) => (Scenario::SixPosition(c.own), &c.output, &c.shared),
+            Command::Poses(c) => (Scenario::Poses(c.own), &c.output, &c.shared),
+            Command::Static(c) => (Scenario::Static(c.own), &c.output, &c.shared),
+            Command::Line(c) => (Scenario::Line(c.own), &c.output, &c.shared),
         }
     }
 
     /// Whether the truth and errors are printed as JSON.
     pub fn json(&self) -> bool {
-        self.parts().1.json
+        self.parts().2.json
     }
 
-    /// Options of the library, and those of the command itself.
+    /// Options of the library, the folder, and the options of the command itself.
     ///
     /// # Errors
     ///
     /// `simulate-option` (usage).
-    pub fn options(&self) -> Result<(SimulateOptions, &Shared)> {
-        let (scenario, shared) = self.parts();
+    pub fn options(&self) -> Result<(SimulateOptions, &Path, &Shared)> {
+        let (scenario, output, shared) = self.parts();
         let options = SimulateOptions {
             scenario,
             ..shared.options.clone()
         };
-        Ok((shared.changes.of(options)?, shared))
+        Ok((shared.changes.of(options)?, output, shared))
     }
 }
