@@ -79,8 +79,7 @@ def motion(
     source, extra = native_source(recording)
     native, name = (None, "") if calibration is None else calibration_of(calibration)
     given = keywords({**extra, **options})
-    done: Result = Result._of(_gravical.motion(source, native, name, noise_of(noise), given))
-    return done
+    return Result._of(_gravical.motion(source, native, name, noise_of(noise), given))
 
 
 class States(NamedTuple):
@@ -203,5 +202,4 @@ class Motion:
     @property
     def findings(self) -> list[Record]:
         """What is odd about the first recording."""
-        found: list[Record] = parsed(self._native.findings_json())
-        return found
+        return list(parsed(self._native.findings_json()))

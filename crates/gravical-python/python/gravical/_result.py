@@ -8,13 +8,16 @@ import warnings
 from base64 import b64encode
 from collections.abc import Mapping
 from html import escape
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from . import _gravical, _tables
 from ._errors import UsageError
 from ._keywords import Floats, Path, is_path, keywords
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Record(dict[str, Any]):
@@ -96,7 +99,7 @@ class Result(Record):
         )
 
     @classmethod
-    def _of(cls, native: _gravical.Outcome, **others: Any) -> Any:
+    def _of(cls, native: _gravical.Outcome, **others: Any) -> Self:
         # What the program shows with an option is shown by a method here.
         summary = native.document("summary").rstrip().replace("(--verbose)", "(report())")
         return cls(parsed(native.json()), native, summary, **others)
@@ -239,12 +242,12 @@ class Calibration(Result):
         InputError
             ``calibration-syntax`` and others: it holds no calibration.
         """
-        return cls._of(_gravical.read_calibration(path, None))  # type: ignore[no-any-return]
+        return cls._of(_gravical.read_calibration(path, None))
 
     @classmethod
     def from_json(cls, text: str) -> Calibration:
         """The calibration in the text of a file, of gravical or of imucal."""
-        return cls._of(_gravical.read_calibration(None, text))  # type: ignore[no-any-return]
+        return cls._of(_gravical.read_calibration(None, text))
 
     def apply(self, accel: Any) -> Floats:
         """Calibrated specific force, m/s², of raw readings in the unit of the calibration.

@@ -35,8 +35,7 @@ def inspect(recording: Any, **options: Any) -> Result:
     >>> len(gravical.inspect(line).static_intervals)
     2
     """
-    found: Result = Result._of(_gravical.inspect(*_with_source(recording, options)))
-    return found
+    return Result._of(_gravical.inspect(*_with_source(recording, options)))
 
 
 def calibrate(session: Any, *, noise: Result | Path | None = None, **options: Any) -> Calibration:
@@ -102,8 +101,7 @@ def calibrate(session: Any, *, noise: Result | Path | None = None, **options: An
     ('good', 3)
     """
     sources, given = session_of(session, options)
-    done: Calibration = Calibration._of(_gravical.calibrate(sources, noise_of(noise), given))
-    return done
+    return Calibration._of(_gravical.calibrate(sources, noise_of(noise), given))
 
 
 def apply(
@@ -151,8 +149,7 @@ def apply(
     """
     native, _ = calibration_of(calibration)
     source, given = _with_source(recording, options)
-    done: Result = Result._of(_gravical.apply(native, source, output, force, given))
-    return done
+    return Result._of(_gravical.apply(native, source, output, force, given))
 
 
 def denoise(
@@ -192,8 +189,7 @@ def denoise(
     source, given = _with_source(recording, {"filter": filter, **options})
     filtered, outcome = _gravical.denoise(source, output, force, given)
     rows = None if filtered is None else Recording(filtered)
-    done: Result = Result._of(outcome, recording=rows)
-    return done
+    return Result._of(outcome, recording=rows)
 
 
 def noise(recording: Any, **options: Any) -> Result:
@@ -226,8 +222,7 @@ def noise(recording: Any, **options: Any) -> Result:
     >>> n.low < n.value < n.high
     True
     """
-    done: Result = Result._of(_gravical.noise(*_with_source(recording, options)))
-    return done
+    return Result._of(_gravical.noise(*_with_source(recording, options)))
 
 
 def check(calibration: Any, session: Any, **options: Any) -> Result:
@@ -254,8 +249,7 @@ def check(calibration: Any, session: Any, **options: Any) -> Result:
         ``verdict.judgement`` is ``"fits"``, ``"does-not-fit"`` or ``"undecided"``.
     """
     native, name = calibration_of(calibration)
-    done: Result = Result._of(_gravical.check(native, name, *session_of(session, options)))
-    return done
+    return Result._of(_gravical.check(native, name, *session_of(session, options)))
 
 
 def compare(first: Any, second: Any) -> Result:
@@ -274,8 +268,7 @@ def compare(first: Any, second: Any) -> Result:
     (a, name_a), (b, name_b) = calibration_of(first), calibration_of(second)
     if name_a == name_b:
         name_a, name_b = f"first {name_a}", f"second {name_b}"
-    done: Result = Result._of(_gravical.compare(a, b, [name_a, name_b]))
-    return done
+    return Result._of(_gravical.compare(a, b, [name_a, name_b]))
 
 
 def simulate(
