@@ -33,7 +33,9 @@ RATE = 100.0
 # Not the same work: what gravical computes beyond the other.
 MORE = {
     "calibrate, method Ferraris": "finds the poses; uncertainty, tests, verdict",
-    "allan, all it says": "intervals; N, B and K with theirs; check by the density",
+    "noise, Allan deviation": "rests; intervals; N, B and K with theirs; check by the density",
+    "Butterworth, zero phase": "gaps, uneven stamps; noise before and after",
+    "Savitzky–Golay": "gaps, uneven stamps; noise before and after",
 }
 REPEATS = 3
 
@@ -151,30 +153,25 @@ def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[..., Any
         return lambda: cal.apply_gyro(data["gyro"], cal.apply(data["accel"]))
 
     def imucal_apply() -> Any:
-        cal = calibration().to_imucal()
+        import imucal
+
+        cal = imucal.CalibrationInfo.from_json(calibration().export("imucal"))
         return lambda: cal.calibrate(data["accel"], data["gyro"], "m/s^2", "rad/s")
 
     def ours_filter(spec: str) -> Callable[[], Any]:
         def begun() -> Any:
             import gravical
 
-            return lambda: (
-                gravical.filtered(data["accel"], spec, rate=RATE),
-                gravical.filtered(data["gyro"], spec, rate=RATE),
-            )
+            own = recording()
+            return lambda: gravical.denoise(own, spec)
 
         return begun
 
-    def ours_allan(name: str) -> Callable[[], Any]:
-        def begun() -> Any:
-            import gravical
+    def ours_noise() -> Any:
+        import gravical
 
-            lying = still()
-            channels = [np.ascontiguousarray(c) for c in (*lying["accel"].T, *lying["gyro"].T)]
-            of_channel = getattr(gravical, name)
-            return lambda: [of_channel(c, rate=RATE) for c in channels]
-
-        return begun
+        lying = recording(still())
+        return lambda: gravical.noise(lying)
 
     def scipy_butter() -> Any:
         from scipy.signal import butter, sosfiltfilt
@@ -230,8 +227,7 @@ def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[..., Any
         ("apply to both sensors", "imucal", size, ours_apply, imucal_apply),
         ("Butterworth, zero phase", "scipy sosfiltfilt", size, ours_filter("butter:4,5Hz"), scipy_butter),
         ("Savitzky–Golay", "scipy savgol_filter", size, ours_filter("savgol:11,2"), scipy_savgol),
-        ("Allan deviation", "allantools oadev", half, ours_allan("allan_deviation"), allantools_noise),
-        ("allan, all it says", "allantools oadev", half, ours_allan("allan"), allantools_noise),
+        ("noise, Allan deviation", "allantools oadev", half, ours_noise, allantools_noise),
         ("position with error bands", "gaitmap RtsKalman", size, ours_motion, gaitmap_motion),
     ]
 

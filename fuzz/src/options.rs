@@ -55,7 +55,7 @@ pub(crate) fn pushed() -> &'static Motion {
 
 fn plain() -> MotionOptions {
     MotionOptions {
-        bands: false,
+        no_bands: true,
         ..MotionOptions::default()
     }
 }
@@ -133,7 +133,7 @@ pub fn intervals(data: &[u8]) {
         assert!(start.is_finite() && start < end, "{intervals:?}");
     }
     let options = MotionOptions {
-        rests_s: Some(intervals.0.clone()),
+        rests: Some(intervals.clone()),
         ..plain()
     };
     let Ok(motion) = motion(push(), None, &options) else {

@@ -38,7 +38,7 @@ pub fn reference(data: &[u8]) {
     };
     let own = |r: &Recording| read_reference(file.path(), r, file.path());
     let without = MotionOptions {
-        bands: false,
+        no_bands: true,
         ..MotionOptions::default()
     };
     if let (Ok(reference), Ok(motion)) = (own(&recording), motion(&recording, None, &without)) {

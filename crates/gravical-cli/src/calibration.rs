@@ -15,12 +15,11 @@ use crate::text;
 
 /// The recording, for a folder of calibrations.
 #[derive(Debug, Default, clap::Args)]
-#[command(next_help_heading = "Calibration from a folder")]
 pub struct OriginArgs {
-    /// Sensor of the recording [default: the serial number in it]
+    /// In a folder: the sensor [default: as recorded]
     #[arg(long, hide_short_help = true, value_name = "TEXT")]
     sensor_id: Option<String>,
-    /// When the recording was made (UTC); a day stands for its end [default: by its time stamps]
+    /// In a folder: for this date [default: as recorded]
     #[arg(long, hide_short_help = true, value_name = "DATE", value_parser = end_of_day)]
     recorded: Option<UtcTime>,
 }

@@ -25,19 +25,19 @@ use crate::{crash, progress, text};
 #[derive(Debug, Default, clap::Args)]
 #[command(next_help_heading = "Many sessions")]
 pub struct EachArgs {
-    /// Take each path as a session of its own; of a folder, each of its entries
+    /// Take each path, or entry of a folder, as a session
     #[arg(long)]
     pub each: bool,
-    /// Table to write (CSV), one row for each session
+    /// Table (CSV), one row for each session
     #[arg(long, hide_short_help = true, value_name = "FILE")]
     pub summary: Option<PathBuf>,
     /// Skip sessions whose result is newer than the session
     #[arg(long, hide_short_help = true)]
     pub resume: bool,
-    /// Take every N-th session, from the I-th: 1/8 to 8/8 are eight runs over all
+    /// Every N-th session from the I-th: 1/8 to 8/8
     #[arg(long, hide_short_help = true, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Number of sessions at a time [default: one for each core]
+    /// Sessions at a time [default: one for each core]
     #[arg(
         long,
         hide_short_help = true,

@@ -10,9 +10,8 @@ use gravical_report::figure::{Figure, check_figures, write_figures};
 use crate::text;
 
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Figures")]
 pub struct FigureArgs {
-    /// Write each figure to this folder as SVG
+    /// Folder for each figure as SVG
     #[arg(long, hide_short_help = true, value_name = "DIR")]
     pub figures: Option<PathBuf>,
 }

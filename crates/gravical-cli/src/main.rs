@@ -27,8 +27,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
     after_help = "New here? Run `gravical demo`: it calibrates a simulated sensor and writes two reports.
 
 Exit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 the result failed a quality check, 5 board or port, 130 interrupted.",
-    arg_required_else_help = true,
-    propagate_version = true
+    arg_required_else_help = true
 )]
 struct Cli {
     #[command(subcommand)]
@@ -39,7 +38,7 @@ struct Cli {
 enum Verb {
     Inspect(cmd::inspect::Args),
     Calibrate(Box<cmd::calibrate::Args>),
-    Apply(cmd::apply::Args),
+    Apply(Box<cmd::apply::Args>),
     Denoise(Box<cmd::denoise::Args>),
     Convert(Box<cmd::convert::Args>),
     Motion(Box<cmd::motion::Args>),
@@ -69,7 +68,10 @@ const GROUPS: [(&str, &[&str]); 4] = [
 
 /// The program with its verbs in groups.
 fn program() -> clap::Command {
-    let command = Cli::command();
+    let command = match std::env::args_os().any(|word| word == "--help") {
+        true => Cli::command().mut_subcommands(with_every_option),
+        false => Cli::command().mut_subcommands(with_common_options),
+    };
     let mut groups = String::new();
     for (title, verbs) in GROUPS {
         groups += &format!("{title}:\n");
@@ -86,6 +88,22 @@ fn program() -> clap::Command {
     command.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}Options:\n{{options}}{{after-help}}"
     ))
+}
+
+/// `--help`: every option, each in a line where it fits.
+fn with_every_option(verb: clap::Command) -> clap::Command {
+    verb.mut_args(|arg| arg.hide_short_help(false).long_help(None::<&str>))
+        .mut_subcommands(with_every_option)
+        .long_about(None::<&str>)
+}
+
+/// `-h`: without the options that few need.
+fn with_common_options(verb: clap::Command) -> clap::Command {
+    let hides = verb.get_arguments().any(|arg| arg.is_hide_short_help_set());
+    match (hides, verb.get_after_help().map(ToString::to_string)) {
+        (true, Some(text)) => verb.after_help(format!("{text}\nMore options: --help")),
+        _ => verb,
+    }
 }
 
 fn main() -> ExitCode {

@@ -19,7 +19,7 @@ use crate::text;
 
 #[derive(Debug, Default, clap::Args)]
 pub struct ReportArgs {
-    /// Report to write: a page with figures (.html), or Markdown with a folder of figures (.md)
+    /// Page with figures (.html) or Markdown (.md)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Print all tables, notes and findings

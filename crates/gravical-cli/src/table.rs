@@ -15,7 +15,7 @@ use crate::text;
 
 #[derive(Debug, clap::Args)]
 pub struct TableArgs {
-    /// File to write; - writes to stdout [default: stdout if it is not a terminal]
+    /// File; - is stdout [default: stdout if no terminal]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Overwrite existing files

@@ -16,8 +16,8 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     let place = error.location();
     let arguments = (
         category,
+        error.worded(|option| format!("{option}=")),
         error.code(),
-        in_keywords(error),
         error.hint(),
         place.map(|p| p.path.display().to_string()),
         place.and_then(|p| p.line),
@@ -30,18 +30,6 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     match made {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
-    }
-}
-
-/// The whole text with the keyword argument in place of the field of the library.
-fn in_keywords(error: &Error) -> String {
-    let text = error.to_string();
-    match (error.option(), error.flag()) {
-        (Some(option), Some(flag)) => {
-            let keyword = flag.trim_start_matches('-').replace('-', "_");
-            text.replacen(&format!("{option}: "), &format!("{keyword}=: "), 1)
-        }
-        _ => text,
     }
 }
 

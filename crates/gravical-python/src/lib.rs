@@ -1,11 +1,9 @@
-//! The native part of the Python package `gravical`: arguments in, arrays and JSON out. What a
+//! The native part of the Python package `gravical`: keywords in, arrays and JSON out. What a
 //! Python user reads, signatures, docstrings and results, is Python, in `python/gravical`.
 
-mod arrays;
-mod calibration;
 mod error;
+mod keywords;
 mod motion;
-mod options;
 mod outcome;
 mod recording;
 mod task;
@@ -17,20 +15,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _gravical {
     #[pymodule_export]
-    use crate::arrays::{allan_deviation, filter_channels, noise_of_channel};
-    #[pymodule_export]
-    use crate::calibration::{Calibration, calibrate_paths, calibrate_recordings, export_targets};
-    #[pymodule_export]
     use crate::motion::{Stepper, motion};
     #[pymodule_export]
-    use crate::outcome::Outcome;
+    use crate::outcome::{Outcome, export_targets, read_calibration};
     #[pymodule_export]
-    use crate::recording::{Recording, read, read_bytes, write_text};
+    use crate::recording::{Recording, read, write_text};
     #[pymodule_export]
-    use crate::verbs::{
-        apply_file, apply_recording, check_paths, check_recordings, compare, denoise_file,
-        denoise_recording, inspect_path, inspect_recording, noise_path, noise_recording, simulate,
-    };
+    use crate::verbs::{apply, calibrate, check, compare, denoise, inspect, noise, simulate};
 
     use pyo3::prelude::*;
 

@@ -3,38 +3,59 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::Result;
+use gravical::calibration_file::InputFile;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{self as library, Calibrated, MotionSample, MotionStepper, Readings};
+use gravical::motion::{
+    self as library, Calibrated, MotionOptions, MotionSample, MotionStepper, Readings,
+};
+use gravical::recording::Meter;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use serde::Deserialize;
 
-use crate::calibration::{Calibration, noise_of};
-use crate::options::Options;
-use crate::outcome::{Kind, Outcome};
-use crate::recording::{Recording, json};
+use crate::keywords::Keywords;
+use crate::outcome::{Kind, Noise, Outcome};
+use crate::recording::{Source, json};
 use crate::task;
+
+/// A reference that the result is compared with.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Truth {
+    truth: Option<PathBuf>,
+}
+
+fn options(keywords: &mut Keywords) -> Result<MotionOptions> {
+    let gravity = keywords.gravity()?;
+    let options = MotionOptions {
+        gravity,
+        ..keywords.take()?
+    };
+    options.validate()?;
+    Ok(options)
+}
 
 /// Velocity and position of a recording.
 #[pyfunction]
 pub fn motion(
     py: Python<'_>,
-    recording: &Bound<'_, Recording>,
-    calibration: Option<&Bound<'_, Calibration>>,
+    source: Source<'_>,
+    calibration: Option<&Bound<'_, Outcome>>,
     name: String,
-    noise: Option<Bound<'_, PyAny>>,
-    options: Options<'_>,
+    noise: Option<Noise<'_>>,
+    keywords: Keywords,
 ) -> PyResult<Outcome> {
-    let mut wanted = options.motion()?;
-    let truth = options.path("truth")?;
-    let noise = noise_of(py, noise.as_ref())?;
+    let meter = Meter::default();
+    let (rows, (mut wanted, truth)) = source.open(py, keywords, &meter, |k| {
+        Ok((options(k)?, k.take::<Truth>()?.truth))
+    })?;
+    let noise = noise.map(|noise| noise.read(py)).transpose()?;
     wanted.noise = noise.as_ref().map(|(result, _)| result.section());
-    let (_, meter) = options.read(false)?;
     wanted.meter = Some(meter.clone());
-    let rows = recording.get().shared.clone();
-    let file: Option<Arc<CalibrationFile>> = calibration.map(|c| c.get().file.clone());
+    let file = calibration.map(|c| c.get().file()).transpose()?;
     task::run(py, &meter, move || {
         let calibrated = file.as_deref().map(|file| Calibrated { file, name: &name });
         let mut motion = library::motion(&rows, calibrated, &wanted)?;
@@ -54,6 +75,9 @@ pub fn motion(
 #[pyclass(frozen, module = "gravical._gravical")]
 pub struct Stepper {
     stepper: Mutex<MotionStepper>,
+    /// The first recording has time stamps.
+    #[pyo3(get)]
+    timed: bool,
 }
 
 /// What is known after each sample, whether it rests, and whether it was taken.
@@ -87,21 +111,22 @@ impl Stepper {
     #[new]
     fn new(
         py: Python<'_>,
-        first: &Bound<'_, Recording>,
-        calibration: Option<&Bound<'_, Calibration>>,
+        first: Source<'_>,
+        calibration: Option<&Bound<'_, Outcome>>,
         name: String,
-        options: Options<'_>,
+        keywords: Keywords,
     ) -> PyResult<Self> {
-        let wanted = options.motion()?;
-        let (_, meter) = options.read(false)?;
-        let rows = first.get().shared.clone();
-        let file = calibration.map(|c| c.get().file.clone());
+        let meter = Meter::default();
+        let (rows, wanted) = first.open(py, keywords, &meter, options)?;
+        let file = calibration.map(|c| c.get().file()).transpose()?;
+        let timed = rows.time_s.is_some();
         let stepper = task::run(py, &meter, move || {
             let calibrated = file.as_deref().map(|file| Calibrated { file, name: &name });
             MotionStepper::new(&rows, calibrated, &wanted)
         })?;
         Ok(Stepper {
             stepper: Mutex::new(stepper),
+            timed,
         })
     }
 

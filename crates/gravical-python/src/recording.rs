@@ -1,19 +1,20 @@
 //! Recordings, and arrays that share their memory.
 
-use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use gravical::Result;
 use gravical::output;
-use gravical::recording::{self, TableColumn, join_gyroscope};
+use gravical::recording::{self, Meter, ReadOptions, TableColumn, join_gyroscope};
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use serde::Deserialize;
 
 use crate::error::OrRaise;
-use crate::options::Options;
+use crate::keywords::Keywords;
 use crate::task;
 
 /// A recording in columns; its arrays are views of them.
@@ -23,11 +24,10 @@ pub struct Recording {
     pub shared: Arc<recording::Recording>,
 }
 
-impl From<recording::Recording> for Recording {
-    fn from(recording: recording::Recording) -> Self {
-        Recording {
-            shared: Arc::new(recording),
-        }
+impl Recording {
+    /// Of rows that are shared.
+    pub fn of(shared: Arc<recording::Recording>) -> Self {
+        Recording { shared }
     }
 }
 
@@ -69,43 +69,114 @@ pub fn json(value: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(value).map_err(|e| PyRuntimeError::new_err(e.to_string()))
 }
 
+/// A recording, or what it is made of.
+#[derive(FromPyObject)]
+pub enum Source<'py> {
+    /// In memory.
+    Recording(Bound<'py, Recording>),
+    /// Name, and the content of a file.
+    Bytes(String, Vec<u8>),
+    /// Name, names of columns, and columns: arrays of float64 without gaps, or lists of texts.
+    Table(String, Vec<String>, Vec<Bound<'py, PyAny>>),
+    /// A file under the name of its pose.
+    Named(String, PathBuf),
+    /// A file.
+    Path(PathBuf),
+}
+
+/// The gyroscope of a recording in a second file.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct GyroFile {
+    gyro: Option<PathBuf>,
+}
+
+impl<'py> Source<'py> {
+    /// The rows: read by the keywords of reading, which a recording in memory does not take.
+    /// `own`: the other options of the call.
+    pub fn open<T>(
+        self,
+        py: Python<'py>,
+        keywords: Keywords,
+        meter: &Meter,
+        own: impl FnOnce(&mut Keywords) -> Result<T>,
+    ) -> PyResult<(Arc<recording::Recording>, T)> {
+        if let Source::Recording(recording) = self {
+            let own = keywords.read(py, own)?;
+            return Ok((recording.get().shared.clone(), own));
+        }
+        let of_file = matches!(self, Source::Path(_) | Source::Named(..));
+        let (read, gyro, own) = keywords.read(py, |k| {
+            let gyro = if of_file {
+                k.take::<GyroFile>()?.gyro
+            } else {
+                None
+            };
+            Ok((k.reading(meter)?, gyro, own(k)?))
+        })?;
+        Ok((self.read(py, read, gyro, meter)?, own))
+    }
+
+    /// The rows, read by options that are known.
+    pub fn read(
+        self,
+        py: Python<'py>,
+        read: ReadOptions,
+        gyro: Option<PathBuf>,
+        meter: &Meter,
+    ) -> PyResult<Arc<recording::Recording>> {
+        let rows = match self {
+            Source::Recording(recording) => return Ok(recording.get().shared.clone()),
+            Source::Bytes(name, bytes) => task::run(py, meter, move || {
+                recording::read_bytes(&bytes, &name, &read)
+            })?,
+            Source::Table(name, names, columns) => {
+                let held = held(&columns)?;
+                let columns = table(&held)?;
+                let made =
+                    py.detach(|| recording::Recording::from_table(&name, &names, &columns, &read));
+                made.or_raise(py)?
+            }
+            Source::Named(name, path) => {
+                let rows = task::run(py, meter, move || read_file(&path, gyro.as_deref(), &read))?;
+                renamed(rows, name)
+            }
+            Source::Path(path) => {
+                task::run(py, meter, move || read_file(&path, gyro.as_deref(), &read))?
+            }
+        };
+        Ok(Arc::new(rows))
+    }
+}
+
+fn renamed(mut rows: recording::Recording, name: String) -> recording::Recording {
+    for finding in &mut rows.findings {
+        finding.file = Some(name.clone());
+    }
+    rows.name = name;
+    rows
+}
+
+/// A file, with the gyroscope of a second one.
+pub fn read_file(
+    path: &Path,
+    gyro: Option<&Path>,
+    read: &ReadOptions,
+) -> Result<recording::Recording> {
+    let Some(gyro) = gyro else {
+        return recording::read(path, read);
+    };
+    let mut recording = recording::read(path, &read.beside_gyroscope_file())?;
+    join_gyroscope(&mut recording, gyro, read)?;
+    Ok(recording)
+}
+
 #[pymethods]
 impl Recording {
-    /// A table of named columns: arrays of float64 without gaps, or lists of texts.
-    #[staticmethod]
-    fn from_table(
-        py: Python<'_>,
-        name: &str,
-        names: Vec<String>,
-        columns: Vec<Bound<'_, PyAny>>,
-        options: Options<'_>,
-    ) -> PyResult<Self> {
-        let (read, _) = options.read(false)?;
-        let held = held(&columns)?;
-        let columns = table(&held)?;
-        let made = py.detach(|| recording::Recording::from_table(name, &names, &columns, &read));
-        Ok(made.or_raise(py)?.into())
-    }
-
-    /// The channels of such a table, each with its column from 0.
-    #[staticmethod]
-    fn table_fields(
-        py: Python<'_>,
-        name: &str,
-        names: Vec<String>,
-        columns: Vec<Bound<'_, PyAny>>,
-        options: Options<'_>,
-    ) -> PyResult<HashMap<&'static str, usize>> {
-        let (read, _) = options.read(false)?;
-        let held = held(&columns)?;
-        let fields = recording::Recording::table_fields(name, &names, &table(&held)?, &read);
-        Ok(fields.or_raise(py)?.into_iter().collect())
-    }
-
     #[staticmethod]
     fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
         let made = rmp_serde::from_slice::<recording::Recording>(bytes);
-        made.map(Into::into)
+        made.map(|rows| Self::of(Arc::new(rows)))
             .map_err(|e| PyRuntimeError::new_err(format!("not a pickled recording: {e}")))
     }
 
@@ -117,66 +188,25 @@ impl Recording {
 
     /// The same columns under another name.
     fn named(&self, name: String) -> Self {
-        let mut other = (*self.shared).clone();
-        for finding in &mut other.findings {
-            finding.file = Some(name.clone());
-        }
-        other.name = name;
-        other.into()
+        Self::of(Arc::new(renamed((*self.shared).clone(), name)))
     }
 
-    #[getter]
-    fn name(&self) -> &str {
-        &self.shared.name
-    }
-
-    #[getter]
-    fn description(&self) -> &str {
-        &self.shared.description
-    }
-
-    #[getter]
-    fn rows(&self) -> usize {
-        self.shared.rows()
-    }
-
-    #[getter]
-    fn column_names(&self) -> Vec<String> {
-        self.shared.column_names.clone()
-    }
-
-    #[getter]
-    fn accel_unit(&self) -> &'static str {
-        self.shared.accel_scale.unit.name()
-    }
-
-    #[getter]
-    fn gyro_unit(&self) -> Option<&'static str> {
-        self.shared.gyro_scale.map(|scale| scale.unit.name())
-    }
-
-    #[getter]
-    fn zero_offset(&self) -> f64 {
-        self.shared.zero_offset
-    }
-
-    #[getter]
-    fn breaks(&self) -> Vec<usize> {
-        self.shared.breaks.clone()
-    }
-
-    #[getter]
-    fn rate_hz(&self) -> Option<f64> {
-        self.shared.timing.rate_hz()
-    }
-
-    #[getter]
-    fn recorded(&self) -> Option<String> {
-        self.shared.recorded_at().map(|time| time.to_string())
-    }
-
-    fn findings_json(&self) -> PyResult<String> {
-        json(&self.shared.findings)
+    /// What is known of it, as JSON.
+    fn facts(&self) -> PyResult<String> {
+        let r = &*self.shared;
+        json(&serde_json::json!({
+            "name": r.name,
+            "description": r.description,
+            "rows": r.rows(),
+            "column_names": r.column_names,
+            "accel_unit": r.accel_scale.unit.name(),
+            "gyro_unit": r.gyro_scale.map(|scale| scale.unit.name()),
+            "zero_offset": r.zero_offset,
+            "breaks": r.breaks,
+            "rate_hz": r.timing.rate_hz(),
+            "recorded": r.recorded_at().map(|time| time.to_string()),
+            "findings": r.findings,
+        }))
     }
 
     /// Names of the channels that there are.
@@ -217,39 +247,11 @@ impl Recording {
     }
 }
 
-/// Reads a file.
+/// Reads a recording.
 #[pyfunction]
-pub fn read(
-    py: Python<'_>,
-    path: PathBuf,
-    gyro: Option<PathBuf>,
-    options: Options<'_>,
-) -> PyResult<Recording> {
-    let (read, meter) = options.read(true)?;
-    let done = task::run(py, &meter, move || match gyro {
-        None => recording::read(&path, &read),
-        Some(gyro) => {
-            let mut recording = recording::read(&path, &read.beside_gyroscope_file())?;
-            join_gyroscope(&mut recording, &gyro, &read)?;
-            Ok(recording)
-        }
-    });
-    done.map(Into::into)
-}
-
-/// Reads the content of a file.
-#[pyfunction]
-pub fn read_bytes(
-    py: Python<'_>,
-    bytes: Vec<u8>,
-    name: String,
-    options: Options<'_>,
-) -> PyResult<Recording> {
-    let (read, meter) = options.read(true)?;
-    let done = task::run(py, &meter, move || {
-        recording::read_bytes(&bytes, &name, &read)
-    });
-    done.map(Into::into)
+pub fn read(py: Python<'_>, source: Source<'_>, keywords: Keywords) -> PyResult<Recording> {
+    let (shared, ()) = source.open(py, keywords, &Meter::default(), |_| Ok(()))?;
+    Ok(Recording::of(shared))
 }
 
 /// Writes a text, atomically; nothing is overwritten without `force`.

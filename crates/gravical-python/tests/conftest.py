@@ -60,13 +60,15 @@ def data() -> Path:
 @pytest.fixture(scope="session")
 def poses() -> gravical.Recording:
     """Six faces and eight free poses."""
-    return gravical.simulate("poses", free=8, seed=3).recordings["poses.csv"]
+    made: gravical.Recording = gravical.simulate("poses", free=8, seed=3).recordings["poses.csv"]
+    return made
 
 
 @pytest.fixture(scope="session")
 def line() -> gravical.Recording:
     """A move of 0.7 m of the same sensor."""
-    return gravical.simulate("line", seed=3).recordings["line.csv"]
+    made: gravical.Recording = gravical.simulate("line", seed=3).recordings["line.csv"]
+    return made
 
 
 @pytest.fixture(scope="session")

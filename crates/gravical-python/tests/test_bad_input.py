@@ -109,7 +109,8 @@ OWN: dict[str, list[str]] = {
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": ["channels"],
     "noise": ["spacing", "part"],
-    "motion": [*GRAVITY, *gravical.MotionOptions.__annotations__, "noise", "truth"],
+    "motion": [*GRAVITY, "gravity_removal", "causal", "smooth", "zero_velocity", "rests", "stances", "v0",
+               "p0", "no_bands", "noise", "truth"],
     "check": GRAVITY,
 }  # fmt: skip
 SIMULATED = ["seed", "rate", "range", "decimals", "noise", "tilt", "jitter", "drop", "raw"]
@@ -142,8 +143,6 @@ def drawn(
             lambda: calibration.export(r.choice(["c", str(any_value)]), **{option: any_value}),
             lambda: calibration.report(target),
             lambda: calibration.save(target),
-            lambda: gravical.filtered(raw, r.choice(["butter:4,5Hz", any_value]), rate=100),
-            lambda: gravical.allan(raw, rate=r.choice([100, any_value])),
         ]
         return r.choice(uses)
     if verb == "stream":

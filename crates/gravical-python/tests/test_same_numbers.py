@@ -74,7 +74,7 @@ def alike(a: Any, b: Any, place: str = "") -> None:
 def both(call: Any, theirs: dict[str, Any]) -> None:
     """The same result, or the same error."""
     try:
-        own = call().to_dict()
+        own = call()
     except gravical.Error as error:
         assert error.code == theirs.get("code"), (error, theirs)
     else:
@@ -139,7 +139,7 @@ def test_motion_with_a_calibration_and_its_table(
     line = gravical.simulate("line", seed=3, output=tmp_path / "line").paths[0]
     theirs = program("motion", line, "-c", cal, "--json", "--quiet", "-o", table)
     own = gravical.motion(line, cal)
-    alike(own.to_dict(), theirs)
+    alike(own, theirs)
     own.save(tmp_path / "own.csv")
     assert (tmp_path / "own.csv").read_bytes() == table.read_bytes()
     names, written = table_of(table)
@@ -176,11 +176,13 @@ def test_apply(
     calibration.save(cal)
     theirs = program("apply", cal, path, "-o", a, "--json", "-q", "--output-unit", unit)
     assert theirs.pop("calibration") == str(cal)
-    alike(gravical.apply(cal, path, output=b, output_unit=unit).to_dict(), theirs)
+    alike(gravical.apply(cal, path, output=b, output_unit=unit), theirs)
     assert a.read_bytes() == b.read_bytes()
     # In memory: the same before it is rounded to six decimals.
     names, written = table_of(a)
-    for column, values in gravical.apply(cal, path, output_unit=unit).columns.items():
+    for column, values in gravical.apply(cal, path, output_unit=unit).to_pandas().items():
+        if column == "t_s":
+            continue
         assert np.abs(values - written[:, names.index(column)]).max() <= 0.5e-6 + 1e-12, column
 
 
@@ -188,7 +190,7 @@ def test_compare(program: Program, calibration: gravical.Calibration, tmp_path: 
     a, b = tmp_path / "a.json", tmp_path / "b.json"
     calibration.save(a)
     gravical.calibrate("examples/demo/poses").save(b)
-    alike(gravical.compare(a, b).to_dict(), program("compare", a, b, "--json"))
+    alike(gravical.compare(a, b), program("compare", a, b, "--json"))
 
 
 @pytest.mark.parametrize(
@@ -206,7 +208,7 @@ def test_simulate(
 ) -> None:
     theirs = program("simulate", scenario, "-o", tmp_path / "a", "--json", "-q", *flags(options))
     made = gravical.simulate(scenario, output=tmp_path / "b", **options)
-    alike(made.truth, theirs)
+    alike(made, theirs)
     for name in os.listdir(tmp_path / "a"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
     # Without files: the same recordings.

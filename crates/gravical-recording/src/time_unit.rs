@@ -5,21 +5,27 @@ use serde::{Deserialize, Serialize};
 /// Unit of the time stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum TimeUnit {
     /// Seconds.
     #[serde(rename = "s")]
+    #[cfg_attr(feature = "clap", value(name = "s"))]
     Second,
     /// Milliseconds.
     #[serde(rename = "ms")]
+    #[cfg_attr(feature = "clap", value(name = "ms"))]
     Millisecond,
     /// Hundreds of microseconds, the ticks of some motion trackers.
     #[serde(rename = "100us")]
+    #[cfg_attr(feature = "clap", value(name = "100us"))]
     HundredMicroseconds,
     /// Microseconds.
     #[serde(rename = "us")]
+    #[cfg_attr(feature = "clap", value(name = "us"))]
     Microsecond,
     /// Nanoseconds.
     #[serde(rename = "ns")]
+    #[cfg_attr(feature = "clap", value(name = "ns"))]
     Nanosecond,
 }
 

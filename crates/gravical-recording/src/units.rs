@@ -14,21 +14,26 @@ pub const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
 /// Unit of an accelerometer channel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum AccelUnit {
     /// m/s².
-    #[serde(rename = "m/s^2")]
+    #[serde(rename = "m/s^2", alias = "m/s2", alias = "mps2")]
+    #[cfg_attr(feature = "clap", value(name = "m/s^2", aliases = ["m/s2", "mps2"]))]
     MetrePerSecondSquared,
     /// Standard gravity, 9.80665 m/s².
     #[serde(rename = "g")]
+    #[cfg_attr(feature = "clap", value(name = "g"))]
     StandardGravity,
     /// A thousandth of standard gravity.
     #[serde(rename = "mg")]
+    #[cfg_attr(feature = "clap", value(name = "mg"))]
     MilliGravity,
     /// Raw counts of the converter.
     #[serde(rename = "counts")]
     Counts,
     /// Given neither by the header nor by the data.
     #[serde(rename = "unknown")]
+    #[cfg_attr(feature = "clap", value(skip))]
     Unknown,
 }
 
@@ -129,18 +134,22 @@ fn listed(units: &[UnitNames], text: &str) -> Option<f64> {
 /// Unit of a gyroscope channel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum GyroUnit {
     /// rad/s.
     #[serde(rename = "rad/s")]
+    #[cfg_attr(feature = "clap", value(name = "rad/s"))]
     RadianPerSecond,
     /// °/s.
-    #[serde(rename = "deg/s")]
+    #[serde(rename = "deg/s", alias = "dps")]
+    #[cfg_attr(feature = "clap", value(name = "deg/s", alias = "dps"))]
     DegreePerSecond,
     /// Raw counts of the converter.
     #[serde(rename = "counts")]
     Counts,
     /// Given neither by the header nor by the data.
     #[serde(rename = "unknown")]
+    #[cfg_attr(feature = "clap", value(skip))]
     Unknown,
 }
 

@@ -56,7 +56,7 @@ use std::path::Path;
 
 use gravical_recording::write::{NewColumn, Table, Writer};
 use gravical_recording::{Format, Readings};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::CalibrationFile;
 use crate::poses::face::AxisMap;
@@ -82,19 +82,43 @@ const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
 const DECIMALS: u32 = 6;
 
 /// Options of [`apply`].
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct ApplyOptions {
     /// Options of the recording. `zero_offset` is used only to determine the unit: a
     /// calibration's bias contains it. With `accel_unit` the calibration is applied even if
     /// gravity contradicts it.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub read: ReadOptions,
-    /// Keep the raw columns; the calibrated ones are added at the end. Default: they replace the
-    /// raw ones.
+    /// Keep the raw columns, append the calibrated ones
+    #[cfg_attr(feature = "clap", arg(long))]
     pub keep_raw: bool,
-    /// Orientation of the board in its case: the calibrated vectors are written in the axes of
-    /// the case. Default: those of the board.
+    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    #[serde(deserialize_with = "crate::option_text::one")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "X,Y,Z",
+            default_value_t,
+            allow_hyphen_values = true,
+            hide_default_value = true,
+            hide_short_help = true
+        )
+    )]
     pub axes: AxisMap,
-    /// Unit of the calibrated specific force. Default: m/s².
+    /// m/s^2 or g
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            default_value = "m/s^2",
+            hide_possible_values = true
+        )
+    )]
     pub output_unit: OutputUnit,
 }
 

@@ -35,6 +35,7 @@ mod undetermined;
 mod verdict;
 
 use gravical_core::matrix3;
+use serde::Deserialize;
 
 use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource,
@@ -51,7 +52,7 @@ use estimate::{Estimate, accelerometer};
 use session::Session;
 
 pub use crate::calibration_file::Method;
-pub use estimate::EstimateOptions;
+pub use estimate::{EstimateOptions, Prior};
 pub(crate) use section::DRIFT_MPS2_PER_C;
 
 /// How to calibrate.
@@ -77,6 +78,42 @@ pub struct CalibrateOptions {
     pub thermal: Vec<Recording>,
 }
 
+/// What is stored in a calibration beside the numbers.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct RecordOptions {
+    /// Name or serial number of the sensor, stored
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "TEXT", hide_short_help = true)
+    )]
+    pub sensor_id: Option<String>,
+    /// Type of the sensor, stored
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "TEXT", hide_short_help = true)
+    )]
+    pub sensor_model: Option<String>,
+    /// Date (UTC), stored [default: by the time stamps]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "DATE", hide_short_help = true)
+    )]
+    pub recorded: Option<UtcTime>,
+}
+
+impl RecordOptions {
+    /// The sensor.
+    #[must_use]
+    pub fn sensor(&self) -> SensorInfo {
+        SensorInfo {
+            id: self.sensor_id.clone(),
+            model: self.sensor_model.clone(),
+        }
+    }
+}
+
 impl CalibrateOptions {
     /// Checks ranges.
     ///
@@ -88,17 +125,14 @@ impl CalibrateOptions {
         let turn = self.segment.turn_angle_deg;
         if !(turn.is_finite() && turn.abs() >= 30.0) {
             return wrong(
-                "turn_angle_deg",
+                "turn_angle",
                 format!("{turn}° is too small; at least 30° are needed"),
             );
         }
         if let Some(tilt) = self.estimate.pose_tilt_deg
             && !(0.0..=10.0).contains(&tilt)
         {
-            return wrong(
-                "pose_tilt_deg",
-                format!("{tilt}° is not possible; 0 to 10° is"),
-            );
+            return wrong("pose_tilt", format!("{tilt}° is not possible; 0 to 10° is"));
         }
         if self.segment.rows == Some(0) {
             return wrong("rows", "0 takes no rows; give 1 or more".to_owned());
@@ -151,7 +185,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             recordings,
             segmentation,
             axes: &options.segment.axes,
-            faces_by_name: options.segment.faces_by_name,
+            faces_by_name: options.segment.faces_from.are_names(),
             gravity: &options.gravity,
             drift,
         };
@@ -243,7 +277,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     findings.extend(checks::names(
         &options.segment.axes,
         placements,
-        options.segment.faces_by_name,
+        options.segment.faces_from.are_names(),
     ));
     if findings
         .iter()

@@ -15,7 +15,7 @@ use gravical_fit::later::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::Result;
 use crate::calibrate::DRIFT_MPS2_PER_C;
@@ -55,11 +55,27 @@ const TEMPERATURE_MARGIN_C: f64 = 2.0;
 const UNKNOWN_TEMPERATURE_C: f64 = 2.0;
 
 /// How to check.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct CheckOptions {
     /// Local gravity; default: that of the calibration.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub gravity: Option<Gravity>,
-    /// How the board sits in its case, for the names of directions.
+    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    #[serde(deserialize_with = "crate::option_text::one")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "X,Y,Z",
+            default_value_t,
+            allow_hyphen_values = true,
+            hide_default_value = true,
+            hide_short_help = true
+        )
+    )]
     pub axes: AxisMap,
 }
 

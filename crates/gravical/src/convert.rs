@@ -35,7 +35,7 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_recording::Role;
 use gravical_recording::write::{Cell, Table, Writer};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
@@ -58,11 +58,23 @@ const SI_DECIMALS: u32 = 9;
 const G_DECIMALS: u32 = 12;
 
 /// Options of [`convert_file`].
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct ConvertOptions {
-    /// m/s² and rad/s, or g and °/s. Default: m/s².
+    /// m/s^2, or g with °/s
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            default_value = "m/s^2",
+            hide_possible_values = true
+        )
+    )]
     pub output_unit: OutputUnit,
-    /// Times are seconds since 1970 in place of seconds since the first row.
+    /// Seconds since 1970 [default: since the first row]
+    #[cfg_attr(feature = "clap", arg(long))]
     pub absolute_time: bool,
 }
 

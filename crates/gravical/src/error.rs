@@ -47,7 +47,7 @@ struct Inner {
     category: Category,
     code: &'static str,
     message: String,
-    /// Field of the options with the value that is not possible.
+    /// Option with the value that is not possible.
     option: Option<&'static str>,
     hint: Option<String>,
     location: Option<Location>,
@@ -85,8 +85,7 @@ impl Error {
         Self::new(Category::Usage, code, message)
     }
 
-    /// A value of an option that is not possible: `option-range`. `option` is the field of the
-    /// options, as [`Error::option`].
+    /// A value of an option that is not possible: `option-range`. As [`Error::option`].
     #[must_use]
     pub(crate) fn range(option: &'static str, message: impl Into<String>) -> Self {
         Self::usage("option-range", message).of_option(option)
@@ -231,40 +230,25 @@ impl Error {
         &self.0.message
     }
 
-    /// The field of the options that is the cause, for example `pose_tilt_deg`, if it is one.
+    /// The option that is the cause, for example `pose_tilt`, if it is one.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
         self.0.option
     }
 
-    /// The option of the program for [`option`](Self::option): its name without the unit.
-    #[must_use]
-    pub fn flag(&self) -> Option<String> {
-        const UNITS: [&str; 11] = [
-            "_mps2", "_mps", "_rad_s", "_deg_s", "_deg", "_hz", "_days", "_s", "_g", "_m", "_c",
-        ];
-        let name = match self.0.option? {
-            "face" => "face-pose",
-            "free" => "free-pose",
-            "height_m" => "altitude",
-            other => UNITS
-                .iter()
-                .find_map(|unit| other.strip_suffix(unit))
-                .unwrap_or(other),
-        };
-        Some(format!("--{}", name.replace('_', "-")))
-    }
-
-    /// The whole text with the option of the program in place of the field of the library.
+    /// The whole text with the option as the program writes it.
     #[must_use]
     pub fn in_flags(&self) -> String {
+        self.worded(|option| format!("--{}", option.replace('_', "-")))
+    }
+
+    /// The whole text, with the option in the words of its surface: a flag, a keyword.
+    #[must_use]
+    pub fn worded(&self, word: impl Fn(&str) -> String) -> String {
         let text = self.to_string();
-        match (self.0.option, self.flag()) {
-            (Some(option), Some(flag)) => {
-                text.replacen(&format!("{option}: "), &format!("{flag}: "), 1)
-            }
-            _ => text,
-        }
+        self.0.option.map_or(text.clone(), |option| {
+            text.replacen(&format!("{option}: "), &format!("{}: ", word(option)), 1)
+        })
     }
 
     /// The hint, if any.

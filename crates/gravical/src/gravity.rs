@@ -2,6 +2,8 @@
 
 use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
 
+use serde::Deserialize;
+
 use crate::calibration_file::GravitySource;
 use crate::recording::{Finding, FindingKind};
 use crate::{Error, Result};
@@ -20,6 +22,65 @@ impl Default for Gravity {
         Gravity {
             value_mps2: STANDARD_GRAVITY_MPS2,
             source: GravitySource::Standard,
+        }
+    }
+}
+
+/// What the user says about local gravity.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct GravityOptions {
+    /// In m/s² [default: the calibration's, or 9.80665]
+    #[serde(rename = "gravity")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "gravity", value_name = "MPS2", conflicts_with = "latitude_deg")
+    )]
+    gravity_mps2: Option<f64>,
+    /// Latitude in degrees, to compute gravity
+    #[serde(rename = "latitude")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "latitude", value_name = "DEG", allow_negative_numbers = true)
+    )]
+    latitude_deg: Option<f64>,
+    /// Height above sea level in m, beside the latitude
+    #[serde(rename = "altitude")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long = "altitude",
+            value_name = "M",
+            requires = "latitude_deg",
+            allow_negative_numbers = true
+        )
+    )]
+    height_m: Option<f64>,
+}
+
+impl GravityOptions {
+    /// Gravity as given; none without an option.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage) for values that do not occur on Earth, and for options that do not go
+    /// together.
+    pub fn given(&self) -> Result<Option<Gravity>> {
+        match (self.gravity_mps2, self.latitude_deg, self.height_m) {
+            (Some(_), Some(_), _) => Err(Error::range(
+                "latitude",
+                "gravity is given as a number, too",
+            )),
+            (Some(g), None, None) => Gravity::given(g).map(Some),
+            (None, Some(latitude), height) => {
+                Gravity::at(latitude, height.unwrap_or_default()).map(Some)
+            }
+            (_, None, Some(_)) => Err(Error::range(
+                "altitude",
+                "gravity is computed from the latitude, which is missing",
+            )),
+            (None, None, None) => Ok(None),
         }
     }
 }
@@ -68,12 +129,12 @@ impl Gravity {
     pub fn at(latitude_deg: f64, height_m: f64) -> Result<Self> {
         if !(-90.0..=90.0).contains(&latitude_deg) {
             let what = format!("{latitude_deg}° is not possible; −90 to 90° is");
-            return Err(Error::range("latitude_deg", what)
+            return Err(Error::range("latitude", what)
                 .with_hint("the latitude of the place, north positive, for example 48.1"));
         }
         if !(-500.0..=9000.0).contains(&height_m) {
             let what = format!("{height_m} m is not possible; −500 to 9000 m is");
-            return Err(Error::range("height_m", what)
+            return Err(Error::range("altitude", what)
                 .with_hint("the height above sea level; 100 m more are 0.03 mm/s² less gravity"));
         }
         Ok(Gravity {

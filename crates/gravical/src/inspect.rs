@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::TemperatureModel;
 use crate::poses::face::{AxisMap, Face};
@@ -96,6 +96,27 @@ pub struct TurnSpan {
     pub start_row: usize,
     /// Row after the last.
     pub end_row: usize,
+}
+
+/// Options of [`inspect`].
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct InspectOptions {
+    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    #[serde(deserialize_with = "crate::option_text::one")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "X,Y,Z",
+            default_value_t,
+            allow_hyphen_values = true,
+            hide_default_value = true,
+            hide_short_help = true
+        )
+    )]
+    pub axes: AxisMap,
 }
 
 /// Inspects a recording.

@@ -65,6 +65,7 @@ pub mod motion;
 pub mod noise;
 #[doc(hidden)]
 pub mod numfmt;
+mod option_text;
 #[doc(hidden)]
 pub mod output;
 pub mod poses;

@@ -27,6 +27,8 @@ pub(crate) use found::{intervals_of, is_too_short};
 
 use std::ops::Range;
 
+use serde::Deserialize;
+
 use crate::recording::units::GyroScale;
 use crate::recording::{Finding, FindingKind, Recording, UnitDoubt, full_scale};
 use crate::{Error, Result};
@@ -46,19 +48,65 @@ pub const MAX_FACE_ANGLE_DEG: f64 = 25.0;
 pub(crate) const MANY_POSES: usize = 64;
 
 /// How a session is cut into poses.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct SegmentOptions {
-    /// Take the first so many rows of each pose, as the student
-    /// report does; default: the longest quiet part.
+    /// First N rows of each pose [default: longest rest]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub rows: Option<usize>,
     /// Sections of the one recording; default: found.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub sections: Option<Vec<Section>>,
-    /// How the board sits in its case; default: as it is.
+    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    #[serde(deserialize_with = "crate::option_text::one")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "X,Y,Z",
+            default_value_t,
+            allow_hyphen_values = true,
+            hide_default_value = true,
+            hide_short_help = true
+        )
+    )]
     pub axes: AxisMap,
-    /// Believe the names of files and labels rather than the data.
-    pub faces_by_name: bool,
-    /// Angle of each known turn, degrees, with its sign; default −360.
+    /// data or names, where they disagree
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "WHAT",
+            default_value = "data",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
+    pub faces_from: FacesFrom,
+    /// Angle of the turns, degrees
+    #[serde(rename = "turn_angle")]
+    #[cfg_attr(feature = "clap", arg(long = "turn-angle", value_name = "DEG", allow_negative_numbers = true, default_value_t = SegmentOptions::default().turn_angle_deg, hide_short_help = true))]
     pub turn_angle_deg: f64,
+}
+
+/// What decides which face was up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum FacesFrom {
+    /// The measured direction of gravity.
+    #[default]
+    Data,
+    /// Names of files and labels.
+    Names,
+}
+
+impl FacesFrom {
+    pub(crate) fn are_names(self) -> bool {
+        self == FacesFrom::Names
+    }
 }
 
 impl Default for SegmentOptions {
@@ -67,7 +115,7 @@ impl Default for SegmentOptions {
             rows: None,
             sections: None,
             axes: AxisMap::default(),
-            faces_by_name: false,
+            faces_from: FacesFrom::Data,
             turn_angle_deg: -360.0,
         }
     }

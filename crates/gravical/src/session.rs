@@ -4,6 +4,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 pub use gravical_recording::axes;
+use serde::Deserialize;
 
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::CalibrationFile;
@@ -11,6 +12,7 @@ use crate::escape::path_word;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::poses::Segmentation;
+use crate::poses::sections::read_sections;
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
     is_named_gyroscope, is_prose, join_gyroscope, open::open, read, read_head,
@@ -30,6 +32,50 @@ pub struct Session<'a> {
     pub options: &'a CalibrateOptions,
     /// Gravity, if it is given: that of a guided session is then not used.
     pub gravity: Option<Gravity>,
+}
+
+/// Files that a calibration takes beside the recordings.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct SessionFiles {
+    /// Gyroscope in a second file, joined by time
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub gyro: Option<PathBuf>,
+    /// Poses as row ranges: JSON of imucal or CSV
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub sections: Option<PathBuf>,
+    /// Recording of warming at rest; repeatable
+    ///
+    /// A temperature model is fitted to it; by default to the session, if it spans more than 5 °C.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "FILE", hide_short_help = true)
+    )]
+    pub thermal: Vec<PathBuf>,
+}
+
+impl SessionFiles {
+    /// All of them.
+    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.gyro.iter().chain(&self.sections).chain(&self.thermal)
+    }
+
+    /// Reads sections and thermal recordings into the options.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read_sections`] and [`read`].
+    pub fn read_into(&self, options: &mut CalibrateOptions, how: &ReadOptions) -> Result<()> {
+        if let Some(path) = &self.sections {
+            let (sections, list) = read_sections(path)?;
+            options.segment.sections = Some(sections);
+            options.other_inputs.push(list);
+        }
+        let thermal = self.thermal.iter().map(|path| read(path, how));
+        options.thermal = thermal.collect::<Result<_>>()?;
+        Ok(())
+    }
 }
 
 /// A calibration and what it was computed from.

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
-use crate::options::{OutputUnitArg, RecordingArgs, SWAPPED};
+use crate::options::{SWAPPED, reading};
 use crate::report::ReportArgs;
 use crate::table::{TableArgs, how_it_was_read, write_file};
 
@@ -22,40 +22,27 @@ use crate::table::{TableArgs, how_it_was_read, write_file};
 /// The calibrated channels replace the raw ones (ax_mps2 …, gx_rad_s …); all other columns are copied
 /// unchanged. One pass, recordings of any size. The table goes to -o or a pipe, the summary to stderr.
 #[derive(Debug, clap::Args)]
-#[command(
-    after_help = "\
-Example: gravical apply cal.json ride.csv -o ride-calibrated.csv
-How a recording is read (units, columns, rate): options in `gravical apply --help`.",
-    after_long_help = "\
+#[command(after_help = "\
 Examples:
   gravical apply cal.json ride.csv -o ride-calibrated.csv
   gravical apply cals/ ride.csv --sensor-id left-foot -o ride-calibrated.csv
+  gravical apply cal.json rides/*.csv -o calibrated/
 
-Many recordings: gravical apply cal.json rides/*.csv -o calibrated/
-With --each a folder stands for its recordings. Each result has the name of its
-recording; one that fails does not stop the others. After Ctrl-C, --resume continues.
-
-Exit codes: 0 done, 3 bad input; of many recordings: 4 one of them failed."
-)]
+Exit codes: 0 done, 3 bad input, 4 one of many recordings failed")]
 pub struct Args {
-    /// Calibration file, of `gravical calibrate` or imucal, or a folder of them
+    /// File of `gravical calibrate` or imucal, or a folder
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
-    /// Recording, plain or .gz; - reads standard input. Several recordings need -o DIR
+    /// Recording, - for stdin; several need -o DIR
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
-    /// Gyroscope of the recording in a second file, joined by time; its calibrated rate is appended.
-    /// The recording is then held in memory
+    #[command(flatten)]
+    pub output: TableArgs,
+    /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
     #[command(flatten)]
-    pub output: TableArgs,
-    /// Keep the raw columns and append the calibrated ones
-    #[arg(long)]
-    keep_raw: bool,
-    /// Unit of the calibrated acceleration
-    #[arg(long, value_enum, value_name = "UNIT", default_value = "m/s^2")]
-    output_unit: OutputUnitArg,
+    options: ApplyOptions,
     /// Print all findings
     #[arg(short, long)]
     verbose: bool,
@@ -64,7 +51,7 @@ pub struct Args {
     #[command(flatten)]
     origin: OriginArgs,
     #[command(flatten)]
-    recording: RecordingArgs,
+    recording: ReadOptions,
 }
 
 /// Runs the command.
@@ -84,7 +71,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = calibrations.iter().chain([path]).chain(&args.gyro);
     let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
     args.output.check(&ReportArgs::default(), &inputs)?;
-    let read_options = args.recording.read_options(false);
+    let read_options = reading(&args.recording, false);
     let quiet = args.output.quiet;
     let recordings = std::slice::from_ref(path);
     let found = args
@@ -147,7 +134,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let options = args.options(&ReadOptions {
         meter: None,
-        ..args.recording.read_options(false)
+        ..reading(&args.recording, false)
     });
     options.read.validate()?;
     let first = args.inputs.first().map(PathBuf::as_path);
@@ -194,9 +181,7 @@ impl Args {
                 Some(_) => read.beside_gyroscope_file(),
                 None => read.clone(),
             },
-            keep_raw: self.keep_raw,
-            axes: self.recording.axes.0,
-            output_unit: self.output_unit.into(),
+            ..self.options.clone()
         }
     }
 }

@@ -3,16 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use gravical::calibrate::{self, CalibrateOptions, EstimateOptions};
-use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, SensorInfo};
+use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
+use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
 use gravical::escape::path_word;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::output::is_special;
 use gravical::poses::SegmentOptions;
-use gravical::poses::sections::read_sections;
-use gravical::recording::{ReadOptions, Recording, read};
-use gravical::session::{self, SessionCalibration};
-use gravical::utc::UtcTime;
+use gravical::recording::ReadOptions;
+use gravical::session::{self, SessionCalibration, SessionFiles};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::figure::calibration::Session;
@@ -21,49 +19,28 @@ use gravical_report::report;
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::QUALITY;
 use crate::figures::FigureArgs;
-use crate::options::command_line;
-use crate::options::{GravityArgs, RecordingArgs};
+use crate::options::{GravityArgs, command_line, reading};
 use crate::report::{ReportArgs, check_outputs, next_step};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
 #[derive(clap::Args)]
-#[command(
-    after_help = "\
-Example: gravical calibrate session/ --latitude 48.1 -o cal.json --report cal.html
-More options (method, how a recording is read): `gravical calibrate --help`.",
-    after_long_help = "\
-Example: gravical calibrate session/ --latitude 48.1 -o cal.json --report cal.html
-
-A session is one file per pose, a folder of such files, the folder of a guided
-session (`gravical live`), one file per axis with
-blank rows between the two directions, one file with a label column, one file
-with --sections, or one continuous recording in which the poses are found.
-
-Many sessions: gravical calibrate --each sessions/ -o calibrations/ --summary all.csv
-Each path is a session then; of a folder, each of its entries; @LIST stands for the
-paths in a file. A session that fails is a row and does not stop the others. After
-Ctrl-C, --resume continues.
-
-Exit codes: 0 calibrated; 3 the parameters cannot be determined (nothing is
-written); 4 calibrated, but the verdict is poor (the file is still written); with
---each: 4 a session is poor or has no result."
-)]
+#[command(after_help = "\
+Examples:
+  gravical calibrate session/ --latitude 48.1 -o cal.json --report cal.html
+  gravical calibrate --each sessions/ -o calibrations/ --summary all.csv
+Exit codes: 0 calibrated, 3 undetermined, 4 poor (or one session is, or failed)")]
 pub struct Args {
-    /// Recordings of the session: files, or one folder; - reads standard input. With --each, sessions
+    /// Files, a folder, or - for stdin; with --each, sessions
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
-    /// Gyroscope of the recording in a second file, joined by time
-    #[arg(long, value_name = "FILE")]
-    gyro: Option<PathBuf>,
-    /// Calibration file to write (JSON); with --each, a folder for one of each session
+    /// Calibration file (JSON); with --each, a folder
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// When the session was recorded (UTC), stored in the calibration [default: by its time stamps]
-    #[arg(long, hide_short_help = true, value_name = "DATE")]
-    recorded: Option<UtcTime>,
     #[command(flatten)]
     report: ReportArgs,
+    #[command(flatten)]
+    figures: FigureArgs,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
@@ -76,99 +53,27 @@ pub struct Args {
     #[command(flatten)]
     each: EachArgs,
     #[command(flatten)]
-    figures: FigureArgs,
-    #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
-    recording: RecordingArgs,
+    recording: ReadOptions,
 }
 
 #[derive(clap::Args)]
 #[command(next_help_heading = "Method")]
 struct MethodArgs {
-    /// Estimation method
-    #[arg(long, value_enum, default_value = "joint")]
-    method: Method,
-    /// Poses as row ranges of one recording: JSON of imucal, or CSV label,start,end
-    #[arg(long, value_name = "FILE")]
-    sections: Option<PathBuf>,
-    /// Use the first N rows of each pose [default: its longest static interval]
-    #[arg(long, hide_short_help = true, value_name = "N")]
-    rows: Option<usize>,
-    /// What decides which face was up when file names and data disagree
-    #[arg(long, hide_short_help = true, value_enum, default_value = "data")]
-    faces_from: FacesFrom,
-    /// Signed angle of the turns about each axis in degrees, for the gyroscope
-    #[arg(
-        long,
-        hide_short_help = true,
-        value_name = "DEG",
-        allow_negative_numbers = true,
-        default_value = "-360"
-    )]
-    turn_angle: f64,
-    /// Expected tilt of the face poses, degrees (standard deviation in each of two directions):
-    /// 0.1 in a jig, 0.5 to 1 in a box on a table, 2 by hand [default: estimated, else 1]
-    #[arg(long, value_name = "DEG")]
-    pose_tilt: Option<f64>,
-    /// Data sheet limits of scale, cross-axis and bias as prior knowledge
-    #[arg(long, hide_short_help = true, value_enum, default_value = "data-sheet")]
-    prior: Prior,
-    /// Treat this pose (label or file) as a free pose, even near a face; repeatable
-    #[arg(
-        long,
-        hide_short_help = true,
-        value_name = "NAME",
-        allow_hyphen_values = true
-    )]
-    free_pose: Vec<String>,
-    /// Treat this pose as a face pose, even if tilted; repeatable
-    #[arg(
-        long,
-        hide_short_help = true,
-        value_name = "NAME",
-        allow_hyphen_values = true
-    )]
-    face_pose: Vec<String>,
-    /// Fit a temperature model to this recording of the sensor at rest while it warms or cools;
-    /// repeatable for more poses [default: from the session if it spans more than 5 °C]
-    #[arg(long, hide_short_help = true, value_name = "FILE")]
-    thermal: Vec<PathBuf>,
-    /// Noise of the sensor by `gravical noise`, stored in the calibration
+    #[command(flatten)]
+    estimate: EstimateOptions,
+    #[command(flatten)]
+    segment: SegmentOptions,
+    #[command(flatten)]
+    files: SessionFiles,
+    /// Result of `gravical noise`, stored
     #[arg(long, value_name = "FILE")]
     noise: Option<PathBuf>,
-    /// Name or serial number of the sensor, stored in the calibration
-    #[arg(long, hide_short_help = true, value_name = "TEXT")]
-    sensor_id: Option<String>,
-    /// Type of the sensor, stored in the calibration
-    #[arg(long, hide_short_help = true, value_name = "TEXT")]
-    sensor_model: Option<String>,
-}
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Method {
-    /// Face and free poses in one fit that allows for tilted face poses
-    Joint,
-    /// Six faces, closed form
-    Ferraris,
-}
-
-#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
-enum Prior {
-    /// Scale ±3 %, cross-axis ±2 %, bias ±0.6 m/s²
-    DataSheet,
-    /// None
-    Off,
-}
-
-#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
-enum FacesFrom {
-    /// The measured direction of gravity
-    Data,
-    /// Names of files and labels
-    Names,
+    #[command(flatten)]
+    record: RecordOptions,
 }
 
 /// Runs the command.
@@ -189,7 +94,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     )?;
     let options = args.options()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
-    let read_options = args.recording.read_options(true);
+    let read_options = reading(&args.recording, true);
     let computed = compute(args, &args.inputs, &read_options, &options, noise.as_ref())?;
     let SessionCalibration {
         file,
@@ -243,18 +148,18 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 /// What concerns all of them: options, `--noise`, `--sections`, targets.
 fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
-        ("--gyro", args.gyro.is_some()),
+        ("--gyro", args.method.files.gyro.is_some()),
         ("--report", args.report.is_wanted()),
         ("--figures", args.figures.figures.is_some()),
         ("--json", args.json),
-        ("--recorded", args.recorded.is_some()),
-        ("--sensor-id", args.method.sensor_id.is_some()),
+        ("--recorded", args.method.record.recorded.is_some()),
+        ("--sensor-id", args.method.record.sensor_id.is_some()),
     ])?;
     let options = args.options()?;
     options.validate()?;
     let read = ReadOptions {
         meter: None,
-        ..args.recording.read_options(true)
+        ..reading(&args.recording, true)
     };
     read.validate()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
@@ -355,7 +260,7 @@ fn compute(
 ) -> Result<SessionCalibration> {
     let session = session::Session {
         inputs,
-        gyro: args.gyro.as_deref(),
+        gyro: args.method.files.gyro.as_deref(),
         read: read_options,
         options,
         gravity: args.gravity.given()?,
@@ -371,50 +276,24 @@ fn compute(
 impl Args {
     /// Files that are read beside the session.
     fn other_files(&self) -> Vec<PathBuf> {
-        let m = &self.method;
-        let files = self.gyro.iter().chain(&m.sections).chain(&m.noise);
-        files.chain(&m.thermal).cloned().collect()
-    }
-
-    /// The recordings of --thermal.
-    fn thermal(&self) -> Result<Vec<Recording>> {
-        let options = self.recording.read_options(true);
-        let files = self.method.thermal.iter();
-        files.map(|file| read(file, &options)).collect()
+        let files = self.method.files.paths().chain(&self.method.noise);
+        files.cloned().collect()
     }
 
     fn options(&self) -> Result<CalibrateOptions> {
         let m = &self.method;
-        let sections = m.sections.as_deref().map(read_sections);
-        let (sections, list) = sections.transpose()?.unzip();
-        Ok(CalibrateOptions {
-            segment: SegmentOptions {
-                rows: m.rows,
-                sections,
-                axes: self.recording.axes.0,
-                faces_by_name: m.faces_from == FacesFrom::Names,
-                turn_angle_deg: m.turn_angle,
-            },
+        let mut options = CalibrateOptions {
+            segment: m.segment.clone(),
             gravity: self.gravity.given()?.unwrap_or_default(),
-            estimate: EstimateOptions {
-                method: match m.method {
-                    Method::Joint => calibrate::Method::Joint,
-                    Method::Ferraris => calibrate::Method::Ferraris,
-                },
-                pose_tilt_deg: m.pose_tilt,
-                prior: m.prior == Prior::DataSheet,
-                free: m.free_pose.clone(),
-                face: m.face_pose.clone(),
-            },
-            sensor: SensorInfo {
-                id: m.sensor_id.clone(),
-                model: m.sensor_model.clone(),
-            },
-            recorded: self.recorded,
+            estimate: m.estimate.clone(),
+            sensor: m.record.sensor(),
+            recorded: m.record.recorded,
             command: Some(command_line()),
-            other_inputs: list.into_iter().collect(),
-            thermal: self.thermal()?,
-        })
+            ..CalibrateOptions::default()
+        };
+        m.files
+            .read_into(&mut options, &reading(&self.recording, true))?;
+        Ok(options)
     }
 }
 

@@ -13,7 +13,7 @@ use gravical_report::report;
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::QUALITY;
-use crate::options::{GravityArgs, RecordingArgs, SWAPPED};
+use crate::options::{GravityArgs, SWAPPED, reading};
 use crate::report::{ReportArgs, next_step, with_origin};
 use crate::text;
 
@@ -22,47 +22,32 @@ use crate::text;
 /// At rest the magnitude of the calibrated vector is gravity in any pose. The error of each static
 /// interval is tested against the uncertainty that the calibration predicts.
 #[derive(clap::Args)]
-#[command(
-    after_help = "\
-Example: gravical check cal.json today.csv
-How a recording is read (units, columns, rate): options in `gravical check --help`.
-
-Exit codes: 0 fits or cannot be decided, 3 bad input, 4 does not fit (p < 0.01).",
-    after_long_help = "\
+#[command(after_help = "\
 Examples:
   gravical check cal.json today.csv
   gravical check cals/ today.csv --sensor-id left-foot
-
-One static interval in any pose is enough; more poses test more of the calibration.
-
-Many recordings, such as those of a production line:
   gravical check cal.json --each tests/ --summary tests.csv
-One that cannot be tested is a row and does not stop the others.
 
-Exit codes: 0 fits, or cannot be decided; 3 no static interval, or another unit;
-4 does not fit any more (p < 0.01); with --each: 4 one of them does not fit or cannot
-be tested."
-)]
+Exit codes: 0 fits or cannot be decided, 3 bad input, 4 does not fit (p < 0.01)")]
 pub struct Args {
-    /// Calibration file, of `gravical calibrate` or imucal, or a folder of them
+    /// File of `gravical calibrate` or imucal, or a folder
     #[arg(value_name = "CAL")]
     calibration: PathBuf,
-    /// Recordings of the sensor at rest: files, or one folder; - reads standard input. With --each,
-    /// sessions
+    /// Files, a folder, or - for stdin; with --each, sessions
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// Gyroscope of the recording in a second file, joined by time
-    #[arg(long, value_name = "FILE")]
-    gyro: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
+    /// Gyroscope in a second file, joined by time
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
-    /// With --each: print only what does not fit or cannot be tested
+    /// With --each: print only what does not fit
     #[arg(short, long, requires = "each")]
     quiet: bool,
     #[command(flatten)]
@@ -72,7 +57,9 @@ pub struct Args {
     #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
-    recording: RecordingArgs,
+    recording: ReadOptions,
+    #[command(flatten)]
+    options: CheckOptions,
 }
 
 /// Runs the command.
@@ -89,7 +76,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .chain(&args.gyro);
     let files = files.map(PathBuf::as_path).collect::<Vec<_>>();
     args.report.check(None, &files, args.force)?;
-    let read_options = args.recording.read_options(true);
+    let read_options = reading(&args.recording, true);
     let inputs = &args.recordings;
     let calibration =
         args.origin
@@ -139,7 +126,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
     let read = ReadOptions {
         meter: None,
-        ..args.recording.read_options(true)
+        ..reading(&args.recording, true)
     };
     read.validate()?;
     let first = args.recordings.first().map(PathBuf::as_path);
@@ -204,7 +191,7 @@ impl Args {
     fn options(&self) -> Result<CheckOptions> {
         Ok(CheckOptions {
             gravity: self.gravity.given()?,
-            axes: self.recording.axes.0,
+            ..self.options.clone()
         })
     }
 }

@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use gravical::convert::{ConvertOptions, ConvertSummary, convert_file};
 use gravical::escape::one_line;
 use gravical::numfmt;
+use gravical::recording::ReadOptions;
 use gravical_report::document::Document;
 
-use crate::options::{OutputUnitArg, RecordingArgs};
+use crate::options::reading;
 use crate::report::ReportArgs;
 use crate::table::{TableArgs, how_it_was_read};
 
@@ -21,25 +22,20 @@ use crate::table::{TableArgs, how_it_was_read};
 #[command(after_help = "\
 Examples:
   gravical convert wrist.cwa -o wrist.csv
-  gravical convert wrist.cwa --absolute-time --output-unit g -o wrist.csv.gz
-How a recording is read (units, columns, rate): options in `gravical convert --help`.")]
+  gravical convert wrist.cwa --absolute-time --output-unit g -o wrist.csv.gz")]
 pub struct Args {
     /// Recording: text or .cwa, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]
     pub output: TableArgs,
-    /// Unit of the acceleration; with g angular rates are in °/s
-    #[arg(long, value_enum, value_name = "UNIT", default_value = "m/s^2")]
-    output_unit: OutputUnitArg,
-    /// Times in seconds since 1970, by the clock of the recorder; default: since the first row
-    #[arg(long)]
-    absolute_time: bool,
+    #[command(flatten)]
+    options: ConvertOptions,
     /// Print all findings
     #[arg(short, long)]
     verbose: bool,
     #[command(flatten)]
-    recording: RecordingArgs,
+    recording: ReadOptions,
 }
 
 /// Runs the command.
@@ -48,17 +44,11 @@ pub struct Args {
 ///
 /// A file that cannot be read, counts of unknown range, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.recording
-        .refuse_axes("convert writes each axis as it is")?;
     args.output.check(&ReportArgs::default(), &[&args.input])?;
-    let options = ConvertOptions {
-        output_unit: args.output_unit.into(),
-        absolute_time: args.absolute_time,
-    };
-    let read = args.recording.read_options(false);
+    let read = reading(&args.recording, false);
     let summary = args
         .output
-        .write(|out| convert_file(&args.input, &read, &options, out))?;
+        .write(|out| convert_file(&args.input, &read, &args.options, out))?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows converted");
     let detail = ReportArgs::detail_of(args.verbose);

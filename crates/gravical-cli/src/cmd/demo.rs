@@ -51,8 +51,8 @@ calibrates it with the poses, computes the move, and writes two reports.
 Nothing is written outside DIR.")]
 pub struct Args {
     /// Folder for the results [default: gravical-demo, gravical-demo-2, …]
-    #[arg(value_name = "DIR")]
-    folder: Option<PathBuf>,
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
     /// Overwrite the results of an earlier run
     #[arg(long)]
     force: bool,
@@ -143,7 +143,7 @@ fn free_folder(force: bool) -> PathBuf {
 /// A folder that cannot be written, or that holds an earlier demo.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder = args
-        .folder
+        .output
         .clone()
         .unwrap_or_else(|| free_folder(args.force));
     let files = Files::below(&folder);

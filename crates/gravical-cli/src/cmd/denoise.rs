@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::ValueEnum;
-use gravical::denoise::{Channels, DenoiseOptions, FilterSpec, denoise_file};
+use gravical::denoise::{DenoiseOptions, denoise_file};
 use gravical::escape::one_line;
+use gravical::recording::ReadOptions;
 use gravical_report::report;
 
-use crate::options::RecordingArgs;
+use crate::options::reading;
 use crate::report::{ReportArgs, with_origin};
 use crate::table::TableArgs;
 
@@ -27,21 +27,17 @@ pub struct Args {
     pub output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
-    /// Filter, see below; repeatable, applied in this order
-    #[arg(short, long = "filter", value_name = "FILTER")]
-    filters: Vec<FilterSpec>,
-    /// Channels to filter
-    #[arg(long, value_enum, value_name = "CHANNELS", default_value = "all")]
-    channels: ChannelsArg,
     #[command(flatten)]
-    recording: RecordingArgs,
+    options: DenoiseOptions,
+    #[command(flatten)]
+    recording: ReadOptions,
 }
 
 const FILTERS: &str = "\
 Filters:
   savgol:WINDOW,ORDER         Savitzky-Golay polynomial over WINDOW samples
   savgol:WINDOW,ORDER,DERIV   its derivative, per s
-  butter:ORDER,CUTOFFHz       Butterworth low-pass, forward and backward (zero phase)
+  butter:ORDER,CUTOFFHz       Butterworth low-pass, zero phase
   butter:ORDER,LOW-HIGHHz     band-pass
   highpass:ORDER,CUTOFFHz     high-pass
   butter1:…, highpass1:…      one pass, causal, as on a microcontroller
@@ -49,19 +45,7 @@ Filters:
   mean:WINDOW                 moving average
 Butterworth filters are 3 dB down at the cutoff, the two passes together.
 
-Example: gravical denoise walk.csv --filter hampel:7,3 --filter butter:4,5Hz -o smooth.csv
-How a recording is read (units, columns, rate): options in `gravical denoise --help`.";
-
-/// [`Channels`] as an option.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum ChannelsArg {
-    /// Accelerometer only
-    Accel,
-    /// Gyroscope only
-    Gyro,
-    /// Both
-    All,
-}
+Example: gravical denoise walk.csv -f hampel:7,3 -f butter:4,5Hz -o smooth.csv";
 
 /// Runs the command.
 ///
@@ -70,15 +54,12 @@ enum ChannelsArg {
 /// A filter that does not exist or does not fit the rate, a file that cannot be read, an existing
 /// output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let options = options_of(args);
-    options.validate()?;
-    args.recording
-        .refuse_axes("denoise filters each axis separately and does not rotate them")?;
+    args.options.validate()?;
     args.output.check(&args.report, &[&args.input])?;
-    let read_options = args.recording.read_options(args.report.is_wanted());
+    let read_options = reading(&args.recording, args.report.is_wanted());
     let done = args
         .output
-        .write(|out| denoise_file(&args.input, &read_options, &options, out))?;
+        .write(|out| denoise_file(&args.input, &read_options, &args.options, out))?;
     let document = with_origin(report::denoise(&done.summary), &done.inputs);
     args.report.write(args.output.force, &document)?;
     let (input, rows) = (one_line(&done.summary.input), done.summary.rows);
@@ -89,15 +70,4 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.report.say();
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn options_of(args: &Args) -> DenoiseOptions {
-    DenoiseOptions {
-        filters: args.filters.clone(),
-        channels: match args.channels {
-            ChannelsArg::Accel => Channels::Accel,
-            ChannelsArg::Gyro => Channels::Gyro,
-            ChannelsArg::All => Channels::All,
-        },
-    }
 }

@@ -10,7 +10,6 @@ use gravical::export::{ExportOptions, TARGETS, Target, export};
 use gravical::output::write_text;
 use gravical::targets::check_targets;
 
-use crate::options::AxisMapArg;
 use crate::text;
 
 /// Convert a calibration to the format of another program
@@ -19,36 +18,19 @@ use crate::text;
 Examples:
   gravical export --to list
   gravical export cal.json --to c -o imu_left.h --name imu_left
-  gravical export cal.json --to arduino --counts-per-g 16384 --counts-per-deg-s 65.5 -o mysensor.h
   gravical export cal.json --to px4 --device-id 2621448 -o accel.params")]
 pub struct Args {
     /// Calibration file, of gravical or imucal
     #[arg(value_name = "CAL")]
     calibration: Option<PathBuf>,
-    /// Target format; list explains each in a line
-    #[arg(long, value_parser = parse_target(), value_name = "TARGET", hide_possible_values = true)]
-    to: String,
     /// File to write [default: stdout]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Name in the code: of functions, a node [default: gravical, ros2: imu_apply]
-    #[arg(long, value_name = "NAME")]
-    name: Option<String>,
-    /// Id that the autopilot has given to this sensor (px4, ardupilot)
-    #[arg(long, value_name = "ID")]
-    device_id: Option<u32>,
-    /// Sensor axes that point along x, y and z of the autopilot's frame of the sensor, e.g. y,-x,z
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    rotation: Option<AxisMapArg>,
-    /// Counts per g of the sketch's raw values (arduino) [default: the unit of the recordings]
-    #[arg(long, value_name = "N")]
-    counts_per_g: Option<f64>,
-    /// Counts per °/s of the sketch's raw values (arduino) [default: the unit of the recordings]
-    #[arg(long, value_name = "N")]
-    counts_per_deg_s: Option<f64>,
-    /// Take upper limits for noise parameters that are not determined (kalibr)
-    #[arg(long)]
-    upper_limit: bool,
+    /// Target; list explains each in a line
+    #[arg(long, value_parser = parse_target(), value_name = "TARGET", hide_possible_values = true)]
+    to: String,
+    #[command(flatten)]
+    options: ExportOptions,
     /// Overwrite an existing file
     #[arg(long)]
     force: bool,
@@ -86,15 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.force,
     )?;
     let file = CalibrationFile::read(calibration)?;
-    let options = ExportOptions {
-        name: args.name.clone(),
-        device_id: args.device_id,
-        rotation: args.rotation.as_ref().map(|r| r.0),
-        counts_per_g: args.counts_per_g,
-        counts_per_deg_s: args.counts_per_deg_s,
-        upper_limit: args.upper_limit,
-    };
-    let written = export(&file, target, &options)?;
+    let written = export(&file, target, &args.options)?;
     match output {
         Some(path) => write_text(path, args.force, &written.text)?,
         None => text::print(&written.text)?,

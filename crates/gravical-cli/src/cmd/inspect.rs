@@ -5,35 +5,30 @@ use std::process::ExitCode;
 
 use gravical::Error;
 use gravical::calibration_file::InputFile;
-use gravical::inspect::inspect;
-use gravical::recording::{join_gyroscope, read};
+use gravical::inspect::{InspectOptions, inspect};
+use gravical::recording::{ReadOptions, join_gyroscope, read};
 use gravical::session::{axes, files_in, is_something_else, read_listed, several_with_gyro};
 use gravical_report::report;
 
-use crate::options::RecordingArgs;
+use crate::options::reading;
 use crate::report::{ReportArgs, with_origin};
 use crate::{failure, text};
 
 /// Show what is in a recording: columns, units, rate, defects, rests
 #[derive(clap::Args)]
-#[command(
-    after_help = "\
-Example: gravical inspect session/*.csv
-How a recording is read (units, columns, rate): options in `gravical inspect --help`.",
-    after_long_help = "\
+#[command(after_help = "\
 Example: gravical inspect session/*.csv
 
-Exit codes: 0 read, 3 at least one file cannot be read."
-)]
+Exit codes: 0 read, 3 at least one file cannot be read")]
 pub struct Args {
-    /// Recordings, text or CSV, plain or .gz, or folders of them; - reads standard input
+    /// Recordings, or folders of them; - for stdin
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Gyroscope of the recording in a second file, joined by time
-    #[arg(long, value_name = "FILE")]
-    gyro: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
+    /// Gyroscope in a second file, joined by time
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
@@ -41,12 +36,14 @@ pub struct Args {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    recording: RecordingArgs,
+    recording: ReadOptions,
+    #[command(flatten)]
+    options: InspectOptions,
 }
 
 /// Runs the command. A file that cannot be read does not stop the others.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let options = args.recording.read_options(args.report.is_wanted());
+    let options = reading(&args.recording, args.report.is_wanted());
     options.validate()?;
     let inputs = args.files.iter().chain(&args.gyro);
     let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
@@ -88,7 +85,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         });
         match recording {
             Ok(recording) => {
-                let inspection = inspect(&recording, &args.recording.axes.0);
+                let inspection = inspect(&recording, &args.options.axes);
                 let document = report::inspection(&inspection);
                 let document = with_origin(document, &InputFile::of(&[recording]));
                 args.report.write(args.force, &document)?;

@@ -17,6 +17,7 @@ use gravical_report::figure;
 use gravical_report::report;
 
 use crate::failure::QUALITY;
+use crate::options::reading;
 use crate::report::{check_outputs, with_origin};
 use crate::table::Target;
 use crate::text;
@@ -43,7 +44,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     options.validate()?;
     let truth = args.truth()?;
     // A report lists the checksum of its input.
-    let read_options = args.recording.read_options(args.report.is_wanted());
+    let read_options = reading(&args.recording, args.report.is_wanted());
     let inputs = std::slice::from_ref(&args.input);
     let swap =
         "the arguments are swapped: the recording is the argument, the calibration belongs to -c";

@@ -4,17 +4,17 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
+use gravical::Error;
 use gravical::escape::path_text;
 use gravical::export::kalibr;
-use gravical::noise::{NoiseOptions, NoiseResult, PARTS, Part, Spacing, noise};
+use gravical::noise::{NoiseOptions, NoiseResult, noise};
 use gravical::output::write_text;
-use gravical::poses::face::AxisMap;
-use gravical::{Error, Result};
+use gravical::recording::ReadOptions;
 use gravical_report::figure::noise::figures;
 use gravical_report::report;
 
 use crate::figures::FigureArgs;
-use crate::options::RecordingArgs;
+use crate::options::reading;
 use crate::report::{ReportArgs, check_outputs, with_origin};
 use crate::text;
 
@@ -24,41 +24,30 @@ use crate::text;
 /// intervals, or how long a recording would show them. What moves is not noise: only static
 /// intervals are used.
 #[derive(Debug, clap::Args)]
-#[command(
-    after_help = "\
-Example: gravical noise desk.csv --part mpu6050 --report noise.html
-How a recording is read (units, columns, rate): options in `gravical noise --help`.",
-    after_long_help = "\
+#[command(after_help = "\
 Examples:
   gravical noise desk.csv --part mpu6050 --report noise.html
   gravical noise desk.csv -o noise.json
   gravical noise desk.csv --to kalibr -o imu.yaml
 
-Two hours at a constant temperature show N and B; K takes longer. Exit codes: 0 analysed, 3 cannot
-be read, or never at rest."
-)]
+Two hours at a constant temperature show N and B; K takes longer.")]
 pub struct Args {
     /// Recording of a sensor at rest, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
-    /// File to write: the result as JSON, which `calibrate --noise` and `motion --noise` take, or
-    /// that of --to
+    /// The result as JSON, or that of --to
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
     figures: FigureArgs,
-    /// Averaging times
-    #[arg(long, value_enum, value_name = "SPACING", default_value = "octave")]
-    spacing: SpacingArg,
-    /// Part whose data sheet N is compared with: MPU6050, MPU9250 or ICM42688P
-    #[arg(long, value_name = "PART", value_parser = part)]
-    part: Option<&'static Part>,
-    /// Write the noise for another program to -o, or to stdout
-    #[arg(long, value_enum, value_name = "TARGET")]
+    #[command(flatten)]
+    options: NoiseOptions,
+    /// kalibr: its imu.yaml, to -o or stdout
+    #[arg(long, value_name = "TARGET", hide_possible_values = true)]
     to: Option<To>,
-    /// With --to: upper limits for parameters that are not determined
+    /// With --to: limits for what is not determined
     #[arg(long, requires = "to")]
     upper_limit: bool,
     /// Overwrite existing files
@@ -71,7 +60,7 @@ pub struct Args {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    recording: RecordingArgs,
+    recording: ReadOptions,
 }
 
 /// A target of --to.
@@ -81,24 +70,6 @@ enum To {
     Kalibr,
 }
 
-/// [`Spacing`] as an option.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum SpacingArg {
-    /// 1, 2, 4, 8 … samples
-    Octave,
-    /// Four in each octave
-    Dense,
-    /// 1, 2, 5, 10 … samples
-    Decade,
-}
-
-fn part(name: &str) -> std::result::Result<&'static Part, String> {
-    Part::of_name(name).ok_or_else(|| {
-        let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
-        format!("known parts: {}", names.join(", "))
-    })
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -106,7 +77,6 @@ fn part(name: &str) -> std::result::Result<&'static Part, String> {
 /// A file that cannot be read, a sensor that is never at rest, an existing output file, I/O
 /// errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    check_axes(args)?;
     let output = args.output.as_deref();
     if args.to.is_some() && args.json && output.is_none() {
         return Err(Error::usage(
@@ -123,10 +93,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         &[&args.input],
         args.force,
     )?;
-    let read = args
-        .recording
-        .read_options(args.report.is_wanted() || output.is_some());
-    let result = noise(&args.input, &read, &options_of(args))?;
+    let named = args.report.is_wanted() || output.is_some();
+    let read = reading(&args.recording, named);
+    let result = noise(&args.input, &read, &args.options)?;
     let figures = figures(&result);
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
     args.report.write(args.force, &document)?;
@@ -165,28 +134,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         None => {}
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn check_axes(args: &Args) -> Result<()> {
-    if args.recording.axes.0 == AxisMap::default() {
-        return Ok(());
-    }
-    Err(Error::usage(
-        "axes-unused",
-        "noise analyses each axis of the sensor separately",
-    )
-    .with_hint("remove --axes"))
-}
-
-fn options_of(args: &Args) -> NoiseOptions {
-    NoiseOptions {
-        spacing: match args.spacing {
-            SpacingArg::Octave => Spacing::Octave,
-            SpacingArg::Dense => Spacing::Dense,
-            SpacingArg::Decade => Spacing::Decade,
-        },
-        part: args.part,
-    }
 }
 
 fn json(result: &NoiseResult) -> anyhow::Result<String> {

@@ -2,14 +2,13 @@
 
 mod args;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use gravical::escape::{path_text, path_word};
 use gravical::simulate::{Scenario, Truth, simulate_to};
 
 use crate::text;
-use args::Shared;
-
 pub use args::Args;
 
 /// Runs the command.
@@ -18,8 +17,8 @@ pub use args::Args;
 ///
 /// An option out of range, an existing file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let (options, shared) = args.options();
-    let (truth, written) = simulate_to(&options, &shared.output, shared.force)?;
+    let (options, output, shared) = args.options()?;
+    let (truth, written) = simulate_to(&options, output, shared.force)?;
     if shared.json {
         text::print_json(&truth)?;
     }
@@ -39,7 +38,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 path_text(path)
             ));
         }
-        let next = next(&truth, &options.scenario, shared);
+        let next = next(&truth, &options.scenario, output);
         text::say(&format!("next: {next}"));
     }
     Ok(ExitCode::SUCCESS)
@@ -53,10 +52,10 @@ fn clipped(rows: usize) -> String {
 }
 
 /// The command that makes most of what was written.
-fn next(truth: &Truth, scenario: &Scenario, shared: &Shared) -> String {
-    let dir = path_word(&shared.output);
+fn next(truth: &Truth, scenario: &Scenario, output: &Path) -> String {
+    let dir = path_word(output);
     let file = truth.files.first().map_or("", |f| f.name.as_str());
-    let file = path_word(&shared.output.join(file));
+    let file = path_word(&output.join(file));
     let gravity = truth.gravity_mps2;
     match scenario {
         Scenario::SixPosition(o) if !o.continuous => {

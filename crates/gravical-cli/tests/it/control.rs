@@ -24,7 +24,7 @@ fn harmless(text: &str, what: &str) {
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let run = run_in(at, ["demo", "d", "--json"]);
+    let run = run_in(at, ["demo", "-o", "d", "--json"]);
     assert_eq!(run.code, 0, "{}", run.err);
     let line = fs::read_to_string(at.join("d/line/line.csv")).unwrap();
     let mut lines: Vec<String> = line.lines().map(str::to_owned).collect();
@@ -172,7 +172,7 @@ fn no_verb_passes_on_what_steers_a_terminal() {
         &["export", &bad, "--to", "imucal"],
         &["log", "--port", HOSTILE, "-o", &out],
         &["simulate", "line", "-o", &out, HOSTILE],
-        &["demo", &out],
+        &["demo", "-o", &out],
         &["ports", HOSTILE],
         &[HOSTILE],
     ];

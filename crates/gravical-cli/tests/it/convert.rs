@@ -110,12 +110,6 @@ fn what_cannot_be_converted_is_said() {
             ],
             "no-date",
         ),
-        (
-            &[
-                "convert", "in.csv", "--axes", "y,x,-z", "-o", "out.csv", "--json",
-            ],
-            "axes-unused",
-        ),
     ] {
         let run = run_in(folder.path(), arguments);
         assert_eq!(run.json()["code"], code, "{}", run.out);

@@ -59,13 +59,13 @@ fn it_calibrates_moves_and_reports() {
 #[test]
 fn nothing_of_an_earlier_run_is_lost() {
     let folder = tempfile::tempdir().unwrap();
-    let first = run_in(folder.path(), ["demo", "here"]);
+    let first = run_in(folder.path(), ["demo", "-o", "here"]);
     assert_eq!(first.code, 0, "{}", first.err);
     assert!(first.out.contains("Verdict: good") && first.out.contains("here/motion.html"));
     let before = fs::read(folder.path().join("here/motion.html")).unwrap();
     fs::remove_file(folder.path().join("here/poses/poses.csv")).unwrap();
 
-    let again = run_in(folder.path(), ["demo", "here", "--json"]);
+    let again = run_in(folder.path(), ["demo", "-o", "here", "--json"]);
     assert_eq!((again.code, again.error_code().as_str()), (2, "exists"));
     assert!(
         !folder.path().join("here/poses/poses.csv").exists(),
@@ -75,7 +75,10 @@ fn nothing_of_an_earlier_run_is_lost() {
         fs::read(folder.path().join("here/motion.html")).unwrap(),
         before
     );
-    assert_eq!(run_in(folder.path(), ["demo", "here", "--force"]).code, 0);
+    assert_eq!(
+        run_in(folder.path(), ["demo", "-o", "here", "--force"]).code,
+        0
+    );
     // Without a name it takes the next number.
     for written in ["gravical-demo/motion.html", "gravical-demo-2/motion.html"] {
         assert_eq!(run_in(folder.path(), ["demo"]).code, 0);
@@ -87,7 +90,7 @@ fn nothing_of_an_earlier_run_is_lost() {
 fn a_folder_that_cannot_be_made() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("file"), "x").unwrap();
-    let run = run_in(folder.path(), ["demo", "file/below"]);
+    let run = run_in(folder.path(), ["demo", "-o", "file/below"]);
     assert_eq!(run.code, 2, "{}", run.err);
     assert!(
         run.err.contains("file/below") && run.err.contains("no-folder"),
@@ -101,7 +104,7 @@ fn a_folder_that_cannot_be_made() {
 fn the_figure_of_the_readme_is_what_the_demo_draws() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name).display().to_string();
-    let demo = run_in(folder.path(), ["demo", "here", "--json"]);
+    let demo = run_in(folder.path(), ["demo", "-o", "here", "--json"]);
     assert_eq!(demo.code, 0, "{}", demo.err);
     let (line, cal, out) = (
         place("here/line/line.csv"),

@@ -139,7 +139,6 @@ fn wrong_calls() {
         ("rest.csv", 2, "no-filter"),
         ("rest.csv --filter butter:4,60Hz", 2, "filter-range"),
         ("rest.csv --filter butter:4,1e-9Hz", 2, "filter-range"),
-        ("rest.csv --filter mean:3 --axes y,-x,z", 2, "axes-unused"),
         ("rest.csv --filter mean:3 -o rest.csv", 2, "target-is-input"),
         ("untimed.csv --filter butter:4,5Hz", 2, "rate-unknown"),
         ("untimed.csv --filter savgol:5,2,1", 2, "rate-unknown"),

@@ -130,48 +130,40 @@ fn json_stands_alone_and_beside_a_file() {
 }
 
 #[test]
-fn the_preset_is_its_flags_and_flags_beat_it() {
+fn the_procedure_of_the_student_report() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     line(path);
-    let preset = motion(path, "line/line.csv -c cal.json --procedure report", 0);
-    let flags = "--gravity-removal initial-mean --smooth savgol:5,2";
+    let initial_mean = "line/line.csv -c cal.json --gravity-removal initial-mean";
+    let report = motion(path, &format!("{initial_mean} --smooth savgol:5,2"), 0);
     assert!(
-        preset["procedure"]
+        report["procedure"]
             .as_str()
             .unwrap()
             .starts_with("smoothed by savgol:5,2; ")
     );
-    assert_eq!(
-        preset,
-        motion(path, &format!("line/line.csv -c cal.json {flags}"), 0)
-    );
-    assert_eq!(preset["frame"], "the sensor's own axes");
+    assert_eq!(report["frame"], "the sensor's own axes");
     for more in [
         "--zero-velocity on",
         "--rests 0-4",
         "--causal",
         "--v0 1,0,0",
     ] {
-        let call = format!("motion line/line.csv --procedure report {more}");
+        let call = format!("motion {initial_mean} {more}");
         refused(path, &call, 2, "option-range", &["mean of the first rows"]);
     }
     let followed = motion(
         path,
-        "line/line.csv -c cal.json --procedure report --gravity-removal constant-tilt --smooth none",
+        "line/line.csv -c cal.json --gravity-removal constant-tilt",
         0,
     );
     assert_eq!(numbers(&followed["final"]["velocity_mps"]), [0.0; 3]);
 
     // Smoothing changes the noise, not the end.
-    let rough = motion(
-        path,
-        "line/line.csv -c cal.json --procedure report --smooth none",
-        0,
-    );
+    let rough = motion(path, initial_mean, 0);
     assert_eq!(rough["procedure"].as_str().unwrap().find("smoothed"), None);
     let (a, b) = (
-        &preset["final"]["position_m"],
+        &report["final"]["position_m"],
         &rough["final"]["position_m"],
     );
     for (a, b) in numbers(a).into_iter().zip(numbers(b)) {

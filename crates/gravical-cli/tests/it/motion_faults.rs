@@ -44,7 +44,7 @@ fn wrong_calls() {
         "--rests five",
         "--v0 1,2",
         "--p0 1,2,up",
-        "--procedure best",
+        "--gravity-removal best",
         "--zero-velocity maybe",
     ] {
         let run = run_in(path, words(&format!("motion line/line.csv {wrong}")));

@@ -10,7 +10,7 @@ use crate::support::*;
 /// A folder with a line and what it was calibrated with.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let run = run_in(folder.path(), ["demo", "d", "--json"]);
+    let run = run_in(folder.path(), ["demo", "-o", "d", "--json"]);
     assert_eq!(run.code, 0, "{}", run.err);
     for (from, to) in [
         ("line/line.csv", "line.csv"),

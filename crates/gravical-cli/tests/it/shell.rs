@@ -39,6 +39,20 @@ fn help_of_the_program_and_of_every_verb() {
 }
 
 #[test]
+fn help_is_a_line_for_each_option() {
+    for verb in VERBS {
+        if ["live", "log"].contains(&verb) {
+            continue;
+        }
+        let help = run([verb, "--help"]).out;
+        assert!(help.lines().count() <= 60, "{verb}: {help}");
+        let options = help.lines().filter(|line| line.starts_with("      --"));
+        let wrapped = options.filter(|line| line.split("  ").filter(|s| !s.is_empty()).count() < 2);
+        assert_eq!(wrapped.collect::<Vec<_>>(), [""; 0], "{verb}");
+    }
+}
+
+#[test]
 fn completions_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let run = run(["completions", shell]);

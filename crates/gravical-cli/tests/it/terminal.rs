@@ -96,7 +96,7 @@ fn on_screen(
 
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let made = run_in(folder.path(), ["demo", "d", "--json"]);
+    let made = run_in(folder.path(), ["demo", "-o", "d", "--json"]);
     assert_eq!(made.code, 0, "{}", made.err);
     folder
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class Error(Exception):
     """Base class of all errors of this package.
@@ -24,14 +26,13 @@ class Error(Exception):
     def __init__(
         self,
         message: str,
-        *,
-        code: str = "internal",
+        code: str = "usage",
         hint: str | None = None,
         file: str | None = None,
         line: int | None = None,
         column: int | None = None,
     ) -> None:
-        super().__init__(message)
+        super().__init__(message, code, hint, file, line, column)
         self.message = message
         self.code = code
         self.hint = hint
@@ -65,27 +66,15 @@ class MachineError(Error, OSError):
 
 
 _CLASSES: dict[str, type[Error]] = {
+    "not-found": NotFoundError,
+    "exists": ExistsError,
     "usage": UsageError,
     "input": InputError,
     "system": MachineError,
 }
-_BY_CODE: dict[str, type[Error]] = {"not-found": NotFoundError, "exists": ExistsError}
 
 
-def raised(
-    category: str,
-    code: str,
-    message: str,
-    hint: str | None,
-    file: str | None,
-    line: int | None,
-    column: int | None,
-) -> Error:
+def raised(category: str, message: str, code: str, *rest: Any) -> Error:
     """The exception for an error of the native part."""
-    kind = _BY_CODE.get(code) or _CLASSES.get(category, Error)
-    return kind(message, code=code, hint=hint, file=file, line=line, column=column)
-
-
-def usage(message: str, hint: str | None = None, code: str = "usage") -> UsageError:
-    """A wrong argument."""
-    return UsageError(message, code=code, hint=hint)
+    kind = _CLASSES.get(code) or _CLASSES.get(category, Error)
+    return kind(message, code, *rest)

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _gravical, _tables
-from ._errors import usage
-from ._findings import Finding
-from ._types import Floats, Path, Reading, options, text
+from ._errors import UsageError
+from ._keywords import Floats, is_path, keywords
+from ._result import Record, parsed
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
+CHANNELS = ("t", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
 
 
-class Recording(_tables.Columns):
+class Recording:
     """Samples of one sensor in columns, with what is known of them.
 
     Made by :func:`gravical.read`, :meth:`from_arrays`, or a table that is given to any function.
     Values are in the unit of the file; an empty cell is NaN. Arrays are read-only views of the
-    recording's own memory, which lives as long as they do.
+    recording's own memory, which lives as long as they do; None without such a channel.
 
     Attributes
     ----------
@@ -32,21 +30,64 @@ class Recording(_tables.Columns):
     ax, ay, az : array of shape (n,)
         Specific force, in ``accel_unit``, less ``zero_offset``.
     gx, gy, gz : array of shape (n,) or None
-        Angular rate, in ``gyro_unit``; None without a gyroscope.
+        Angular rate, in ``gyro_unit``.
     temperature : array of shape (n,) or None
         Temperature of the sensor, °C.
+    name, description : str
+        Path or name, and how it was read, in words.
+    rows : int
+        Number of samples.
+    column_names : list of str
+        Names of the columns of the file or table; empty without a header.
+    accel_unit, gyro_unit : str
+        ``m/s^2``, ``g``, ``mg``, ``counts``; ``rad/s``, ``deg/s``, ``counts``; or ``unknown``.
+    zero_offset : float
+        What was subtracted from the accelerometer's counts.
+    rate_hz : float or None
+        Sampling rate, of the time stamps, otherwise as given.
+    breaks : list of int
+        Rows that do not continue the row before.
+    recorded : str or None
+        When it begins (RFC 3339, UTC), if the time stamps are dates.
+    findings : list of Record
+        What is odd, with the lines: ``kind``, ``severity``, ``message``, ``lines``, ``count``.
     """
 
-    __slots__ = ("_native",)
+    if TYPE_CHECKING:
+        t: Floats | None
+        ax: Floats
+        ay: Floats
+        az: Floats
+        gx: Floats | None
+        gy: Floats | None
+        gz: Floats | None
+        temperature: Floats | None
+        name: str
+        description: str
+        rows: int
+        column_names: list[str]
+        accel_unit: str
+        gyro_unit: str | None
+        zero_offset: float
+        rate_hz: float | None
+        breaks: list[int]
+        recorded: str | None
+        findings: list[Record]
+
     _native: _gravical.Recording
 
     def __init__(self, native: _gravical.Recording) -> None:
         if not isinstance(native, _gravical.Recording):
-            raise usage(
-                "a recording is not made of this",
-                "use gravical.read(path) or Recording.from_arrays(t=…, accel=…)",
-            )
+            hint = "use gravical.read(path) or Recording.from_arrays(t=…, accel=…)"
+            raise UsageError("a recording is not made of this", hint=hint)
         self._native = native
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name in CHANNELS:
+            return self._native.channel(name) if name in self._native.channels() else None
+        return getattr(parsed(self._native.facts()), name)
 
     @classmethod
     def from_arrays(
@@ -59,7 +100,7 @@ class Recording(_tables.Columns):
         labels: Any = None,
         unit: str | None = None,
         name: str = "recording",
-        **reading: Unpack[Reading],
+        **reading: Any,
     ) -> Recording:
         """A recording of samples in memory.
 
@@ -81,7 +122,7 @@ class Recording(_tables.Columns):
         name : str
             Name in messages.
         **reading
-            How samples are read: see :class:`Reading`.
+            As of :func:`gravical.read`.
 
         Raises
         ------
@@ -98,148 +139,30 @@ class Recording(_tables.Columns):
         >>> recording.rows, recording.rate_hz
         (200, 100.0)
         """
-        text(name, "name")
         xyz = _tables.vectors(accel, "accel")
-        names, columns = ["ax", "ay", "az"], list(xyz.T)
+        columns: dict[str, Any] = {} if t is None else {"t": _tables.scalars(t, "t", len(xyz))}
+        columns.update(zip(("ax", "ay", "az"), xyz.T))
         if gyro is not None:
-            names += ["gx", "gy", "gz"]
-            columns += list(_tables.vectors(gyro, "gyro", len(xyz)).T)
+            columns.update(zip(("gx", "gy", "gz"), _tables.vectors(gyro, "gyro", len(xyz)).T))
         if temperature is not None:
-            names.append("temperature_c")
-            columns.append(_tables.scalars(temperature, "temperature", len(xyz)))
-        if t is not None:
-            names.insert(0, "t")
-            columns.insert(0, _tables.scalars(t, "t", len(xyz)))
-            if np.asarray(t).dtype.kind in "Mm" and reading.get("time_unit") is None:
-                reading["time_unit"] = "s"
-        given: list[Any] = [_tables.floats(column) for column in columns]
+            columns["temperature_c"] = _tables.scalars(temperature, "temperature", len(xyz))
         if labels is not None:
-            try:
-                texts = [str(label) for label in labels]
-            except TypeError:
-                raise usage("labels= is no list of texts") from None
-            if len(texts) != len(xyz):
-                raise usage(
-                    f"labels= has {len(texts)} texts, accel= has {len(xyz)} samples",
-                    "give one label for every sample",
-                    code="samples-length",
-                )
-            names.append("label")
-            given.append(texts)
+            if isinstance(labels, (str, bytes)) or np.shape(labels) != (len(xyz),):
+                message = f"labels=: {len(xyz)} texts are needed, one for every sample"
+                raise UsageError(message, "samples-length")
+            columns["label"] = [str(label) for label in labels]
         if unit is not None:
             if reading.get("accel_unit") not in (None, unit):
-                raise usage("unit= and accel_unit= differ", "give one of the two")
-            reading["accel_unit"] = unit  # type: ignore[typeddict-item]
-        return cls(_gravical.Recording.from_table(name, names, given, options(reading)))
-
-    @classmethod
-    def from_table(
-        cls, table: Any, *, name: str = "table", **reading: Unpack[Reading]
-    ) -> Recording:
-        """A recording of a table in memory, its columns recognised as those of a file.
-
-        Parameters
-        ----------
-        table : DataFrame of pandas or polars, Arrow table, or mapping from names to arrays
-            Dates, integers and columns of texts with the labels of poses are understood. The index
-            of a pandas frame is used if it holds dates.
-        name : str
-            Name in messages.
-        **reading
-            How it is read: see :class:`Reading`; ``columns`` names what is not recognised.
-
-        Raises
-        ------
-        InputError
-            ``no-accelerometer``, ``columns-unknown`` if the columns are not recognised.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> rest = np.ones(200)
-        >>> table = {"acc_x": 0 * rest, "acc_y": 0 * rest, "acc_z": rest}
-        >>> Recording.from_table(table, rate=50).accel_unit
-        'g'
-        """
-        names, columns, dated = _tables.table_columns(table)
-        text(name, "name")
-        if dated and reading.get("time_unit") is None:
-            reading["time_unit"] = "s"
-        return cls(_gravical.Recording.from_table(name, names, columns, options(reading)))
-
-    @property
-    def name(self) -> str:
-        """Path of the file as given, or the name of the recording."""
-        return self._native.name
-
-    @property
-    def description(self) -> str:
-        """How it was read, in words."""
-        return self._native.description
-
-    @property
-    def rows(self) -> int:
-        """Number of samples."""
-        return self._native.rows
-
-    def __len__(self) -> int:
-        return self._native.rows
+                raise UsageError("unit= and accel_unit= differ", hint="give one of the two")
+            reading["accel_unit"] = unit
+        if t is not None and np.asarray(t).dtype.kind in "Mm":
+            reading.setdefault("time_unit", "s")
+        return read(columns, name=name, **reading)
 
     @property
     def columns(self) -> dict[str, Floats]:
-        """All channels by name, as read-only views: ``t``, ``ax`` … ``gz``, ``temperature``."""
+        """All channels by name: ``t``, ``ax`` … ``gz``, ``temperature``."""
         return {name: self._native.channel(name) for name in self._native.channels()}
-
-    @property
-    def column_names(self) -> list[str]:
-        """Names of the columns of the file or table; empty without a header."""
-        return self._native.column_names
-
-    def __getitem__(self, channel: str) -> Floats:
-        return self._native.channel(channel)
-
-    def _channel(self, name: str) -> Floats | None:
-        return self._native.channel(name) if name in self._native.channels() else None
-
-    @property
-    def t(self) -> Floats | None:
-        """Seconds since the first row; None without usable time stamps."""
-        return self._channel("t")
-
-    @property
-    def ax(self) -> Floats:
-        """Specific force along x."""
-        return self._native.channel("ax")
-
-    @property
-    def ay(self) -> Floats:
-        """Specific force along y."""
-        return self._native.channel("ay")
-
-    @property
-    def az(self) -> Floats:
-        """Specific force along z."""
-        return self._native.channel("az")
-
-    @property
-    def gx(self) -> Floats | None:
-        """Angular rate about x."""
-        return self._channel("gx")
-
-    @property
-    def gy(self) -> Floats | None:
-        """Angular rate about y."""
-        return self._channel("gy")
-
-    @property
-    def gz(self) -> Floats | None:
-        """Angular rate about z."""
-        return self._channel("gz")
-
-    @property
-    def temperature(self) -> Floats | None:
-        """Temperature, °C."""
-        return self._channel("temperature")
 
     @property
     def accel(self) -> Floats:
@@ -249,7 +172,7 @@ class Recording(_tables.Columns):
     @property
     def gyro(self) -> Floats | None:
         """Angular rate, shape (n, 3): a new array; None without a gyroscope."""
-        if "gx" not in self._native.channels():
+        if self.gx is None:
             return None
         return np.stack([self[name] for name in ("gx", "gy", "gz")], axis=1)
 
@@ -257,48 +180,36 @@ class Recording(_tables.Columns):
     def labels(self) -> list[str] | None:
         """Label of each row; None without a column of labels."""
         found = self._native.labels()
-        if found is None:
-            return None
-        names, of_row = found
-        return [names[i] for i in of_row]
+        return None if found is None else [found[0][i] for i in found[1]]
 
-    @property
-    def accel_unit(self) -> str:
-        """Unit of the accelerometer: ``m/s^2``, ``g``, ``mg``, ``counts`` or ``unknown``."""
-        return self._native.accel_unit
+    def to_pandas(self) -> Any:
+        """All channels as a data frame of pandas."""
+        import pandas
 
-    @property
-    def gyro_unit(self) -> str | None:
-        """Unit of the gyroscope: ``rad/s``, ``deg/s``, ``counts`` or ``unknown``."""
-        return self._native.gyro_unit
+        return pandas.DataFrame(self.columns)
 
-    @property
-    def zero_offset(self) -> float:
-        """What was subtracted from the accelerometer's counts."""
-        return self._native.zero_offset
+    def to_polars(self) -> Any:
+        """All channels as a data frame of polars."""
+        import polars
 
-    @property
-    def rate_hz(self) -> float | None:
-        """Sampling rate, Hz, of the time stamps, otherwise as given."""
-        return self._native.rate_hz
+        return polars.DataFrame(self.columns)
 
-    @property
-    def breaks(self) -> list[int]:
-        """Rows that do not continue the row before."""
-        return self._native.breaks
+    def to_arrow(self) -> Any:
+        """All channels as a table of Arrow, without copies; needs pyarrow."""
+        import pyarrow
 
-    @property
-    def recorded(self) -> str | None:
-        """When it begins (RFC 3339, UTC), if the time stamps are dates."""
-        return self._native.recorded
+        columns = {name: pyarrow.array(values) for name, values in self.columns.items()}
+        return pyarrow.table(columns)
 
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What is odd, with the lines."""
-        return Finding._all(json.loads(self._native.findings_json()))
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """The Arrow PyCapsule interface; needs pyarrow."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
 
-    def _named(self) -> dict[str, Floats]:
-        return self.columns
+    def __getitem__(self, channel: str) -> Floats:
+        return self._native.channel(channel)
+
+    def __len__(self) -> int:
+        return self.rows
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickled, (self._native.to_bytes(),)
@@ -309,43 +220,46 @@ class Recording(_tables.Columns):
         return f"<Recording {self.name!r}: {self.rows} rows{rate}, {self.accel_unit}{gyro}>"
 
 
-
-#: A path, a recording, or a table: a data frame of pandas or polars, an object with
-#: ``__arrow_c_stream__``, or a mapping from column names to arrays.
-Source = Union[Path, Recording, Mapping[str, Any], Any]
-
-
 def _unpickled(data: bytes) -> Recording:
     return Recording(_gravical.Recording.from_bytes(data))
 
 
-def read(
-    source: Source, *, gyro: Path | None = None, name: str | None = None, **reading: Unpack[Reading]
-) -> Recording:
-    """Read a recording.
+def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
+    """Read a recording. All keywords are optional: by default the file says it itself.
 
     Parameters
     ----------
     source : path, bytes, binary file, or table
-        Text or CSV in any of the formats that the program reads, plain or ``.gz``; the content of
-        such a file; or a table in memory (:meth:`Recording.from_table`).
-    gyro : path, optional
-        Gyroscope of the recording in a second file, joined by time.
+        Text or CSV in any of the formats that the program reads, plain or ``.gz``, or ``.cwa``; the
+        content of such a file; or a table in memory: a data frame of pandas or polars, an Arrow
+        table, or a mapping from names to arrays. Its columns are recognised as those of a file;
+        dates, integers and columns of texts with the labels of poses are understood.
     name : str, optional
         Name in messages, for what has none of its own.
-    **reading
-        How it is read where it does not say so itself: see :class:`Reading`.
-
-    Returns
-    -------
-    Recording
+    gyro : path
+        Gyroscope of the file in a second one, joined by time.
+    accel_unit, gyro_unit : str
+        ``"m/s^2"``, ``"g"``, ``"mg"``, ``"counts"``; ``"rad/s"``, ``"deg/s"``, ``"counts"``.
+    accel_range, gyro_range : float
+        Full scale in g and °/s, for raw counts.
+    columns : str or mapping
+        What each column holds: ``{"t": "Timestamp", "ax": "acc_x", "gx": None}``, or in order
+        ``"t,ax,ay,az,_,-"``.
+    sensor : str or int
+        Which of several sensors in the file.
+    rate : float
+        Sampling rate in Hz, where there are no time stamps.
+    time_unit : str
+        ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``.
+    zero_offset : float
+        Offset of raw counts.
 
     Raises
     ------
     NotFoundError
         There is no such file.
     InputError
-        The file holds no recording: ``no-rows``, ``no-accelerometer``, ``columns-unknown`` …
+        It holds no recording: ``no-rows``, ``no-accelerometer``, ``columns-unknown`` …
     UsageError
         ``option-range`` for a rate or range that no sensor has.
 
@@ -355,87 +269,63 @@ def read(
     >>> gravical.read(text)
     <Recording 'bytes': 3 rows, 100 Hz, m/s^2>
     """
-    if name is not None:
-        text(name, "name")
-    if isinstance(source, Recording):
-        if reading or gyro is not None:
-            raise usage(
-                "the recording is read already; what says how it is read comes too late",
-                "give these arguments where the recording is made",
-            )
+    if name is not None and not isinstance(name, str):
+        raise UsageError(f"name=: a {type(name).__name__} is no text")
+    if isinstance(source, Recording) and not reading:
         return source if name is None else Recording(source._native.named(name))
-    if _tables.is_table(source):
-        if gyro is not None:
-            raise usage("gyro= joins two files", "put the gyroscope into the table")
-        return Recording.from_table(source, name=name or "table", **reading)
-    if hasattr(source, "read"):
-        file: Any = source
-        source, name = file.read(), name or str(getattr(file, "name", "file"))
+    native, extra = native_source(source, name)
+    return Recording(_gravical.read(native, keywords({**extra, **reading})))
+
+
+def native_source(source: Any, name: str | None = None) -> tuple[Any, dict[str, Any]]:
+    """A recording, or what it is made of, for the native part; and what is known of how to read it."""
+    if isinstance(source, Recording):
+        return (source if name is None else read(source, name=name))._native, {}
+    if is_path(source):
+        return (source if name is None else (name, source)), {}
+    if hasattr(source, "read") and not _tables.is_table(source):
+        source, name = source.read(), name or str(getattr(source, "name", "file"))
     if isinstance(source, (bytes, bytearray, memoryview)):
-        if gyro is not None:
-            raise usage("gyro= joins two files", "write the recording to a file first")
-        given = options(reading)
-        return Recording(_gravical.read_bytes(bytes(source), name or "bytes", given))
-    beside = None if gyro is None else path_of(gyro)
-    recording = _gravical.read(path_of(source), beside, options(reading))
-    return Recording(recording if name is None else recording.named(name))
-
-
-def path_of(source: Any) -> Path:
-    """The path, or an error that says what else there could be."""
-    if isinstance(source, (str, os.PathLike)):
-        return source
-    raise usage(
+        return (name or "bytes", bytes(source)), {}
+    if _tables.is_table(source):
+        names, columns, dated = _tables.table_columns(source)
+        return (name or "table", names, columns), {"time_unit": "s"} if dated else {}
+    raise UsageError(
         f"a {type(source).__name__} is no recording",
-        "give a path, a Recording, a data frame, a mapping of columns, "
+        hint="give a path, a Recording, a data frame, a mapping of columns, "
         "or arrays through Recording.from_arrays(t=…, accel=…)",
     )
 
 
-def session_of(
-    session: Any, reading: Reading
-) -> tuple[list[Path] | None, list[_gravical.Recording] | None]:
-    """The recordings of a session: paths, or what is in memory."""
-    if isinstance(session, (str, os.PathLike)):
-        return [session], None
+def session_of(session: Any, options: Mapping[str, Any]) -> tuple[list[Any], str]:
+    """The recordings of a session for the native part, and the keywords."""
+    parts: list[tuple[str | None, Any]]
     if isinstance(session, Mapping) and not _is_columns(session):
-        named = [read(value, name=str(key), **reading) for key, value in _poses(session)]
-        return None, [r._native for r in named]
-    if isinstance(session, Recording) or _tables.is_table(session):
-        return None, [read(session, **reading)._native]
-    try:
-        all_of = list(session)
-    except TypeError:
-        all_of = []
-    if not all_of:
-        if not isinstance(session, (list, tuple)):
-            path_of(session)
-        raise usage("the session is empty", "give the recordings of the sensor at rest")
-    if all(isinstance(one, (str, os.PathLike)) for one in all_of):
-        return all_of, None
-    made = [one if isinstance(one, Recording) else read(one, **reading) for one in all_of]
-    return None, [one._native for one in made]
+        parts = [(str(key), _pose(str(key), value)) for key, value in session.items()]
+    elif isinstance(session, (list, tuple)):
+        parts = [(None, one) for one in session]
+    else:
+        parts = [(None, session)]
+    if not parts:
+        raise UsageError("the session is empty", hint="give the recordings of the sensor at rest")
+    made = [native_source(value, name) for name, value in parts]
+    extra = {key: value for _, known in made for key, value in known.items()}
+    return [source for source, _ in made], keywords({**extra, **options})
 
 
 def _is_columns(mapping: Mapping[Any, Any]) -> bool:
     """True for columns of one table, false for recordings by the name of their pose."""
 
-    def is_one(value: Any) -> bool:
-        return not isinstance(value, (str, os.PathLike, Recording, Mapping)) and (
-            not _tables.is_pandas(value)
-            and not hasattr(value, "get_columns")
-            and np.ndim(value) <= 1
-        )
+    def is_column(value: Any) -> bool:
+        if is_path(value) or _tables.is_table(value):
+            return False
+        return np.ndim(value) <= 1
 
-    return all(is_one(value) for value in mapping.values())
+    return all(is_column(value) for value in mapping.values())
 
 
-def _poses(session: Mapping[Any, Any]) -> list[tuple[Any, Any]]:
-    """Recordings by pose; an array of shape (n, 3) is the accelerometer alone."""
-    out: list[tuple[Any, Any]] = []
-    for key, value in session.items():
-        if isinstance(value, np.ndarray) or isinstance(value, list):
-            xyz = _tables.vectors(value, str(key))
-            value = {"ax": xyz[:, 0], "ay": xyz[:, 1], "az": xyz[:, 2]}
-        out.append((key, value))
-    return out
+def _pose(name: str, value: Any) -> Any:
+    """A recording; an array of shape (n, 3) is the accelerometer alone."""
+    if isinstance(value, (np.ndarray, list)):
+        return dict(zip(("ax", "ay", "az"), _tables.vectors(value, name).T))
+    return value

@@ -1,14 +1,14 @@
-"""Tables of other libraries, in and out. None of them has to be installed."""
+"""Tables of other libraries. None of them has to be installed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ._errors import usage
-from ._types import Floats
+from ._errors import UsageError
+from ._keywords import Floats
 
 
 def is_table(value: Any) -> bool:
@@ -41,7 +41,9 @@ def table_columns(table: Any) -> tuple[list[str], list[Any], bool]:
     else:
         named = _through_arrow(table)
     if not named:
-        raise usage("the table has no columns", "give columns for x, y and z of the accelerometer")
+        raise UsageError(
+            "the table has no columns", hint="give columns for x, y and z of the accelerometer"
+        )
     columns: list[Any] = []
     dated = False
     for name, values in named:
@@ -56,9 +58,9 @@ def _through_arrow(table: Any) -> list[tuple[str, Any]]:
     try:
         import pyarrow
     except ImportError:
-        raise usage(
+        raise UsageError(
             f"a {type(table).__name__} is read through Arrow, and pyarrow is not installed",
-            "pip install pyarrow, or give a mapping from names to arrays",
+            hint="pip install pyarrow, or give a mapping from names to arrays",
         ) from None
     arrow = pyarrow.table(table)
     return [(name, arrow.column(name)) for name in arrow.column_names]
@@ -67,9 +69,9 @@ def _through_arrow(table: Any) -> list[tuple[str, Any]]:
 def _column(name: str, values: Any) -> tuple[Any, bool]:
     array = _array(values)
     if array.ndim != 1:
-        raise usage(
+        raise UsageError(
             f"column {name!r} has the shape {array.shape}",
-            "give one number for each row: an array with one axis",
+            hint="give one number for each row: an array with one axis",
         )
     if array.dtype.kind == "M":
         seconds = array.astype("datetime64[ns]")
@@ -121,21 +123,21 @@ def vectors(values: Any, name: str, rows: int | None = None) -> Floats:
             if array.dtype.kind not in "biuf":
                 array = array.astype(np.float64)
     except (TypeError, ValueError) as error:
-        raise usage(
+        raise UsageError(
             f"{name}= is no array of numbers: {error}",
-            "give an array of shape (n, 3), one row for each sample",
+            hint="give an array of shape (n, 3), one row for each sample",
         ) from None
     if array.ndim != 2 or array.shape[1] != 3:
         turned = array.ndim == 2 and array.shape[0] == 3
-        raise usage(
+        raise UsageError(
             f"{name}= has the shape {array.shape}; (n, 3) is needed",
-            f"transpose it: {name}.T" if turned else "one row for each sample, x, y and z in it",
+            hint=f"transpose it: {name}.T" if turned else "one row for each sample, x, y and z in it",
         )
     if rows is not None and len(array) != rows:
-        raise usage(
+        raise UsageError(
             f"{name}= has {len(array)} samples, accel= has {rows}",
+            "samples-length",
             "give one value of each for every sample, NaN where there is none",
-            code="samples-length",
         )
     return np.asarray(array, dtype=np.float64)
 
@@ -148,98 +150,11 @@ def scalars(values: Any, name: str, rows: int) -> Floats:
     try:
         array = floats(array)
     except (TypeError, ValueError) as error:
-        raise usage(f"{name}= is no array of numbers: {error}") from None
+        raise UsageError(f"{name}= is no array of numbers: {error}") from None
     if array.ndim != 1 or len(array) != rows:
-        raise usage(
+        raise UsageError(
             f"{name}= has the shape {array.shape}; ({rows},) is needed",
+            "samples-length",
             "give one value for every sample, NaN where there is none",
-            code="samples-length",
         )
     return array
-
-
-class Columns:
-    """Named columns that other libraries take as a data frame."""
-
-    __slots__ = ()
-
-    def _named(self) -> Mapping[str, Any]:
-        raise NotImplementedError
-
-    def to_pandas(self) -> Any:
-        """All columns as a data frame of pandas."""
-        return pandas_frame(self._named())
-
-    def to_polars(self) -> Any:
-        """All columns as a data frame of polars."""
-        return polars_frame(self._named())
-
-    def to_arrow(self) -> Any:
-        """All columns as a table of Arrow, without copies where they lie in one piece; needs pyarrow."""
-        return arrow_table(self._named())
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The Arrow PyCapsule interface; needs pyarrow."""
-        return self.to_arrow().__arrow_c_stream__(requested_schema)
-
-
-def pandas_frame(columns: Mapping[str, Any]) -> Any:
-    """A data frame of pandas."""
-    import pandas
-
-    return pandas.DataFrame(dict(columns))
-
-
-def polars_frame(columns: Mapping[str, Any]) -> Any:
-    """A data frame of polars."""
-    import polars
-
-    return polars.DataFrame(dict(columns))
-
-
-def arrow_table(columns: Mapping[str, Any]) -> Any:
-    """A table of Arrow, which shares the memory of the arrays."""
-    try:
-        import pyarrow
-    except ImportError:
-        raise ImportError("Arrow tables need pyarrow: pip install pyarrow") from None
-    return pyarrow.table({name: pyarrow.array(values) for name, values in columns.items()})
-
-
-def replaced(
-    table: Any, fields: Mapping[str, int], values: Mapping[str, Any], keep: bool
-) -> Any:
-    """The table with channels replaced in place, under new names; `values` are by channel, each
-    with its name. With `keep` they are appended.
-    """
-    by_field = {} if keep else {fields[c]: v for c, v in values.items() if c in fields}
-    new = [v for c, v in values.items() if keep or c not in fields]
-    names, columns = _shown_columns(table)
-    taken = {name for name, _ in values.values()}
-    out: dict[str, Any] = {}
-    for field, (name, column) in enumerate(zip(names, columns)):
-        if field in by_field:
-            name, column = by_field[field]
-        elif name in taken:
-            name = f"input_{name}"
-        out[name] = column
-    out.update(dict(new))
-    if is_pandas(table):
-        frame = pandas_frame({k: np.asarray(v) if k in taken else v for k, v in out.items()})
-        frame.index = table.index
-        return frame
-    if hasattr(table, "get_columns"):
-        return polars_frame(out)
-    return out if isinstance(table, Mapping) else arrow_table(out)
-
-
-def _shown_columns(table: Any) -> tuple[Sequence[str], Sequence[Any]]:
-    if isinstance(table, Mapping):
-        return [str(name) for name in table], list(table.values())
-    if is_pandas(table):
-        columns = [table.iloc[:, i].array for i in range(table.shape[1])]
-        return [str(name) for name in table.columns], columns
-    if hasattr(table, "get_columns"):
-        return list(table.columns), table.get_columns()
-    named = _through_arrow(table)
-    return [name for name, _ in named], [column for _, column in named]

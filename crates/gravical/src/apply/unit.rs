@@ -1,19 +1,22 @@
 //! Units of calibrated specific force.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use gravical_recording::CALIBRATED;
 
 /// Unit in which calibrated specific force is written.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum OutputUnit {
     /// m/s².
     #[default]
-    #[serde(rename = "m/s^2")]
+    #[serde(rename = "m/s^2", alias = "m/s2", alias = "mps2")]
+    #[cfg_attr(feature = "clap", value(name = "m/s^2", aliases = ["m/s2", "mps2"]))]
     MetrePerSecondSquared,
     /// Standard gravity, 9.80665 m/s².
     #[serde(rename = "g")]
+    #[cfg_attr(feature = "clap", value(name = "g"))]
     StandardGravity,
 }
 

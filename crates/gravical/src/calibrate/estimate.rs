@@ -5,6 +5,8 @@ use gravical_core::matrix3;
 use gravical_fit::model::Covariance;
 use gravical_fit::{Fit, Options, Trust, fit};
 
+use serde::Deserialize;
+
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
 use crate::poses::Pose;
 use crate::poses::face::Face;
@@ -17,30 +19,76 @@ use super::session::Session;
 use super::undetermined::explain;
 
 /// What the user says about estimating.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct EstimateOptions {
-    /// Which estimator.
+    /// joint, or ferraris: six faces
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "METHOD",
+            default_value = "joint",
+            hide_possible_values = true
+        )
+    )]
     pub method: Method,
-    /// Tilt of the placements, degrees (sd of each of two components); default: estimated.
+    /// Tilt of faces, degrees (sd) [default: estimated]
+    ///
+    /// Standard deviation in each of two directions: 0.1 in a jig, 0.5 to 1 in a box on a table, 2
+    /// by hand.
+    #[serde(rename = "pose_tilt")]
+    #[cfg_attr(feature = "clap", arg(long = "pose-tilt", value_name = "DEG"))]
     pub pose_tilt_deg: Option<f64>,
-    /// Use what the data sheet says about scale, cross-axis and bias. Default.
-    pub prior: bool,
-    /// Placements (label or file name) that are no faces, whatever they look like.
+    /// Prior knowledge, or off
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "PRIOR",
+            default_value = "data-sheet",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
+    pub prior: Prior,
+    /// Take this pose (label or file) as free; repeatable
+    #[serde(rename = "free_pose")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long = "free-pose",
+            value_name = "NAME",
+            allow_hyphen_values = true,
+            hide_short_help = true
+        )
+    )]
     pub free: Vec<String>,
-    /// Placements that are faces, however they lie.
+    /// Take this pose as a face; repeatable
+    #[serde(rename = "face_pose")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long = "face-pose",
+            value_name = "NAME",
+            allow_hyphen_values = true,
+            hide_short_help = true
+        )
+    )]
     pub face: Vec<String>,
 }
 
-impl Default for EstimateOptions {
-    fn default() -> Self {
-        EstimateOptions {
-            method: Method::Joint,
-            pose_tilt_deg: None,
-            prior: true,
-            free: Vec::new(),
-            face: Vec::new(),
-        }
-    }
+/// What is known of the sensor before the estimation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Prior {
+    /// The limits of the data sheet: scale ±3 %, cross-axis ±2 %, bias ±0.6 m/s².
+    #[default]
+    DataSheet,
+    /// Nothing.
+    Off,
 }
 
 /// What a placement was used for.
@@ -139,7 +187,7 @@ pub(crate) fn accelerometer(session: &Session<'_>, options: &EstimateOptions) ->
         gravity: session.gravity.value_mps2,
         gravity_sd: session.gravity.uncertainty_mps2(),
         nominal: session.nominal(),
-        prior: options.prior,
+        prior: options.prior == Prior::DataSheet,
         tilt: options.pose_tilt_deg.map(f64::to_radians),
         start: Some(start(
             session.segmentation,

@@ -229,6 +229,7 @@ impl Default for AccelerometerSection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Method {
     /// Faces and free poses in one fit that allows for tilted faces.
     #[default]
@@ -236,6 +237,7 @@ pub enum Method {
     /// Six faces in closed form.
     Ferraris,
     /// By another program, in a way that its file does not tell.
+    #[cfg_attr(feature = "clap", value(skip))]
     Unknown,
 }
 

@@ -60,7 +60,7 @@ impl Filter {
                 "rate-unknown",
                 format!("{spec} needs the sampling rate, and the recording has no time stamps"),
             )
-            .of_option("rate_hz")
+            .of_option("rate")
             .with_hint("give the rate in Hz"));
         }
         let step_s = rate_hz.map_or(1.0, |rate| 1.0 / rate);

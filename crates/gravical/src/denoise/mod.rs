@@ -66,6 +66,8 @@ pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
 
 use std::ops::Range;
 
+use serde::Deserialize;
+
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
 use crate::recording::{Finding, Recording};
@@ -76,7 +78,9 @@ use engine::{Done, Setup, run};
 use summary::{Scales, findings};
 
 /// The channels that are filtered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Channels {
     /// The accelerometer.
     Accel,
@@ -88,11 +92,24 @@ pub enum Channels {
 }
 
 /// Options of [`denoise`].
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct DenoiseOptions {
-    /// The filters in the order in which they run; at least one.
+    /// See below; repeatable, applied in this order
+    #[serde(rename = "filter", deserialize_with = "crate::option_text::list")]
+    #[cfg_attr(feature = "clap", arg(short, long = "filter", value_name = "FILTER"))]
     pub filters: Vec<FilterSpec>,
-    /// The channels that are filtered. Default: all.
+    /// accel, gyro or all
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "CHANNELS",
+            default_value = "all",
+            hide_possible_values = true
+        )
+    )]
     pub channels: Channels,
 }
 

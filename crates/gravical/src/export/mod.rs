@@ -17,6 +17,7 @@ use crate::poses::face::AxisMap;
 use crate::recording::units::AccelUnit;
 use crate::{Error, Result};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use serde::Deserialize;
 
 pub use kalibr::kalibr;
 
@@ -71,22 +72,31 @@ pub static TARGETS: [Target; 13] = [
 ];
 
 /// Options that some targets take; one that takes none of it refuses it.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct ExportOptions {
-    /// Name in the code, an identifier [default: `gravical`; `ros2`: `imu_apply`].
+    /// Name in the code [default: gravical]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub name: Option<String>,
-    /// The autopilot's own id of the sensor (`px4`, `ardupilot`).
+    /// The autopilot's id of this sensor (px4, ardupilot)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ID"))]
     pub device_id: Option<u32>,
-    /// Sensor axes that point along x, y and z of the autopilot's sensor frame (`px4`,
-    /// `ardupilot`).
+    /// Sensor axes along x, y, z of the autopilot's frame
+    #[serde(deserialize_with = "crate::option_text::optional")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)
+    )]
     pub rotation: Option<AxisMap>,
-    /// Counts per g of the sketch's raw values (`arduino`) [default: raw values are those of the
-    /// recordings].
+    /// Counts per g of the sketch (arduino)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub counts_per_g: Option<f64>,
-    /// Counts per °/s of the sketch's raw values (`arduino`) [default: raw values are those of the
-    /// recordings].
+    /// Counts per °/s of the sketch (arduino)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub counts_per_deg_s: Option<f64>,
-    /// Upper limits for noise parameters that are not determined (`kalibr`).
+    /// Upper limits for what is not determined (kalibr)
+    #[cfg_attr(feature = "clap", arg(long))]
     pub upper_limit: bool,
 }
 

@@ -602,7 +602,7 @@ kinds! {
             "they follow what is on both sides; the band holds what they may have been"
             "record at a wider range; check the wiring";
         AveragedRowsMove "averaged-rows-move" Warning
-            "the sensor moves within the rows that `--procedure report` averages"
+            "the sensor moves within the rows whose mean is subtracted"
             "their mean is subtracted all the same"
             "hold the sensor still for longer at the start";
         ClosureContradicts "closure-contradicts" Warning

@@ -7,6 +7,7 @@ use gravical_motion::{
     estimate_motion, estimate_motion_between,
 };
 
+use super::intervals::Intervals;
 use super::options::MotionOptions;
 use super::report_procedure::ReportProcedure;
 use crate::recording::Meter;
@@ -51,7 +52,7 @@ impl Estimate {
     }
 
     fn of(samples: Samples, motion: gravical_motion::Motion, options: &MotionOptions) -> Self {
-        let is_open = !options.zero_velocity;
+        let is_open = !options.updates_at_rests();
         Estimate {
             samples,
             motion,
@@ -111,17 +112,17 @@ pub(super) fn engine_options(
     calibration: CalibrationUncertainty,
     noise: Option<RestNoise>,
 ) -> EngineOptions {
-    let finite = |spans: &Vec<(f64, f64)>| {
-        let finite = spans.iter().map(|(from, to)| (*from, to.min(f64::MAX)));
+    let finite = |spans: &Intervals| {
+        let finite = spans.0.iter().map(|(from, to)| (*from, to.min(f64::MAX)));
         finite.collect()
     };
     EngineOptions {
         calibration,
-        max_stance_rate_rad_s: options.stance_rate_rad_s.unwrap_or(0.0),
-        rests_s: options.rests_s.as_ref().map(finite),
+        max_stance_rate_rad_s: options.stance_rate.0.unwrap_or(0.0),
+        rests_s: options.rests.as_ref().map(finite),
         causal: options.causal,
         noise,
-        zero_velocity: options.zero_velocity,
+        zero_velocity: options.updates_at_rests(),
         stopped: options.meter.as_ref().map(Meter::flag),
         ..EngineOptions::default()
     }

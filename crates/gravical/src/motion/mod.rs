@@ -71,7 +71,7 @@ pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
-pub use table::write_table;
+pub use table::{table_columns, write_table};
 pub use track::{MotionSample, ReferenceTrack, Track, UncalibratedTrack};
 
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
@@ -132,7 +132,7 @@ pub fn motion(
     let mut rows = SensorRows::new(recording, file, options, &scales, &mut findings)?;
     let samples = rows.calibrated()?;
     findings.extend(words::rows_left_out(recording, &samples, &rows.hung));
-    let rests_s = options.rests_s.as_deref().unwrap_or_default();
+    let rests_s = options.rests_s();
     check_inside(samples.time_s(), rests_s)?;
 
     let work = Work {
@@ -200,7 +200,7 @@ pub fn motion(
             &moves,
             &visible_moves,
             no_rest,
-            options.zero_velocity,
+            options.updates_at_rests(),
             misfit,
         ),
         procedure: words::procedure(options, has_gyro),
@@ -237,7 +237,7 @@ pub fn motion(
     Ok(Motion {
         result,
         reference: None,
-        bands: options.bands && !by_report,
+        bands: !options.no_bands && !by_report,
         own,
         uncalibrated,
     })

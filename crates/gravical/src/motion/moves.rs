@@ -57,8 +57,8 @@ pub(super) fn moves(
                 |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
             one.displacement_m = Some(carried(m.displacement_m));
             one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
-            one.sigma_m = options.bands.then(|| m.sd_m());
-            one.budget_m = (options.bands && !options.causal).then_some(Budget {
+            one.sigma_m = (!options.no_bands).then(|| m.sd_m());
+            one.budget_m = (!options.no_bands && !options.causal).then_some(Budget {
                 noise: m.budget.noise_m,
                 calibration: m.budget.calibration_m,
                 attitude: m.budget.attitude_m,
@@ -88,7 +88,7 @@ fn unconfirmed(
     };
     let t = own.samples.time_s();
     let rest_s = t[only.end - 1] - t[only.start];
-    let is_short = rest_s < LONE_REST_S && m.stances == 0 && options.rests_s.is_none();
+    let is_short = rest_s < LONE_REST_S && m.stances == 0 && options.rests.is_none();
     is_short.then(|| words::lone_rest(rest_s))
 }
 
@@ -132,7 +132,7 @@ pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> Fi
         position_m: last.filter(|_| is_known).map(|s| s.position_m),
         sigma_m: last
             .filter(|s| {
-                let bands = options.bands && s.position_sd_m.iter().all(|v| v.is_finite());
+                let bands = !options.no_bands && s.position_sd_m.iter().all(|v| v.is_finite());
                 // At rest it is what may hide in the rest, not the noise.
                 is_known && bands && !moves.is_empty()
             })
@@ -145,7 +145,7 @@ pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> Fi
 
 /// How far a move has to go to be seen, for durations that fit into the longest rest.
 pub(super) fn visible_moves(own: &Estimate, options: &MotionOptions) -> Vec<VisibleMove> {
-    if options.rests_s.is_some() || options.causal {
+    if options.rests.is_some() || options.causal {
         return Vec::new();
     }
     let t = own.samples.time_s();

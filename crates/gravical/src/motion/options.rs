@@ -1,6 +1,11 @@
 //! How motion is computed.
 
-use super::intervals::check_intervals;
+use std::fmt;
+use std::str::FromStr;
+
+use serde::Deserialize;
+
+use super::intervals::{Intervals, check_intervals};
 use crate::calibration_file::NoiseSection;
 use crate::denoise::FilterSpec;
 use crate::gravity::Gravity;
@@ -12,10 +17,13 @@ use crate::{Error, Result};
 const STANCE_RATE_RAD_S: f64 = 1.0;
 
 /// How gravity is taken off the specific force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum GravityRemoval {
     /// The attitude is followed with the gyroscope, and levelled at every rest; without a
     /// gyroscope it stays about that of the rests.
+    #[default]
     Strapdown,
     /// The same without the gyroscope, even if there is one.
     ConstantTilt,
@@ -24,63 +32,159 @@ pub enum GravityRemoval {
     InitialMean,
 }
 
+/// Highest angular rate of a walking foot in stance, rad/s; none where stances are not looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StanceRate(pub Option<f64>);
+
+impl Default for StanceRate {
+    fn default() -> Self {
+        StanceRate(Some(STANCE_RATE_RAD_S))
+    }
+}
+
+impl fmt::Display for StanceRate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(rate) => write!(f, "{rate}"),
+            None => f.write_str("off"),
+        }
+    }
+}
+
+impl FromStr for StanceRate {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text.parse() {
+            _ if text == "off" => Ok(StanceRate(None)),
+            Ok(rate) => Ok(StanceRate(Some(rate))),
+            Err(_) => Err(Error::usage(
+                "usage",
+                format!("{text:?} is neither a rate in rad/s nor off"),
+            )),
+        }
+    }
+}
+
 /// How motion is computed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "clap", command(next_help_heading = "Method"))]
 pub struct MotionOptions {
-    /// How gravity is taken off. Default: strapdown.
+    /// strapdown (default), constant-tilt, initial-mean
+    ///
+    /// `initial-mean` subtracts the mean of the first 500 rows, in sensor axes, without
+    /// zero-velocity updates and bands.
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "HOW",
+            default_value = "strapdown",
+            hide_default_value = true,
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
     pub gravity_removal: GravityRemoval,
-    /// Filters that the accelerometer runs through before gravity is taken off, in this order; rests
-    /// are found without them. Each has to keep a constant. Default: none, since none of them makes
-    /// the drift less.
+    /// Filter, e.g. butter:4,5Hz; repeatable
+    ///
+    /// Rests are found without it. It has to keep a constant, and does not make the drift less.
+    #[serde(deserialize_with = "crate::option_text::list")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "FILTER", hide_short_help = true)
+    )]
     pub smooth: Vec<FilterSpec>,
-    /// Whether velocity is zero at rests. Without it the first rest alone levels, and nothing corrects
-    /// the drift after it. Default true.
-    pub zero_velocity: bool,
-    /// Rests given by hand, s; then none are searched. Default none; each has to end after it starts,
-    /// the last may end at infinity.
-    pub rests_s: Option<Vec<(f64, f64)>>,
-    /// Use the past only, as if the samples came one by one. Default false.
+    /// Update at rests: on or off [default: on]
+    ///
+    /// Without it the first rest alone levels, and nothing corrects the drift after it.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ON", value_parser = on_or_off, hide_short_help = true))]
+    pub zero_velocity: Option<bool>,
+    /// In s, e.g. 0-5,7.2- [default: found]
+    #[serde(deserialize_with = "crate::option_text::optional")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "SPANS", allow_hyphen_values = true)
+    )]
+    pub rests: Option<Intervals>,
+    /// Use the past only, as if samples came one by one
+    #[cfg_attr(feature = "clap", arg(long))]
     pub causal: bool,
-    /// Highest angular rate of a walking foot in stance, rad/s; without one stances are not looked
-    /// for. Default 1; range 0.01 to 5.
-    pub stance_rate_rad_s: Option<f64>,
-    /// Velocity of what is taken for the first rest, m/s, in the frame of the result: of a sensor that
-    /// moves evenly at the start. Only without zero velocity. Default 0.
+    /// Stance below this rad/s, or off
+    #[serde(rename = "stances", deserialize_with = "crate::option_text::one")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long = "stances",
+            value_name = "RATE",
+            default_value_t,
+            hide_short_help = true
+        )
+    )]
+    pub stance_rate: StanceRate,
+    /// Velocity at the start, m/s; no updates at rests
+    ///
+    /// Of a sensor that moves evenly in what is taken for the first rest.
+    #[serde(rename = "v0")]
+    #[cfg_attr(feature = "clap", arg(long = "v0", value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, hide_short_help = true))]
     pub v0_mps: Option<[f64; 3]>,
-    /// Position at the start, m. Default 0.
+    /// Position at the start, m
+    #[serde(rename = "p0")]
+    #[cfg_attr(feature = "clap", arg(long = "p0", value_name = "X,Y,Z", value_parser = vector, default_value = "0,0,0", allow_hyphen_values = true, hide_short_help = true))]
     pub p0_m: [f64; 3],
     /// Noise of the sensor, for the bands; its N is used in place of what the rests show, where it is
     /// known of all axes. Default: by the rests.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub noise: Option<NoiseSection>,
     /// Local gravity, for judging the magnitude at rest. Default: that of the calibration, else
     /// standard.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub gravity: Option<Gravity>,
-    /// Give the bands. Default true.
-    pub bands: bool,
-    /// How the board sits in its case. Default: as the case.
+    /// Write no error bands: a smaller table
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
+    pub no_bands: bool,
+    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    #[serde(deserialize_with = "crate::option_text::one")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "X,Y,Z",
+            default_value_t,
+            allow_hyphen_values = true,
+            hide_default_value = true,
+            hide_short_help = true
+        )
+    )]
     pub axes: AxisMap,
     /// Ends the computation when it is [stopped](Meter::stop), with `io`. Default none.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub meter: Option<Meter>,
 }
 
-impl Default for MotionOptions {
-    fn default() -> Self {
-        MotionOptions {
-            gravity_removal: GravityRemoval::Strapdown,
-            smooth: Vec::new(),
-            zero_velocity: true,
-            rests_s: None,
-            causal: false,
-            stance_rate_rad_s: Some(STANCE_RATE_RAD_S),
-            v0_mps: None,
-            p0_m: [0.0; 3],
-            noise: None,
-            gravity: None,
-            bands: true,
-            axes: AxisMap::default(),
-            meter: None,
-        }
+#[cfg(feature = "clap")]
+fn on_or_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("on or off".to_owned()),
     }
+}
+
+#[cfg(feature = "clap")]
+fn vector(text: &str) -> Result<[f64; 3], String> {
+    let numbers = text.split(',').map(|part| part.trim().parse());
+    let numbers: Vec<f64> = numbers
+        .collect::<Result<_, _>>()
+        .map_err(|e: std::num::ParseFloatError| e.to_string())?;
+    numbers
+        .try_into()
+        .map_err(|n: Vec<f64>| format!("expected three numbers such as 0,0,0, found {}", n.len()))
 }
 
 impl MotionOptions {
@@ -89,6 +193,7 @@ impl MotionOptions {
     #[must_use]
     pub fn report() -> Self {
         MotionOptions {
+            gravity_removal: GravityRemoval::InitialMean,
             smooth: vec![FilterSpec::SavitzkyGolay {
                 window: 5,
                 order: 2,
@@ -96,15 +201,17 @@ impl MotionOptions {
             }],
             ..Self::default()
         }
-        .with_removal(GravityRemoval::InitialMean)
     }
 
-    /// With gravity taken off in another way; zero velocity goes with it.
-    #[must_use]
-    pub fn with_removal(mut self, removal: GravityRemoval) -> Self {
-        self.gravity_removal = removal;
-        self.zero_velocity = removal != GravityRemoval::InitialMean;
-        self
+    /// Rests given by hand.
+    pub(super) fn rests_s(&self) -> &[(f64, f64)] {
+        self.rests.as_ref().map_or(&[], |rests| &rests.0)
+    }
+
+    /// Whether velocity is zero at rests; the mean of the first rows knows no rests.
+    pub(super) fn updates_at_rests(&self) -> bool {
+        self.zero_velocity
+            .unwrap_or(self.gravity_removal != GravityRemoval::InitialMean)
     }
 
     /// Checks ranges.
@@ -117,10 +224,10 @@ impl MotionOptions {
         let wrong = |option, what: String| Err(Error::range(option, what));
         if self.gravity_removal == GravityRemoval::InitialMean {
             for (option, given) in [
-                ("zero_velocity", self.zero_velocity),
-                ("rests_s", self.rests_s.is_some()),
+                ("zero_velocity", self.zero_velocity == Some(true)),
+                ("rests", self.rests.is_some()),
                 ("causal", self.causal),
-                ("v0_mps", self.v0_mps.is_some()),
+                ("v0", self.v0_mps.is_some()),
                 ("noise", self.noise.is_some()),
             ] {
                 if given {
@@ -144,19 +251,13 @@ impl MotionOptions {
             return Err(Error::range("smooth", what.to_owned())
                 .with_hint("remove the filters, or --causal"));
         }
-        check_intervals(self.rests_s.as_deref().unwrap_or_default())?;
-        if let Some(rate) = self.stance_rate_rad_s
+        check_intervals(self.rests_s())?;
+        if let Some(rate) = self.stance_rate.0
             && !(0.01..=5.0).contains(&rate)
         {
-            return wrong(
-                "stance_rate_rad_s",
-                format!("{rate} is not possible; 0.01 to 5 is"),
-            );
+            return wrong("stances", format!("{rate} is not possible; 0.01 to 5 is"));
         }
-        for (option, vector) in [
-            ("v0_mps", self.v0_mps.unwrap_or_default()),
-            ("p0_m", self.p0_m),
-        ] {
+        for (option, vector) in [("v0", self.v0_mps.unwrap_or_default()), ("p0", self.p0_m)] {
             if !vector.iter().all(|v| v.is_finite()) {
                 return wrong(option, "three finite numbers are needed".to_owned());
             }

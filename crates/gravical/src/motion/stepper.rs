@@ -118,7 +118,7 @@ impl MotionStepper {
         let calibration = work.calibration(&samples, work.directions(&samples));
         let engine = engine_options(options, calibration, None);
         let channels = samples.channels();
-        let is_open = !options.zero_velocity;
+        let is_open = !options.updates_at_rests();
         let unknown = [f64::NAN; 3];
         Ok(MotionStepper {
             engine: Stepper::new(&engine, channels.period_s, channels.resolution),

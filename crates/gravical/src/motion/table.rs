@@ -11,13 +11,13 @@ use std::io::{self, Write};
 use super::{Motion, MotionSample};
 use gravical_recording::write::write_fixed;
 
-/// Names of those that are always there, after the time.
-const COLUMNS: &str = ",raw_ax_mps2,raw_ay_mps2,raw_az_mps2,\
+/// Names of those that are always there.
+const COLUMNS: &str = "t_s,raw_ax_mps2,raw_ay_mps2,raw_az_mps2,\
     ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
     lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m";
 
 /// Names of those that come with bands.
-const BANDS: &str = ",sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py_m,sigma_pz_m";
+const BANDS: &str = "sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py_m,sigma_pz_m";
 
 /// Decimals of accelerations, velocities and positions: 1 µm is below any
 /// uncertainty there is.
@@ -30,6 +30,14 @@ const ATTITUDE_DECIMALS: u32 = 8;
 /// How much text is gathered before it is written.
 const CHUNK: usize = 1 << 18;
 
+/// Names of the columns of the table.
+pub fn table_columns(bands: bool) -> impl Iterator<Item = &'static str> {
+    let bands = bands.then_some(BANDS).into_iter();
+    COLUMNS
+        .split(',')
+        .chain(bands.flat_map(|names| names.split(',')))
+}
+
 /// Writes the table of a motion: CSV with a header.
 ///
 /// Time has 3, 6 or 9 decimals, the fewest that keep the recording's stamps; the attitude has 8, all
@@ -41,11 +49,12 @@ const CHUNK: usize = 1 << 18;
 pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     let time_decimals = time_decimals(motion.own.samples.time_s());
     let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend_from_slice(b"t_s");
-    text.extend_from_slice(COLUMNS.as_bytes());
-    if motion.bands {
-        text.extend_from_slice(BANDS.as_bytes());
-    }
+    text.extend(
+        table_columns(motion.bands)
+            .collect::<Vec<_>>()
+            .join(",")
+            .bytes(),
+    );
     text.push(b'\n');
     for sample in motion.samples() {
         row(&mut text, &sample, time_decimals, motion.bands);

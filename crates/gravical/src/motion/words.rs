@@ -26,7 +26,7 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
         GravityRemoval::ConstantTilt => "tilt by the rests, the gyroscope not used",
         GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
     };
-    let ends = match options.zero_velocity {
+    let ends = match options.updates_at_rests() {
         true => "velocity zero at rests",
         false => "no zero-velocity update",
     };
@@ -178,7 +178,7 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
             .counting(lost as u64),
         );
     }
-    if options.zero_velocity {
+    if options.updates_at_rests() {
         for one in moves.iter().filter(|m| m.unusable.is_none()) {
             let (kind, what) = match one.ends {
                 Ends::ToRest => (
@@ -235,7 +235,7 @@ pub(super) fn averaged_rows_move(report: &ReportProcedure) -> Option<Finding> {
         Finding::new(
             FindingKind::AveragedRowsMove,
             format!(
-                "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or remove --procedure report"
+                "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or subtract gravity by strapdown"
             ),
         )
     })
@@ -305,7 +305,7 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option
 
 /// A velocity at the start that has no part in the result.
 pub(super) fn start_velocity(options: &MotionOptions, rests: bool) -> Option<Finding> {
-    (options.v0_mps.is_some() && options.zero_velocity && rests).then(|| {
+    (options.v0_mps.is_some() && options.updates_at_rests() && rests).then(|| {
         Finding::new(
             FindingKind::V0NotUsed,
             "--v0 is not used: velocity is zero at the rests, and what comes before the first follows from it; --zero-velocity off integrates from the start",

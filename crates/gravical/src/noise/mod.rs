@@ -46,6 +46,7 @@ use gravical_signal::{
     BLOCK_S, NoiseFit, NoiseModel, NoisePoints, TermEstimate, allan_variances, block_len,
     chi_square_factors, density_ratio, fit_noise, quantile,
 };
+use serde::Deserialize;
 
 use crate::calibration_file::{CHANNELS, InputFile};
 use crate::finding::{Finding, FindingKind};
@@ -80,7 +81,9 @@ const DISTURBED: f64 = 3.0;
 const STEADY_DRIFT: f64 = 3.0;
 
 /// Averaging times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Spacing {
     /// 1, 2, 4, 8 … samples. The default.
     #[default]
@@ -116,11 +119,24 @@ impl Spacing {
 }
 
 /// Options of [`noise`].
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct NoiseOptions {
-    /// Averaging times. Default: octaves.
+    /// octave, dense or decade
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "SPACING",
+            default_value = "octave",
+            hide_possible_values = true
+        )
+    )]
     pub spacing: Spacing,
-    /// The part whose data sheet N is compared with.
+    /// Compare with MPU6050, MPU9250 or ICM42688P
+    #[serde(deserialize_with = "parts::optional")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", value_parser = parts::part))]
     pub part: Option<&'static Part>,
 }
 

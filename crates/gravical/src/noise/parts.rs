@@ -1,8 +1,10 @@
 //! Noise of known parts according to their data sheets.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use crate::{Error, Result};
 
 /// A part, with the noise densities of its data sheet.
 ///
@@ -57,6 +59,28 @@ impl Part {
     pub fn gyro_n(&self) -> f64 {
         self.gyro_deg_s_rthz.to_radians() / 2_f64.sqrt()
     }
+}
+
+/// The part of that name, for options.
+///
+/// # Errors
+///
+/// `usage` (usage), with those that are known.
+pub(super) fn part(name: &str) -> Result<&'static Part> {
+    Part::of_name(name).ok_or_else(|| {
+        let known: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
+        Error::usage("usage", format!("{name:?} is no part that is known"))
+            .with_hint(format!("one of {}", known.join(", ")))
+    })
+}
+
+/// The same for serde.
+pub(super) fn optional<'de, D: Deserializer<'de>>(
+    from: D,
+) -> Result<Option<&'static Part>, D::Error> {
+    let name = Option::<String>::deserialize(from)?;
+    name.map(|name| crate::option_text::parse(&name, part))
+        .transpose()
 }
 
 /// N of a channel beside that of the data sheet.

@@ -120,7 +120,7 @@ fn is_called(pose: &Pose, name: &str) -> bool {
 }
 
 fn check_names(poses: &[Pose], names: Names<'_>) -> Result<()> {
-    for (option, names) in [("free", names.free), ("face", names.face)] {
+    for (option, names) in [("free_pose", names.free), ("face_pose", names.face)] {
         for name in names {
             let Some(pose) = poses.iter().find(|p| is_called(p, name)) else {
                 let known: Vec<&str> = poses.iter().map(|p| p.label.as_str()).collect();
@@ -129,7 +129,7 @@ fn check_names(poses: &[Pose], names: Names<'_>) -> Result<()> {
                     .of_option(option)
                     .with_hint(format!("give one of: {}", known.join(", "))));
             };
-            if option == "face" && pose.face.is_none() {
+            if option == "face_pose" && pose.face.is_none() {
                 let what = format!(
                     "{name} is {:.0}° from the nearest axis; beyond 25° it is no face pose",
                     pose.angle_deg

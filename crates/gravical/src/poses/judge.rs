@@ -70,7 +70,7 @@ pub(super) fn check_names(
             }
             continue;
         };
-        if options.faces_by_name {
+        if options.faces_from.are_names() {
             let reading = options.axes.to_case(pose.mean);
             pose.angle_deg = angle_deg(reading, claimed.direction());
             pose.face = Some(claimed);

@@ -61,6 +61,15 @@ pub fn parse_columns(text: &str) -> Result<ColumnsSpec> {
     Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
 }
 
+/// The same for serde.
+pub(super) fn optional<'de, D: serde::Deserializer<'de>>(
+    from: D,
+) -> Result<Option<ColumnsSpec>, D::Error> {
+    let text: Option<String> = serde::Deserialize::deserialize(from)?;
+    text.map(|text| crate::option_text::parse(&text, parse_columns))
+        .transpose()
+}
+
 /// The part that does not concern a gyroscope's separate file; `None` without such a part.
 pub(super) fn of_accelerometer(spec: &ColumnsSpec) -> Option<ColumnsSpec> {
     match spec {

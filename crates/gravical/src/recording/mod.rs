@@ -69,34 +69,96 @@ pub use {
 /// so that windows, scales and durations computed from them are finite.
 pub(crate) const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
 
-/// What the user specifies about a recording.
-#[derive(Debug, Clone, Default)]
+/// How a recording is read where it does not say so itself.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "clap", command(next_help_heading = "Reading the recording"))]
 pub struct ReadOptions {
-    /// Unit of the accelerometer; default: from the data.
+    /// m/s^2, g, mg or counts [default: from the data]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
     pub accel_unit: Option<AccelUnit>,
-    /// Full-scale range of the accelerometer in g, for counts of a 16-bit
-    /// converter; default: from the data.
+    /// Full scale in g, for counts [default: from the data]
+    #[serde(rename = "accel_range")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "accel-range", value_name = "G", hide_short_help = true)
+    )]
     pub accel_range_g: Option<f64>,
-    /// Unit of the gyroscope; default: from turns, otherwise from the header.
+    /// rad/s, deg/s or counts [default: from turns, header]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
     pub gyro_unit: Option<GyroUnit>,
-    /// Full-scale range of the gyroscope in °/s, for counts; default: from
-    /// turns.
+    /// Full scale in °/s, for counts [default: from turns]
+    #[serde(rename = "gyro_range")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "gyro-range", value_name = "DPS", hide_short_help = true)
+    )]
     pub gyro_range_deg_s: Option<f64>,
-    /// Which column is which; default: from names or numbers.
+    /// t=time,ax=acc_x,gx=- or in order: t,ax,ay,az,_,-
+    ///
+    /// `-` ignores a column, `_` leaves it to recognition.
+    #[serde(deserialize_with = "columns::optional")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true, hide_short_help = true))]
     pub columns: Option<ColumnsSpec>,
-    /// Which of several sensors in the file: words of its name, or its number; default: the
-    /// first.
+    /// Which of several: part of its name, or its number
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "NAME", hide_short_help = true)
+    )]
     pub sensor: Option<String>,
-    /// Sampling rate in Hz, used only where there are no time stamps.
+    /// Sampling rate in Hz, where there are no time stamps
+    #[serde(rename = "rate")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "rate", value_name = "HZ", hide_short_help = true)
+    )]
     pub rate_hz: Option<f64>,
-    /// Unit of the time stamps; default: from header or steps.
+    /// s, ms, us or ns [default: from the header or steps]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
     pub time_unit: Option<TimeUnit>,
-    /// Counts subtracted from every accelerometer value; default: 32768 for
-    /// unsigned 16-bit values, else 0.
+    /// Of raw counts [default: 32768 if unsigned, else 0]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "N",
+            allow_negative_numbers = true,
+            hide_short_help = true
+        )
+    )]
     pub zero_offset: Option<f64>,
     /// Compute the SHA-256 of the file.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub hash: bool,
     /// Counts the bytes read, for a progress bar; default: none.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub meter: Option<Meter>,
 }
 
@@ -119,9 +181,9 @@ impl ReadOptions {
     /// 1e9, and for an offset beyond 32-bit counts.
     pub fn validate(&self) -> crate::Result<()> {
         for (name, value) in [
-            ("rate_hz", self.rate_hz),
-            ("accel_range_g", self.accel_range_g),
-            ("gyro_range_deg_s", self.gyro_range_deg_s),
+            ("rate", self.rate_hz),
+            ("accel_range", self.accel_range_g),
+            ("gyro_range", self.gyro_range_deg_s),
         ] {
             if let Some(v) = value
                 && !POSSIBLE.contains(&v)

@@ -47,7 +47,7 @@ mod truth;
 mod write;
 
 pub use interactive::{InteractiveReading, InteractiveSensor};
-pub use options::{FileFormat, FileOptions, SensorOptions, SimulateOptions};
+pub use options::{FileFormat, FileOptions, SensorOptions, SimulateChanges, SimulateOptions};
 pub use path::{MotionPath, PathState};
 #[doc(hidden)]
 pub use poses::spread_directions;

@@ -1,12 +1,14 @@
 //! Scenarios and their options.
 
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use super::range::{bad, within};
-use crate::Result;
+use crate::{Error, Result};
 
 /// What is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
 pub enum Scenario {
     /// Six static poses, one file each; or a complete Ferraris session.
@@ -17,6 +19,12 @@ pub enum Scenario {
     Static(StaticOptions),
     /// Rest, one straight move, rest.
     Line(LineOptions),
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self::Static(StaticOptions::default())
+    }
 }
 
 impl Scenario {
@@ -39,6 +47,14 @@ impl Scenario {
         }
     }
 
+    /// Drift of the gyroscope's bias, °/s per °C.
+    pub(super) fn gyro_drift_deg_s_per_c(&self) -> f64 {
+        match self {
+            Self::Static(o) => o.gyro_drift_deg_s_per_c,
+            _ => 0.0,
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<()> {
         match self {
             Self::SixPosition(o) => {
@@ -56,6 +72,7 @@ impl Scenario {
             }
             Self::Static(o) => {
                 within("duration", o.duration_s, 0.1, 2_592_000.0, "s")?;
+                within("gyro-drift", o.gyro_drift_deg_s_per_c, 0.0, 1.0, "°/s/°C")?;
                 o.soak.map_or(Ok(()), |soak| soak.validate())
             }
             Self::Line(o) => {
@@ -72,19 +89,27 @@ impl Scenario {
 /// Six poses: +x, −x, +y, −y, +z, −z (the axis that points up).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct SixPositionOptions {
-    /// Duration of each pose, s. Default 10; range 0.1 to 3600.
+    /// Duration of each pose, s
+    #[serde(rename(deserialize = "hold"))]
+    #[cfg_attr(feature = "clap", arg(long = "hold", value_name = "S", default_value_t = SixPositionOptions::default().hold_s))]
     pub hold_s: f64,
-    /// One recording `session.csv` with movements by hand between the poses and three turns after
-    /// them, instead of six files. Default false.
+    /// One recording: poses, then full turns
+    #[cfg_attr(feature = "clap", arg(long))]
     pub continuous: bool,
-    /// Rest before and after each turn, s. Default 3; range 0.1 to 3600.
+    /// Rest before and after each turn, s
+    #[serde(rename(deserialize = "rest"))]
+    #[cfg_attr(feature = "clap", arg(long = "rest", value_name = "S", default_value_t = SixPositionOptions::default().rest_s, requires = "continuous"))]
     pub rest_s: f64,
-    /// Angle of each turn, right-handed about the axis, °. Default −360;
-    /// range ±3600.
+    /// Angle of each turn, right-handed, °
+    #[serde(rename(deserialize = "turn_angle"))]
+    #[cfg_attr(feature = "clap", arg(long = "turn-angle", value_name = "DEG", default_value_t = SixPositionOptions::default().turn_angle_deg, allow_negative_numbers = true, requires = "continuous"))]
     pub turn_angle_deg: f64,
     /// Duration of a turn, s; the peak rate is 1.875·angle/duration.
     /// Default 4; range 0.5 to 60.
+    #[serde(rename(deserialize = "turn_time"))]
+    #[cfg_attr(feature = "clap", arg(skip = SixPositionOptions::default().turn_time_s))]
     pub turn_time_s: f64,
 }
 
@@ -103,10 +128,14 @@ impl Default for SixPositionOptions {
 /// Six faces, then free poses distributed over the sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct PosesOptions {
-    /// Duration of each pose, s. Default 4; range 0.1 to 3600.
+    /// Duration of each pose, s
+    #[serde(rename(deserialize = "hold"))]
+    #[cfg_attr(feature = "clap", arg(long = "hold", value_name = "S", default_value_t = PosesOptions::default().hold_s))]
     pub hold_s: f64,
-    /// Number of free poses. Default 6; range 0 to 50.
+    /// Number of free poses after the six faces
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = PosesOptions::default().free))]
     pub free: u32,
 }
 
@@ -122,12 +151,26 @@ impl Default for PosesOptions {
 /// Static, z up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct StaticOptions {
-    /// Length of the recording, s. Default 10; range 0.1 to 2 592 000 (30 days).
+    /// Length of the recording, s
+    #[serde(rename(deserialize = "duration"))]
+    #[cfg_attr(feature = "clap", arg(long = "duration", value_name = "S", default_value_t = StaticOptions::default().duration_s))]
     pub duration_s: f64,
-    /// Cooling and warming in a chamber. Default: warming up on a table.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// In a thermal chamber that goes from HIGH to LOW °C and back
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "HIGH,LOW", allow_hyphen_values = true)
+    )]
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::option_text::optional"
+    )]
     pub soak: Option<SoakOptions>,
+    /// Drift of the gyroscope's bias in the chamber, °/s per °C
+    #[serde(rename(deserialize = "gyro_drift"))]
+    #[cfg_attr(feature = "clap", arg(long = "gyro-drift", value_name = "DEG_S_C", default_value_t = StaticOptions::default().gyro_drift_deg_s_per_c, requires = "soak"))]
+    pub gyro_drift_deg_s_per_c: f64,
 }
 
 impl Default for StaticOptions {
@@ -135,14 +178,14 @@ impl Default for StaticOptions {
         Self {
             duration_s: 10.0,
             soak: None,
+            gyro_drift_deg_s_per_c: 0.0,
         }
     }
 }
 
 /// A temperature chamber: once from the highest temperature to the lowest and back, following a
 /// cosine.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SoakOptions {
     /// Temperature at start and end, °C. Default 50; range −40 to 105.
     pub high_c: f64,
@@ -151,8 +194,6 @@ pub struct SoakOptions {
     /// Width of the hysteresis: the drift lags behind the thermometer by half of it in both
     /// directions, °C. Default 0; range 0 to 100.
     pub hysteresis_c: f64,
-    /// Drift of the gyroscope's bias, °/s per °C. Default 0; range 0 to 1.
-    pub gyro_drift_deg_s_per_c: f64,
 }
 
 impl Default for SoakOptions {
@@ -161,8 +202,25 @@ impl Default for SoakOptions {
             high_c: 50.0,
             low_c: -10.0,
             hysteresis_c: 0.0,
-            gyro_drift_deg_s_per_c: 0.0,
         }
+    }
+}
+
+impl FromStr for SoakOptions {
+    type Err = Error;
+
+    /// `50,-10`: highest and lowest temperature, °C.
+    fn from_str(text: &str) -> Result<Self> {
+        let numbers = text
+            .split_once(',')
+            .and_then(|(high, low)| Some((high.trim().parse().ok()?, low.trim().parse().ok()?)));
+        let (high_c, low_c) = numbers
+            .ok_or_else(|| Error::usage("usage", "expected two temperatures such as 50,-10"))?;
+        Ok(SoakOptions {
+            high_c,
+            low_c,
+            ..Self::default()
+        })
     }
 }
 
@@ -170,14 +228,7 @@ impl SoakOptions {
     fn validate(&self) -> Result<()> {
         within("soak", self.high_c, -40.0, 105.0, "°C")?;
         within("soak", self.low_c, -40.0, 105.0, "°C")?;
-        within("soak-hysteresis", self.hysteresis_c, 0.0, 100.0, "°C")?;
-        within(
-            "gyro-drift",
-            self.gyro_drift_deg_s_per_c,
-            0.0,
-            1.0,
-            "°/s/°C",
-        )
+        within("soak-hysteresis", self.hysteresis_c, 0.0, 100.0, "°C")
     }
 }
 
@@ -185,17 +236,28 @@ impl SoakOptions {
 /// of the sensor's x at rest), rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct LineOptions {
-    /// Displacement along y, m. Default 0.7; range ±100.
+    /// Displacement along y, m
+    #[serde(rename(deserialize = "distance"))]
+    #[cfg_attr(feature = "clap", arg(long = "distance", value_name = "M", default_value_t = LineOptions::default().distance_m, allow_negative_numbers = true))]
     pub distance_m: f64,
     /// Displacement along x, m. Default 0.02; range ±100.
+    #[serde(rename(deserialize = "offset"))]
+    #[cfg_attr(feature = "clap", arg(skip = LineOptions::default().offset_m))]
     pub offset_m: f64,
-    /// Duration of the move, s. Default 2; range 0.1 to 3600.
+    /// Duration of the move, s
+    #[serde(rename(deserialize = "move_time"))]
+    #[cfg_attr(feature = "clap", arg(long = "move-time", value_name = "S", default_value_t = LineOptions::default().move_time_s))]
     pub move_time_s: f64,
-    /// Rest before and after, s. Default 5; range 0.1 to 3600.
+    /// Rest before and after the move, s
+    #[serde(rename(deserialize = "rest"))]
+    #[cfg_attr(feature = "clap", arg(long = "rest", value_name = "S", default_value_t = LineOptions::default().rest_s))]
     pub rest_s: f64,
     /// Amplitude of one full sine of tilt about the sensor's x during the
     /// move, °. Default 0; range ±45. The rate jumps at both ends of the move.
+    #[serde(rename(deserialize = "tilt_change"))]
+    #[cfg_attr(feature = "clap", arg(skip = LineOptions::default().tilt_change_deg))]
     pub tilt_change_deg: f64,
 }
 

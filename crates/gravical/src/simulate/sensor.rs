@@ -55,10 +55,7 @@ impl Sensor {
         let per_g = o.g_sensitivity_sd_deg_s_per_g.to_radians();
         let g_sensitivity = matrix(|| per_g / STANDARD_GRAVITY_MPS2 * normal(&mut rng));
 
-        let drift = options
-            .scenario
-            .soak()
-            .map_or(0.0, |s| s.gyro_drift_deg_s_per_c.to_radians());
+        let drift = options.scenario.gyro_drift_deg_s_per_c().to_radians();
         let gyro_drift_per_c = three(|| drift.copysign(uniform(&mut rng)));
 
         Self {

@@ -1,6 +1,6 @@
 //! True values of a simulation, for comparison with the results of a calibration or of a motion.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::options::SimulateOptions;
 
@@ -9,7 +9,7 @@ pub const TRUTH_FORMAT: &str = "gravical-truth/1";
 
 /// True values of a simulation. Times are true seconds since the first row of the file, without
 /// the clock error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Truth {
     /// [`TRUTH_FORMAT`].
     pub format: String,
@@ -30,7 +30,7 @@ pub struct Truth {
 }
 
 /// u = M f + b + drift·(T − 25 °C).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AccelerometerTruth {
     /// M, row-major, dimensionless: reading in m/s² per m/s².
     pub matrix: [[f64; 3]; 3],
@@ -51,7 +51,7 @@ pub struct AccelerometerTruth {
 }
 
 /// v = M ω + b + K f, f the specific force in m/s².
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GyroscopeTruth {
     /// M, row-major, dimensionless: reading in rad/s per rad/s.
     pub matrix: [[f64; 3]; 3],
@@ -71,7 +71,7 @@ pub struct GyroscopeTruth {
 }
 
 /// One recording.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FileTruth {
     /// File name.
     pub name: String,
@@ -94,7 +94,7 @@ pub struct FileTruth {
 }
 
 /// Kind of a pose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoseKind {
     /// On a face, with a tilt.
@@ -106,7 +106,7 @@ pub enum PoseKind {
 }
 
 /// A static interval.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PoseTruth {
     /// `+x` … `-z` (the axis that points up), `free1` …, `rest1` ….
     pub label: String,
@@ -123,7 +123,7 @@ pub struct PoseTruth {
 }
 
 /// A turn about an axis fixed in the sensor.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TurnTruth {
     /// `x`, `y` or `z`.
     pub label: String,
@@ -138,7 +138,7 @@ pub struct TurnTruth {
 }
 
 /// A change of position or attitude between two poses.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MoveTruth {
     /// Start, s.
     pub start_s: f64,

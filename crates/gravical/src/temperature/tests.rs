@@ -13,10 +13,15 @@ fn seeded_normal(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// A simulated soak of ten minutes, written and read, and its true values.
-fn virtual_soak(seed: u64, soak: SoakOptions, drift_mg_per_c: f64) -> (Vec<Recording>, Simulation) {
+fn virtual_soak(
+    seed: u64,
+    soak: SoakOptions,
+    [drift_mg_per_c, gyro_drift_deg_s_per_c]: [f64; 2],
+) -> (Vec<Recording>, Simulation) {
     let mut options = SimulateOptions::new(Scenario::Static(StaticOptions {
         duration_s: 600.0,
         soak: Some(soak),
+        gyro_drift_deg_s_per_c,
     }));
     options.seed = seed;
     options.rate_hz = 100.0;
@@ -68,11 +73,7 @@ fn verdicts(model: &TemperatureModel) -> String {
 #[test]
 fn simulated_drift_is_found() {
     for seed in 1..=4 {
-        let soak = SoakOptions {
-            gyro_drift_deg_s_per_c: 0.01,
-            ..SoakOptions::default()
-        };
-        let (recordings, simulation) = virtual_soak(seed, soak, 0.5);
+        let (recordings, simulation) = virtual_soak(seed, SoakOptions::default(), [0.5, 0.01]);
         let model = study(&recordings).unwrap();
         assert_eq!(verdicts(&model), "ax ay az gx gy gz");
         let truth = &simulation.truth;
@@ -92,7 +93,7 @@ fn simulated_drift_is_found() {
 #[test]
 fn no_drift_is_found_without_drift() {
     for seed in 1..=8 {
-        let (recordings, _) = virtual_soak(seed, SoakOptions::default(), 0.0);
+        let (recordings, _) = virtual_soak(seed, SoakOptions::default(), [0.0; 2]);
         let model = study(&recordings).unwrap();
         assert_eq!(verdicts(&model), "", "seed {seed}");
         for channel in &model.channels {
@@ -113,7 +114,7 @@ fn a_wide_hysteresis_is_refused() {
             hysteresis_c,
             ..SoakOptions::default()
         };
-        study(&virtual_soak(3, soak, 0.5).0).unwrap()
+        study(&virtual_soak(3, soak, [0.5, 0.0]).0).unwrap()
     };
     let wide = with(40.0);
     assert_eq!(verdicts(&wide), "");

@@ -153,7 +153,7 @@ fn a_velocity_at_the_start_counts_without_zero_velocity() {
     let with = |v0: f64, zero_velocity: bool| {
         let options = MotionOptions {
             v0_mps: Some([v0, 0.0, 0.0]),
-            zero_velocity,
+            zero_velocity: Some(zero_velocity),
             ..MotionOptions::default()
         };
         motion(&recording, None, &options).unwrap().result
@@ -298,7 +298,7 @@ fn the_procedure_of_the_report_is_worse_and_says_so() {
     assert!(kinds(&report).contains(&"averaged-rows-move"));
     for impossible in [
         MotionOptions {
-            zero_velocity: true,
+            zero_velocity: Some(true),
             ..MotionOptions::report()
         },
         MotionOptions {
@@ -399,11 +399,11 @@ fn smoothing_keeps_the_rests_and_hardly_moves_the_end() {
 fn the_table_has_a_line_for_every_sample_in_every_case() {
     let two = |t: f64| ride(0.5)(t) + ride(0.5)(t - 7.0);
     let open = MotionOptions {
-        zero_velocity: false,
+        zero_velocity: Some(false),
         ..MotionOptions::default()
     };
     let plain = MotionOptions {
-        bands: false,
+        no_bands: true,
         ..MotionOptions::default()
     };
     let usual = MotionOptions::default();
@@ -440,7 +440,11 @@ fn the_table_has_a_line_for_every_sample_in_every_case() {
 #[test]
 fn rests_by_hand_are_believed() {
     let options = MotionOptions {
-        rests_s: Some(vec![(0.0, 4.9), (7.0, 9.0), (12.2, f64::INFINITY)]),
+        rests: Some(gravical::motion::Intervals(vec![
+            (0.0, 4.9),
+            (7.0, 9.0),
+            (12.2, f64::INFINITY),
+        ])),
         ..MotionOptions::default()
     };
     let recording = record(20.0, ride(6.0), true, |_| true);

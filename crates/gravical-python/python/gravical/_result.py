@@ -1,0 +1,319 @@
+"""Results: the JSON of the program as read-only dictionaries, with reports and figures."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from base64 import b64encode
+from collections.abc import Mapping
+from html import escape
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from . import _gravical, _tables
+from ._errors import UsageError
+from ._keywords import Floats, Path, is_path, keywords
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+class Record(dict[str, Any]):
+    """A dictionary that cannot be changed, with its items as attributes, too.
+
+    Examples
+    --------
+    >>> record = Record(verdict=Record(grade="good"))
+    >>> record.verdict.grade, record["verdict"] == {"grade": "good"}
+    ('good', True)
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            here = ", ".join(self)
+            raise AttributeError(f"there is no {name!r} here; there are {here}") from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self]
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        """Refused: a result cannot be changed."""
+        raise TypeError("a result cannot be changed; dict(result) makes a copy")
+
+    __setitem__ = __delitem__ = __setattr__ = __delattr__ = __ior__ = _refuse  # pyright: ignore[reportAssignmentType]
+    clear = pop = popitem = setdefault = update = _refuse  # pyright: ignore[reportAssignmentType]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Record, (dict(self),)
+
+
+def parsed(text: str) -> Any:
+    """JSON with records for objects."""
+    return json.loads(text, object_hook=Record)
+
+
+class Figure(NamedTuple):
+    """A figure: its name (as of ``--figures``), what it shows, and the SVG."""
+
+    name: str
+    title: str
+    caption: str
+    svg: str
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def save(self, path: Path, *, force: bool = False) -> None:
+        """Write the figure as SVG. Nothing is overwritten without ``force``."""
+        _gravical.write_text(path, self.svg, force)
+
+
+class Result(Record):
+    """What a command found: the JSON document of the program, same names, same numbers.
+
+    ``str(result)`` is its report in short. Where the command writes a table, its columns are
+    read-only arrays: of ``motion`` ``t`` (s), ``position`` (m), ``velocity`` (m/s),
+    ``acceleration``, ``force`` and ``raw`` (m/s², shape (n, 3)), ``attitude`` (quaternion w, x, y,
+    z, shape (n, 4)), ``sigma_position`` and ``sigma_velocity`` (absent without bands) and
+    ``still``; of ``apply`` ``t``, ``accel`` and ``gyro``. ``denoise`` has ``recording``;
+    ``simulate`` has ``recordings`` (by the names of their files) and ``paths``.
+
+    Pickles keep document, arrays and summary; reports and figures are left behind.
+    """
+
+    def __init__(
+        self, document: Mapping[str, Any], native: Any = None, summary: str = "", **others: Any
+    ) -> None:
+        super().__init__(document)
+        groups: list[Any] = [] if native is None else native.arrays()
+        others.update({name: _array(values, len(names)) for name, names, values in groups})
+        vars(self).update(
+            others,
+            _native=native,
+            _summary=summary,
+            _names={name: names for name, names, _ in groups},
+        )
+
+    @classmethod
+    def _of(cls, native: _gravical.Outcome, **others: Any) -> Self:
+        # What the program shows with an option is shown by a method here.
+        summary = native.document("summary").rstrip().replace("(--verbose)", "(report())")
+        return cls(parsed(native.json()), native, summary, **others)
+
+    def _computed(self) -> Any:
+        native = vars(self)["_native"]
+        if native is None:
+            hint = "reports and tables are written where it is computed"
+            raise UsageError("this result holds its numbers alone", hint=hint)
+        return native
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """The figures of the report; none after a pickle."""
+        native = vars(self)["_native"]
+        return tuple(Figure(*drawn) for drawn in (native.figures() if native else ()))
+
+    def report(self, path: Path | None = None, *, force: bool = False) -> str:
+        """The report in full, as text; written to ``path`` as the program does with ``--report``:
+        ``.html`` is a page with everything in it, ``.md`` Markdown, ``.txt`` text."""
+        ending = "txt" if path is None else os.path.splitext(os.fspath(path))[1].lower().lstrip(".")
+        ending = "html" if ending == "htm" else ending
+        if ending not in ("html", "md", "txt"):
+            hint = "name a file that ends in .html, .md or .txt"
+            message = f"a report is not written as {ending or 'a file without an ending'}"
+            raise UsageError(message, "report-target", hint)
+        text = str(self._computed().document(ending))
+        if path is not None:
+            _gravical.write_text(path, text, force)
+        return text
+
+    def save(self, path: Path, *, force: bool = False) -> None:
+        """Write what the program writes with ``-o``: the calibration, the table of a motion (CSV),
+        else the document (JSON). Nothing is overwritten without ``force``."""
+        self._computed().write(path, force)
+
+    def export(
+        self, to: str, output: Path | None = None, *, force: bool = False, **options: Any
+    ) -> str:
+        """A calibration (or noise, for ``"kalibr"``) in the format of another program.
+
+        Parameters
+        ----------
+        to : str
+            Target; :func:`gravical.export_targets` says what each holds.
+        output : path, optional
+            File to write, too.
+        **options
+            ``name``, ``device_id``, ``rotation`` (``"y,-x,z"``), ``counts_per_g``,
+            ``counts_per_deg_s``, ``upper_limit``: of some targets, as of the program.
+
+        Returns
+        -------
+        str
+            The text of the file. What the target cannot hold is said in it, and as warnings
+            (:class:`gravical.ExportWarning`).
+        """
+        text, notes = self._computed().export(to, keywords(options))
+        for note in notes:
+            warnings.warn(note, ExportWarning, stacklevel=2)
+        if output is not None:
+            _gravical.write_text(output, text, force)
+        return str(text)
+
+    def to_pandas(self) -> Any:
+        """The columns as a data frame of pandas, with the names of the program's table."""
+        import pandas
+
+        names: dict[str, list[str]] = vars(self)["_names"]
+        columns: dict[str, Any] = {}
+        for group, of_group in names.items():
+            values = vars(self)[group].reshape(-1, len(of_group))
+            columns.update({name: values[:, i] for i, name in enumerate(of_group)})
+        if not columns:
+            raise UsageError("this result has no rows", hint="its lists are in the document")
+        return pandas.DataFrame(columns)
+
+    def __str__(self) -> str:
+        return str(vars(self)["_summary"]) or repr(self)
+
+    def __repr__(self) -> str:
+        verdict = self.get("verdict") or {}
+        word = verdict.get("grade") or verdict.get("judgement") or ", ".join(list(self)[:4]) + " …"
+        return f"<{type(self).__name__}: {word}>"
+
+    def _repr_html_(self) -> str:
+        verdict = self.get("verdict") or {}
+        word = verdict.get("grade") or verdict.get("judgement")
+        reasons = "; ".join(map(str, verdict.get("reasons", ())))
+        shown = {"verdict": f"{word}: {reasons}"} if word else {}
+        shown.update(
+            (name, f"{value:.6g}" if isinstance(value, float) else str(value))
+            for name, value in self.items()
+            if isinstance(value, (str, int, float))
+        )
+        rows = "".join(
+            f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>"
+            for name, text in list(shown.items())[:12]
+        )
+        # An image cannot disturb the page around it.
+        image = "".join(
+            f'<img alt="{escape(figure.title)}" '
+            f'src="data:image/svg+xml;base64,{b64encode(figure.svg.encode()).decode()}">'
+            for figure in self.figures[:1]
+        )
+        return f"<div><table>{rows}</table>{image}</div>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickled, (type(self), dict(self), {**vars(self), "_native": None})
+
+
+def _unpickled(cls: type[Result], document: dict[str, Any], others: dict[str, Any]) -> Any:
+    result = cls(document)
+    vars(result).update(others)
+    return result
+
+
+def _array(values: list[Any], width: int) -> Any:
+    if len(values) > 1:
+        return np.stack(values, axis=1)
+    return values[0].reshape(-1, width) if width > 1 else values[0]
+
+
+class Calibration(Result):
+    """A calibration of one sensor: calibrated = matrix · (raw − bias).
+
+    Made by :func:`gravical.calibrate` or :meth:`load`. Its document is the file:
+    ``calibration.accelerometer.bias``, ``.matrix``, ``.covariance``, ``calibration.gyroscope``,
+    ``calibration.verdict.grade`` …
+    """
+
+    @classmethod
+    def load(cls, path: Path) -> Calibration:
+        """Read a calibration file, of gravical or of imucal.
+
+        Raises
+        ------
+        NotFoundError
+            There is no such file.
+        InputError
+            ``calibration-syntax`` and others: it holds no calibration.
+        """
+        return cls._of(_gravical.read_calibration(path, None))
+
+    @classmethod
+    def from_json(cls, text: str) -> Calibration:
+        """The calibration in the text of a file, of gravical or of imucal."""
+        return cls._of(_gravical.read_calibration(None, text))
+
+    def apply(self, accel: Any) -> Floats:
+        """Calibrated specific force, m/s², of raw readings in the unit of the calibration.
+
+        Nothing is checked but the shape, (n, 3) or (3,). For a whole recording, with its unit,
+        range and temperature checked, see :func:`gravical.apply`.
+
+        Examples
+        --------
+        >>> calibration.apply([[0.1, 0.2, 9.7]]).shape
+        (1, 3)
+        """
+        raw = _tables.vectors(np.atleast_2d(accel), "accel")
+        calibrated: Floats = self._computed().apply_accel(raw)
+        return calibrated[0] if np.ndim(accel) == 1 else calibrated
+
+    def apply_gyro(self, gyro: Any, accel: Any = None) -> Floats:
+        """Calibrated angular rate, rad/s, of raw readings; ``accel``, of the same shape, is the
+        *calibrated* specific force, m/s², for the g-sensitivity.
+
+        Raises
+        ------
+        UsageError
+            ``gyro-not-calibrated``.
+        """
+        raw = _tables.vectors(np.atleast_2d(gyro), "gyro")
+        force = None
+        if accel is not None:
+            force = _tables.vectors(np.atleast_2d(accel), "accel", len(raw))
+        calibrated: Floats = self._computed().apply_gyro(raw, force)
+        return calibrated[0] if np.ndim(gyro) == 1 else calibrated
+
+    def to_json(self) -> str:
+        """The text of the file."""
+        return self.export("gravical")
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(self.to_json())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Calibration.from_json, (self.to_json(),)
+
+
+class ExportWarning(UserWarning):
+    """What a target of an export cannot hold."""
+
+
+def calibration_of(given: Any) -> tuple[_gravical.Outcome, str]:
+    """The calibration and its name: a path is read."""
+    if isinstance(given, Calibration):
+        return given._computed(), "calibration"
+    if is_path(given):
+        return _gravical.read_calibration(given, None), os.fspath(given)
+    if hasattr(given, "to_json") and type(given).__module__.startswith("imucal"):
+        return _gravical.read_calibration(None, given.to_json()), "imucal"
+    raise UsageError(
+        f"a {type(given).__name__} is no calibration",
+        hint="give a Calibration, the path of its file, or an object of imucal",
+    )
+
+
+def noise_of(noise: Any) -> Any:
+    """The noise of a sensor for the native part."""
+    if isinstance(noise, Result) and "channels" in noise:
+        return noise._computed()
+    if noise is None or is_path(noise):
+        return noise
+    hint = "give the result of gravical.noise, or the path of its file"
+    raise UsageError(f"noise=: a {type(noise).__name__} is no noise", hint=hint)
