@@ -239,12 +239,13 @@ def simulated():
     return Script("simulate", "simulated MPU6050", "standard")
 
 
-def ports(count, tried=None, message="more than one port may be the board: /dev/ttyACM0, /dev/ttyUSB0", remedy="choose the one of your board"):
+def ports(count, tried=None, message="more than one port may be the board: /dev/ttyACM0, /dev/ttyUSB0", remedy="choose the one of your board", flash=()):
     port = lambda name, device, usb, serial, *holders: {"name": name, "device": device, "usb": usb, "serial": serial, "board": bool(usb), "open_in": list(holders)}
     all_ports = [port("/dev/ttyACM0", "Arduino Uno", "2341:0043", "95437313834351A0C1D2"),
                  port("/dev/ttyUSB0", "CH340 bridge, as on many Uno and Nano clones", "1a86:7523", None, "minicom (4711)"),
                  port("/dev/ttyS0", None, None, None)]
-    return [{"v": 1, "t_s": 0.0, "type": "ports", "ports": all_ports[:count], "tried": tried, "message": message, "remedy": remedy}]
+    return [{"v": 1, "t_s": 0.0, "type": "ports", "ports": all_ports[:count], "tried": tried, "message": message, "remedy": remedy,
+             "flash": list(flash), "simulate": True}]
 
 
 def scenes():
@@ -254,6 +255,11 @@ def scenes():
     out["ports-none"] = ports(0, message="no board is plugged in: there is no USB serial port",
                               remedy="plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen")
     out["ports-busy"] = ports(2, "/dev/ttyUSB0", "/dev/ttyUSB0: minicom (4711) has this port open", "close the serial monitor of the Arduino IDE, or another logger")
+    out["connecting"] = [{"v": 1, "t_s": 0.0, "type": "connecting", "name": "/dev/ttyUSB0"}]
+    out["ports-silent"] = ports(2, "/dev/ttyUSB0", "/dev/ttyUSB0 is open, but nothing arrives: does the board have a sketch?",
+                                "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor",
+                                ["arduino-cli core install arduino:avr", "arduino-cli compile --fqbn arduino:avr:uno firmware/mpu6050_logger",
+                                 "arduino-cli upload --fqbn arduino:avr:uno -p /dev/ttyUSB0 firmware/mpu6050_logger"])
     out["full"] = [{"v": 1, "t_s": 0.0, "type": "full"}]
     out["session"] = Script().events
     out["identify"] = Script().status("identify", "Reading: one second of samples tells rate and unit", ring=0.4, limit=None).events

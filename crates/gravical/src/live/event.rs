@@ -31,17 +31,28 @@ pub struct Message {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Event {
-    /// Which port is the board is not clear, or it cannot be opened: the user chooses. Before the
-    /// session.
+    /// Which port is the board is not clear, it cannot be opened, or no row arrives: the user chooses.
+    /// Before the session.
     Ports {
         /// The ports of this computer, boards first.
         ports: Vec<PortInfo>,
-        /// The one that could not be opened.
+        /// The one that was opened, or could not be.
         tried: Option<String>,
         /// Why none is open.
         message: String,
         /// What to do.
         remedy: Option<String>,
+        /// Commands that flash our sketch, where the board sends no rows.
+        #[serde(default)]
+        flash: Vec<String>,
+        /// A simulated sensor can take the place of the board.
+        #[serde(default)]
+        simulate: bool,
+    },
+    /// A port is open; its first rows are waited for. Before the session.
+    Connecting {
+        /// The port.
+        name: String,
     },
     /// The session begins.
     Session {
@@ -578,6 +589,8 @@ pub enum Command {
         /// One of those in the event `ports`.
         name: String,
     },
+    /// Begin with a simulated sensor in place of a board; before the session.
+    Simulate,
     /// Take the pose that is held now, even if it exists, lies between faces or is warmer.
     Capture,
     /// Undo the last pose.
@@ -618,7 +631,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// A command that was typed: `undo`, `redo +x`, `take`, `latitude 48.1`, `gravity 9.81`,
+    /// A command that was typed: `port NAME`, `simulate`, `undo`, `redo +x`, `take`, `latitude 48.1`, `gravity 9.81`,
     /// `stop`; for a simulated sensor also `+x`, `0.6 0.6 0.5`, `shake`.
     ///
     /// # Errors
@@ -637,6 +650,7 @@ impl Command {
             ["port", name] => Some(Command::Port {
                 name: name.to_owned(),
             }),
+            ["simulate"] => Some(Command::Simulate),
             ["u" | "undo"] => Some(Command::Undo),
             ["take" | "capture"] => Some(Command::Capture),
             ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),

@@ -256,8 +256,8 @@ impl Session {
                 latitude,
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
-            Command::Port { .. } => {
-                self.refuse("the port was chosen: another one needs a new session")
+            Command::Port { .. } | Command::Simulate => {
+                self.refuse("the sensor was chosen: another one needs a new session");
             }
             Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),

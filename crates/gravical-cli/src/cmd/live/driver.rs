@@ -85,6 +85,10 @@ pub fn typed(sender: SyncSender<Entry>) {
 pub struct Driver<'a> {
     pub session: Session,
     pub source: &'a mut dyn Source,
+    /// Its first rows, if they were waited for.
+    pub first: Vec<u8>,
+    /// Bytes of the recording before it was opened.
+    pub recorded: u64,
     pub renderers: &'a mut Vec<Box<dyn Renderer>>,
     pub journal: Option<JournalFile>,
     pub folder: Option<PathBuf>,
@@ -144,11 +148,16 @@ impl Driver<'_> {
         }
         let started = Instant::now();
         let mut first_bytes: Option<Instant> = None;
+        let mut first = Some(std::mem::take(&mut self.first)).filter(|rows| !rows.is_empty());
         let reason = loop {
             if self.interrupted.load(Ordering::SeqCst) {
                 break EndReason::Interrupted;
             }
-            let messages = match self.source.next() {
+            let incoming = match first.take() {
+                Some(rows) => Ok(Incoming::Bytes(rows)),
+                None => self.source.next(),
+            };
+            let messages = match incoming {
                 Ok(Incoming::Bytes(bytes)) => {
                     first_bytes.get_or_insert_with(Instant::now);
                     let mut messages = self.session.resumed();
@@ -246,7 +255,8 @@ impl Driver<'_> {
         if let Some(folder) = &self.folder {
             let path = folder.join(gravical::live::folder::RECORDING);
             let io = |e| Error::io(&path, e);
-            let mut file = std::fs::File::open(&path).map_err(io)?;
+            let file = std::fs::File::open(&path).map_err(io)?;
+            let mut file = file.take(self.recorded);
             let mut bytes = vec![0; AT_ONCE];
             loop {
                 let n = file.read(&mut bytes).map_err(io)?;

@@ -101,17 +101,20 @@ fn lines(event: &Event) -> Vec<String> {
             ports,
             message,
             remedy,
+            flash,
+            simulate,
             ..
         } => {
             let remedy = remedy.as_ref().map_or(String::new(), |r| format!(": {r}"));
             let first = format!("! {message}{remedy}");
-            return std::iter::once(first)
-                .chain(ports.iter().map(|p| format!("  {}", port_line(p))))
-                .chain([
-                    "  Choose it on the page, or here: port and its name; Ctrl-C ends.".to_owned(),
-                ])
-                .collect();
+            let ports = ports.iter().map(|p| format!("  {}", port_line(p)));
+            let flash = flash.iter().map(|line| format!("  To flash ours: {line}"));
+            let simulate = if *simulate { "simulate; " } else { "" };
+            let last = format!("  Type port and its name; {simulate}Ctrl-C ends.");
+            let all = std::iter::once(first).chain(ports).chain(flash);
+            return all.chain([last]).collect();
         }
+        Event::Connecting { name } => format!("{name} is open: waiting for its first rows"),
         Event::Session { name, folder, .. } => match folder {
             Some(folder) => format!("{name} → {folder}"),
             None => name.clone(),

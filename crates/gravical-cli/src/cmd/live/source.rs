@@ -79,6 +79,8 @@ pub trait Source {
     fn close(&mut self) -> Vec<u8> {
         Vec::new()
     }
+    /// Nothing has arrived: no file remains.
+    fn discard(self: Box<Self>) {}
     /// The true parameters of a simulated sensor.
     fn truth(&self) -> Option<Truth> {
         None
@@ -268,6 +270,7 @@ impl Source for Simulated {
 /// A board at a port, recorded as `gravical log` does.
 pub struct PortSource {
     recording: log::Session,
+    folder: PathBuf,
     /// What the last step brought, in order.
     brought: VecDeque<Incoming>,
 }
@@ -300,6 +303,7 @@ impl PortSource {
         }
         Ok(opened?.map(|recording| PortSource {
             recording,
+            folder: folder.to_owned(),
             brought: VecDeque::new(),
         }))
     }
@@ -343,6 +347,13 @@ impl Source for PortSource {
         // The session has ended, and says what it has.
         let _ = self.recording.close(false);
         self.recording.take_written()
+    }
+
+    fn discard(mut self: Box<Self>) {
+        let _ = self.recording.close(true);
+        self.recording.file.discard_empty();
+        // Only an empty one is removed.
+        let _ = std::fs::remove_dir(&self.folder);
     }
 }
 

@@ -225,8 +225,8 @@ function showPorts(asked) {
   show($("#ports"), asked);
   if (!asked || ports_seen === state.ports) return;
   ports_seen = state.ports;
-  const { ports, tried } = state.ports;
-  const had = document.activeElement?.closest?.("#ports button")?.dataset.name;
+  const { ports, tried, flash, simulate } = state.ports;
+  const had = document.activeElement?.closest?.("#ports li button")?.dataset.name;
   $("#ports ol").replaceChildren(...(ports ?? []).map((port, i) => {
     const [what, where] = portWords(port);
     const button = make("button", { type: "button" }, icon("plug"),
@@ -237,15 +237,20 @@ function showPorts(asked) {
     return make("li", {}, button);
   }));
   // What is plugged in meanwhile takes the focus from nothing.
-  [...$("#ports").querySelectorAll("button")].find(b => had && b.dataset.name === had)?.focus();
+  [...$("#ports ol").querySelectorAll("button")].find(b => had && b.dataset.name === had)?.focus();
   show($("#again"), Boolean(tried));
   write($("#again span"), `Try ${tried} again`);
+  show($("#flash"), Boolean(flash?.length));
+  $("#flash div").replaceChildren(...(flash ?? []).map(command));
+  show($("#simulate"), Boolean(simulate));
 }
 $("#again").addEventListener("click", () => choosePort(state.ports.tried));
+$("#simulate button").addEventListener("click", () => send({ command: "simulate" }));
 
 function keyOfPorts(key) {
-  const button = key === "Enter" ? $("#again") : $("#ports ol").children[Number(key) - 1]?.firstChild;
-  if (button && !button.hidden) button.click();
+  const button = key === "Enter" ? $("#again") : key === "s" || key === "S" ? $("#simulate button")
+    : $("#ports ol").children[Number(key) - 1]?.firstChild;
+  if (button?.checkVisibility()) button.click();
   return Boolean(button);
 }
 

@@ -6,7 +6,7 @@ const MARKS = 400;
 const LOG = 300;
 
 const fresh = () => ({
-  ports: null, session: null, identified: null, floor: null, status: null, next: null, fit: null, verdict: null,
+  ports: null, connecting: null, session: null, identified: null, floor: null, status: null, next: null, fit: null, verdict: null,
   saved: null, truth: null, end: null, lost: null, candidate: null, notice: null, gravity: null,
   poses: new Map(), errors: new Map(), marks: [], log: [],
 });
@@ -36,10 +36,8 @@ function mark(state, to, kind, from = to) {
 }
 
 const EVENTS = {
-  ports(s, e) {
-    s.ports = e;
-    s.notice = null;
-  },
+  ports: (_, e) => ({ ...fresh(), ports: e }),
+  connecting: (_, e) => ({ ...fresh(), connecting: e }),
   session: (_, e) => ({ ...fresh(), session: e, gravity: e.gravity_mps2 }),
   identified(s, e) {
     s.identified = e;

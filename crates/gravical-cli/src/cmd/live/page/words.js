@@ -13,7 +13,7 @@ function sentence(state, answers, full) {
       : "Is gravical live still running? This page connects again by itself."];
   }
   if (now === "connect" && state.ports) return [asSentence(state.ports.message), asSentence(state.ports.remedy)];
-  if (now === "connect") return ["Connecting …", "Waiting for the first samples."];
+  if (now === "connect") return ["Connecting …", state.connecting ? `${state.connecting.name} is open: waiting for its first rows.` : ""];
   if (now === "end") {
     if (state.end.reason === "finished") return [state.saved ? "Done and saved." : "Done.", asSentence(state.end.message)];
     return [asSentence(state.end.message), state.end.reason === "failed" && state.session ? "The samples are in the session folder." : ""];
