@@ -244,7 +244,7 @@ class Check:
         assert self.commands() == []
         # What the program refuses is said.
         self.open(all_scenes["accept"])
-        self.session.refuse = "no pose is held now"
+        self.session.refuse = "No pose is held now."
         browser.key(" ")
         self.until("return document.querySelector('#notice.warning')?.textContent.includes('No pose is held now')")
         assert any("400" in c["message"] for c in browser.complaints())

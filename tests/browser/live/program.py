@@ -158,7 +158,7 @@ class Live(Check):
                 tile(face)
                 self.accepted(count)
             browser.click("[data-command=undo]")
-            self.until("return state.log.some(l => l.title.includes('(−z) is taken back'))")
+            self.until("return state.log.some(l => l.text.includes('(−z) no longer counts'))")
             self.browser.settle(8)
             browser.click("[data-command=redo]")
             self.until("return document.querySelector('#tiles.choosing')")
@@ -283,7 +283,7 @@ class Live(Check):
                     assert not (where / "s").exists()
                     # It is tried as soon as it is there; this is no port.
                     board.port.write_text("")
-                    self.until("return !state.ports.message.includes('no such port')", 30)
+                    self.until("return !state.ports.text.includes('no such port')", 30)
                     self.picture("port-failed")
                     board.port.unlink()
                     board.plug()

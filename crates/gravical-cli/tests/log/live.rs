@@ -111,7 +111,7 @@ fn a_port_without_rows_is_no_end() {
         live.wait_for("connecting");
         board.send(sent);
         let asked = live.wait_for("ports");
-        let message = asked["message"].as_str().unwrap();
+        let message = asked["text"].as_str().unwrap();
         assert!(message.contains(words), "{message}");
         let flash = asked["flash"].as_array().unwrap();
         assert!(flash.len() == 3 && flash[2].as_str().unwrap().contains(&board.port()));

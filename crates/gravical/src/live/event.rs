@@ -20,6 +20,9 @@ pub struct Message {
     pub v: u32,
     /// Seconds since the first row, by the clock of the recording.
     pub t_s: f64,
+    /// The event in words: whole sentences, for page and terminal.
+    #[serde(default)]
+    pub text: String,
     /// What happened.
     #[serde(flatten)]
     pub event: Event,
@@ -38,10 +41,6 @@ pub enum Event {
         ports: Vec<PortInfo>,
         /// The one that was opened, or could not be.
         tried: Option<String>,
-        /// Why none is open.
-        message: String,
-        /// What to do.
-        remedy: Option<String>,
         /// Commands that flash our sketch, where the board sends no rows.
         #[serde(default)]
         flash: Vec<String>,
@@ -87,8 +86,6 @@ pub enum Event {
         gyro_unit: Option<GyroUnit>,
         /// There is a temperature.
         has_temperature: bool,
-        /// Faults and decisions, a sentence each.
-        notes: Vec<String>,
     },
     /// The noise at rest is known.
     Floor {
@@ -118,10 +115,6 @@ pub enum Event {
     PoseRejected {
         /// The reason.
         reason: Rejection,
-        /// What is wrong, with numbers.
-        message: String,
-        /// What to do.
-        remedy: String,
         /// The nearest face.
         face: Option<String>,
         /// Its direction.
@@ -159,8 +152,6 @@ pub enum Event {
         grade: Grade,
         /// The session ends with it.
         r#final: bool,
-        /// In one sentence.
-        sentence: String,
         /// Reasons.
         reasons: Vec<String>,
     },
@@ -175,8 +166,6 @@ pub enum Event {
     Warning {
         /// What it is about.
         kind: WarningKind,
-        /// A sentence.
-        message: String,
     },
     /// The calibration is on the disk; it was read back and compared.
     Saved {
@@ -193,15 +182,11 @@ pub enum Event {
     Lost {
         /// Why.
         why: Loss,
-        /// In one sentence.
-        message: String,
         /// Poses that are safe.
         poses: u32,
     },
     /// Rows arrive again.
     Resumed {
-        /// In one sentence.
-        message: String,
         /// Poses that are kept.
         poses: u32,
     },
@@ -222,12 +207,21 @@ pub enum Event {
         poses: u32,
         /// The command that goes on.
         resume: Option<String>,
-        /// In one sentence.
-        message: String,
     },
 }
 
 impl Message {
+    /// An event, and its sentences.
+    #[must_use]
+    pub fn new(t_s: f64, event: Event, text: impl Into<String>) -> Self {
+        Message {
+            v: EVENTS_VERSION,
+            t_s: (t_s * 1e3).round() / 1e3,
+            text: text.into(),
+            event,
+        }
+    }
+
     /// The JSON schema of an event.
     #[cfg(feature = "schema")]
     #[must_use]
@@ -334,8 +328,6 @@ pub enum Welcome {
 pub struct Status {
     /// State of the session.
     pub state: State,
-    /// What to do now.
-    pub sentence: String,
     /// After five seconds without progress: which test fails, and by how much.
     pub hint: Option<String>,
     /// Direction of specific force.
@@ -396,8 +388,6 @@ pub struct Pose {
     pub faces_done: u32,
     /// Number of free poses.
     pub free_done: u32,
-    /// Something to know about it.
-    pub note: Option<String>,
 }
 
 /// Why a hold is not accepted.

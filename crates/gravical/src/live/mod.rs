@@ -53,6 +53,7 @@ use crate::recording::ReadOptions;
 
 pub use event::{Command, EVENTS_VERSION, Event, Message, Pose};
 pub use session::Session;
+pub use words::sentences;
 
 /// How a session is guided.
 #[derive(Debug, Clone)]

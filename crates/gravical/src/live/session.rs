@@ -19,14 +19,12 @@ use crate::recording::Recording;
 use crate::{Error, Result};
 
 use super::attitude::Attitude;
-use super::event::{
-    Command, EVENTS_VERSION, Event, Loss, Message, Pose, SourceKind, State, WarningKind,
-};
+use super::event::{Command, Event, Loss, Message, Pose, SourceKind, State, WarningKind};
 use super::fit::FULL_FIT;
 use super::judge::{Accepted, Units, mean};
 use super::rows::SessionRows;
 use super::stillness::{Stillness, StillnessDetector};
-use super::{LiveOptions, mg};
+use super::{LiveOptions, mg, words};
 use gravical_recording::Sample;
 
 /// Direction and magnitude are means over this time, s.
@@ -136,7 +134,8 @@ impl Session {
         name: &str,
         folder: Option<String>,
     ) -> Vec<Message> {
-        self.emit(Event::Session {
+        let into = folder.as_ref().map_or(String::new(), |f| format!(" → {f}"));
+        let event = Event::Session {
             source,
             name: name.to_owned(),
             folder,
@@ -144,7 +143,8 @@ impl Session {
             gravity_mps2: self.options.gravity.value_mps2,
             gravity_source: self.options.gravity.source,
             capture_s: self.options.capture_s,
-        });
+        };
+        self.emit(event, format!("{name}{into}"));
         self.take()
     }
 
@@ -203,12 +203,9 @@ impl Session {
                     "Check the cable, or press its reset.",
                 ),
             };
-            let safe = self.safe();
-            self.emit(Event::Lost {
-                why,
-                message: format!("{what} {safe} {remedy}"),
-                poses: self.poses.len() as u32,
-            });
+            let text = words::sentences([what, &words::safe(self.poses.len()), remedy]);
+            let poses = self.poses.len() as u32;
+            self.emit(Event::Lost { why, poses }, text);
         }
         self.take()
     }
@@ -226,18 +223,16 @@ impl Session {
         }
         self.interrupt();
         self.progress_s = self.now_s;
-        let message = format!("Here again. {}", self.safe());
-        self.emit(Event::Resumed {
-            message: message.trim_end().to_owned(),
-            poses: self.poses.len() as u32,
-        });
+        let text = words::sentences(["here again", &words::safe(self.poses.len())]);
+        let poses = self.poses.len() as u32;
+        self.emit(Event::Resumed { poses }, text);
         self.ask();
         self.settle()
     }
 
     /// Something for the record that only the program knows: what was saved, the end.
-    pub fn note(&mut self, event: Event) -> Vec<Message> {
-        self.emit(event);
+    pub fn note(&mut self, event: Event, text: impl Into<String>) -> Vec<Message> {
+        self.emit(event, text);
         self.take()
     }
 
@@ -290,35 +285,20 @@ impl Session {
 
     // Events.
 
-    fn emit(&mut self, event: Event) {
-        self.events.push(Message {
-            v: EVENTS_VERSION,
-            t_s: (self.now_s * 1e3).round() / 1e3,
-            event,
-        });
+    fn emit(&mut self, event: Event, text: impl Into<String>) {
+        self.events.push(Message::new(self.now_s, event, text));
     }
 
     fn take(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.events)
     }
 
-    fn warn(&mut self, kind: WarningKind, message: impl Into<String>) {
-        self.emit(Event::Warning {
-            kind,
-            message: message.into(),
-        });
+    fn warn(&mut self, kind: WarningKind, message: &str) {
+        self.emit(Event::Warning { kind }, words::sentences([message]));
     }
 
     fn refuse(&mut self, why: &str) {
         self.warn(WarningKind::Refused, why);
-    }
-
-    fn safe(&self) -> String {
-        match self.poses.len() {
-            0 => String::new(),
-            1 => "1 pose is safe.".to_owned(),
-            n => format!("{n} poses are safe."),
-        }
     }
 
     // What several parts ask for.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use gravical::escape::path_word;
 use gravical::live::event::{Command, EndReason, PortInfo, SourceKind, WarningKind};
-use gravical::live::{EVENTS_VERSION, Event, Message};
+use gravical::live::{Event, Message, sentences};
 use gravical::{Error, Result};
 
 use super::driver::{Entry, Renderer};
@@ -107,9 +107,9 @@ impl Asking<'_> {
         if opened.kind != SourceKind::Port {
             return Ok(Answer::Rows(opened));
         }
-        self.show(Event::Connecting {
-            name: opened.name.clone(),
-        });
+        let text = format!("{} is open: waiting for its first rows.", opened.name);
+        let name = opened.name.clone();
+        self.show(Event::Connecting { name }, text);
         let answer = loop {
             match opened.source.next() {
                 Ok(Incoming::Bytes(bytes)) => {
@@ -120,10 +120,7 @@ impl Asking<'_> {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     break Err(Error::device("no-such-port", text));
                 }
-                Ok(Incoming::Warning(message)) => self.show(Event::Warning {
-                    kind: WarningKind::Rows,
-                    message,
-                }),
+                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message),
                 Ok(Incoming::Nothing | Incoming::End) => {}
                 Err(error) => break Err(error),
             }
@@ -147,7 +144,8 @@ impl Asking<'_> {
             }
             let infos = ports(found);
             if shown.as_ref() != Some(&infos) {
-                self.show(self.question(error, tried, infos.clone()));
+                let (event, text) = self.question(error, tried, infos.clone());
+                self.show(event, text);
             }
             let known = shown.insert(infos);
             for _ in 0..ASKED {
@@ -159,20 +157,24 @@ impl Asking<'_> {
         }
     }
 
-    fn question(&self, error: &Error, tried: Option<&str>, ports: Vec<PortInfo>) -> Event {
+    fn question(
+        &self,
+        error: &Error,
+        tried: Option<&str>,
+        ports: Vec<PortInfo>,
+    ) -> (Event, String) {
         let (message, remedy) = words(error, tried.unwrap_or("the port"));
         let flash = match Trouble::of(error) {
             Some(Trouble::Sketch) => flash(tried.unwrap_or("PORT")),
             _ => Vec::new(),
         };
-        Event::Ports {
+        let event = Event::Ports {
             ports,
             tried: tried.map(str::to_owned),
-            message,
-            remedy: Some(remedy),
             flash,
             simulate: self.can_simulate,
-        }
+        };
+        (event, sentences([&*message, &*remedy]))
     }
 
     /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
@@ -201,29 +203,26 @@ impl Asking<'_> {
                 Command::Simulate => "this session is of another sensor".to_owned(),
                 _ => "no row has arrived yet: the session has not begun".to_owned(),
             };
-            self.show(Event::Warning {
-                kind: WarningKind::Refused,
-                message,
-            });
+            self.warn(WarningKind::Refused, &message);
         }
         let is_interrupted = self.interrupted.load(Ordering::SeqCst);
         if is_interrupted {
-            self.show(Event::End {
+            let event = Event::End {
                 reason: EndReason::Interrupted,
                 poses: 0,
                 resume: None,
-                message: "interrupted before the first row".to_owned(),
-            });
+            };
+            self.show(event, "Interrupted before the first row.");
         }
         is_interrupted.then_some(Answer::Interrupted)
     }
 
-    fn show(&mut self, event: Event) {
-        let message = Message {
-            v: EVENTS_VERSION,
-            t_s: 0.0,
-            event,
-        };
+    fn warn(&mut self, kind: WarningKind, message: &str) {
+        self.show(Event::Warning { kind }, sentences([message]));
+    }
+
+    fn show(&mut self, event: Event, text: impl Into<String>) {
+        let message = Message::new(0.0, event, text);
         self.renderers.iter_mut().for_each(|r| r.show(&message));
     }
 }

@@ -11,11 +11,11 @@ use std::time::{Duration, Instant};
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
-use gravical::live::Session;
 use gravical::live::event::{
     Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
 };
 use gravical::live::folder::calibrate_session;
+use gravical::live::{Session, sentences};
 use gravical::numfmt::count;
 use gravical::poses::Segmentation;
 use gravical::recording::{ReadOptions, Recording, read};
@@ -180,10 +180,7 @@ impl Driver<'_> {
                 }
                 Ok(Incoming::Nothing) => Vec::new(),
                 Ok(Incoming::Lost(why)) => self.session.lost(why),
-                Ok(Incoming::Warning(message)) => self.session.note(Event::Warning {
-                    kind: WarningKind::Rows,
-                    message,
-                }),
+                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message),
                 Ok(Incoming::End) => {
                     let messages = self.session.settle_format().unwrap_or_default();
                     self.show(messages, &mut hand, false)?;
@@ -331,10 +328,7 @@ impl Driver<'_> {
                 return Ok(());
             }
             Ok(false) => self.session.command(command),
-            Err(error) => self.session.note(Event::Warning {
-                kind: WarningKind::Refused,
-                message: error.to_string(),
-            }),
+            Err(error) => self.warn(WarningKind::Refused, &error.to_string()),
         };
         self.show(messages, hand, false)
     }
@@ -343,9 +337,9 @@ impl Driver<'_> {
     fn save(mut self, kind: SourceKind, hand: &mut Hand) -> anyhow::Result<ExitCode> {
         self.source.make_safe()?;
         let (file, session) = self.calibration()?;
-        let unsaved = match &self.output {
-            Some(_) => "",
-            None => "; not saved: add -o cal.json",
+        let done = match &self.output {
+            Some(_) => "Done and saved",
+            None => "Done, and not saved (-o cal.json does)",
         };
         if let Some(output) = self.output.take() {
             save(&output, false, &file)?;
@@ -357,16 +351,18 @@ impl Driver<'_> {
                 report: report.map(|path| path.display().to_string()),
                 next: self.next_steps(file.verdict.grade, &word, kind),
             };
-            let messages = self.session.note(saved);
+            let text = format!("Saved to {}, read back and compared.", output.display());
+            let messages = self.session.note(saved, text);
             self.show(messages, hand, false)?;
         }
         if let Some(truth) = self.source.truth() {
-            let messages = self.session.note(truth_event(&truth, &file));
+            let (event, text) = truth_event(&truth, &file);
+            let messages = self.session.note(event, text);
             self.show(messages, hand, false)?;
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
-        let message = format!("{poses}, verdict {}{unsaved}", grade.name());
+        let message = format!("{done}: {poses}, verdict {}", grade.name());
         self.end(EndReason::Finished, &message, hand)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),
@@ -433,10 +429,8 @@ impl Driver<'_> {
         match write_report(&path, false, &document) {
             Ok(()) => Ok(Some(path)),
             Err(error) => {
-                let messages = self.session.note(Event::Warning {
-                    kind: WarningKind::Other,
-                    message: format!("the report was not written: {error}"),
-                });
+                let why = format!("the report was not written: {error}");
+                let messages = self.warn(WarningKind::Other, &why);
                 self.show(messages, hand, false)?;
                 Ok(None)
             }
@@ -450,12 +444,17 @@ impl Driver<'_> {
             .filter(|_| reason != EndReason::Finished);
         let resume = folder.map(|f: &Path| format!("gravical live --resume {}", path_word(f)));
         let poses = self.session.poses().count() as u32;
-        let messages = self.session.note(Event::End {
+        let event = Event::End {
             reason,
             poses,
             resume,
-            message: message.to_owned(),
-        });
+        };
+        let messages = self.session.note(event, sentences([message]));
         self.show(messages, hand, false)
+    }
+
+    fn warn(&mut self, kind: WarningKind, message: &str) -> Vec<Message> {
+        self.session
+            .note(Event::Warning { kind }, sentences([message]))
     }
 }

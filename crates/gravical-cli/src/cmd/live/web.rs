@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use axum::{Extension, Router};
 use gravical::live::event::{Command, EndReason};
-use gravical::live::{EVENTS_VERSION, Event, Message};
+use gravical::live::{Event, Message, sentences};
 use gravical::{Error, Result};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -118,16 +118,12 @@ impl Page {
     /// Says on the page why there will be no more events, and waits until it is there.
     pub fn fail(&self, why: &str) {
         if !self.hub.has_ended() {
-            let message = Message {
-                v: EVENTS_VERSION,
-                t_s: 0.0,
-                event: Event::End {
-                    reason: EndReason::Failed,
-                    poses: 0,
-                    resume: None,
-                    message: why.to_owned(),
-                },
+            let event = Event::End {
+                reason: EndReason::Failed,
+                poses: 0,
+                resume: None,
             };
+            let message = Message::new(0.0, event, sentences([why]));
             Events(Arc::clone(&self.hub)).show(&message);
         }
         self.last_word();

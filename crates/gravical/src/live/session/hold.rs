@@ -197,11 +197,12 @@ impl Session {
                     return;
                 }
                 None => {
-                    self.emit(Event::PoseCandidate {
+                    let event = Event::PoseCandidate {
                         face: self.face_up(up).map(Face::name),
                         up,
                         tilt_deg: Face::nearest(up).1,
-                    });
+                    };
+                    self.emit(event, "The capture begins.");
                 }
             }
         }

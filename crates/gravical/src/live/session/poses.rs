@@ -45,10 +45,10 @@ impl Session {
                 Rejection::Sign,
                 format!(
                     "{} is up, and {} is to be recorded again",
-                    words::attitude(face),
+                    face.name(),
                     wanted.name()
                 ),
-                format!("turn it over: {}", words::attitude(*wanted)),
+                format!("turn it over: {} up", wanted.name()),
             ));
         }
         match welcome {
@@ -131,12 +131,6 @@ impl Session {
             lines: [first.line, last.line],
             faces_done: 0,
             free_done: 0,
-            note: face
-                .filter(|_| tilt_deg > self.options.fine_tilt_deg)
-                .map(|face| {
-                    let name = face.name();
-                    format!("{tilt_deg:.0}° from {name}: a pose nearer to the face determines the axes better")
-                }),
         };
         self.accept(pose);
     }
@@ -154,14 +148,15 @@ impl Session {
         self.away = false;
         let first = self.poses().find_map(|p| p.temperature_c);
         let warmed = first.zip(pose.temperature_c);
-        self.emit(Event::PoseAccepted(pose));
+        let text = words::accepted(&pose, self.options.fine_tilt_deg);
+        self.emit(Event::PoseAccepted(pose), text);
         if let Some((first, now)) = warmed
             && (now - first).abs() > WARMED_C
             && !std::mem::replace(&mut self.warned_of_temperature, true)
         {
             self.warn(
                 WarningKind::Temperature,
-                format!(
+                &format!(
                     "the sensor is {:.1} °C {} than in the first pose: let it run for some minutes before the session",
                     (now - first).abs(),
                     warmer_or_colder(now - first)
@@ -176,14 +171,13 @@ impl Session {
         let samples = self.rows.within(rows);
         let up = self.direction_of(Means::of(&samples).accel);
         let (face, tilt_deg) = Face::nearest(up);
-        self.emit(Event::PoseRejected {
+        let event = Event::PoseRejected {
             reason: fault.reason,
-            message: fault.message,
-            remedy: fault.remedy,
             face: Some(face.name()),
             up,
             tilt_deg,
-        });
+        };
+        self.emit(event, words::sentences([&*fault.message, &*fault.remedy]));
     }
 
     pub(super) fn capture_now(&mut self) {
@@ -232,11 +226,12 @@ impl Session {
     }
 
     fn undone(&mut self, pose: &Pose, why: Undone) {
-        self.emit(Event::PoseUndone {
+        let event = Event::PoseUndone {
             pose: pose.pose,
             face: pose.face.clone(),
             why,
-        });
+        };
+        self.emit(event, words::undone(pose, why));
     }
 
     fn poses_changed(&mut self) {

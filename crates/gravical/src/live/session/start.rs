@@ -9,6 +9,8 @@ use crate::calibration_file::GravitySource;
 use crate::live::event::{Event, Rejection, State, WarningKind};
 use crate::live::judge::{Fault, Means, Units, scatter};
 use crate::live::stillness::{MAX_NOISE_AT_REST, Stillness, StillnessDetector};
+use crate::live::words;
+use crate::numfmt::count;
 use crate::recording::Recording;
 use crate::recording::units::{AccelUnit, GyroScale};
 use gravical_recording::Sample;
@@ -34,16 +36,24 @@ impl Session {
         // A second is too short to say anything of the samples.
         let findings = recording.findings.into_iter();
         let notes = findings.filter(|f| !f.kind.is_of_samples());
-        self.emit(Event::Identified {
+        let notes: Vec<String> = notes.map(|f| f.message).collect();
+        let unit = recording.accel_scale.unit;
+        let rate = timing
+            .rate_hz()
+            .map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
+        let columns = count(recording.column_names.len(), "column");
+        let first = format!("{rate}, {columns}, {unit}");
+        let text = words::sentences(std::iter::once(&*first).chain(notes.iter().map(|n| &**n)));
+        let event = Event::Identified {
             rate_hz: timing.rate_hz(),
             jitter_ms: timing.jitter_s.map(|s| 1e3 * s),
             columns: recording.column_names,
-            unit: recording.accel_scale.unit,
+            unit,
             counts_per_g: recording.accel_scale.lsb_per_g,
             gyro_unit: recording.gyro_scale.map(|g| g.unit),
             has_temperature: sample.temperature_c.is_finite(),
-            notes: notes.map(|f| f.message).collect(),
-        });
+        };
+        self.emit(event, text);
         self.detector = Some(StillnessDetector::new(
             self.rate_hz,
             recording.resolution,
@@ -96,14 +106,20 @@ impl Session {
         });
         let accel = scatter(&samples, |s| s.accel);
         let gyro = scatter(&samples, |s| s.gyro).map(f64::to_degrees);
-        self.emit(Event::Floor {
-            noise_mg: accel.map(|v| self.mg(v)),
+        let [x, y, z] = accel.map(|v| self.mg(v));
+        let limit_mg = self.mg(state.max_scatter[0]);
+        let text = format!(
+            "Noise at rest {x:.1}, {y:.1}, {z:.1} mg; above {limit_mg:.0} mg it counts as moving."
+        );
+        let event = Event::Floor {
+            noise_mg: [x, y, z],
             gyro_noise_deg_s: gyro_nominal
                 .filter(|_| gyro.iter().all(|v| v.is_finite()))
                 .map(|nominal| gyro.map(|v| v / nominal)),
             step_mg: [0, 1, 2].map(|i| self.mg(recording.resolution[i])),
-            limit_mg: self.mg(state.max_scatter[0]),
-        });
+            limit_mg,
+        };
+        self.emit(event, text);
         if self.options.gravity.source == GravitySource::Standard {
             self.warn(
                 WarningKind::Gravity,

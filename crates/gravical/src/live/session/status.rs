@@ -39,8 +39,7 @@ impl Session {
         let temperature = self.rows.recent().next_back().map(|s| s.temperature_c);
         let status = Status {
             state: self.state,
-            sentence: self.sentence(face, is_face, welcome),
-            hint: self.hint(up, welcome),
+            hint: self.hint(up, welcome).map(|h| words::sentences([&*h])),
             up,
             attitude: self.attitude.q,
             norm_g: finite(norm(&self.reading()) / nominal),
@@ -56,7 +55,8 @@ impl Session {
             tiles,
             free_done: self.free_done(),
         };
-        self.emit(Event::Status(Box::new(status)));
+        let text = self.sentence(face, is_face, welcome);
+        self.emit(Event::Status(Box::new(status)), text);
     }
 
     /// Rows of the hold so far.
@@ -81,8 +81,8 @@ impl Session {
 
     fn sentence(&self, face: Face, is_face: bool, welcome: Welcome) -> String {
         let called = match is_face {
-            true => words::attitude(face),
-            false => "free pose".to_owned(),
+            true => format!("{} up", words::signed(&face.name())),
+            false => "Free pose".to_owned(),
         };
         match self.state {
             State::Identify => "Reading the first second.".to_owned(),
@@ -95,7 +95,7 @@ impl Session {
                 "{called}: hold still, {:.1} s to go.",
                 (1.0 - self.ring()) * self.options.capture_s
             ),
-            State::Lost => format!("No data. {}", self.safe()),
+            State::Lost => words::sentences(["no data", &words::safe(self.poses.len())]),
             State::Done => "Done.".to_owned(),
             State::Wait => {
                 let to_do = self.to_do();
@@ -131,7 +131,7 @@ impl Session {
             let over = self.hold.as_ref().is_some_and(|h| h.over);
             return match welcome {
                 Welcome::Duplicate if over => Some(match self.face_up(up) {
-                    Some(face) => format!("it rests on {}, which is done", words::attitude(face)),
+                    Some(face) => format!("{} is up, which is done", face.name()),
                     None => "this pose is done".to_owned(),
                 }),
                 Welcome::Between if over => Some("it lies between two faces".to_owned()),

@@ -143,9 +143,9 @@ function update() {
   const [main, below] = sentence(state, answers, full);
   write($("#sentence"), main);
   write($("#hint"), below);
-  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === cased(signed(s.hint)));
+  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === s.hint);
   announce(`${main} ${below}`);
-  document.title = `${main.length > 60 ? cased(now) : main} · gravical live`;
+  document.title = `${main.length > 60 ? now : main} · gravical live`;
 
   write($("#device"), state.session?.name ?? "");
   write($("#facts"), facts(state));
@@ -159,8 +159,9 @@ function update() {
     if (old_notice) {
       $("#notice").className = old_notice.kind;
       $("#notice use").setAttribute("href", `#${old_notice.kind}`);
-      write($("#notice strong"), old_notice.title);
-      write($("#notice span"), old_notice.text);
+      const [title, rest] = parts(old_notice.text);
+      write($("#notice strong"), title);
+      write($("#notice span"), rest);
     }
   }
 
@@ -202,7 +203,7 @@ function update() {
   if (grade) {
     $("#grade").className = verdict.grade;
     $("#grade use").setAttribute("href", `#${grade[1]}`);
-    write($("#grade span"), asSentence(verdict.sentence));
+    write($("#grade span"), verdict.text);
   }
   hands.next = wanted().up;
   $("#as-drawn").disabled = !hands.next;
@@ -272,7 +273,7 @@ function listHistory() {
   if (key === log_seen) return;
   log_seen = key;
   list.replaceChildren(...log.slice(-60).reverse().map(l => make("li", { className: l.kind },
-    make("time", {}, clock(l.t_s)), icon(l.kind), make("span", {}, [l.title, l.text].filter(Boolean).join(" ")))));
+    make("time", {}, clock(l.t_s)), icon(l.kind), make("span", {}, l.text))));
   write($("#count"), `${log.length}`);
 }
 
@@ -310,7 +311,7 @@ async function send(command) {
 
 // What went wrong with a command; an event that follows takes its place.
 function complain(text) {
-  state.notice = { t_s: 0, kind: "warning", title: "", text: asSentence(text), number: ++refusal };
+  state.notice = { t_s: 0, kind: "warning", text, number: ++refusal };
   write($("#alert"), text);
   update();
 }
@@ -441,7 +442,7 @@ function take(event) {
       if (event.type === "pose_accepted") flash_until = performance.now() + 1100;
       if (SOUNDS[event.type]) sound.play(SOUNDS[event.type]);
     }
-    if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), `${event.message}. ${event.remedy ?? ""}`);
+    if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
   }
   const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]);
   if (event.type !== "status") {
