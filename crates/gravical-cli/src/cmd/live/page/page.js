@@ -61,12 +61,15 @@ const strip = new Strip($("#strip canvas"));
 const chart = new ErrorChart($("#error canvas"));
 const hands = new Hands($("#board"), send, () => attitude);
 let attitude = lying([0, 0, 1]);
-let dial_seen = "";
+let dial_seen = "", heading = 0;
 
 function drawDial(now) {
   const s = state.status;
   const preview = hands.on ? hands.drawn(s?.up) : null;
-  const goal = preview ?? (s?.attitude ? normalised(s.attitude) : s?.up && unit(s.up) ? product(shortest(rotated(attitude, unit(s.up)), [0, 0, 1]), attitude) : attitude);
+  // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
+  const read = normalised(s?.attitude ?? [1, 0, 0, 0]), { up } = wanted();
+  heading = (up && headingTo(lying(up), read)) ?? heading;
+  const goal = preview ?? (s?.attitude ? product(turn([0, 0, 1], heading), read) : attitude);
   // Ten readings a second become a steady movement.
   attitude = between(attitude, goal, calm.matches || hands.held ? 1 : 0.2);
   const [kind, text, share, colour] = ring(state, ink, performance.now() < flash_until);
