@@ -287,6 +287,11 @@ class Check:
         self.until("return true")
         browser.settle()
         assert [c["command"] for c in self.commands()] == ["undo"], self.commands()
+        # Other keys do what they say wherever the focus is.
+        browser.run("document.querySelector('.choice button').focus()")
+        browser.key("u")
+        browser.settle()
+        assert [c["command"] for c in self.commands()] == ["undo", "undo"], self.commands()
         # Every button is reached by Tab, with its focus seen.
         reached = set()
         for _ in range(14):

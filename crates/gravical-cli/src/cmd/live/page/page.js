@@ -381,7 +381,7 @@ document.addEventListener("keydown", e => {
     e.preventDefault();
     if (!e.repeat) run(name);
   } else if (key === "m" || key === "M") sound.toggle();
-  else if (hands.on && !at(".choice, #log") && hands.key(key)) e.preventDefault();
+  else if (hands.on && hands.key(key)) e.preventDefault();
 });
 // A click leaves no focus behind, so that Space goes on meaning "capture".
 document.addEventListener("click", e => {
