@@ -306,7 +306,7 @@ impl Args {
                         return Err(error);
                     };
                     begins();
-                    asking.choose(trouble, origin.port())
+                    asking.choose(trouble, origin.port())?
                 }
             };
             match answer {

@@ -349,3 +349,23 @@ fn a_reader_that_does_not_read_stops_no_session() {
     assert_eq!(code, Some(0));
     assert!(json(&folder.path().join("s/calibration.json")).is_object());
 }
+
+/// A session whose events are wanted, and cannot be written, does not go on in silence.
+#[test]
+#[cfg(target_os = "linux")]
+fn events_that_cannot_be_written_end_the_session() {
+    let folder = tempfile::tempdir().unwrap();
+    for target in ["/dev/full", ".", "-"] {
+        let line = format!("live --simulate --seed 4 --plain --folder s --events {target}");
+        let mut child = start(folder.path(), &line);
+        // Nobody reads; the end of its input would end the session.
+        drop(child.stdout.take());
+        let _open = child.stdin.take();
+        let (code, _, err) = end(child);
+        assert!(
+            code != 0 && err.contains("error: "),
+            "{target}: {code} {err}"
+        );
+        let _ = fs::remove_dir_all(folder.path().join("s"));
+    }
+}

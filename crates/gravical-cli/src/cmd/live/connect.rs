@@ -109,7 +109,7 @@ impl Asking<'_> {
         }
         let text = format!("{} is open: waiting for its first rows.", opened.name);
         let name = opened.name.clone();
-        self.show(Event::Connecting { name }, text);
+        self.show(Event::Connecting { name }, text)?;
         let answer = loop {
             match opened.source.next() {
                 Ok(Incoming::Bytes(bytes)) => {
@@ -120,12 +120,12 @@ impl Asking<'_> {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     break Err(Error::device("no-such-port", text));
                 }
-                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message),
+                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
                 Ok(Incoming::Nothing | Incoming::End) => {}
                 Err(error) => break Err(error),
             }
             let known = || ports(list().unwrap_or_default());
-            if let Some(answer) = self.answer(known, Some(&opened.name)) {
+            if let Some(answer) = self.answer(known, Some(&opened.name))? {
                 break Ok(answer);
             }
         };
@@ -135,22 +135,26 @@ impl Asking<'_> {
 
     /// What the user chooses after `error`. `tried`: the port that was opened, or could not be. What is
     /// waited for and plugged in is taken without a question.
-    pub fn choose(&mut self, error: &Error, tried: Option<&str>) -> Answer {
+    ///
+    /// # Errors
+    ///
+    /// Where the question cannot be shown.
+    pub fn choose(&mut self, error: &Error, tried: Option<&str>) -> Result<Answer> {
         let mut shown = None;
         loop {
             let found = list().unwrap_or_default();
             if let Some(name) = arrived(error, tried, &found) {
-                return Answer::Chosen(Origin::Port(Some(name)));
+                return Ok(Answer::Chosen(Origin::Port(Some(name))));
             }
             let infos = ports(found);
             if shown.as_ref() != Some(&infos) {
                 let (event, text) = self.question(error, tried, infos.clone());
-                self.show(event, text);
+                self.show(event, text)?;
             }
             let known = shown.insert(infos);
             for _ in 0..ASKED {
-                if let Some(answer) = self.answer(|| known.clone(), tried) {
-                    return answer;
+                if let Some(answer) = self.answer(|| known.clone(), tried)? {
+                    return Ok(answer);
                 }
                 std::thread::sleep(LOOK / ASKED);
             }
@@ -179,7 +183,11 @@ impl Asking<'_> {
 
     /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
     /// that was `tried`.
-    fn answer(&mut self, ports: impl Fn() -> Vec<PortInfo>, tried: Option<&str>) -> Option<Answer> {
+    fn answer(
+        &mut self,
+        ports: impl Fn() -> Vec<PortInfo>,
+        tried: Option<&str>,
+    ) -> Result<Option<Answer>> {
         while let Ok(entry) = self.entries.try_recv() {
             let command = match entry {
                 Entry::Typed(Ok(command)) => command,
@@ -192,18 +200,18 @@ impl Asking<'_> {
             };
             let message = match command {
                 Command::Simulate if self.can_simulate => {
-                    return Some(Answer::Chosen(Origin::Simulated(None)));
+                    return Ok(Some(Answer::Chosen(Origin::Simulated(None))));
                 }
                 Command::Port { name }
                     if tried == Some(name.as_str()) || ports().iter().any(|p| p.name == name) =>
                 {
-                    return Some(Answer::Chosen(Origin::Port(Some(name))));
+                    return Ok(Some(Answer::Chosen(Origin::Port(Some(name)))));
                 }
                 Command::Port { name } => format!("{name} is no port of this computer"),
                 Command::Simulate => "this session is of another sensor".to_owned(),
                 _ => "no row has arrived yet: the session has not begun".to_owned(),
             };
-            self.warn(WarningKind::Refused, &message);
+            self.warn(WarningKind::Refused, &message)?;
         }
         let is_interrupted = self.interrupted.load(Ordering::SeqCst);
         if is_interrupted {
@@ -212,18 +220,18 @@ impl Asking<'_> {
                 poses: 0,
                 resume: None,
             };
-            self.show(event, "Interrupted before the first row.");
+            self.show(event, "Ended before the first row.")?;
         }
-        is_interrupted.then_some(Answer::Interrupted)
+        Ok(is_interrupted.then_some(Answer::Interrupted))
     }
 
-    fn warn(&mut self, kind: WarningKind, message: &str) {
-        self.show(Event::Warning { kind }, sentences([message]));
+    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
+        self.show(Event::Warning { kind }, sentences([message]))
     }
 
-    fn show(&mut self, event: Event, text: impl Into<String>) {
+    fn show(&mut self, event: Event, text: impl Into<String>) -> Result<()> {
         let message = Message::new(0.0, event, text);
-        self.renderers.iter_mut().for_each(|r| r.show(&message));
+        self.renderers.iter_mut().try_for_each(|r| r.show(&message))
     }
 }
 
@@ -350,12 +358,13 @@ mod tests {
     struct Seen(std::sync::mpsc::Sender<Event>);
 
     impl Renderer for Seen {
-        fn show(&mut self, message: &Message) {
+        fn show(&mut self, message: &Message) -> Result<()> {
             let _ = self.0.send(message.event.clone());
         }
     }
 
     #[test]
+            Ok(())
     fn only_ports_that_are_there_can_be_chosen() {
         let (sender, entries) = sync_channel(8);
         let (to, seen) = std::sync::mpsc::channel();
@@ -373,7 +382,7 @@ mod tests {
             sender
                 .send(Entry::Typed(Ok(Command::Port { name })))
                 .unwrap();
-            asking.answer(|| known.to_vec(), tried)
+            asking.answer(|| known.to_vec(), tried).unwrap()
         };
         for (name, tried) in [("/dev/none1", None), ("/dev/none7", Some("/dev/none7"))] {
             let Some(Answer::Chosen(origin)) = ask(name, tried) else {
@@ -389,10 +398,10 @@ mod tests {
             assert_eq!(kind, WarningKind::Refused);
         }
         sender.send(Entry::Typed(Ok(Command::Undo))).unwrap();
-        assert!(asking.answer(Vec::new, None).is_none());
+        assert!(asking.answer(Vec::new, None).unwrap().is_none());
         assert!(matches!(seen.try_recv(), Ok(Event::Warning { .. })));
         sender.send(Entry::Typed(Ok(Command::Simulate))).unwrap();
-        let answer = asking.answer(Vec::new, None);
+        let answer = asking.answer(Vec::new, None).unwrap();
         let Some(Answer::Chosen(Origin::Simulated(None))) = answer else {
             panic!("a simulated sensor was refused")
         };

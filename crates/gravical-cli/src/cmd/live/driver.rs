@@ -42,7 +42,11 @@ const AT_ONCE: usize = 1 << 16;
 /// Shows events.
 pub trait Renderer {
     /// Shows one. A reader who does not read does not stop the session.
-    fn show(&mut self, message: &Message);
+    ///
+    /// # Errors
+    ///
+    /// Where every event has to be written, and cannot be.
+    fn show(&mut self, message: &Message) -> Result<()>;
     /// Shows an answer to what was typed.
     fn answer(&mut self, _text: &str) {}
     /// Takes the calibration report, which comes before the event that it was saved.
@@ -290,7 +294,9 @@ impl Driver<'_> {
                     journal.write(&message)?;
                 }
             }
-            self.renderers.iter_mut().for_each(|r| r.show(&message));
+            self.renderers
+                .iter_mut()
+                .try_for_each(|r| r.show(&message))?;
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, IsTerminal as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gravical::escape::{one_line, shown_json};
 use gravical::live::event::{Event, Message, PortInfo, Status, TruthRow};
@@ -39,13 +39,14 @@ impl Plain {
     fn line(&mut self, text: &str) {
         let clear = if self.in_status { "\r\x1b[K" } else { "" };
         self.in_status = false;
-        self.out.send(format!("{clear}{}\n", one_line(text)));
+        // A terminal that has gone stops no session.
+        let _ = self.out.send(format!("{clear}{}\n", one_line(text)));
     }
 
     fn status(&mut self, message: &Message, status: &Status) {
         if self.terminal {
             let line = status_line(status, &message.text);
-            self.out.status(format!("\r{}\x1b[K", one_line(&line)));
+            let _ = self.out.status(format!("\r{}\x1b[K", one_line(&line)));
             self.in_status = true;
         } else if let Some(hint) = &status.hint
             && status.hint != self.last_hint
@@ -58,7 +59,7 @@ impl Plain {
 }
 
 impl Renderer for Plain {
-    fn show(&mut self, message: &Message) {
+    fn show(&mut self, message: &Message) -> Result<()> {
         let t_s = message.t_s;
         if let Event::Status(status) = &message.event {
             self.status(message, status);
@@ -68,6 +69,7 @@ impl Renderer for Plain {
                 self.line(&format!("{t_s:7.1} s    {line}"));
             }
         }
+        Ok(())
     }
 
     fn answer(&mut self, text: &str) {
@@ -166,6 +168,7 @@ fn port_line(port: &PortInfo) -> String {
 /// Events as JSON, one object a line.
 pub struct EventLines {
     out: Sink,
+    path: PathBuf,
 }
 
 impl EventLines {
@@ -179,22 +182,28 @@ impl EventLines {
             (true, true) => Sink::Queued(Outlet::new(io::stdout())),
             (true, false) => Sink::Waiting(Box::new(io::stdout())),
             (false, _) => {
-                let file = File::create_new(path).map_err(|e| Error::io(path, e))?;
-                Sink::Waiting(Box::new(file))
+                // A pipe and a device are there already.
+                let is_new = !path.exists() || path.is_file();
+                let file = File::options().write(true).create_new(is_new).open(path);
+                Sink::Waiting(Box::new(file.map_err(|e| Error::io(path, e))?))
             }
         };
-        Ok(EventLines { out })
+        let path = path.to_owned();
+        Ok(EventLines { out, path })
     }
 }
 
 impl Renderer for EventLines {
-    fn show(&mut self, message: &Message) {
-        if let Ok(text) = serde_json::to_string(message) {
-            let line = format!("{}\n", shown_json(&text));
-            match message.event.is_status() {
-                true => self.out.status(line),
-                false => self.out.send(line),
-            }
-        }
+    fn show(&mut self, message: &Message) -> Result<()> {
+        // Who reads events wants all: not even a reader who has gone is an end in silence.
+        let io = |e: io::Error| Error::io(&self.path, io::Error::other(e));
+        let text = serde_json::to_string(message).map_err(|e| io(e.into()))?;
+        let line = format!("{}\n", shown_json(&text));
+        let sent = if message.event.is_status() {
+            self.out.status(line)
+        } else {
+            self.out.send(line)
+        };
+        sent.map_err(io)
     }
 }

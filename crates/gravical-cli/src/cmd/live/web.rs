@@ -124,7 +124,7 @@ impl Page {
                 resume: None,
             };
             let message = Message::new(0.0, event, sentences([why]));
-            Events(Arc::clone(&self.hub)).show(&message);
+            let _ = Events(Arc::clone(&self.hub)).show(&message);
         }
         self.last_word();
     }
@@ -210,15 +210,14 @@ async fn answer(listener: TcpListener, app: Router) {
 struct Events(Arc<Hub>);
 
 impl Renderer for Events {
-    fn show(&mut self, message: &Message) {
-        let Ok(text) = serde_json::to_string(message) else {
-            return;
-        };
+    fn show(&mut self, message: &Message) -> Result<()> {
+        let text = serde_json::to_string(message).map_err(|e| system(e.into()))?;
         match message.event {
             Event::Session { .. } => self.0.begin(text),
             Event::End { .. } => self.0.end(text),
             _ => self.0.say(text, message.event.is_status()),
         }
+        Ok(())
     }
 
     fn report(&mut self, html: &str) {
