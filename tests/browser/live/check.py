@@ -294,10 +294,10 @@ class Check:
         assert [c["command"] for c in self.commands()] == ["undo", "undo"], self.commands()
         # Every button is reached by Tab, with its focus seen.
         reached = set()
-        for _ in range(14):
+        for _ in range(15):
             browser.key("Tab")
             reached.add(browser.run("const e = document.activeElement; return e.matches(':focus-visible') && getComputedStyle(e).outlineStyle !== 'none' ? e.dataset.command ?? e.id : ''"))
-        assert {"capture", "undo", "redo", "mute"} <= reached, reached
+        assert {"capture", "undo", "redo", "cancel", "mute"} <= reached, reached
         # What a reader of the screen says is the sentence.
         self.until("return document.querySelector('#announcement').textContent.startsWith('Put any face')")
         # The program is gone for a while.

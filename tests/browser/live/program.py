@@ -216,11 +216,21 @@ class Live(Check):
             browser.key("u")
             self.until("return state.poses.size === 1")
             self.quiet("loaded again")
-            # Ctrl-C: the page says how to go on.
-            self.child.send_signal(signal.SIGINT)
-            self.until("return state.end?.reason === 'interrupted' && document.querySelector('.command code')?.textContent.includes('--resume')")
-            self.picture("interrupted")
-        print("loaded again in a capture, two tabs, interrupted")
+            # The board is drawn with the heading of the next pose.
+            self.until("return headingTo(lying(wanted().up), attitude) === null || Math.abs(headingTo(lying(wanted().up), attitude)) < 0.02")
+            # Cancelled, after a question: the page says where everything is, and how to go on.
+            browser.key("c")
+            assert "stay in s" in browser.run("return document.querySelector('#sure p').textContent")
+            self.picture("cancel")
+            browser.key("Escape")
+            browser.settle()
+            assert not browser.run("return document.querySelector('#sure').open || state.end")
+            browser.click("[data-command=cancel]")
+            browser.click("#sure [value=yes]")
+            self.until("return state.end?.reason === 'cancelled' && document.querySelector('.command code')?.textContent.includes('--resume')")
+            self.picture("cancelled")
+            assert self.child.wait(timeout=20) == 130
+        print("loaded again in a capture, two tabs, cancelled")
 
     def at_a_port(self):
         """A board that is unplugged in a capture, and plugged in again."""

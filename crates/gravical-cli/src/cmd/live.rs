@@ -56,11 +56,11 @@ If it is not clear which port is the board, the port cannot be opened, or no row
 the ports can be chosen, here and on the page; in a script that is an error.
 
 Commands, typed here: port NAME; simulate; undo; redo +x; take (accept this pose as it is); latitude 48.1;
-gravity 9.81; stop (calculate and save). Of a simulated sensor also +x … -z, free,
+gravity 9.81; stop (calculate and save); cancel. Of a simulated sensor also +x … -z, free,
 shake, and a direction such as 0.6 0.6 0.5.
 
 Exit codes: 0 saved, 2 usage, 3 no calibration or unreadable rows, 4 the verdict is
-poor, 5 board or port, 130 interrupted; --resume goes on.")]
+poor, 5 board or port, 130 interrupted or cancelled; --resume goes on.")]
 pub struct Args {
     /// Guide with a recording in place of a board
     #[arg(long, value_name = "FILE", conflicts_with_all = ["simulate", "resume", "port", "wait", "baud", "range", "gyro_range", "low_pass", "format"])]

@@ -489,6 +489,8 @@ pub enum EndReason {
     Finished,
     /// It was interrupted, and can be resumed.
     Interrupted,
+    /// The user ended it without a calibration; it can be resumed.
+    Cancelled,
     /// There are no more rows.
     SourceEnded,
     /// It failed.
@@ -592,6 +594,8 @@ pub enum Command {
     },
     /// Calculate, save, end.
     Finish,
+    /// End without a calibration; what was recorded stays.
+    Cancel,
     /// Go on with a session that was saved.
     Resume,
     /// Local gravity: the value, or latitude and altitude.
@@ -622,7 +626,7 @@ pub enum Command {
 
 impl Command {
     /// A command that was typed: `port NAME`, `simulate`, `undo`, `redo +x`, `take`, `latitude 48.1`, `gravity 9.81`,
-    /// `stop`; for a simulated sensor also `+x`, `0.6 0.6 0.5`, `shake`.
+    /// `stop`, `cancel`; for a simulated sensor also `+x`, `0.6 0.6 0.5`, `shake`.
     ///
     /// # Errors
     ///
@@ -644,6 +648,7 @@ impl Command {
             ["u" | "undo"] => Some(Command::Undo),
             ["take" | "capture"] => Some(Command::Capture),
             ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),
+            ["cancel"] => Some(Command::Cancel),
             ["r" | "redo", face] => Some(Command::Redo {
                 face: face.to_owned(),
             }),
@@ -664,7 +669,7 @@ impl Command {
         };
         command.ok_or_else(|| {
             Error::usage("command-unknown", format!("\"{}\" is no command", text.trim())).with_hint(
-                "undo; redo +x; take; latitude 48.1; gravity 9.81; stop; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
+                "undo; redo +x; take; latitude 48.1; gravity 9.81; stop; cancel; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
             )
         })
     }

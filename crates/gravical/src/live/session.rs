@@ -254,6 +254,7 @@ impl Session {
             Command::Port { .. } | Command::Simulate => {
                 self.refuse("the sensor was chosen: another one needs a new session");
             }
+            Command::Cancel => self.state = State::Done,
             Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }

@@ -208,6 +208,10 @@ impl Asking<'_> {
                     return Ok(Some(Answer::Chosen(Origin::Port(Some(name)))));
                 }
                 Command::Port { name } => format!("{name} is no port of this computer"),
+                Command::Cancel => {
+                    self.interrupted.store(true, Ordering::SeqCst);
+                    break;
+                }
                 Command::Simulate => "this session is of another sensor".to_owned(),
                 _ => "no row has arrived yet: the session has not begun".to_owned(),
             };
@@ -360,11 +364,11 @@ mod tests {
     impl Renderer for Seen {
         fn show(&mut self, message: &Message) -> Result<()> {
             let _ = self.0.send(message.event.clone());
+            Ok(())
         }
     }
 
     #[test]
-            Ok(())
     fn only_ports_that_are_there_can_be_chosen() {
         let (sender, entries) = sync_channel(8);
         let (to, seen) = std::sync::mpsc::channel();

@@ -155,7 +155,11 @@ impl Driver<'_> {
         let mut first = Some(std::mem::take(&mut self.first)).filter(|rows| !rows.is_empty());
         let reason = loop {
             if self.interrupted.load(Ordering::SeqCst) {
-                break EndReason::Interrupted;
+                // It may be cancelled.
+                break match self.session.is_done() {
+                    true => EndReason::Cancelled,
+                    false => EndReason::Interrupted,
+                };
             }
             let incoming = match first.take() {
                 Some(rows) => Ok(Incoming::Bytes(rows)),
@@ -199,7 +203,7 @@ impl Driver<'_> {
             let messages = self.session.settle();
             self.show(messages, &mut hand, false)?;
             self.commands(&mut hand)?;
-            if self.session.is_done() {
+            if self.session.is_done() && !self.interrupted.load(Ordering::SeqCst) {
                 break EndReason::Finished;
             }
             if kind == SourceKind::Simulate && hand.is_at_rest() {
@@ -216,10 +220,18 @@ impl Driver<'_> {
             }
         };
         let rest = self.source.close();
-        if reason == EndReason::Interrupted {
+        if matches!(reason, EndReason::Interrupted | EndReason::Cancelled) {
             self.session.bytes(&rest)?;
             self.source.make_safe()?;
-            self.end(reason, "interrupted; everything is safe", &mut hand)?;
+            let folder = self.folder.as_ref();
+            let safe = folder.map_or(String::new(), |f| {
+                format!("; what was recorded is in {}", f.display())
+            });
+            let what = match reason {
+                EndReason::Cancelled => "cancelled without a calibration",
+                _ => "interrupted",
+            };
+            self.end(reason, &format!("{what}{safe}"), &mut hand)?;
             return Ok(ExitCode::from(failure::INTERRUPTED));
         }
         if reason == EndReason::SourceEnded {
@@ -328,6 +340,10 @@ impl Driver<'_> {
     }
 
     fn command(&mut self, command: &Command, hand: &mut Hand) -> Result<()> {
+        if *command == Command::Cancel {
+            // The program ends as after Ctrl-C.
+            self.interrupted.store(true, Ordering::SeqCst);
+        }
         let messages = match self.source.hand(command, hand.asked) {
             Ok(true) => {
                 hand.busy_until_s = hand.now_s + HAND_S;

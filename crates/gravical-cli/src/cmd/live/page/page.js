@@ -267,6 +267,7 @@ function buttons(now) {
   button("redo").setAttribute("aria-pressed", String(choosing !== null));
   write(button("redo").querySelector("span"), choosing === null ? "Redo" : "Which face?");
   button("finish").disabled = n < 4 || busy;
+  button("cancel").disabled = now === "connect" || now === "done";
   button("finish").classList.toggle("primary", state.verdict?.grade === "good");
 }
 
@@ -336,10 +337,27 @@ const finish = () => {
     : state.poses.size <= 6 ? "Six faces alone verify nothing. One more pose in any other direction does."
       : "More poses would make the calibration better.";
   const text = grade ? `The verdict will be “${grade}”. ${why}` : why;
-  write($("#sure p"), text);
-  $("#sure").showModal();
+  ask("finish", text);
 };
-$("#sure").addEventListener("close", () => { if ($("#sure").returnValue === "yes") send({ command: "finish" }); });
+
+const cancel = () => {
+  const { session, poses } = state, n = poses.size === 1 ? "1 pose" : `${poses.size} poses`;
+  ask("cancel", session.folder ? `Nothing is calibrated. ${n} and all samples stay in ${session.folder}, and the session can go on later.`
+    : "Nothing is calibrated.");
+};
+
+// Asks once whether a command is meant.
+let asked_for = "";
+function ask(name, text) {
+  const title = name === "finish" ? "Finish" : "Cancel";
+  asked_for = name;
+  write($("#sure h2"), `${title} now?`);
+  write($("#sure p"), text);
+  write($("#sure [value=yes] span"), title);
+  $("#sure").returnValue = "";
+  $("#sure").showModal();
+}
+$("#sure").addEventListener("close", () => { if ($("#sure").returnValue === "yes") send({ command: asked_for }); });
 
 const COMMANDS = {
   capture: () => send({ command: "capture" }),
@@ -349,6 +367,7 @@ const COMMANDS = {
     update();
   },
   finish,
+  cancel,
 };
 const run = name => { if (!$(`[data-command=${name}]`).disabled && !$("#actions").hidden) COMMANDS[name](); };
 for (const name of Object.keys(COMMANDS)) $(`[data-command=${name}]`).addEventListener("click", () => run(name));
@@ -376,7 +395,7 @@ document.addEventListener("keydown", e => {
     if (key.length === 1 || key === "Escape") e.preventDefault();
     return chooseByKey(key);
   }
-  const name = { " ": "capture", u: "undo", U: "undo", r: "redo", R: "redo", Enter: "finish" }[key];
+  const name = { " ": "capture", u: "undo", U: "undo", r: "redo", R: "redo", c: "cancel", C: "cancel", Enter: "finish" }[key];
   if (name) {
     e.preventDefault();
     if (!e.repeat) run(name);
