@@ -31,32 +31,72 @@ use gravical_recording::Sample;
 const SMOOTH_S: f64 = 0.2;
 
 /// Rest without interruption.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Hold {
     /// Its rows.
     rows: Range<usize>,
-    /// A capture has begun.
-    capturing: bool,
-    /// It was accepted or rejected: nothing happens until it moves.
-    over: bool,
+    stage: HoldStage,
     /// Whatever can be overruled is: the user wants this pose.
     forced: bool,
+}
+
+impl Hold {
+    fn new(rows: Range<usize>, forced: bool) -> Self {
+        Hold {
+            rows,
+            stage: HoldStage::Settling,
+            forced,
+        }
+    }
+
+    /// Nothing happens until it moves.
+    fn is_over(&self) -> bool {
+        matches!(self.stage, HoldStage::Refused | HoldStage::Judged)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum HoldStage {
+    /// It is waited for its capture.
+    Settling,
+    /// A capture has begun.
+    Capturing,
+    /// There was no capture: the pose is not wanted.
+    Refused,
+    /// The capture was accepted or rejected.
+    Judged,
+}
+
+/// How far the session is.
+enum Phase {
+    /// Columns and clock are not known.
+    Identify,
+    /// Noise at rest and unit are not known.
+    Floor(StillnessDetector),
+    /// Poses are taken.
+    Poses(StillnessDetector, Units),
+}
+
+/// Why nothing happens, whatever the phase.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stop {
+    /// No rows arrive.
+    Lost,
+    /// The user has ended it.
+    Done,
 }
 
 /// A guided calibration. It belongs to one thread.
 pub struct Session {
     options: LiveOptions,
     rows: SessionRows,
-    detector: Option<StillnessDetector>,
+    phase: Phase,
+    stop: Option<Stop>,
     /// What the last block said; none after rows that are missing.
     last: Option<Stillness>,
     rate_hz: f64,
-    units: Option<Units>,
     attitude: Attitude,
     gyro_bias: [f64; 3],
-    state: State,
-    /// State before the rows stopped.
-    before_loss: Option<State>,
     hold: Option<Hold>,
     poses: Vec<Accepted>,
     /// Numbers of poses that were used.
@@ -71,9 +111,8 @@ pub struct Session {
     grade: Option<Grade>,
     next_hint: Option<String>,
     warned_of_temperature: bool,
-    /// Poses of a session that is resumed, until their rows were read.
-    restored: VecDeque<Pose>,
-    restoring: bool,
+    /// Poses of a session that is resumed, while its rows are read.
+    restored: Option<VecDeque<Pose>>,
     /// Time of the last row, of the last progress, and of the last status, s.
     now_s: f64,
     progress_s: f64,
@@ -88,14 +127,12 @@ impl Session {
         Session {
             rows: SessionRows::new(name, &options.read),
             options,
-            detector: None,
+            phase: Phase::Identify,
+            stop: None,
             last: None,
             rate_hz: Recording::ASSUMED_RATE_HZ,
-            units: None,
             attitude: Attitude::default(),
             gyro_bias: [0.0; 3],
-            state: State::Identify,
-            before_loss: None,
             hold: None,
             poses: Vec::new(),
             numbers: 0,
@@ -106,8 +143,7 @@ impl Session {
             grade: None,
             next_hint: None,
             warned_of_temperature: false,
-            restored: VecDeque::new(),
-            restoring: false,
+            restored: None,
             now_s: 0.0,
             progress_s: 0.0,
             status_s: f64::NEG_INFINITY,
@@ -120,8 +156,7 @@ impl Session {
     #[must_use]
     pub fn restore(name: &str, options: LiveOptions, poses: Vec<Pose>, numbers: u32) -> Self {
         Session {
-            restored: poses.into(),
-            restoring: true,
+            restored: Some(poses.into()),
             numbers,
             ..Session::new(name, options)
         }
@@ -192,9 +227,8 @@ impl Session {
 
     /// No rows arrive.
     pub fn lost(&mut self, why: Loss) -> Vec<Message> {
-        if self.state != State::Lost && self.state != State::Done {
-            self.before_loss = Some(self.state);
-            self.state = State::Lost;
+        if self.stop.is_none() {
+            self.stop = Some(Stop::Lost);
             self.interrupt();
             let (what, remedy) = match why {
                 Loss::Unplugged => ("Unplugged.", "Plug it back in."),
@@ -212,15 +246,12 @@ impl Session {
 
     /// Rows arrive again; or those that were there before a session was resumed have been read.
     pub fn resumed(&mut self) -> Vec<Message> {
-        let restored = std::mem::take(&mut self.restoring);
-        if let Some(before) = self.before_loss.take() {
-            self.state = match before {
-                State::Settle | State::Capture => State::Wait,
-                other => other,
-            };
-        } else if !restored {
+        let was_restored = self.restored.take().is_some();
+        let was_lost = self.stop == Some(Stop::Lost);
+        if !was_restored && !was_lost {
             return Vec::new();
         }
+        self.stop = self.stop.filter(|_| !was_lost);
         self.interrupt();
         self.progress_s = self.now_s;
         let text = words::sentences(["here again", &words::safe(self.poses.len())]);
@@ -238,7 +269,7 @@ impl Session {
 
     /// Does what the user wants. [`Command::Hand`] is for a simulated sensor, not for the session.
     pub fn command(&mut self, command: &Command) -> Vec<Message> {
-        if self.state == State::Done {
+        if self.is_done() {
             return Vec::new();
         }
         match command {
@@ -254,7 +285,7 @@ impl Session {
             Command::Port { .. } | Command::Simulate => {
                 self.refuse("the sensor was chosen: another one needs a new session");
             }
-            Command::Cancel => self.state = State::Done,
+            Command::Cancel => self.stop = Some(Stop::Done),
             Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }
@@ -281,7 +312,36 @@ impl Session {
     /// True once the user has finished.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.state == State::Done
+        self.stop == Some(Stop::Done)
+    }
+
+    /// The state for people.
+    fn state(&self) -> State {
+        let hold = self.hold.as_ref().map(|hold| hold.stage);
+        match (self.stop, &self.phase, hold) {
+            (Some(Stop::Done), ..) => State::Done,
+            (Some(Stop::Lost), ..) => State::Lost,
+            (_, Phase::Identify, _) => State::Identify,
+            (_, Phase::Floor(_), _) => State::Floor,
+            (_, _, Some(HoldStage::Settling)) => State::Settle,
+            (_, _, Some(HoldStage::Capturing)) => State::Capture,
+            _ => State::Wait,
+        }
+    }
+
+    fn detector(&mut self) -> Option<&mut StillnessDetector> {
+        match &mut self.phase {
+            Phase::Identify => None,
+            Phase::Floor(detector) | Phase::Poses(detector, _) => Some(detector),
+        }
+    }
+
+    /// The units, once the noise at rest is known.
+    fn units(&self) -> Option<Units> {
+        match &self.phase {
+            Phase::Poses(_, units) => Some(*units),
+            _ => None,
+        }
     }
 
     // Events.
@@ -320,7 +380,7 @@ impl Session {
 
     /// A value of the accelerometer in mg; NaN before the unit is known.
     fn mg(&self, units: f64) -> f64 {
-        self.units.map_or(f64::NAN, |u| mg(units / u.nominal))
+        self.units().map_or(f64::NAN, |u| mg(units / u.nominal))
     }
 
     /// The face that a direction has up, if one is.
@@ -348,7 +408,7 @@ impl Session {
         let force = match full {
             Some(file) => {
                 let section = &file.accelerometer;
-                let offset = self.units.map_or(0.0, |u| u.zero_offset);
+                let offset = self.units().map_or(0.0, |u| u.zero_offset);
                 let raw: [f64; 3] = std::array::from_fn(|i| reading[i] + offset - section.bias[i]);
                 mul_vec(&section.matrix, &raw)
             }

@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 
-use crate::live::event::{Event, Pose, Rejection, State, Undone, WarningKind, Welcome};
+use crate::live::event::{Event, Pose, Rejection, Undone, WarningKind, Welcome};
 use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::words;
 use crate::poses::face::{Face, angle_deg};
 
-use super::{Hold, Session};
+use super::{Hold, HoldStage, Session};
 
 /// A change of temperature that is mentioned, °C.
 const WARMED_C: f64 = 1.0;
@@ -83,7 +83,7 @@ impl Session {
 
     /// Accepts or rejects a capture.
     pub(super) fn judge(&mut self, rows: &Range<usize>, forced: bool) {
-        let Some(units) = self.units else { return };
+        let Some(units) = self.units() else { return };
         let samples = self.rows.within(rows);
         let means = Means::of(&samples);
         let capture = Capture {
@@ -96,18 +96,13 @@ impl Session {
         };
         let fault = capture.fault(&means).filter(|f| !(f.soft && forced));
         if let Some(hold) = &mut self.hold {
-            hold.over = true;
+            hold.stage = HoldStage::Judged;
         }
-        self.state = State::Wait;
         self.progress_s = self.now_s;
         if let Some(fault) = fault {
             if matches!(fault.reason, Rejection::Moved | Rejection::Gaps) {
                 // The next try begins where this one ended.
-                self.hold = Some(Hold {
-                    rows: rows.end..rows.end,
-                    forced,
-                    ..Hold::default()
-                });
+                self.hold = Some(Hold::new(rows.end..rows.end, forced));
             }
             self.reject(fault, rows);
             return;
@@ -182,16 +177,17 @@ impl Session {
 
     pub(super) fn capture_now(&mut self) {
         let most_rows = self.settle_rows() + self.capture_rows();
+        let has_units = self.units().is_some();
         match &mut self.hold {
-            Some(hold) if self.units.is_some() => {
-                if hold.over && hold.capturing {
+            Some(hold) if has_units => {
+                if hold.stage == HoldStage::Judged {
                     // From now on: what was judged stays judged.
                     hold.rows.start = hold.rows.end;
                 }
                 // What it has rested already counts.
                 let earliest = hold.rows.end.saturating_sub(most_rows);
                 hold.rows.start = hold.rows.start.max(earliest);
-                (hold.over, hold.capturing, hold.forced) = (false, false, true);
+                (hold.stage, hold.forced) = (HoldStage::Settling, true);
             }
             _ => self.refuse("it moves: hold it still first"),
         }
@@ -242,7 +238,7 @@ impl Session {
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
             hold.rows.start = hold.rows.end;
-            (hold.over, hold.capturing) = (false, false);
+            hold.stage = HoldStage::Settling;
         }
     }
 }

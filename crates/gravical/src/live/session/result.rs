@@ -2,7 +2,7 @@
 
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
-use crate::live::event::{Event, Fit, Pose, State, Wanted, WarningKind};
+use crate::live::event::{Event, Fit, Pose, Wanted, WarningKind};
 use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use crate::live::judge::Accepted;
 use crate::live::{mg, words};
@@ -11,12 +11,12 @@ use crate::poses::face::in_words;
 use crate::poses::sections::Section;
 use crate::{Error, Result};
 
-use super::Session;
+use super::{Session, Stop};
 
 impl Session {
     /// Calibrates if the poses or gravity have changed.
     pub(super) fn fit_if_due(&mut self) {
-        if self.fit_due && !self.restoring {
+        if self.fit_due && self.restored.is_none() {
             self.fit();
         }
     }
@@ -136,7 +136,7 @@ impl Session {
             return;
         };
         let (event, text) = verdict(file, true);
-        self.state = State::Done;
+        self.stop = Some(Stop::Done);
         self.emit(event, text);
     }
 }

@@ -6,7 +6,7 @@ use gravical_core::matrix3::norm;
 
 use crate::Result;
 use crate::calibration_file::GravitySource;
-use crate::live::event::{Event, Rejection, State, WarningKind};
+use crate::live::event::{Event, Rejection, WarningKind};
 use crate::live::judge::{Fault, Means, Units, scatter};
 use crate::live::stillness::{MAX_NOISE_AT_REST, Stillness, StillnessDetector};
 use crate::live::words;
@@ -15,7 +15,7 @@ use crate::recording::Recording;
 use crate::recording::units::{AccelUnit, GyroScale};
 use gravical_recording::Sample;
 
-use super::Session;
+use super::{Hold, HoldStage, Phase, Session};
 
 /// A hold is looked back upon for this time before its capture, s.
 const RUN_S: f64 = 40.0;
@@ -54,12 +54,11 @@ impl Session {
             has_temperature: sample.temperature_c.is_finite(),
         };
         self.emit(event, text);
-        self.detector = Some(StillnessDetector::new(
+        self.phase = Phase::Floor(StillnessDetector::new(
             self.rate_hz,
             recording.resolution,
             RUN_S + self.options.settle_s + self.options.capture_s,
         ));
-        self.state = State::Floor;
         self.progress_s = self.now_s;
         let earlier: Vec<Sample> = self.rows.recent().copied().collect();
         earlier.iter().for_each(|s| self.detect(s));
@@ -75,7 +74,7 @@ impl Session {
         let samples = self.rows.within(run);
         let means = Means::of(&samples);
         let norm = norm(&means.accel);
-        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.over) {
+        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(Hold::is_over) {
             return false;
         }
         let Some(Ok(recording)) = self.rows.recording() else {
@@ -87,7 +86,7 @@ impl Session {
         let counts = scale.unit == AccelUnit::Counts && scale.lsb_per_g.is_none();
         let Some(nominal) = scale.nominal().or(counts.then_some(norm / gravity)) else {
             if let Some(hold) = &mut self.hold {
-                hold.over = true;
+                hold.stage = HoldStage::Refused;
                 let fault = Fault::new(
                     Rejection::Units,
                     format!("‖a‖ at rest is {norm:.4}: gravity in no unit"),
@@ -98,12 +97,16 @@ impl Session {
             return false;
         };
         let gyro_nominal = recording.gyro_scale.as_ref().and_then(GyroScale::nominal);
-        self.units = Some(Units {
+        let units = Units {
             zero_offset: recording.zero_offset,
             nominal,
             scale,
             gyro_nominal,
-        });
+        };
+        self.phase = match std::mem::replace(&mut self.phase, Phase::Identify) {
+            Phase::Floor(detector) => Phase::Poses(detector, units),
+            other => other,
+        };
         let accel = scatter(&samples, |s| s.accel);
         let gyro = scatter(&samples, |s| s.gyro).map(f64::to_degrees);
         let [x, y, z] = accel.map(|v| self.mg(v));
@@ -126,7 +129,6 @@ impl Session {
                 "local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value",
             );
         }
-        self.state = State::Wait;
         self.progress_s = self.now_s;
         self.ask();
         true
