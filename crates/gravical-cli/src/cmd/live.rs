@@ -114,9 +114,10 @@ fn capture(text: &str) -> std::result::Result<f64, String> {
     let value: f64 = text
         .parse()
         .map_err(|_| "not a number of seconds".to_owned())?;
-    match (0.5..=60.0).contains(&value) {
-        true => Ok(value),
-        false => Err("0.5 to 60 s are possible".to_owned()),
+    if (0.5..=60.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("0.5 to 60 s are possible".to_owned())
     }
 }
 
@@ -140,9 +141,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let (sender, entries) = sync_channel(ENTRIES);
     #[cfg(feature = "live")]
-    let page = match args.has_page() {
-        true => Some(Page::serve(args.http_port, sender.clone())?),
-        false => None,
+    let page = if args.has_page() {
+        Some(Page::serve(args.http_port, sender.clone())?)
+    } else {
+        None
     };
     #[cfg(feature = "live")]
     renderers.extend(page.as_ref().map(Page::renderer));

@@ -386,7 +386,7 @@ impl Session {
     /// The face that a direction has up, if one is.
     fn face_up(&self, up: [f64; 3]) -> Option<Face> {
         let (face, tilt_deg) = Face::nearest(up);
-        (tilt_deg <= self.options.most_tilt_deg).then_some(face)
+        (tilt_deg <= self.options.max_tilt_deg).then_some(face)
     }
 
     /// Specific force of the last rows, unit of the recording.
@@ -415,9 +415,10 @@ impl Session {
             None => reading,
         };
         let size = norm(&force);
-        match size > 0.0 {
-            true => force.map(|v| v / size),
-            false => [0.0, 0.0, 1.0],
+        if size > 0.0 {
+            force.map(|v| v / size)
+        } else {
+            [0.0, 0.0, 1.0]
         }
     }
 
@@ -427,6 +428,6 @@ impl Session {
     }
 
     fn capture_rows(&self) -> usize {
-        ((self.options.capture_s * self.rate_hz).round() as usize).max(self.options.least_rows)
+        ((self.options.capture_s * self.rate_hz).round() as usize).max(self.options.min_rows)
     }
 }

@@ -156,9 +156,10 @@ impl Driver<'_> {
         let reason = loop {
             if self.interrupted.load(Ordering::SeqCst) {
                 // It may be cancelled.
-                break match self.session.is_done() {
-                    true => EndReason::Cancelled,
-                    false => EndReason::Interrupted,
+                break if self.session.is_done() {
+                    EndReason::Cancelled
+                } else {
+                    EndReason::Interrupted
                 };
             }
             let incoming = match first.take() {
@@ -257,9 +258,10 @@ impl Driver<'_> {
     fn finish(&mut self, hand: &mut Hand) -> Result<EndReason> {
         let messages = self.session.command(&Command::Finish);
         self.show(messages, hand, false)?;
-        Ok(match self.session.is_done() {
-            true => EndReason::Finished,
-            false => EndReason::SourceEnded,
+        Ok(if self.session.is_done() {
+            EndReason::Finished
+        } else {
+            EndReason::SourceEnded
         })
     }
 

@@ -26,9 +26,10 @@ impl Plain {
     /// For standard error; `real_time`: a session that waits for nobody.
     pub fn new(real_time: bool) -> Self {
         Plain {
-            out: match real_time {
-                true => Sink::Queued(Outlet::new(io::stderr())),
-                false => Sink::Waiting(Box::new(io::stderr())),
+            out: if real_time {
+                Sink::Queued(Outlet::new(io::stderr()))
+            } else {
+                Sink::Waiting(Box::new(io::stderr()))
             },
             terminal: io::stderr().is_terminal(),
             in_status: false,

@@ -33,7 +33,7 @@ const DECIMALS: usize = 4;
 /// It is asked after this time, s.
 const STEP_S: f64 = 0.02;
 /// Longest time that a simulated sensor goes on in one step, s, before its speed.
-const LONGEST_STEP_S: f64 = 2.0 * STEP_S;
+const MAX_STEP_S: f64 = 2.0 * STEP_S;
 /// Pause in its clock when a session is resumed, s.
 const RESUMED_AFTER_S: f64 = 5.0;
 
@@ -171,9 +171,10 @@ impl Simulated {
         };
         // A row that was not written completely is removed.
         let file = LogFile::open(path, existing)?;
-        let offset_s = match resumes {
-            true => last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S,
-            false => 0.0,
+        let offset_s = if resumes {
+            last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S
+        } else {
+            0.0
         };
         Ok(Simulated {
             sensor: InteractiveSensor::new(&Self::options(seed))?,
@@ -191,12 +192,13 @@ impl Simulated {
     /// hand could do nothing during the rows that would have been due.
     fn pass(&mut self) {
         let now = Instant::now();
-        let passed_s = (now - self.last).as_secs_f64().min(LONGEST_STEP_S);
+        let passed_s = (now - self.last).as_secs_f64().min(MAX_STEP_S);
         self.last = now;
-        self.due_s = match self.speed > 0.0 {
-            true => self.due_s + passed_s * self.speed,
+        self.due_s = if self.speed > 0.0 {
+            self.due_s + passed_s * self.speed
+        } else {
             // As fast as possible: rows of 0.1 s at a time.
-            false => self.rows as f64 / RATE_HZ + 0.1,
+            self.rows as f64 / RATE_HZ + 0.1
         };
     }
 }

@@ -18,7 +18,7 @@ const STATUS_S: f64 = 0.1;
 /// A step of the clock longer than this is a gap, s.
 const GAP_S: f64 = 0.5;
 /// A capture that is interrupted earlier was none, share of its length.
-const LEAST_PROGRESS: f64 = 0.15;
+const MIN_PROGRESS: f64 = 0.15;
 
 impl Session {
     pub(super) fn sample(&mut self, sample: Sample) -> Result<()> {
@@ -110,14 +110,15 @@ impl Session {
         }
         if let Some(hold) = hold.filter(|h| h.stage == HoldStage::Capturing) {
             let progress_s = (hold.rows.len() as f64 / self.rate_hz) - self.options.settle_s;
-            if progress_s > LEAST_PROGRESS * self.options.capture_s {
-                let message = match state.scatter[0] > state.max_scatter[0] {
-                    true => format!(
+            if progress_s > MIN_PROGRESS * self.options.capture_s {
+                let message = if state.scatter[0] > state.max_scatter[0] {
+                    format!(
                         "it moved after {progress_s:.1} s: {:.0} mg, limit {:.0} mg",
                         self.mg(state.scatter[0]),
                         self.mg(state.max_scatter[0])
-                    ),
-                    false => format!("it turned after {progress_s:.1} s"),
+                    )
+                } else {
+                    format!("it turned after {progress_s:.1} s")
                 };
                 let fault = Fault::new(Rejection::Moved, message, LET_GO);
                 self.reject(fault, &hold.rows);

@@ -28,10 +28,12 @@ impl Session {
         }
         let near = |p: &Pose| angle_deg(p.up, up) < self.options.apart_deg;
         // A steep face that is done leaves room for a free pose beside it only if it is far.
-        match self.poses().any(near) {
-            true => Welcome::Duplicate,
-            false if face.is_some() || self.to_do().is_empty() => kind,
-            false => Welcome::Between,
+        if self.poses().any(near) {
+            Welcome::Duplicate
+        } else if face.is_some() || self.to_do().is_empty() {
+            kind
+        } else {
+            Welcome::Between
         }
     }
 
@@ -55,16 +57,18 @@ impl Session {
             Welcome::Face | Welcome::Free => None,
             Welcome::Duplicate => Some(Fault::new(
                 Rejection::Duplicate,
-                match tilt_deg <= self.options.most_tilt_deg {
-                    true => format!("{} is recorded already", face.name()),
-                    false => format!(
+                if tilt_deg <= self.options.max_tilt_deg {
+                    format!("{} is recorded already", face.name())
+                } else {
+                    format!(
                         "a pose within {:.0}° is recorded already",
                         self.options.apart_deg
-                    ),
+                    )
                 },
-                match to_do.is_empty() {
-                    true => "turn it to another direction, or redo that face".to_owned(),
-                    false => format!("turn it to {}, or redo that face", words::any_of(&to_do)),
+                if to_do.is_empty() {
+                    "turn it to another direction, or redo that face".to_owned()
+                } else {
+                    format!("turn it to {}, or redo that face", words::any_of(&to_do))
                 },
             )),
             Welcome::Between => Some(Fault::new(

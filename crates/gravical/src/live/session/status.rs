@@ -80,9 +80,10 @@ impl Session {
     }
 
     fn sentence(&self, face: Face, is_face: bool, welcome: Welcome) -> String {
-        let called = match is_face {
-            true => format!("{} up", words::signed(&face.name())),
-            false => "Free pose".to_owned(),
+        let called = if is_face {
+            format!("{} up", words::signed(&face.name()))
+        } else {
+            "Free pose".to_owned()
         };
         match self.state() {
             State::Identify => "Reading the first second.".to_owned(),
