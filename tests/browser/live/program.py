@@ -191,7 +191,8 @@ class Live(Check):
     def loaded_again(self):
         """A page that is loaded again in a capture, two tabs, and the end of the first one."""
         browser = self.browser
-        with self.simulated(1):
+        # Long enough for the page to be loaded again in it, on a busy machine too.
+        with self.simulated(1, 4, "--capture", "6"):
             self.ready()
             browser.key("1")
             self.until("return state.status?.state === 'capture' && state.status.ring > 0.2", 60)
