@@ -219,6 +219,8 @@ class Check:
             browser.click("#as-drawn")
             self.accepted(n)
         x, y = browser.run("const b = document.querySelector('#board').getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]")
+        # The board is drawn with the heading of the next pose now.
+        self.until("return Math.cos(headingTo(lying(wanted().up), attitude)) > 0.9999")
         browser.drag((x, y), (x + 90, y - 60))
         self.until("return state.status.state === 'capture'")
         # Shaken while it is captured: rejected, and then taken where it lies.

@@ -218,7 +218,7 @@ class Live(Check):
             self.until("return state.poses.size === 1")
             self.quiet("loaded again")
             # The board is drawn with the heading of the next pose.
-            self.until("return headingTo(lying(wanted().up), attitude) === null || Math.abs(headingTo(lying(wanted().up), attitude)) < 0.02")
+            self.until("return headingTo(lying(wanted().up), attitude) === null || Math.cos(headingTo(lying(wanted().up), attitude)) > 0.9998")
             # Cancelled, after a question: the page says where everything is, and how to go on.
             browser.key("c")
             assert "stay in s" in browser.run("return document.querySelector('#sure p').textContent")
