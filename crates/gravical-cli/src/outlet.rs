@@ -2,9 +2,9 @@
 //! stops neither the recording nor its end.
 
 use std::io::{self, Write};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Messages that wait at most.
@@ -23,21 +23,33 @@ pub enum Sink {
 }
 
 impl Sink {
-    /// Writes a message; one that cannot be written does not stop the session.
-    pub fn send(&mut self, message: String) {
+    /// Writes a message.
+    ///
+    /// # Errors
+    ///
+    /// The system's; of a queue those of messages before.
+    pub fn send(&mut self, message: String) -> io::Result<()> {
         match self {
-            Sink::Waiting(to) => {
-                let _ = to.write_all(message.as_bytes()).and_then(|()| to.flush());
+            Sink::Waiting(to) => to.write_all(message.as_bytes()).and_then(|()| to.flush()),
+            Sink::Queued(outlet) => {
+                outlet.send(message.into_bytes());
+                outlet.failure()
             }
-            Sink::Queued(outlet) => outlet.send(message.into_bytes()),
         }
     }
 
     /// Writes a status, of which another follows soon.
-    pub fn status(&mut self, message: String) {
+    ///
+    /// # Errors
+    ///
+    /// As [`send`](Self::send).
+    pub fn status(&mut self, message: String) -> io::Result<()> {
         match self {
             Sink::Waiting(_) => self.send(message),
-            Sink::Queued(outlet) => outlet.status(message.into_bytes()),
+            Sink::Queued(outlet) => {
+                outlet.status(message.into_bytes());
+                outlet.failure()
+            }
         }
     }
 }
@@ -55,6 +67,8 @@ pub struct Outlet {
     queue: SyncSender<Vec<u8>>,
     sent: usize,
     written: Arc<AtomicUsize>,
+    /// Why a message could not be written.
+    failed: Arc<OnceLock<io::ErrorKind>>,
     dropped: u64,
     /// Messages written when waiting for a reader was given up.
     given_up_at: Option<usize>,
@@ -66,11 +80,14 @@ impl Outlet {
         let (queue, messages) = sync_channel(ROOM);
         let written = Arc::new(AtomicUsize::new(0));
         let count = Arc::clone(&written);
-        std::thread::spawn(move || write(to, &messages, &count));
+        let failed = Arc::new(OnceLock::new());
+        let failure = Arc::clone(&failed);
+        std::thread::spawn(move || write(to, &messages, &count, &failure));
         Outlet {
             queue,
             sent: 0,
             written,
+            failed,
             dropped: 0,
             given_up_at: None,
         }
@@ -78,6 +95,10 @@ impl Outlet {
 
     fn written(&self) -> usize {
         self.written.load(Ordering::SeqCst)
+    }
+
+    fn failure(&self) -> io::Result<()> {
+        self.failed.get().map_or(Ok(()), |kind| Err((*kind).into()))
     }
 
     fn waiting(&self) -> usize {
@@ -119,10 +140,17 @@ impl Outlet {
     }
 }
 
-fn write(mut to: impl Write, messages: &Receiver<Vec<u8>>, written: &AtomicUsize) {
+fn write(
+    mut to: impl Write,
+    messages: &Receiver<Vec<u8>>,
+    written: &AtomicUsize,
+    failed: &OnceLock<io::ErrorKind>,
+) {
     for message in messages {
         // A reader who has gone needs no message.
-        let _: io::Result<()> = to.write_all(&message).and_then(|()| to.flush());
+        if let Err(error) = to.write_all(&message).and_then(|()| to.flush()) {
+            failed.get_or_init(|| error.kind());
+        }
         written.fetch_add(1, Ordering::SeqCst);
     }
 }

@@ -22,7 +22,7 @@ SIZES = [(1280, 900), (400, 860)]
 # What has to be seen at the end of a scene: state, and a part of the sentence.
 EXPECTED = {
     "connect": ("connect", "Connecting"), "ports": ("connect", "More than one port"), "ports-none": ("connect", "No board"),
-    "ports-busy": ("connect", "minicom"), "full": ("connect", "too many tabs"), "identify": ("identify", "Reading"), "floor": ("floor", "on the table"),
+    "ports-busy": ("connect", "minicom"), "ports-silent": ("connect", "nothing arrives"), "connecting": ("connect", "Connecting"), "full": ("connect", "too many tabs"), "identify": ("identify", "Reading"), "floor": ("floor", "on the table"),
     "wait+x": ("wait", "+x is up"), "wait-z": ("wait", "−z is up"), "settle": ("settle", "hold still"),
     "capture": ("capture", "1.2 s to go"), "lost": ("lost", "Unplugged"),
     "resumed": ("wait", "−y or −z"), "end-good": ("end", "saved"), "interrupted": ("end", "Ctrl-C"),
@@ -35,11 +35,11 @@ SHOWN = {
     "hint": ["#hint.due"], "capture": ["#tiles .capturing", "#chip.capture"], "settle": ["#tiles .hold_still"],
     "lost": ["#chip.lost"], "end-good": [".grade.good", ".saved"], "end-fair": [".grade.fair"], "end-poor": [".grade.poor"],
     "end-not-verifiable": [".grade.not-verifiable"], "simulate": ["#hands"], "simulate-end": [".truth"],
-    "ports": ["#ports li:nth-child(3) button"], "ports-busy": ["#ports li:nth-child(2)", "#again"], "follower": ["#follower"], "interrupted": [".command"],
+    "ports": ["#ports li:nth-child(3) button"], "ports-busy": ["#ports li:nth-child(2)", "#again"], "ports-silent": ["#flash .command:last-child", "#simulate"], "follower": ["#follower"], "interrupted": [".command"],
 }
 HIDDEN = {
     "end-good": ["#live", "#actions", ".truth", "#strip"], "follower": ["#actions"], "wait+x": ["#hands", "#gravity", "#result"],
-    "free": ["#gravity"], "identify": ["#next"], "connect": ["#ports"], "session": ["#ports"], "ports": ["#live", "#actions", "#again"],
+    "free": ["#gravity"], "identify": ["#next"], "connect": ["#ports"], "session": ["#ports"], "ports": ["#live", "#actions", "#again", "#flash"], "connecting": ["#ports"],
     "full": ["#actions", "#follower", "#ports"],
 }
 
@@ -86,7 +86,7 @@ class Check:
         self.session.play(events)
         self.browser.open(self.url)
         last = events[-1]["t_s"] if events else 0
-        self.until(f"return (state.log.length || {int(not events)}) || state.status || state.session || state.ports || full")
+        self.until(f"return (state.log.length || {int(not events)}) || state.status || state.session || state.ports || state.connecting || full")
         self.until(f"return !{int(bool(events))} || Math.max(state.status?.t_s ?? 0, state.end?.t_s ?? 0, state.session?.t_s ?? 0) >= {last}")
         self.browser.settle(6)
 
@@ -219,6 +219,8 @@ class Check:
             browser.click("#as-drawn")
             self.accepted(n)
         x, y = browser.run("const b = document.querySelector('#board').getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]")
+        # The board is drawn with the heading of the next pose now.
+        self.until("return Math.cos(headingTo(lying(wanted().up), attitude)) > 0.9999")
         browser.drag((x, y), (x + 90, y - 60))
         self.until("return state.status.state === 'capture'")
         # Shaken while it is captured: rejected, and then taken where it lies.
@@ -244,7 +246,7 @@ class Check:
         assert self.commands() == []
         # What the program refuses is said.
         self.open(all_scenes["accept"])
-        self.session.refuse = "no pose is held now"
+        self.session.refuse = "No pose is held now."
         browser.key(" ")
         self.until("return document.querySelector('#notice.warning')?.textContent.includes('No pose is held now')")
         assert any("400" in c["message"] for c in browser.complaints())
@@ -263,6 +265,10 @@ class Check:
         self.until("return true")
         browser.settle()
         assert self.commands() == [{"command": "port", "name": f"/dev/{n}"} for n in ("ttyS0", "ttyUSB0")], self.commands()
+        self.open(all_scenes["ports-silent"])
+        browser.key("s")
+        browser.settle()
+        assert self.commands() == [{"command": "simulate"}], self.commands()
         self.open(all_scenes["ports-busy"])
         browser.key("Enter")
         browser.settle()
@@ -283,12 +289,17 @@ class Check:
         self.until("return true")
         browser.settle()
         assert [c["command"] for c in self.commands()] == ["undo"], self.commands()
+        # Other keys do what they say wherever the focus is.
+        browser.run("document.querySelector('.choice button').focus()")
+        browser.key("u")
+        browser.settle()
+        assert [c["command"] for c in self.commands()] == ["undo", "undo"], self.commands()
         # Every button is reached by Tab, with its focus seen.
         reached = set()
-        for _ in range(14):
+        for _ in range(15):
             browser.key("Tab")
             reached.add(browser.run("const e = document.activeElement; return e.matches(':focus-visible') && getComputedStyle(e).outlineStyle !== 'none' ? e.dataset.command ?? e.id : ''"))
-        assert {"capture", "undo", "redo", "mute"} <= reached, reached
+        assert {"capture", "undo", "redo", "cancel", "mute"} <= reached, reached
         # What a reader of the screen says is the sentence.
         self.until("return document.querySelector('#announcement').textContent.startsWith('Put any face')")
         # The program is gone for a while.

@@ -158,7 +158,7 @@ class Live(Check):
                 tile(face)
                 self.accepted(count)
             browser.click("[data-command=undo]")
-            self.until("return state.log.some(l => l.title.includes('(−z) is taken back'))")
+            self.until("return state.log.some(l => l.text.includes('(−z) no longer counts'))")
             self.browser.settle(8)
             browser.click("[data-command=redo]")
             self.until("return document.querySelector('#tiles.choosing')")
@@ -191,7 +191,8 @@ class Live(Check):
     def loaded_again(self):
         """A page that is loaded again in a capture, two tabs, and the end of the first one."""
         browser = self.browser
-        with self.simulated(1):
+        # Long enough for the page to be loaded again in it, on a busy machine too.
+        with self.simulated(1, 4, "--capture", "6"):
             self.ready()
             browser.key("1")
             self.until("return state.status?.state === 'capture' && state.status.ring > 0.2", 60)
@@ -216,11 +217,21 @@ class Live(Check):
             browser.key("u")
             self.until("return state.poses.size === 1")
             self.quiet("loaded again")
-            # Ctrl-C: the page says how to go on.
-            self.child.send_signal(signal.SIGINT)
-            self.until("return state.end?.reason === 'interrupted' && document.querySelector('.command code')?.textContent.includes('--resume')")
-            self.picture("interrupted")
-        print("loaded again in a capture, two tabs, interrupted")
+            # The board is drawn with the heading of the next pose.
+            self.until("return headingTo(lying(wanted().up), attitude) === null || Math.cos(headingTo(lying(wanted().up), attitude)) > 0.9998")
+            # Cancelled, after a question: the page says where everything is, and how to go on.
+            browser.key("c")
+            assert "stay in s" in browser.run("return document.querySelector('#sure p').textContent")
+            self.picture("cancel")
+            browser.key("Escape")
+            browser.settle()
+            assert not browser.run("return document.querySelector('#sure').open || state.end")
+            browser.click("[data-command=cancel]")
+            browser.click("#sure [value=yes]")
+            self.until("return state.end?.reason === 'cancelled' && document.querySelector('.command code')?.textContent.includes('--resume')")
+            self.picture("cancelled")
+            assert self.child.wait(timeout=20) == 130
+        print("loaded again in a capture, two tabs, cancelled")
 
     def at_a_port(self):
         """A board that is unplugged in a capture, and plugged in again."""
@@ -283,7 +294,7 @@ class Live(Check):
                     assert not (where / "s").exists()
                     # It is tried as soon as it is there; this is no port.
                     board.port.write_text("")
-                    self.until("return !state.ports.message.includes('no such port')", 30)
+                    self.until("return !state.ports.text.includes('no such port')", 30)
                     self.picture("port-failed")
                     board.port.unlink()
                     board.plug()
@@ -316,6 +327,35 @@ class Live(Check):
                 board.close()
         print("a port chosen, five tabs")
 
+    def no_rows(self):
+        """A board without rows: it is said what arrives, and the session goes on with the simulated sensor, or with the
+        board once it has a sketch."""
+        browser = self.browser
+        for name, says, words in (("silent", b"", "nothing arrives"), ("words", b"Hello, I blink!\r\n", "Hello, I blink!"),
+                                  ("garbage", b"\x00\xf8\x80\xfe\x1c\n", "is no text")):
+            with tempfile.TemporaryDirectory() as folder:
+                board = Board(folder, says=says)
+                try:
+                    with self.session("--port", str(board.port), "--folder", "s") as where:
+                        self.until("return document.querySelector('#hint').textContent.includes('waiting for its first rows')")
+                        self.until(f"return document.querySelector('#sentence').textContent.includes('{words}')", 30)
+                        assert browser.run("return document.querySelectorAll('#flash code').length") == 3
+                        self.readable()
+                        self.picture(f"no-rows-{name}")
+                        assert not (where / "s").exists()
+                        if name == "silent":
+                            browser.click("#simulate button")
+                            self.until("return state.session?.source === 'simulate'")
+                        else:
+                            board.says = None
+                            browser.key("Enter")
+                        self.ready()
+                        assert not self.shown("#ports") and self.shown("#live")
+                        self.quiet(f"no rows: {name}")
+                finally:
+                    board.close()
+        print("a board without rows")
+
     def of_a_board(self):
         """What a board sends is text, whatever it is."""
         evil = "<img src=x onerror=alert(1)>"
@@ -343,7 +383,7 @@ def main():
             browser.size(*SIZES[0])
             browser.media()
             live = Live(browser, program, pictures)
-            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
+            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.no_rows, live.of_a_board):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

@@ -31,6 +31,13 @@ def shortest(a):
     return [c / n for c in q]
 
 
+def sentences(*parts):
+    """Whole sentences, as the library makes them."""
+    parts = [p.strip() for p in parts if p]
+    cased = [p if p.split()[0].rstrip(":") in ("x", "y", "z") else p[0].upper() + p[1:] for p in parts]
+    return " ".join(p if p[-1] in ".!?…" else p + "." for p in cased).replace(" -", " −") if cased else ""
+
+
 def nearest(up):
     face = max(FACES, key=lambda f: sum(a * b for a, b in zip(up, direction(f))))
     cosine = sum(a * b for a, b in zip(up, direction(face)))
@@ -58,7 +65,7 @@ class Script:
         )
 
     def add(self, name, /, **fields):
-        self.events.append({"v": 1, "type": name, "t_s": round(self.t, 3), **fields})
+        self.events.append({"v": 1, "type": name, "t_s": round(self.t, 3), "text": "", **fields})
         return self
 
     def faces_done(self):
@@ -78,7 +85,7 @@ class Script:
             self.up = unit(up)
         face, tilt = nearest(self.up)
         return self.add(
-            "status", state=state, sentence=sentence, hint=hint, up=self.up, attitude=shortest(self.up),
+            "status", state=state, text=sentences(sentence), hint=hint and sentences(hint), up=self.up, attitude=shortest(self.up),
             norm_g=norm, noise_mg=noise, limit_mg=limit, still=still, ring=ring, face=face,
             tilt_deg=round(tilt, 2), welcome=welcome, rate_hz=100.2, temperature_c=24.9,
             tiles=self.tiles(state, face if tilt < 25 else None),
@@ -105,13 +112,14 @@ class Script:
         return self.add(
             "identified", rate_hz=100.2, jitter_ms=0.4,
             columns=["Timestamp (ms)", "aX", "aY", "aZ", "Temp (C)", "gX", "gY", "gZ"], unit="counts", counts_per_g=16384.0, gyro_unit="counts",
-            has_temperature=True, notes=["raw counts at ±2 g, from the magnitude of gravity"],
+            has_temperature=True, text="100.2 Hz, 8 columns, counts. Raw counts at ±2 g, from the magnitude of gravity.",
         )
 
     def floor(self):
         self.t = 4.0
         self.add("floor", noise_mg=[3.1, 3.0, 4.7], gyro_noise_deg_s=[0.05, 0.05, 0.06],
-                 step_mg=[0.061, 0.061, 0.061], limit_mg=19.2)
+                 step_mg=[0.061, 0.061, 0.061], limit_mg=19.2,
+                 text="Noise at rest 3.1, 3.0, 4.7 mg; above 19 mg it counts as moving.")
         return self.next()
 
     def next(self):
@@ -141,7 +149,8 @@ class Script:
             "pose_accepted", pose=self.number, face=face, up=self.up, tilt_deg=round(tilt, 2),
             mean=[16384.0 * c for c in self.up], norm_mps2=9.8312,
             noise_mg=3.14, temperature_c=24.9, seconds=3.0, lines=[611, 911], faces_done=len(self.faces_done()),
-            free_done=len(self.poses) - len(self.faces_done()), note=note,
+            free_done=len(self.poses) - len(self.faces_done()),
+            text=sentences(f"{face or 'free pose'} is done".replace("-", "−"), "‖a‖ 9.831 m/s², noise 3.1 mg", note),
         )
         return self.fit()
 
@@ -172,7 +181,7 @@ class Script:
         }[grade]
         if final:
             said = said.replace(" Finish, or add poses.", "")
-        return self.add("verdict", grade=grade, final=final, sentence=said, reasons=[
+        return self.add("verdict", grade=grade, final=final, text=said, reasons=[
             "error of ‖a‖ at most 3.9 mg (95 %) in the worst direction (x up, y raised)",
             "an error of 6.1 mg of one pose would have shown",
             "leave-one-out error of ‖a‖: 2.4 mg rms over 9 poses",
@@ -208,7 +217,7 @@ class Script:
             "gravical apply calibration.json RECORDING.csv -o calibrated.csv",
             "gravical export calibration.json --to arduino"])
         return self.add("end", reason="finished", poses=len(self.poses), resume=None,
-                        message=f"{len(self.poses)} poses, verdict {grade}")
+                        text=f"Done and saved: {len(self.poses)} poses, verdict {grade}.")
 
 
 REJECTIONS = {
@@ -231,7 +240,7 @@ def rejected(reason):
     s.candidate(direction("-x"))
     s.signal(1.2, False)
     message, remedy = REJECTIONS[reason]
-    s.add("pose_rejected", reason=reason, message=message, remedy=remedy, face="-x", up=s.up, tilt_deg=2.0)
+    s.add("pose_rejected", reason=reason, text=sentences(message, remedy), face="-x", up=s.up, tilt_deg=2.0)
     return s.status("wait", "Put −x up and hold it still", still=False, noise=84.0).events
 
 
@@ -239,12 +248,13 @@ def simulated():
     return Script("simulate", "simulated MPU6050", "standard")
 
 
-def ports(count, tried=None, message="more than one port may be the board: /dev/ttyACM0, /dev/ttyUSB0", remedy="choose the one of your board"):
+def ports(count, tried=None, message="more than one port may be the board: /dev/ttyACM0, /dev/ttyUSB0", remedy="choose the one of your board", flash=()):
     port = lambda name, device, usb, serial, *holders: {"name": name, "device": device, "usb": usb, "serial": serial, "board": bool(usb), "open_in": list(holders)}
     all_ports = [port("/dev/ttyACM0", "Arduino Uno", "2341:0043", "95437313834351A0C1D2"),
                  port("/dev/ttyUSB0", "CH340 bridge, as on many Uno and Nano clones", "1a86:7523", None, "minicom (4711)"),
                  port("/dev/ttyS0", None, None, None)]
-    return [{"v": 1, "t_s": 0.0, "type": "ports", "ports": all_ports[:count], "tried": tried, "message": message, "remedy": remedy}]
+    return [{"v": 1, "t_s": 0.0, "type": "ports", "ports": all_ports[:count], "tried": tried, "text": sentences(message, remedy),
+             "flash": list(flash), "simulate": True}]
 
 
 def scenes():
@@ -254,6 +264,12 @@ def scenes():
     out["ports-none"] = ports(0, message="no board is plugged in: there is no USB serial port",
                               remedy="plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen")
     out["ports-busy"] = ports(2, "/dev/ttyUSB0", "/dev/ttyUSB0: minicom (4711) has this port open", "close the serial monitor of the Arduino IDE, or another logger")
+    out["connecting"] = [{"v": 1, "t_s": 0.0, "type": "connecting", "name": "/dev/ttyUSB0",
+                         "text": "/dev/ttyUSB0 is open: waiting for its first rows."}]
+    out["ports-silent"] = ports(2, "/dev/ttyUSB0", "/dev/ttyUSB0 is open, but nothing arrives: does the board have a sketch?",
+                                "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor",
+                                ["arduino-cli core install arduino:avr", "arduino-cli compile --fqbn arduino:avr:uno firmware/mpu6050_logger",
+                                 "arduino-cli upload --fqbn arduino:avr:uno -p /dev/ttyUSB0 firmware/mpu6050_logger"])
     out["full"] = [{"v": 1, "t_s": 0.0, "type": "full"}]
     out["session"] = Script().events
     out["identify"] = Script().status("identify", "Reading: one second of samples tells rate and unit", ring=0.4, limit=None).events
@@ -277,13 +293,13 @@ def scenes():
         out[f"rejected-{reason}"] = rejected(reason)
     s = Script().begun(faces=3)
     s.poses.pop(3)
-    out["undone"] = s.add("pose_undone", pose=3, face="-x", why="undo").next().status("wait", "Put any face up that is to do").events
+    out["undone"] = s.add("pose_undone", pose=3, face="-x", why="undo", text="Pose 3 (−x) no longer counts. The others are untouched.").next().status("wait", "Put any face up that is to do").events
     s = Script().begun(faces=4)
     s.poses.pop(2)
     s.redo.add("+x")
-    out["redo"] = s.add("pose_undone", pose=2, face="+x", why="redo").next().status("wait", "Put +x up again and hold it still").events
+    out["redo"] = s.add("pose_undone", pose=2, face="+x", why="redo", text="Pose 3 (+x) no longer counts. Put it up again.").next().status("wait", "Put +x up again and hold it still").events
     out["temperature"] = (Script().begun(faces=2)
-                          .add("warning", kind="temperature", message="the sensor has warmed by 1.4 °C since the first pose; let it run for some minutes first for the best result")
+                          .add("warning", kind="temperature", text="The sensor has warmed by 1.4 °C since the first pose; let it run for some minutes first for the best result.")
                           .status("wait", "Put any face up that is to do").events)
     out["gravity"] = Script(gravity="standard").begun(faces=1).status("wait", "Put any face up that is to do").events
     out["rough"] = Script().begun(faces=5).status("wait", "Put −z up: the last face").events
@@ -296,17 +312,17 @@ def scenes():
     s.events = [e for e in s.events if e["type"] != "verdict"]
     out["suspect"] = s.fit(suspect=3, grade="poor").status("wait", "−x contradicts the other poses by 41 mg: press R and record it again").events
     out["lost"] = (Script().begun(faces=4)
-                   .add("lost", why="unplugged", message="Unplugged. 4 of 6 faces are safe. Plug it back in.", poses=4)
+                   .add("lost", why="unplugged", text="Unplugged. 4 of 6 faces are safe. Plug it back in.", poses=4)
                    .status("lost", "Unplugged. 4 of 6 faces are safe. Plug it back in.").events)
     out["resumed"] = (Script().begun(faces=4)
-                      .add("lost", why="unplugged", message="Unplugged. 4 of 6 faces are safe. Plug it back in.", poses=4)
-                      .add("resumed", message="The board is back; 4 poses are kept.", poses=4)
+                      .add("lost", why="unplugged", text="Unplugged. 4 of 6 faces are safe. Plug it back in.", poses=4)
+                      .add("resumed", text="The board is back; 4 poses are kept.", poses=4)
                       .status("wait", "Put any face up that is to do: −y or −z").events)
     out["follower"] = Script().begun(faces=3).status("wait", "Put any face up that is to do").add("follower").events
     for grade, free in (("good", 3), ("fair", 1), ("poor", 2), ("not-verifiable", 0)):
         out[f"end-{grade}"] = Script().begun(faces=6, free=free).ended(grade).events
     out["interrupted"] = (Script().begun(faces=4).add("end", reason="interrupted", poses=4,
-                          resume="gravical live --resume session-2026-11-23T0325", message="stopped by Ctrl-C; 4 poses are kept").events)
+                          resume="gravical live --resume session-2026-11-23T0325", text="Stopped by Ctrl-C; 4 poses are kept.").events)
     out["simulate"] = simulated().begun(faces=2).status("wait", "Put any face up that is to do, and hold it still", up=unit([.4, -.2, .9])).events
     out["simulate-free"] = (simulated().begun(faces=6, free=1)
                             .status("wait", "Now hold it as drawn: x up, tilted 55°, y raised, z raised", up=unit([-.3, .8, -.2]), welcome="free").events)
@@ -314,6 +330,6 @@ def scenes():
     hostile = "<img src=x onerror=alert(1)>"
     s = Script(name=hostile)
     s.identified().floor()
-    s.add("warning", kind="other", message=hostile)
+    s.add("warning", kind="other", text=hostile)
     out["hostile"] = s.status("wait", hostile, hostile).events
     return out

@@ -133,7 +133,7 @@ class WholeWay(Live):
                     uno.say("unplug")
                     self.until("return document.body.dataset.state === 'lost'", 30)
                     assert browser.run("return state.poses.size") == count - 1
-                    self.until(f"return document.querySelector('#sentence').textContent.includes('{count - 1} poses are safe')")
+                    self.until(f"return document.querySelector('#hint').textContent.includes('{count - 1} poses are safe')")
                     self.picture("uno-lost")
                     uno.say("plug")
                     self.until("return document.body.dataset.state !== 'lost'", 30)

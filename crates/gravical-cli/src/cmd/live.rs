@@ -9,6 +9,7 @@ mod truth;
 #[cfg(feature = "live")]
 mod web;
 
+use std::io::{IsTerminal as _, stdin};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -27,15 +28,16 @@ use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 use crate::cmd::log::BoardArgs;
+use crate::failure;
 use crate::options::GravityArgs;
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
-use connect::{Asking, can_choose};
+use connect::{Answer, Asking, Opened, Origin, can_choose};
 use driver::{Driver, Entry, Renderer};
 use journal::JournalFile;
 use plain::{EventLines, Plain};
-use source::{PortSource, Replay, Simulated, Source};
+use source::{PortSource, Replay, Simulated};
 #[cfg(feature = "live")]
 use web::Page;
 
@@ -50,15 +52,15 @@ Example: gravical live --simulate     calibrates a simulated sensor on a page in
 The page is served to this computer only; its address is the first line printed.
 --plain, and a replay without --speed, are in the terminal.
 
-If it is not clear which port is the board, or the port cannot be opened, the page
-lists the ports to choose from; with --plain that is an error.
+If it is not clear which port is the board, the port cannot be opened, or no rows arrive,
+the ports can be chosen, here and on the page; in a script that is an error.
 
-Commands, typed here: undo; redo +x; take (accept this pose as it is); latitude 48.1;
-gravity 9.81; stop (calculate and save). Of a simulated sensor also +x … -z, free,
+Commands, typed here: port NAME; simulate; undo; redo +x; take (accept this pose as it is); latitude 48.1;
+gravity 9.81; stop (calculate and save); cancel. Of a simulated sensor also +x … -z, free,
 shake, and a direction such as 0.6 0.6 0.5.
 
 Exit codes: 0 saved, 2 usage, 3 no calibration or unreadable rows, 4 the verdict is
-poor, 5 board or port, 130 interrupted; --resume goes on.")]
+poor, 5 board or port, 130 interrupted or cancelled; --resume goes on.")]
 pub struct Args {
     /// Guide with a recording in place of a board
     #[arg(long, value_name = "FILE", conflicts_with_all = ["simulate", "resume", "port", "wait", "baud", "range", "gyro_range", "low_pass", "format"])]
@@ -112,9 +114,10 @@ fn capture(text: &str) -> std::result::Result<f64, String> {
     let value: f64 = text
         .parse()
         .map_err(|_| "not a number of seconds".to_owned())?;
-    match (0.5..=60.0).contains(&value) {
-        true => Ok(value),
-        false => Err("0.5 to 60 s are possible".to_owned()),
+    if (0.5..=60.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("0.5 to 60 s are possible".to_owned())
     }
 }
 
@@ -138,9 +141,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let (sender, entries) = sync_channel(ENTRIES);
     #[cfg(feature = "live")]
-    let page = match args.has_page() {
-        true => Some(Page::serve(args.http_port, sender.clone())?),
-        false => None,
+    let page = if args.has_page() {
+        Some(Page::serve(args.http_port, sender.clone())?)
+    } else {
+        None
     };
     #[cfg(feature = "live")]
     renderers.extend(page.as_ref().map(Page::renderer));
@@ -160,9 +164,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     args.guide(place, false, &mut renderers, &entries, &interrupted, || ())
 }
-
-/// A source that is open: its kind and its name.
-type Opened = (SourceKind, String, Box<dyn Source>);
 
 /// The journal of a session that goes on, and its folder; none for a replay.
 type Place = (Option<Journal>, Option<PathBuf>);
@@ -228,37 +229,18 @@ impl Args {
         interrupted: &AtomicBool,
         begins: impl Fn(),
     ) -> anyhow::Result<ExitCode> {
-        let options = self.options(journal.as_ref(), goes_on)?;
-        let mut port = self.port(journal.as_ref(), goes_on);
-        let opened = loop {
-            let opened = self.source(
-                port.as_deref(),
-                journal.as_ref(),
-                folder.as_deref(),
-                interrupted,
-            );
-            let error = match opened {
-                Ok(opened) => break opened,
-                Err(error) => error,
-            };
-            let Some(asked) = self.choice(&error) else {
-                return Err(error);
-            };
-            begins();
-            let mut asking = Asking {
-                renderers,
-                entries,
-                interrupted,
-            };
-            port = asking.port(asked, port.as_deref());
-            if port.is_none() {
-                break None;
-            }
+        let mut asking = Asking {
+            renderers,
+            entries,
+            interrupted,
+            can_simulate: journal.is_none(),
         };
-        let Some((kind, name, mut source)) = opened else {
-            return Ok(ExitCode::from(crate::failure::INTERRUPTED));
+        let mut origin = self.origin(journal.as_ref(), goes_on);
+        let place = (folder.as_deref(), journal.is_some());
+        let Some(mut opened) = self.connect(&mut origin, place, &mut asking, begins)? else {
+            return Ok(ExitCode::from(failure::INTERRUPTED));
         };
-        begins();
+        let options = self.options(&origin, journal.as_ref(), goes_on)?;
         let recording = match (&folder, &self.replay) {
             (Some(folder), _) => folder.join(RECORDING),
             (None, Some(file)) => file.clone(),
@@ -286,7 +268,9 @@ impl Args {
         };
         let driver = Driver {
             session,
-            source: source.as_mut(),
+            source: opened.source.as_mut(),
+            first: opened.first,
+            recorded: opened.recorded,
             renderers,
             journal: journal_file.transpose()?,
             folder: folder.clone(),
@@ -296,7 +280,43 @@ impl Args {
             entries,
             interrupted,
         };
-        driver.run(kind, &name, journal.is_some())
+        driver.run(opened.kind, &opened.name, journal.is_some())
+    }
+
+    /// Opens the source, and asks the user where that fails or no row arrives; none when the user ended
+    /// it. `place`: the folder, and whether its recording goes on.
+    fn connect(
+        &self,
+        origin: &mut Origin,
+        (folder, resumes): (Option<&Path>, bool),
+        asking: &mut Asking<'_>,
+        begins: impl Fn(),
+    ) -> anyhow::Result<Option<Opened>> {
+        loop {
+            let opened = self.open(origin, folder, resumes, asking.interrupted);
+            let waited = opened.and_then(|opened| {
+                let Some(opened) = opened else {
+                    return Ok(Answer::Interrupted);
+                };
+                begins();
+                Ok(asking.first_rows(opened)?)
+            });
+            let answer = match waited {
+                Ok(answer) => answer,
+                Err(error) => {
+                    let Some(trouble) = self.question(&error) else {
+                        return Err(error);
+                    };
+                    begins();
+                    asking.choose(trouble, origin.port())?
+                }
+            };
+            match answer {
+                Answer::Rows(opened) => return Ok(Some(opened)),
+                Answer::Chosen(chosen) => *origin = chosen,
+                Answer::Interrupted => return Ok(None),
+            }
+        }
     }
 
     /// Checks what will be written, before the poses are.
@@ -353,19 +373,29 @@ impl Args {
         Ok((None, Some(folder)))
     }
 
-    /// The port that is wanted: given, or that of the session before.
-    fn port(&self, journal: Option<&Journal>, goes_on: bool) -> Option<String> {
-        let before = journal.and_then(|j| j.source.as_ref());
-        let before = before.filter(|(kind, _)| *kind == SourceKind::Port);
+    /// Where the rows are to come from: what was given, or as in the session before. `goes_on`: what was
+    /// said on the page counts, not what was given before.
+    fn origin(&self, journal: Option<&Journal>, goes_on: bool) -> Origin {
         let given = self.board.port.clone().filter(|_| !goes_on);
-        given.or_else(|| before.map(|(_, name)| name.clone()))
+        match journal.and_then(|j| j.source.clone()) {
+            Some((SourceKind::Simulate, name)) => {
+                Origin::Simulated(name.rsplit(' ').next().and_then(|seed| seed.parse().ok()))
+            }
+            Some((_, name)) => Origin::Port(given.or(Some(name))),
+            None if self.simulate => Origin::Simulated(self.seed),
+            None => match &self.replay {
+                Some(file) => Origin::Replay(file.clone()),
+                None => Origin::Port(given),
+            },
+        }
     }
 
-    /// The error after which the port is chosen on the page. In the terminal alone it ends the
-    /// program, as scripts expect.
-    fn choice<'e>(&self, error: &'e anyhow::Error) -> Option<&'e Error> {
+    /// The error after which the user chooses a port, where there is a user. In a script it ends the
+    /// program.
+    fn question<'e>(&self, error: &'e anyhow::Error) -> Option<&'e Error> {
+        let is_seen = cfg!(feature = "live") && self.has_page() || stdin().is_terminal();
         let error = error.downcast_ref::<Error>();
-        error.filter(|e| cfg!(feature = "live") && self.has_page() && can_choose(e))
+        error.filter(|e| is_seen && can_choose(e))
     }
 
     fn read_options(&self) -> ReadOptions {
@@ -383,11 +413,15 @@ impl Args {
         }
     }
 
-    /// `goes_on`: what was said on the page counts, not what was given before.
-    fn options(&self, journal: Option<&Journal>, goes_on: bool) -> Result<LiveOptions> {
+    fn options(
+        &self,
+        origin: &Origin,
+        journal: Option<&Journal>,
+        goes_on: bool,
+    ) -> Result<LiveOptions> {
         let before = journal.map(|j| j.gravity);
         let given: Option<Gravity> = self.gravity.given()?.filter(|_| !goes_on);
-        let simulated = self.simulate.then(Simulated::gravity);
+        let simulated = matches!(origin, Origin::Simulated(_)).then(Simulated::gravity);
         Ok(LiveOptions {
             read: self.read_options(),
             gravity: given.or(before).or(simulated).unwrap_or_default(),
@@ -398,46 +432,51 @@ impl Args {
         })
     }
 
-    /// Where the rows come from; none when the user ended the waiting for a board.
-    fn source(
+    /// Opens the source; none when the user ended the waiting for a board.
+    fn open(
         &self,
-        port: Option<&str>,
-        journal: Option<&Journal>,
+        origin: &Origin,
         folder: Option<&Path>,
+        resumes: bool,
         interrupted: &AtomicBool,
     ) -> anyhow::Result<Option<Opened>> {
-        if let Some(file) = &self.replay {
-            let name = file.display().to_string();
-            let replay = Replay::open(file, &self.read_options())?;
-            return Ok(Some((SourceKind::Replay, name, Box::new(replay))));
-        }
-        // Only a replay has none.
-        let Some(folder) = folder else {
-            return Ok(None);
+        let opened = |kind, name, source| Opened {
+            kind,
+            name,
+            source,
+            recorded: 0,
+            first: Vec::new(),
         };
-        let before = journal.and_then(|j| j.source.as_ref());
-        let resumes = journal.is_some();
-        let path = folder.join(RECORDING);
-        if self.simulate || matches!(before, Some((SourceKind::Simulate, _))) {
-            if !resumes {
-                make_folder(folder)?;
+        let mut opened = match (origin, folder) {
+            (Origin::Replay(file), _) => {
+                let name = file.display().to_string();
+                let replay = Replay::open(file, &self.read_options())?;
+                return Ok(Some(opened(SourceKind::Replay, name, Box::new(replay))));
             }
-            let seed = match before {
-                Some((_, name)) => name.rsplit(' ').next().and_then(|n| n.parse().ok()),
-                None => self.seed,
-            };
-            let seed = seed.unwrap_or_else(Simulated::draw_seed);
-            let name = format!("simulated MPU6050, seed {seed}");
-            let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
-            return Ok(Some((SourceKind::Simulate, name, Box::new(simulated))));
+            // Only a replay has none.
+            (_, None) => return Ok(None),
+            (Origin::Simulated(seed), Some(folder)) => {
+                make_folder(folder)?;
+                let seed = seed.unwrap_or_else(Simulated::draw_seed);
+                let name = format!("simulated MPU6050, seed {seed}");
+                let path = folder.join(RECORDING);
+                let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
+                opened(SourceKind::Simulate, name, Box::new(simulated))
+            }
+            (Origin::Port(name), Some(folder)) => {
+                let mut board = self.board.clone();
+                board.port.clone_from(name);
+                let Some(port) = PortSource::open(&board, folder, resumes, interrupted)? else {
+                    return Ok(None);
+                };
+                opened(SourceKind::Port, port.name(), Box::new(port))
+            }
+        };
+        if let Some(folder) = folder {
+            let path = folder.join(RECORDING);
+            let size = std::fs::metadata(&path).map_err(|e| Error::io(&path, e))?;
+            opened.recorded = size.len();
         }
-        let mut board = self.board.clone();
-        board.port = port.map(str::to_owned);
-        let opened = PortSource::open(&board, folder, resumes, interrupted)?;
-        Ok(opened.map(|port| {
-            let name = port.name();
-            let source: Box<dyn Source> = Box::new(port);
-            (SourceKind::Port, name, source)
-        }))
+        Ok(Some(opened))
     }
 }

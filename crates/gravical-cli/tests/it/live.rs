@@ -327,6 +327,30 @@ fn a_replay_without_stamps_has_the_rate_that_is_given() {
     assert_eq!(of_type(&seen, "status").last().unwrap()["rate_hz"], 50.0);
 }
 
+/// Nothing is calibrated, and nothing lost.
+#[test]
+fn a_session_is_cancelled() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "live --simulate --seed 4 --speed 20 --plain --folder s --events -";
+    let mut child = start(folder.path(), line);
+    type_in(&mut child, &["+x", "cancel"]);
+    let _open = child.stdin.take();
+    let (code, out, err) = end(child);
+    assert_eq!(code, 130, "{err}");
+    let all = events(&out);
+    let last = all.last().unwrap();
+    assert_eq!(last["reason"], "cancelled");
+    assert!(
+        last["text"]
+            .as_str()
+            .unwrap()
+            .ends_with("recorded is in s.")
+    );
+    assert_eq!(last["resume"], "gravical live --resume s");
+    assert!(folder.path().join("s/recording.csv").exists());
+    assert!(!folder.path().join("s/calibration.json").exists());
+}
+
 /// What is written fills a pipe that nobody reads; the session reaches its end all the same.
 #[test]
 fn a_reader_that_does_not_read_stops_no_session() {
@@ -348,4 +372,24 @@ fn a_reader_that_does_not_read_stops_no_session() {
     };
     assert_eq!(code, Some(0));
     assert!(json(&folder.path().join("s/calibration.json")).is_object());
+}
+
+/// A session whose events are wanted, and cannot be written, does not go on in silence.
+#[test]
+#[cfg(target_os = "linux")]
+fn events_that_cannot_be_written_end_the_session() {
+    let folder = tempfile::tempdir().unwrap();
+    for target in ["/dev/full", ".", "-"] {
+        let line = format!("live --simulate --seed 4 --plain --folder s --events {target}");
+        let mut child = start(folder.path(), &line);
+        // Nobody reads; the end of its input would end the session.
+        drop(child.stdout.take());
+        let _open = child.stdin.take();
+        let (code, _, err) = end(child);
+        assert!(
+            code != 0 && err.contains("error: "),
+            "{target}: {code} {err}"
+        );
+        let _ = fs::remove_dir_all(folder.path().join("s"));
+    }
 }

@@ -379,7 +379,7 @@ fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
     // What cannot be done now is said by an event.
     served.command(&json!({"command": "redo", "face": "up"}));
     let refused = tab.until(|e| e["type"] == "warning" && e["kind"] == "refused");
-    assert!(refused["message"].is_string());
+    assert!(refused["text"].is_string());
     served.command(&json!({"command": "hand", "up": [0, 0, 0]}));
     tab.until(|e| e["type"] == "warning" && e["kind"] == "refused");
     tab.until_type("status");
@@ -453,7 +453,7 @@ fn the_port_is_chosen_on_the_page_and_only_ports_can_be() {
     let mut tab = served.tab();
     let asked = tab.until_type("ports");
     assert_eq!(asked["tried"], port.to_str().unwrap());
-    let message = asked["message"].as_str().unwrap();
+    let message = asked["text"].as_str().unwrap();
     assert!(message.contains("no such port"), "{message}");
     assert!(asked["ports"].is_array());
     // Commands are checked as those of a session, and a file is no port.
@@ -474,7 +474,7 @@ fn the_port_is_chosen_on_the_page_and_only_ports_can_be() {
     assert!(!folder.path().join("s").exists());
     // It appears, and is no serial port: the cause is another one.
     std::fs::write(&port, "").unwrap();
-    let other = tab.until(|e| e["type"] == "ports" && e["message"] != message);
+    let other = tab.until(|e| e["type"] == "ports" && e["text"] != message);
     assert_eq!(other["tried"], port.to_str().unwrap());
     let kill = ["-s", "INT", &served.child.id().to_string()];
     assert!(Command::new("kill").args(kill).status().unwrap().success());

@@ -15,9 +15,10 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
     let mut board = Board::new(folder.path());
     let line = format!("live --port {} --folder s --events -", board.port());
     let mut live = Logger::start(folder.path(), &line);
-    assert_eq!(live.wait_for("session")["source"], "port");
+    live.wait_for("connecting");
     board.greet();
     board.rows(500);
+    assert_eq!(live.wait_for("session")["source"], "port");
     let identified = live.wait_for("identified");
     assert_eq!(
         (&identified["unit"], &identified["gyro_unit"]),
@@ -57,7 +58,7 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
 
     let line = format!("live --port {} --resume s --events -", board.port());
     let mut live = Logger::start(folder.path(), &line);
-    live.wait_for("session");
+    live.wait_for("connecting");
     board.reset();
     board.rows(600);
     assert_eq!(live.wait_for("pose_accepted")["pose"], 1);
@@ -82,9 +83,53 @@ fn a_silent_board_does_not_keep_the_user() {
     );
     let mut terminal = Terminal::new();
     let mut live = Logger::start_in(folder.path(), &line, &terminal);
-    live.wait_for("session");
+    live.wait_for("connecting");
     terminal.press("stop\n");
     assert_eq!(live.wait_for("warning")["kind"], "refused");
     live.signal(Signal::INT);
     assert_eq!(live.gone(), Some(130));
+    assert!(!folder.path().join("s").exists());
+}
+
+/// A port without rows is no end: it is said what arrives, and another source can be chosen.
+#[test]
+fn a_port_without_rows_is_no_end() {
+    let garbage = b"\x00\xf8\x80\xfe\x1c\n".repeat(50);
+    for (sent, words) in [
+        (&b""[..], "nothing arrives"),
+        (
+            b"Hello, I blink!\n",
+            "no row of a sensor: \"Hello, I blink!\"",
+        ),
+        (&garbage, "is no text: the baud rate"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut board = Board::new(folder.path());
+        let line = format!("live --port {} --folder s --plain --events -", board.port());
+        let mut terminal = Terminal::new();
+        let mut live = Logger::start_in(folder.path(), &line, &terminal);
+        live.wait_for("connecting");
+        board.send(sent);
+        let asked = live.wait_for("ports");
+        let message = asked["text"].as_str().unwrap();
+        assert!(message.contains(words), "{message}");
+        let flash = asked["flash"].as_array().unwrap();
+        assert!(flash.len() == 3 && flash[2].as_str().unwrap().contains(&board.port()));
+        // Neither an empty folder nor an empty file remains.
+        assert!(!folder.path().join("s").exists());
+        if sent.is_empty() {
+            terminal.press("simulate\n");
+            assert_eq!(live.wait_for("session")["source"], "simulate");
+        } else {
+            // Now it has a sketch.
+            terminal.press(&format!("port {}\n", board.port()));
+            live.wait_for("connecting");
+            board.greet();
+            board.rows(500);
+            assert_eq!(live.wait_for("session")["source"], "port");
+            assert_eq!(live.wait_for("pose_accepted")["face"], "+z");
+        }
+        live.signal(Signal::INT);
+        assert_eq!(live.gone(), Some(130));
+    }
 }

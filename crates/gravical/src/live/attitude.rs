@@ -42,10 +42,11 @@ impl Attitude {
         let axis = [v[1], -v[0], 0.0];
         let sine = norm(&axis);
         let angle = sine.atan2(v[2]) * share;
-        let level = match sine > 1e-9 {
-            true => axis.map(|a| a / sine * angle),
+        let level = if sine > 1e-9 {
+            axis.map(|a| a / sine * angle)
+        } else {
             // Upside down: any horizontal axis.
-            false => [angle, 0.0, 0.0],
+            [angle, 0.0, 0.0]
         };
         self.q = normalize(&quat_mul(&from_rotation_vector(&level), &self.q));
     }

@@ -20,6 +20,9 @@ pub struct Message {
     pub v: u32,
     /// Seconds since the first row, by the clock of the recording.
     pub t_s: f64,
+    /// The event in words: whole sentences, for page and terminal.
+    #[serde(default)]
+    pub text: String,
     /// What happened.
     #[serde(flatten)]
     pub event: Event,
@@ -31,17 +34,24 @@ pub struct Message {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Event {
-    /// Which port is the board is not clear, or it cannot be opened: the user chooses. Before the
-    /// session.
+    /// Which port is the board is not clear, it cannot be opened, or no row arrives: the user chooses.
+    /// Before the session.
     Ports {
         /// The ports of this computer, boards first.
         ports: Vec<PortInfo>,
-        /// The one that could not be opened.
+        /// The one that was opened, or could not be.
         tried: Option<String>,
-        /// Why none is open.
-        message: String,
-        /// What to do.
-        remedy: Option<String>,
+        /// Commands that flash our sketch, where the board sends no rows.
+        #[serde(default)]
+        flash: Vec<String>,
+        /// A simulated sensor can take the place of the board.
+        #[serde(default)]
+        simulate: bool,
+    },
+    /// A port is open; its first rows are waited for. Before the session.
+    Connecting {
+        /// The port.
+        name: String,
     },
     /// The session begins.
     Session {
@@ -76,8 +86,6 @@ pub enum Event {
         gyro_unit: Option<GyroUnit>,
         /// There is a temperature.
         has_temperature: bool,
-        /// Faults and decisions, a sentence each.
-        notes: Vec<String>,
     },
     /// The noise at rest is known.
     Floor {
@@ -107,10 +115,6 @@ pub enum Event {
     PoseRejected {
         /// The reason.
         reason: Rejection,
-        /// What is wrong, with numbers.
-        message: String,
-        /// What to do.
-        remedy: String,
         /// The nearest face.
         face: Option<String>,
         /// Its direction.
@@ -148,8 +152,6 @@ pub enum Event {
         grade: Grade,
         /// The session ends with it.
         r#final: bool,
-        /// In one sentence.
-        sentence: String,
         /// Reasons.
         reasons: Vec<String>,
     },
@@ -164,8 +166,6 @@ pub enum Event {
     Warning {
         /// What it is about.
         kind: WarningKind,
-        /// A sentence.
-        message: String,
     },
     /// The calibration is on the disk; it was read back and compared.
     Saved {
@@ -182,15 +182,11 @@ pub enum Event {
     Lost {
         /// Why.
         why: Loss,
-        /// In one sentence.
-        message: String,
         /// Poses that are safe.
         poses: u32,
     },
     /// Rows arrive again.
     Resumed {
-        /// In one sentence.
-        message: String,
         /// Poses that are kept.
         poses: u32,
     },
@@ -211,12 +207,21 @@ pub enum Event {
         poses: u32,
         /// The command that goes on.
         resume: Option<String>,
-        /// In one sentence.
-        message: String,
     },
 }
 
 impl Message {
+    /// An event, and its sentences.
+    #[must_use]
+    pub fn new(t_s: f64, event: Event, text: impl Into<String>) -> Self {
+        Message {
+            v: EVENTS_VERSION,
+            t_s: (t_s * 1e3).round() / 1e3,
+            text: text.into(),
+            event,
+        }
+    }
+
     /// The JSON schema of an event.
     #[cfg(feature = "schema")]
     #[must_use]
@@ -323,8 +328,6 @@ pub enum Welcome {
 pub struct Status {
     /// State of the session.
     pub state: State,
-    /// What to do now.
-    pub sentence: String,
     /// After five seconds without progress: which test fails, and by how much.
     pub hint: Option<String>,
     /// Direction of specific force.
@@ -385,8 +388,6 @@ pub struct Pose {
     pub faces_done: u32,
     /// Number of free poses.
     pub free_done: u32,
-    /// Something to know about it.
-    pub note: Option<String>,
 }
 
 /// Why a hold is not accepted.
@@ -488,6 +489,8 @@ pub enum EndReason {
     Finished,
     /// It was interrupted, and can be resumed.
     Interrupted,
+    /// The user ended it without a calibration; it can be resumed.
+    Cancelled,
     /// There are no more rows.
     SourceEnded,
     /// It failed.
@@ -578,6 +581,8 @@ pub enum Command {
         /// One of those in the event `ports`.
         name: String,
     },
+    /// Begin with a simulated sensor in place of a board; before the session.
+    Simulate,
     /// Take the pose that is held now, even if it exists, lies between faces or is warmer.
     Capture,
     /// Undo the last pose.
@@ -589,6 +594,8 @@ pub enum Command {
     },
     /// Calculate, save, end.
     Finish,
+    /// End without a calibration; what was recorded stays.
+    Cancel,
     /// Go on with a session that was saved.
     Resume,
     /// Local gravity: the value, or latitude and altitude.
@@ -618,8 +625,8 @@ pub enum Command {
 }
 
 impl Command {
-    /// A command that was typed: `undo`, `redo +x`, `take`, `latitude 48.1`, `gravity 9.81`,
-    /// `stop`; for a simulated sensor also `+x`, `0.6 0.6 0.5`, `shake`.
+    /// A command that was typed: `port NAME`, `simulate`, `undo`, `redo +x`, `take`, `latitude 48.1`, `gravity 9.81`,
+    /// `stop`, `cancel`; for a simulated sensor also `+x`, `0.6 0.6 0.5`, `shake`.
     ///
     /// # Errors
     ///
@@ -637,9 +644,11 @@ impl Command {
             ["port", name] => Some(Command::Port {
                 name: name.to_owned(),
             }),
+            ["simulate"] => Some(Command::Simulate),
             ["u" | "undo"] => Some(Command::Undo),
             ["take" | "capture"] => Some(Command::Capture),
             ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),
+            ["cancel"] => Some(Command::Cancel),
             ["r" | "redo", face] => Some(Command::Redo {
                 face: face.to_owned(),
             }),
@@ -660,7 +669,7 @@ impl Command {
         };
         command.ok_or_else(|| {
             Error::usage("command-unknown", format!("\"{}\" is no command", text.trim())).with_hint(
-                "undo; redo +x; take; latitude 48.1; gravity 9.81; stop; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
+                "undo; redo +x; take; latitude 48.1; gravity 9.81; stop; cancel; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
             )
         })
     }

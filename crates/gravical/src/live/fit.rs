@@ -62,9 +62,10 @@ impl Fit {
         };
         let suspect = section.contradiction();
         Fit {
-            stage: match poses.len() < FULL_FIT {
-                true => Stage::Rough,
-                false => Stage::Full,
+            stage: if poses.len() < FULL_FIT {
+                Stage::Rough
+            } else {
+                Stage::Full
             },
             bias_mg: to_mps2(section.bias),
             bias_sd_mg: section.deviations.map(|d| to_mps2(d.bias)),

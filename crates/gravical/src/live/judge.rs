@@ -13,14 +13,14 @@ use super::{LiveOptions, Pose, mg};
 use gravical_recording::Sample;
 
 /// Share of the rows of a capture that may be missing.
-const MOST_MISSING: f64 = 0.05;
+const MAX_MISSING: f64 = 0.05;
 /// A magnitude further from gravity than these factors is another unit, or another scale.
 const OTHER_UNIT: f64 = 2.0;
-const MOST_OFF: f64 = 0.35;
+const MAX_OFF: f64 = 0.35;
 /// Scale from two opposite faces: the bias is not in it.
-const MOST_SCALE_OFF: f64 = 0.2;
+const MAX_SCALE_OFF: f64 = 0.2;
 /// A mean angular rate that differs from that of the other poses by more is a steady turn, °/s.
-const MOST_TURNING_DEG_S: f64 = 5.0;
+const MAX_TURNING_DEG_S: f64 = 5.0;
 /// An axis that repeats a value while gravity turns by more than this is frozen, g.
 const TURNED_G: f64 = 0.3;
 /// … while each of the others takes as many values.
@@ -78,7 +78,7 @@ impl Units {
                 "set the range of the sensor as it was, or begin anew",
             ));
         }
-        ((ratio - 1.0).abs() > MOST_OFF).then(|| {
+        ((ratio - 1.0).abs() > MAX_OFF).then(|| {
             other_scale(format!(
                 "‖a‖ is {norm:.2} m/s² at rest, {:.0} % from gravity",
                 100.0 * (ratio - 1.0)
@@ -195,7 +195,7 @@ impl Capture<'_> {
         let wanted = by_time.max(self.rows as f64);
         let broken = self.samples.iter().skip(1).any(|s| s.is_break);
         let missing = wanted - there as f64;
-        (broken || missing > MOST_MISSING * wanted).then(|| {
+        (broken || missing > MAX_MISSING * wanted).then(|| {
             Fault::new(
                 Rejection::Gaps,
                 format!(
@@ -263,7 +263,7 @@ impl Capture<'_> {
             return Some(fault);
         }
         let (face, tilt_deg) = Face::nearest(means.accel);
-        if tilt_deg > self.options.most_tilt_deg {
+        if tilt_deg > self.options.max_tilt_deg {
             return None;
         }
         let opposite = face.opposite().name();
@@ -272,7 +272,7 @@ impl Capture<'_> {
             .find(|p| p.face.as_deref() == Some(&opposite))?;
         let apart = (means.accel[face.axis] - other.mean[face.axis]).abs();
         let off = 0.5 * apart / self.units.nominal / gravity - 1.0;
-        if off.abs() > MOST_SCALE_OFF {
+        if off.abs() > MAX_SCALE_OFF {
             return Some(other_scale(format!(
                 "{} and {opposite} are {:.0} % from gravity, without the bias",
                 face.name(),
@@ -290,7 +290,7 @@ impl Capture<'_> {
         let usual: [f64; 3] =
             std::array::from_fn(|i| self.poses.iter().map(|p| p.gyro[i]).sum::<f64>() / n);
         let rate_deg_s = (norm(&sub(&means.gyro, &usual)) / nominal).to_degrees();
-        (rate_deg_s > MOST_TURNING_DEG_S).then(|| {
+        (rate_deg_s > MAX_TURNING_DEG_S).then(|| {
             Fault::new(
                 Rejection::Moved,
                 format!("it turns steadily: {rate_deg_s:.0} °/s more than in the other poses"),
@@ -302,7 +302,7 @@ impl Capture<'_> {
     fn temperature(&self, means: &Means) -> Option<Fault> {
         let first = self.poses().find_map(|p| p.temperature_c)?;
         let warmer = means.temperature_c? - first;
-        (warmer.abs() > self.options.most_warming_c && !self.options.any_pose).then(|| {
+        (warmer.abs() > self.options.max_warming_c && !self.options.any_pose).then(|| {
             Fault::new(
                 Rejection::Temperature,
                 format!(

@@ -53,6 +53,7 @@ use crate::recording::ReadOptions;
 
 pub use event::{Command, EVENTS_VERSION, Event, Message, Pose};
 pub use session::Session;
+pub use words::sentences;
 
 /// How a session is guided.
 #[derive(Debug, Clone)]
@@ -70,15 +71,15 @@ pub struct LiveOptions {
     /// Length of a capture, s. Default 2.5: with the rest before it a hold of three seconds.
     pub capture_s: f64,
     /// … and its smallest number of rows. Default 50.
-    pub least_rows: usize,
+    pub min_rows: usize,
     /// Up to this tilt a face is noted as tilted less, degrees. Default 10.
     pub fine_tilt_deg: f64,
     /// Beyond this tilt a pose is no face, degrees. Default 25.
-    pub most_tilt_deg: f64,
+    pub max_tilt_deg: f64,
     /// Poses closer than this are the same, degrees. Default 25.
     pub apart_deg: f64,
     /// Most difference of the temperature from the first pose, °C. Default 3.
-    pub most_warming_c: f64,
+    pub max_warming_c: f64,
     /// After this time without progress it is said which test fails, s. Default 5.
     pub hint_after_s: f64,
     /// Accept every steady hold: repeats, and free poses before the faces, too. Default false.
@@ -94,11 +95,11 @@ impl Default for LiveOptions {
             floor_s: 3.0,
             settle_s: 0.5,
             capture_s: 2.5,
-            least_rows: 50,
+            min_rows: 50,
             fine_tilt_deg: 10.0,
-            most_tilt_deg: MAX_FACE_ANGLE_DEG,
+            max_tilt_deg: MAX_FACE_ANGLE_DEG,
             apart_deg: 25.0,
-            most_warming_c: 3.0,
+            max_warming_c: 3.0,
             hint_after_s: 5.0,
             any_pose: false,
         }

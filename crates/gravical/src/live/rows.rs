@@ -56,10 +56,11 @@ impl SessionRows {
 
     fn timed(&mut self, mut samples: Vec<Sample>) -> Vec<Sample> {
         for sample in &mut samples {
-            sample.time_s = match sample.time_s.is_nan() {
-                true => self.last_s + self.step_s,
+            sample.time_s = if sample.time_s.is_nan() {
+                self.last_s + self.step_s
+            } else {
                 // The last digits depend on what arrives at once.
-                false => (sample.time_s * 1e9).round() / 1e9,
+                (sample.time_s * 1e9).round() / 1e9
             };
             self.last_s = sample.time_s;
         }

@@ -19,46 +19,84 @@ use crate::recording::Recording;
 use crate::{Error, Result};
 
 use super::attitude::Attitude;
-use super::event::{
-    Command, EVENTS_VERSION, Event, Loss, Message, Pose, SourceKind, State, WarningKind,
-};
+use super::event::{Command, Event, Loss, Message, Pose, SourceKind, State, WarningKind};
 use super::fit::FULL_FIT;
 use super::judge::{Accepted, Units, mean};
 use super::rows::SessionRows;
 use super::stillness::{Stillness, StillnessDetector};
-use super::{LiveOptions, mg};
+use super::{LiveOptions, mg, words};
 use gravical_recording::Sample;
 
 /// Direction and magnitude are means over this time, s.
 const SMOOTH_S: f64 = 0.2;
 
 /// Rest without interruption.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Hold {
     /// Its rows.
     rows: Range<usize>,
-    /// A capture has begun.
-    capturing: bool,
-    /// It was accepted or rejected: nothing happens until it moves.
-    over: bool,
+    stage: HoldStage,
     /// Whatever can be overruled is: the user wants this pose.
     forced: bool,
+}
+
+impl Hold {
+    fn new(rows: Range<usize>, forced: bool) -> Self {
+        Hold {
+            rows,
+            stage: HoldStage::Settling,
+            forced,
+        }
+    }
+
+    /// Nothing happens until it moves.
+    fn is_over(&self) -> bool {
+        matches!(self.stage, HoldStage::Refused | HoldStage::Judged)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum HoldStage {
+    /// It is waited for its capture.
+    Settling,
+    /// A capture has begun.
+    Capturing,
+    /// There was no capture: the pose is not wanted.
+    Refused,
+    /// The capture was accepted or rejected.
+    Judged,
+}
+
+/// How far the session is.
+enum Phase {
+    /// Columns and clock are not known.
+    Identify,
+    /// Noise at rest and unit are not known.
+    Floor(StillnessDetector),
+    /// Poses are taken.
+    Poses(StillnessDetector, Units),
+}
+
+/// Why nothing happens, whatever the phase.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stop {
+    /// No rows arrive.
+    Lost,
+    /// The user has ended it.
+    Done,
 }
 
 /// A guided calibration. It belongs to one thread.
 pub struct Session {
     options: LiveOptions,
     rows: SessionRows,
-    detector: Option<StillnessDetector>,
+    phase: Phase,
+    stop: Option<Stop>,
     /// What the last block said; none after rows that are missing.
     last: Option<Stillness>,
     rate_hz: f64,
-    units: Option<Units>,
     attitude: Attitude,
     gyro_bias: [f64; 3],
-    state: State,
-    /// State before the rows stopped.
-    before_loss: Option<State>,
     hold: Option<Hold>,
     poses: Vec<Accepted>,
     /// Numbers of poses that were used.
@@ -73,9 +111,8 @@ pub struct Session {
     grade: Option<Grade>,
     next_hint: Option<String>,
     warned_of_temperature: bool,
-    /// Poses of a session that is resumed, until their rows were read.
-    restored: VecDeque<Pose>,
-    restoring: bool,
+    /// Poses of a session that is resumed, while its rows are read.
+    restored: Option<VecDeque<Pose>>,
     /// Time of the last row, of the last progress, and of the last status, s.
     now_s: f64,
     progress_s: f64,
@@ -90,14 +127,12 @@ impl Session {
         Session {
             rows: SessionRows::new(name, &options.read),
             options,
-            detector: None,
+            phase: Phase::Identify,
+            stop: None,
             last: None,
             rate_hz: Recording::ASSUMED_RATE_HZ,
-            units: None,
             attitude: Attitude::default(),
             gyro_bias: [0.0; 3],
-            state: State::Identify,
-            before_loss: None,
             hold: None,
             poses: Vec::new(),
             numbers: 0,
@@ -108,8 +143,7 @@ impl Session {
             grade: None,
             next_hint: None,
             warned_of_temperature: false,
-            restored: VecDeque::new(),
-            restoring: false,
+            restored: None,
             now_s: 0.0,
             progress_s: 0.0,
             status_s: f64::NEG_INFINITY,
@@ -122,8 +156,7 @@ impl Session {
     #[must_use]
     pub fn restore(name: &str, options: LiveOptions, poses: Vec<Pose>, numbers: u32) -> Self {
         Session {
-            restored: poses.into(),
-            restoring: true,
+            restored: Some(poses.into()),
             numbers,
             ..Session::new(name, options)
         }
@@ -136,7 +169,8 @@ impl Session {
         name: &str,
         folder: Option<String>,
     ) -> Vec<Message> {
-        self.emit(Event::Session {
+        let into = folder.as_ref().map_or(String::new(), |f| format!(" → {f}"));
+        let event = Event::Session {
             source,
             name: name.to_owned(),
             folder,
@@ -144,7 +178,8 @@ impl Session {
             gravity_mps2: self.options.gravity.value_mps2,
             gravity_source: self.options.gravity.source,
             capture_s: self.options.capture_s,
-        });
+        };
+        self.emit(event, format!("{name}{into}"));
         self.take()
     }
 
@@ -192,9 +227,8 @@ impl Session {
 
     /// No rows arrive.
     pub fn lost(&mut self, why: Loss) -> Vec<Message> {
-        if self.state != State::Lost && self.state != State::Done {
-            self.before_loss = Some(self.state);
-            self.state = State::Lost;
+        if self.stop.is_none() {
+            self.stop = Some(Stop::Lost);
             self.interrupt();
             let (what, remedy) = match why {
                 Loss::Unplugged => ("Unplugged.", "Plug it back in."),
@@ -203,47 +237,39 @@ impl Session {
                     "Check the cable, or press its reset.",
                 ),
             };
-            let safe = self.safe();
-            self.emit(Event::Lost {
-                why,
-                message: format!("{what} {safe} {remedy}"),
-                poses: self.poses.len() as u32,
-            });
+            let text = words::sentences([what, &words::safe(self.poses.len()), remedy]);
+            let poses = self.poses.len() as u32;
+            self.emit(Event::Lost { why, poses }, text);
         }
         self.take()
     }
 
     /// Rows arrive again; or those that were there before a session was resumed have been read.
     pub fn resumed(&mut self) -> Vec<Message> {
-        let restored = std::mem::take(&mut self.restoring);
-        if let Some(before) = self.before_loss.take() {
-            self.state = match before {
-                State::Settle | State::Capture => State::Wait,
-                other => other,
-            };
-        } else if !restored {
+        let was_restored = self.restored.take().is_some();
+        let was_lost = self.stop == Some(Stop::Lost);
+        if !was_restored && !was_lost {
             return Vec::new();
         }
+        self.stop = self.stop.filter(|_| !was_lost);
         self.interrupt();
         self.progress_s = self.now_s;
-        let message = format!("Here again. {}", self.safe());
-        self.emit(Event::Resumed {
-            message: message.trim_end().to_owned(),
-            poses: self.poses.len() as u32,
-        });
+        let text = words::sentences(["here again", &words::safe(self.poses.len())]);
+        let poses = self.poses.len() as u32;
+        self.emit(Event::Resumed { poses }, text);
         self.ask();
         self.settle()
     }
 
     /// Something for the record that only the program knows: what was saved, the end.
-    pub fn note(&mut self, event: Event) -> Vec<Message> {
-        self.emit(event);
+    pub fn note(&mut self, event: Event, text: impl Into<String>) -> Vec<Message> {
+        self.emit(event, text);
         self.take()
     }
 
     /// Does what the user wants. [`Command::Hand`] is for a simulated sensor, not for the session.
     pub fn command(&mut self, command: &Command) -> Vec<Message> {
-        if self.state == State::Done {
+        if self.is_done() {
             return Vec::new();
         }
         match command {
@@ -256,9 +282,10 @@ impl Session {
                 latitude,
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
-            Command::Port { .. } => {
-                self.refuse("the port was chosen: another one needs a new session")
+            Command::Port { .. } | Command::Simulate => {
+                self.refuse("the sensor was chosen: another one needs a new session");
             }
+            Command::Cancel => self.stop = Some(Stop::Done),
             Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }
@@ -285,40 +312,54 @@ impl Session {
     /// True once the user has finished.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.state == State::Done
+        self.stop == Some(Stop::Done)
+    }
+
+    /// The state for people.
+    fn state(&self) -> State {
+        let hold = self.hold.as_ref().map(|hold| hold.stage);
+        match (self.stop, &self.phase, hold) {
+            (Some(Stop::Done), ..) => State::Done,
+            (Some(Stop::Lost), ..) => State::Lost,
+            (_, Phase::Identify, _) => State::Identify,
+            (_, Phase::Floor(_), _) => State::Floor,
+            (_, _, Some(HoldStage::Settling)) => State::Settle,
+            (_, _, Some(HoldStage::Capturing)) => State::Capture,
+            _ => State::Wait,
+        }
+    }
+
+    fn detector(&mut self) -> Option<&mut StillnessDetector> {
+        match &mut self.phase {
+            Phase::Identify => None,
+            Phase::Floor(detector) | Phase::Poses(detector, _) => Some(detector),
+        }
+    }
+
+    /// The units, once the noise at rest is known.
+    fn units(&self) -> Option<Units> {
+        match &self.phase {
+            Phase::Poses(_, units) => Some(*units),
+            _ => None,
+        }
     }
 
     // Events.
 
-    fn emit(&mut self, event: Event) {
-        self.events.push(Message {
-            v: EVENTS_VERSION,
-            t_s: (self.now_s * 1e3).round() / 1e3,
-            event,
-        });
+    fn emit(&mut self, event: Event, text: impl Into<String>) {
+        self.events.push(Message::new(self.now_s, event, text));
     }
 
     fn take(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.events)
     }
 
-    fn warn(&mut self, kind: WarningKind, message: impl Into<String>) {
-        self.emit(Event::Warning {
-            kind,
-            message: message.into(),
-        });
+    fn warn(&mut self, kind: WarningKind, message: &str) {
+        self.emit(Event::Warning { kind }, words::sentences([message]));
     }
 
     fn refuse(&mut self, why: &str) {
         self.warn(WarningKind::Refused, why);
-    }
-
-    fn safe(&self) -> String {
-        match self.poses.len() {
-            0 => String::new(),
-            1 => "1 pose is safe.".to_owned(),
-            n => format!("{n} poses are safe."),
-        }
     }
 
     // What several parts ask for.
@@ -339,13 +380,13 @@ impl Session {
 
     /// A value of the accelerometer in mg; NaN before the unit is known.
     fn mg(&self, units: f64) -> f64 {
-        self.units.map_or(f64::NAN, |u| mg(units / u.nominal))
+        self.units().map_or(f64::NAN, |u| mg(units / u.nominal))
     }
 
     /// The face that a direction has up, if one is.
     fn face_up(&self, up: [f64; 3]) -> Option<Face> {
         let (face, tilt_deg) = Face::nearest(up);
-        (tilt_deg <= self.options.most_tilt_deg).then_some(face)
+        (tilt_deg <= self.options.max_tilt_deg).then_some(face)
     }
 
     /// Specific force of the last rows, unit of the recording.
@@ -367,16 +408,17 @@ impl Session {
         let force = match full {
             Some(file) => {
                 let section = &file.accelerometer;
-                let offset = self.units.map_or(0.0, |u| u.zero_offset);
+                let offset = self.units().map_or(0.0, |u| u.zero_offset);
                 let raw: [f64; 3] = std::array::from_fn(|i| reading[i] + offset - section.bias[i]);
                 mul_vec(&section.matrix, &raw)
             }
             None => reading,
         };
         let size = norm(&force);
-        match size > 0.0 {
-            true => force.map(|v| v / size),
-            false => [0.0, 0.0, 1.0],
+        if size > 0.0 {
+            force.map(|v| v / size)
+        } else {
+            [0.0, 0.0, 1.0]
         }
     }
 
@@ -386,6 +428,6 @@ impl Session {
     }
 
     fn capture_rows(&self) -> usize {
-        ((self.options.capture_s * self.rate_hz).round() as usize).max(self.options.least_rows)
+        ((self.options.capture_s * self.rate_hz).round() as usize).max(self.options.min_rows)
     }
 }

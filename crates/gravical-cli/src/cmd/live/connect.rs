@@ -1,16 +1,18 @@
-//! The way to a board when it is not clear which port it is, or the port cannot be opened: the
-//! user chooses, on the page or in the terminal.
+//! The way to the first row: which port is the board, and whether rows arrive from it. Where that is
+//! not clear the user chooses, on the page or in the terminal.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
-use gravical::Error;
-use gravical::live::event::{Command, EndReason, PortInfo, WarningKind};
-use gravical::live::{EVENTS_VERSION, Event, Message};
+use gravical::escape::path_word;
+use gravical::live::event::{Command, EndReason, PortInfo, SourceKind, WarningKind};
+use gravical::live::{Event, Message, sentences};
+use gravical::{Error, Result};
 
 use super::driver::{Entry, Renderer};
+use super::source::{Incoming, Source};
 use crate::device::ports::{Port, list, the_board};
 use crate::device::trouble::holders;
 
@@ -19,17 +21,71 @@ const LOOK: Duration = Duration::from_millis(300);
 /// What the user wants is asked for so many times between two looks.
 const ASKED: u32 = 6;
 
-/// True where another port, or the same a moment later, may be the remedy.
+/// Where the rows come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Origin {
+    /// A recording.
+    Replay(PathBuf),
+    /// A simulated sensor of this seed; without one it is drawn.
+    Simulated(Option<u64>),
+    /// The port of this name; without one the only board that is plugged in.
+    Port(Option<String>),
+}
+
+impl Origin {
+    /// The name of a port.
+    pub fn port(&self) -> Option<&str> {
+        match self {
+            Origin::Port(name) => name.as_deref(),
+            Origin::Replay(_) | Origin::Simulated(_) => None,
+        }
+    }
+}
+
+/// A source that is open.
+pub struct Opened {
+    pub kind: SourceKind,
+    pub name: String,
+    pub source: Box<dyn Source>,
+    /// Bytes of the recording before it was opened.
+    pub recorded: u64,
+    /// The first rows, if they were waited for.
+    pub first: Vec<u8>,
+}
+
+/// What becomes of a source that is open, or of a question.
+pub enum Answer {
+    /// Rows arrive.
+    Rows(Opened),
+    /// The user chose.
+    Chosen(Origin),
+    /// The user ended it.
+    Interrupted,
+}
+
+/// Why no row arrives, where another port, or the same a moment later, may be the remedy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Trouble {
+    /// Which port is the board is not clear, or it cannot be opened.
+    Port,
+    /// The port is open, and no row arrives.
+    Sketch,
+}
+
+impl Trouble {
+    fn of(error: &Error) -> Option<Self> {
+        match error.code() {
+            "no-port" | "several-ports" | "no-such-port" | "port-busy" | "port-failed"
+            | "port-permission" => Some(Trouble::Port),
+            "board-silent" | "no-samples-from-board" | "settings-refused" => Some(Trouble::Sketch),
+            _ => None,
+        }
+    }
+}
+
+/// True where the user can choose another port.
 pub fn can_choose(error: &Error) -> bool {
-    let codes = [
-        "no-port",
-        "several-ports",
-        "no-such-port",
-        "port-busy",
-        "port-failed",
-        "port-permission",
-    ];
-    codes.contains(&error.code())
+    Trouble::of(error).is_some()
 }
 
 /// What it needs to ask.
@@ -37,48 +93,101 @@ pub struct Asking<'a> {
     pub renderers: &'a mut Vec<Box<dyn Renderer>>,
     pub entries: &'a Receiver<Entry>,
     pub interrupted: &'a AtomicBool,
+    /// A simulated sensor can take the place of the board.
+    pub can_simulate: bool,
 }
 
 impl Asking<'_> {
-    /// The port that the user chooses after `error`; none after Ctrl-C. `tried`: the one that
-    /// could not be opened. What is waited for and plugged in is taken without a question.
-    pub fn port(&mut self, error: &Error, tried: Option<&str>) -> Option<String> {
+    /// Waits for the first rows of a port. The user may choose another one meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// Those of the source.
+    pub fn first_rows(&mut self, mut opened: Opened) -> Result<Answer> {
+        if opened.kind != SourceKind::Port {
+            return Ok(Answer::Rows(opened));
+        }
+        let text = format!("{} is open: waiting for its first rows.", opened.name);
+        let name = opened.name.clone();
+        self.show(Event::Connecting { name }, text)?;
+        let answer = loop {
+            match opened.source.next() {
+                Ok(Incoming::Bytes(bytes)) => {
+                    opened.first = bytes;
+                    return Ok(Answer::Rows(opened));
+                }
+                Ok(Incoming::Lost(_)) => {
+                    let text = format!("{}: unplugged before the first row", opened.name);
+                    break Err(Error::device("no-such-port", text));
+                }
+                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
+                Ok(Incoming::Nothing | Incoming::End) => {}
+                Err(error) => break Err(error),
+            }
+            let known = || ports(list().unwrap_or_default());
+            if let Some(answer) = self.answer(known, Some(&opened.name))? {
+                break Ok(answer);
+            }
+        };
+        opened.source.discard();
+        answer
+    }
+
+    /// What the user chooses after `error`. `tried`: the port that was opened, or could not be. What is
+    /// waited for and plugged in is taken without a question.
+    ///
+    /// # Errors
+    ///
+    /// Where the question cannot be shown.
+    pub fn choose(&mut self, error: &Error, tried: Option<&str>) -> Result<Answer> {
         let mut shown = None;
-        while !self.interrupted.load(Ordering::SeqCst) {
-            let ports = list().unwrap_or_default();
-            if let Some(name) = arrived(error, tried, &ports) {
-                return Some(name);
+        loop {
+            let found = list().unwrap_or_default();
+            if let Some(name) = arrived(error, tried, &found) {
+                return Ok(Answer::Chosen(Origin::Port(Some(name))));
             }
-            let infos: Vec<PortInfo> = ports.into_iter().map(described).collect();
+            let infos = ports(found);
             if shown.as_ref() != Some(&infos) {
-                self.show(Event::Ports {
-                    ports: infos.clone(),
-                    tried: tried.map(str::to_owned),
-                    message: error.message().to_owned(),
-                    remedy: Some(remedy(error)),
-                });
-                shown = Some(infos);
+                let (event, text) = self.question(error, tried, infos.clone());
+                self.show(event, text)?;
             }
-            let known = shown.as_deref().unwrap_or_default();
+            let known = shown.insert(infos);
             for _ in 0..ASKED {
-                if let Some(name) = self.chosen(known, tried) {
-                    return Some(name);
+                if let Some(answer) = self.answer(|| known.clone(), tried)? {
+                    return Ok(answer);
                 }
                 std::thread::sleep(LOOK / ASKED);
             }
         }
-        self.show(Event::End {
-            reason: EndReason::Interrupted,
-            poses: 0,
-            resume: None,
-            message: "interrupted before a port was open".to_owned(),
-        });
-        None
     }
 
-    /// What the user chose since the last call. Only ports of this computer can be chosen, or
-    /// the one that was given when the program was started.
-    fn chosen(&mut self, ports: &[PortInfo], tried: Option<&str>) -> Option<String> {
+    fn question(
+        &self,
+        error: &Error,
+        tried: Option<&str>,
+        ports: Vec<PortInfo>,
+    ) -> (Event, String) {
+        let (message, remedy) = words(error, tried.unwrap_or("the port"));
+        let flash = match Trouble::of(error) {
+            Some(Trouble::Sketch) => flash(tried.unwrap_or("PORT")),
+            _ => Vec::new(),
+        };
+        let event = Event::Ports {
+            ports,
+            tried: tried.map(str::to_owned),
+            flash,
+            simulate: self.can_simulate,
+        };
+        (event, sentences([&*message, &*remedy]))
+    }
+
+    /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
+    /// that was `tried`.
+    fn answer(
+        &mut self,
+        ports: impl Fn() -> Vec<PortInfo>,
+        tried: Option<&str>,
+    ) -> Result<Option<Answer>> {
         while let Ok(entry) = self.entries.try_recv() {
             let command = match entry {
                 Entry::Typed(Ok(command)) => command,
@@ -90,29 +199,43 @@ impl Asking<'_> {
                 Entry::Clicked(command) => command,
             };
             let message = match command {
+                Command::Simulate if self.can_simulate => {
+                    return Ok(Some(Answer::Chosen(Origin::Simulated(None))));
+                }
                 Command::Port { name }
-                    if tried == Some(name.as_str()) || ports.iter().any(|p| p.name == name) =>
+                    if tried == Some(name.as_str()) || ports().iter().any(|p| p.name == name) =>
                 {
-                    return Some(name);
+                    return Ok(Some(Answer::Chosen(Origin::Port(Some(name)))));
                 }
                 Command::Port { name } => format!("{name} is no port of this computer"),
-                _ => "no port is open yet: choose one first".to_owned(),
+                Command::Cancel => {
+                    self.interrupted.store(true, Ordering::SeqCst);
+                    break;
+                }
+                Command::Simulate => "this session is of another sensor".to_owned(),
+                _ => "no row has arrived yet: the session has not begun".to_owned(),
             };
-            self.show(Event::Warning {
-                kind: WarningKind::Refused,
-                message,
-            });
+            self.warn(WarningKind::Refused, &message)?;
         }
-        None
+        let is_interrupted = self.interrupted.load(Ordering::SeqCst);
+        if is_interrupted {
+            let event = Event::End {
+                reason: EndReason::Interrupted,
+                poses: 0,
+                resume: None,
+            };
+            self.show(event, "Ended before the first row.")?;
+        }
+        Ok(is_interrupted.then_some(Answer::Interrupted))
     }
 
-    fn show(&mut self, event: Event) {
-        let message = Message {
-            v: EVENTS_VERSION,
-            t_s: 0.0,
-            event,
-        };
-        self.renderers.iter_mut().for_each(|r| r.show(&message));
+    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
+        self.show(Event::Warning { kind }, sentences([message]))
+    }
+
+    fn show(&mut self, event: Event, text: impl Into<String>) -> Result<()> {
+        let message = Message::new(0.0, event, text);
+        self.renderers.iter_mut().try_for_each(|r| r.show(&message))
     }
 }
 
@@ -128,19 +251,61 @@ fn arrived(error: &Error, tried: Option<&str>, ports: &[Port]) -> Option<String>
     }
 }
 
-/// The remedy where the port is chosen while the program runs.
-fn remedy(error: &Error) -> String {
-    match error.code() {
-        "no-port" => {
-            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen"
-                .to_owned()
-        }
-        "no-such-port" => {
-            "plug it in: it is opened when it is there; or choose another one".to_owned()
-        }
-        "several-ports" => "choose the one of your board".to_owned(),
-        _ => error.hint().unwrap_or("choose another one").to_owned(),
-    }
+/// What is wrong, and the remedy where the port is chosen while the program runs.
+fn words(error: &Error, port: &str) -> (String, String) {
+    const SKETCH: &str = "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor";
+    let message = error.message();
+    // The last line that arrived, in quotes.
+    let line = message.split_once("; the last: ").map(|(_, line)| line);
+    let is_text =
+        |line: &&str| !line.contains(char::REPLACEMENT_CHARACTER) && !line.contains("\\u{");
+    let (message, remedy) = match (error.code(), line.filter(is_text)) {
+        ("no-port", _) => (
+            message.to_owned(),
+            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen",
+        ),
+        ("no-such-port", _) => (
+            message.to_owned(),
+            "plug it in: it is opened when it is there; or choose another one",
+        ),
+        ("several-ports", _) => (message.to_owned(), "choose the one of your board"),
+        ("board-silent", _) => (
+            format!("{port} is open, but nothing arrives: does the board have a sketch?"),
+            SKETCH,
+        ),
+        ("no-samples-from-board", Some(line)) => (
+            format!("{port} sends text that is no row of a sensor: {line}"),
+            SKETCH,
+        ),
+        ("no-samples-from-board", None) => (
+            format!(
+                "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
+            ),
+            "begin again with its rate, as --baud 9600; flash a sketch, ours or any that prints numbers; or choose another port",
+        ),
+        _ => (
+            message.to_owned(),
+            error.hint().unwrap_or("choose another one"),
+        ),
+    };
+    (message, remedy.to_owned())
+}
+
+/// The commands that flash our sketch, from the folder of gravical.
+fn flash(port: &str) -> Vec<String> {
+    let sketch = "firmware/mpu6050_logger";
+    vec![
+        "arduino-cli core install arduino:avr".to_owned(),
+        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
+        format!(
+            "arduino-cli upload --fqbn arduino:avr:uno -p {} {sketch}",
+            path_word(Path::new(port))
+        ),
+    ]
+}
+
+fn ports(found: Vec<Port>) -> Vec<PortInfo> {
+    found.into_iter().map(described).collect()
 }
 
 fn described(port: Port) -> PortInfo {
@@ -197,8 +362,9 @@ mod tests {
     struct Seen(std::sync::mpsc::Sender<Event>);
 
     impl Renderer for Seen {
-        fn show(&mut self, message: &Message) {
+        fn show(&mut self, message: &Message) -> Result<()> {
             let _ = self.0.send(message.event.clone());
+            Ok(())
         }
     }
 
@@ -211,6 +377,7 @@ mod tests {
             renderers: &mut renderers,
             entries: &entries,
             interrupted: &AtomicBool::new(false),
+            can_simulate: true,
         };
         let known = [described(board("/dev/none1"))];
         assert_eq!(known[0].usb.as_deref(), Some("2341:0043"));
@@ -219,22 +386,28 @@ mod tests {
             sender
                 .send(Entry::Typed(Ok(Command::Port { name })))
                 .unwrap();
-            asking.chosen(&known, tried)
+            asking.answer(|| known.to_vec(), tried).unwrap()
         };
-        assert_eq!(ask("/dev/none1", None).as_deref(), Some("/dev/none1"));
-        assert_eq!(
-            ask("/dev/none7", Some("/dev/none7")).as_deref(),
-            Some("/dev/none7")
-        );
+        for (name, tried) in [("/dev/none1", None), ("/dev/none7", Some("/dev/none7"))] {
+            let Some(Answer::Chosen(origin)) = ask(name, tried) else {
+                panic!("{name} was refused")
+            };
+            assert_eq!(origin.port(), Some(name));
+        }
         for name in ["/etc/passwd", "", "/dev/none", "/dev/none1\n"] {
-            assert_eq!(ask(name, None), None, "{name:?}");
+            assert!(ask(name, None).is_none(), "{name:?}");
             let Ok(Event::Warning { kind, .. }) = seen.try_recv() else {
                 panic!("{name:?} was not refused")
             };
             assert_eq!(kind, WarningKind::Refused);
         }
         sender.send(Entry::Typed(Ok(Command::Undo))).unwrap();
-        assert_eq!(asking.chosen(&known, None), None);
+        assert!(asking.answer(Vec::new, None).unwrap().is_none());
         assert!(matches!(seen.try_recv(), Ok(Event::Warning { .. })));
+        sender.send(Entry::Typed(Ok(Command::Simulate))).unwrap();
+        let answer = asking.answer(Vec::new, None).unwrap();
+        let Some(Answer::Chosen(Origin::Simulated(None))) = answer else {
+            panic!("a simulated sensor was refused")
+        };
     }
 }

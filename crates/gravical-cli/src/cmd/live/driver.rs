@@ -11,11 +11,11 @@ use std::time::{Duration, Instant};
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
-use gravical::live::Session;
 use gravical::live::event::{
     Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
 };
 use gravical::live::folder::calibrate_session;
+use gravical::live::{Session, sentences};
 use gravical::numfmt::count;
 use gravical::poses::Segmentation;
 use gravical::recording::{ReadOptions, Recording, read};
@@ -42,7 +42,11 @@ const AT_ONCE: usize = 1 << 16;
 /// Shows events.
 pub trait Renderer {
     /// Shows one. A reader who does not read does not stop the session.
-    fn show(&mut self, message: &Message);
+    ///
+    /// # Errors
+    ///
+    /// Where every event has to be written, and cannot be.
+    fn show(&mut self, message: &Message) -> Result<()>;
     /// Shows an answer to what was typed.
     fn answer(&mut self, _text: &str) {}
     /// Takes the calibration report, which comes before the event that it was saved.
@@ -85,6 +89,10 @@ pub fn typed(sender: SyncSender<Entry>) {
 pub struct Driver<'a> {
     pub session: Session,
     pub source: &'a mut dyn Source,
+    /// Its first rows, if they were waited for.
+    pub first: Vec<u8>,
+    /// Bytes of the recording before it was opened.
+    pub recorded: u64,
     pub renderers: &'a mut Vec<Box<dyn Renderer>>,
     pub journal: Option<JournalFile>,
     pub folder: Option<PathBuf>,
@@ -144,11 +152,21 @@ impl Driver<'_> {
         }
         let started = Instant::now();
         let mut first_bytes: Option<Instant> = None;
+        let mut first = Some(std::mem::take(&mut self.first)).filter(|rows| !rows.is_empty());
         let reason = loop {
             if self.interrupted.load(Ordering::SeqCst) {
-                break EndReason::Interrupted;
+                // It may be cancelled.
+                break if self.session.is_done() {
+                    EndReason::Cancelled
+                } else {
+                    EndReason::Interrupted
+                };
             }
-            let messages = match self.source.next() {
+            let incoming = match first.take() {
+                Some(rows) => Ok(Incoming::Bytes(rows)),
+                None => self.source.next(),
+            };
+            let messages = match incoming {
                 Ok(Incoming::Bytes(bytes)) => {
                     first_bytes.get_or_insert_with(Instant::now);
                     let mut messages = self.session.resumed();
@@ -171,10 +189,7 @@ impl Driver<'_> {
                 }
                 Ok(Incoming::Nothing) => Vec::new(),
                 Ok(Incoming::Lost(why)) => self.session.lost(why),
-                Ok(Incoming::Warning(message)) => self.session.note(Event::Warning {
-                    kind: WarningKind::Rows,
-                    message,
-                }),
+                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message),
                 Ok(Incoming::End) => {
                     let messages = self.session.settle_format().unwrap_or_default();
                     self.show(messages, &mut hand, false)?;
@@ -189,7 +204,7 @@ impl Driver<'_> {
             let messages = self.session.settle();
             self.show(messages, &mut hand, false)?;
             self.commands(&mut hand)?;
-            if self.session.is_done() {
+            if self.session.is_done() && !self.interrupted.load(Ordering::SeqCst) {
                 break EndReason::Finished;
             }
             if kind == SourceKind::Simulate && hand.is_at_rest() {
@@ -206,10 +221,18 @@ impl Driver<'_> {
             }
         };
         let rest = self.source.close();
-        if reason == EndReason::Interrupted {
+        if matches!(reason, EndReason::Interrupted | EndReason::Cancelled) {
             self.session.bytes(&rest)?;
             self.source.make_safe()?;
-            self.end(reason, "interrupted; everything is safe", &mut hand)?;
+            let folder = self.folder.as_ref();
+            let safe = folder.map_or(String::new(), |f| {
+                format!("; what was recorded is in {}", f.display())
+            });
+            let what = match reason {
+                EndReason::Cancelled => "cancelled without a calibration",
+                _ => "interrupted",
+            };
+            self.end(reason, &format!("{what}{safe}"), &mut hand)?;
             return Ok(ExitCode::from(failure::INTERRUPTED));
         }
         if reason == EndReason::SourceEnded {
@@ -235,9 +258,10 @@ impl Driver<'_> {
     fn finish(&mut self, hand: &mut Hand) -> Result<EndReason> {
         let messages = self.session.command(&Command::Finish);
         self.show(messages, hand, false)?;
-        Ok(match self.session.is_done() {
-            true => EndReason::Finished,
-            false => EndReason::SourceEnded,
+        Ok(if self.session.is_done() {
+            EndReason::Finished
+        } else {
+            EndReason::SourceEnded
         })
     }
 
@@ -246,7 +270,8 @@ impl Driver<'_> {
         if let Some(folder) = &self.folder {
             let path = folder.join(gravical::live::folder::RECORDING);
             let io = |e| Error::io(&path, e);
-            let mut file = std::fs::File::open(&path).map_err(io)?;
+            let file = std::fs::File::open(&path).map_err(io)?;
+            let mut file = file.take(self.recorded);
             let mut bytes = vec![0; AT_ONCE];
             loop {
                 let n = file.read(&mut bytes).map_err(io)?;
@@ -283,7 +308,9 @@ impl Driver<'_> {
                     journal.write(&message)?;
                 }
             }
-            self.renderers.iter_mut().for_each(|r| r.show(&message));
+            self.renderers
+                .iter_mut()
+                .try_for_each(|r| r.show(&message))?;
         }
         Ok(())
     }
@@ -315,16 +342,17 @@ impl Driver<'_> {
     }
 
     fn command(&mut self, command: &Command, hand: &mut Hand) -> Result<()> {
+        if *command == Command::Cancel {
+            // The program ends as after Ctrl-C.
+            self.interrupted.store(true, Ordering::SeqCst);
+        }
         let messages = match self.source.hand(command, hand.asked) {
             Ok(true) => {
                 hand.busy_until_s = hand.now_s + HAND_S;
                 return Ok(());
             }
             Ok(false) => self.session.command(command),
-            Err(error) => self.session.note(Event::Warning {
-                kind: WarningKind::Refused,
-                message: error.to_string(),
-            }),
+            Err(error) => self.warn(WarningKind::Refused, &error.to_string()),
         };
         self.show(messages, hand, false)
     }
@@ -333,9 +361,9 @@ impl Driver<'_> {
     fn save(mut self, kind: SourceKind, hand: &mut Hand) -> anyhow::Result<ExitCode> {
         self.source.make_safe()?;
         let (file, session) = self.calibration()?;
-        let unsaved = match &self.output {
-            Some(_) => "",
-            None => "; not saved: add -o cal.json",
+        let done = match &self.output {
+            Some(_) => "Done and saved",
+            None => "Done, and not saved (-o cal.json does)",
         };
         if let Some(output) = self.output.take() {
             save(&output, false, &file)?;
@@ -347,16 +375,18 @@ impl Driver<'_> {
                 report: report.map(|path| path.display().to_string()),
                 next: self.next_steps(file.verdict.grade, &word, kind),
             };
-            let messages = self.session.note(saved);
+            let text = format!("Saved to {}, read back and compared.", output.display());
+            let messages = self.session.note(saved, text);
             self.show(messages, hand, false)?;
         }
         if let Some(truth) = self.source.truth() {
-            let messages = self.session.note(truth_event(&truth, &file));
+            let (event, text) = truth_event(&truth, &file);
+            let messages = self.session.note(event, text);
             self.show(messages, hand, false)?;
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
-        let message = format!("{poses}, verdict {}{unsaved}", grade.name());
+        let message = format!("{done}: {poses}, verdict {}", grade.name());
         self.end(EndReason::Finished, &message, hand)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),
@@ -423,10 +453,8 @@ impl Driver<'_> {
         match write_report(&path, false, &document) {
             Ok(()) => Ok(Some(path)),
             Err(error) => {
-                let messages = self.session.note(Event::Warning {
-                    kind: WarningKind::Other,
-                    message: format!("the report was not written: {error}"),
-                });
+                let why = format!("the report was not written: {error}");
+                let messages = self.warn(WarningKind::Other, &why);
                 self.show(messages, hand, false)?;
                 Ok(None)
             }
@@ -440,12 +468,17 @@ impl Driver<'_> {
             .filter(|_| reason != EndReason::Finished);
         let resume = folder.map(|f: &Path| format!("gravical live --resume {}", path_word(f)));
         let poses = self.session.poses().count() as u32;
-        let messages = self.session.note(Event::End {
+        let event = Event::End {
             reason,
             poses,
             resume,
-            message: message.to_owned(),
-        });
+        };
+        let messages = self.session.note(event, sentences([message]));
         self.show(messages, hand, false)
+    }
+
+    fn warn(&mut self, kind: WarningKind, message: &str) -> Vec<Message> {
+        self.session
+            .note(Event::Warning { kind }, sentences([message]))
     }
 }

@@ -51,9 +51,10 @@ impl JournalFile {
         let mut line = serde_json::to_vec(message).map_err(|e| io(e.into()))?;
         line.push(b'\n');
         self.file.write_all(&line).map_err(io)?;
-        match is_vital(message) {
-            true => self.file.sync_data().map_err(io),
-            false => Ok(()),
+        if is_vital(message) {
+            self.file.sync_data().map_err(io)
+        } else {
+            Ok(())
         }
     }
 }

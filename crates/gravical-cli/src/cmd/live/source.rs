@@ -33,7 +33,7 @@ const DECIMALS: usize = 4;
 /// It is asked after this time, s.
 const STEP_S: f64 = 0.02;
 /// Longest time that a simulated sensor goes on in one step, s, before its speed.
-const LONGEST_STEP_S: f64 = 2.0 * STEP_S;
+const MAX_STEP_S: f64 = 2.0 * STEP_S;
 /// Pause in its clock when a session is resumed, s.
 const RESUMED_AFTER_S: f64 = 5.0;
 
@@ -79,6 +79,8 @@ pub trait Source {
     fn close(&mut self) -> Vec<u8> {
         Vec::new()
     }
+    /// Nothing has arrived: no file remains.
+    fn discard(self: Box<Self>) {}
     /// The true parameters of a simulated sensor.
     fn truth(&self) -> Option<Truth> {
         None
@@ -169,9 +171,10 @@ impl Simulated {
         };
         // A row that was not written completely is removed.
         let file = LogFile::open(path, existing)?;
-        let offset_s = match resumes {
-            true => last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S,
-            false => 0.0,
+        let offset_s = if resumes {
+            last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S
+        } else {
+            0.0
         };
         Ok(Simulated {
             sensor: InteractiveSensor::new(&Self::options(seed))?,
@@ -189,12 +192,13 @@ impl Simulated {
     /// hand could do nothing during the rows that would have been due.
     fn pass(&mut self) {
         let now = Instant::now();
-        let passed_s = (now - self.last).as_secs_f64().min(LONGEST_STEP_S);
+        let passed_s = (now - self.last).as_secs_f64().min(MAX_STEP_S);
         self.last = now;
-        self.due_s = match self.speed > 0.0 {
-            true => self.due_s + passed_s * self.speed,
+        self.due_s = if self.speed > 0.0 {
+            self.due_s + passed_s * self.speed
+        } else {
             // As fast as possible: rows of 0.1 s at a time.
-            false => self.rows as f64 / RATE_HZ + 0.1,
+            self.rows as f64 / RATE_HZ + 0.1
         };
     }
 }
@@ -268,6 +272,7 @@ impl Source for Simulated {
 /// A board at a port, recorded as `gravical log` does.
 pub struct PortSource {
     recording: log::Session,
+    folder: PathBuf,
     /// What the last step brought, in order.
     brought: VecDeque<Incoming>,
 }
@@ -300,6 +305,7 @@ impl PortSource {
         }
         Ok(opened?.map(|recording| PortSource {
             recording,
+            folder: folder.to_owned(),
             brought: VecDeque::new(),
         }))
     }
@@ -343,6 +349,13 @@ impl Source for PortSource {
         // The session has ended, and says what it has.
         let _ = self.recording.close(false);
         self.recording.take_written()
+    }
+
+    fn discard(mut self: Box<Self>) {
+        let _ = self.recording.close(true);
+        self.recording.file.discard_empty();
+        // Only an empty one is removed.
+        let _ = std::fs::remove_dir(&self.folder);
     }
 }
 

@@ -11,8 +11,8 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 /// Directions over which the error of ‖a‖ is averaged.
 const DIRECTIONS: usize = 400;
 
-/// The event, for a recording in m/s².
-pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> Event {
+/// The event and its sentence, for a recording in m/s².
+pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> (Event, String) {
     let sensor = &truth.accelerometer;
     let found = &file.accelerometer;
     let warm_c = file.temperature_c.map_or(0.0, |t| t.mean - 25.0);
@@ -49,9 +49,15 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> Event {
             },
         ]
     });
-    Event::Truth {
-        norm_error_mg: error(&found.matrix, &found.bias),
-        before_mg: error(&matrix3::identity(), &[0.0; 3]),
+    let norm_error_mg = error(&found.matrix, &found.bias);
+    let before_mg = error(&matrix3::identity(), &[0.0; 3]);
+    let text = format!(
+        "The truth: error of ‖a‖ {norm_error_mg:.2} mg rms with this calibration, {before_mg:.1} mg without."
+    );
+    let event = Event::Truth {
+        norm_error_mg,
+        before_mg,
         rows: rows.collect(),
-    }
+    };
+    (event, text)
 }

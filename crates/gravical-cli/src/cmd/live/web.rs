@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use axum::{Extension, Router};
 use gravical::live::event::{Command, EndReason};
-use gravical::live::{EVENTS_VERSION, Event, Message};
+use gravical::live::{Event, Message, sentences};
 use gravical::{Error, Result};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -118,17 +118,13 @@ impl Page {
     /// Says on the page why there will be no more events, and waits until it is there.
     pub fn fail(&self, why: &str) {
         if !self.hub.has_ended() {
-            let message = Message {
-                v: EVENTS_VERSION,
-                t_s: 0.0,
-                event: Event::End {
-                    reason: EndReason::Failed,
-                    poses: 0,
-                    resume: None,
-                    message: why.to_owned(),
-                },
+            let event = Event::End {
+                reason: EndReason::Failed,
+                poses: 0,
+                resume: None,
             };
-            Events(Arc::clone(&self.hub)).show(&message);
+            let message = Message::new(0.0, event, sentences([why]));
+            let _ = Events(Arc::clone(&self.hub)).show(&message);
         }
         self.last_word();
     }
@@ -214,15 +210,14 @@ async fn answer(listener: TcpListener, app: Router) {
 struct Events(Arc<Hub>);
 
 impl Renderer for Events {
-    fn show(&mut self, message: &Message) {
-        let Ok(text) = serde_json::to_string(message) else {
-            return;
-        };
+    fn show(&mut self, message: &Message) -> Result<()> {
+        let text = serde_json::to_string(message).map_err(|e| system(e.into()))?;
         match message.event {
             Event::Session { .. } => self.0.begin(text),
             Event::End { .. } => self.0.end(text),
             _ => self.0.say(text, message.event.is_status()),
         }
+        Ok(())
     }
 
     fn report(&mut self, html: &str) {

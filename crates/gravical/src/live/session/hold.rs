@@ -11,14 +11,14 @@ use crate::live::stillness::Stillness;
 use crate::poses::face::{Face, angle_deg};
 use gravical_recording::Sample;
 
-use super::{Hold, Session};
+use super::{Hold, HoldStage, Phase, Session};
 
 /// Time between two status events, s.
 const STATUS_S: f64 = 0.1;
 /// A step of the clock longer than this is a gap, s.
 const GAP_S: f64 = 0.5;
 /// A capture that is interrupted earlier was none, share of its length.
-const LEAST_PROGRESS: f64 = 0.15;
+const MIN_PROGRESS: f64 = 0.15;
 
 impl Session {
     pub(super) fn sample(&mut self, sample: Sample) -> Result<()> {
@@ -28,21 +28,23 @@ impl Session {
             self.interrupt();
         }
         self.rows.push(sample);
-        let gyro_nominal = self.units.and_then(|u| u.gyro_nominal);
+        let gyro_nominal = self.units().and_then(|u| u.gyro_nominal);
         let rate =
             gyro_nominal.map(|nominal| sub(&sample.gyro, &self.gyro_bias).map(|v| v / nominal));
         self.attitude.update(sample.time_s, sample.accel, rate);
-        if self.detector.is_none() {
+        if matches!(self.phase, Phase::Identify) {
             self.identify(&sample)?;
         } else {
             self.detect(&sample);
         }
         let ends = |p: &&Pose| p.lines[1] == sample.line;
-        if let Some(pose) = self.restored.front().filter(ends).cloned() {
-            self.restored.pop_front();
+        if let Some(restored) = &mut self.restored
+            && restored.front().is_some_and(|p| ends(&p))
+            && let Some(pose) = restored.pop_front()
+        {
             self.accept(pose);
         }
-        if sample.time_s - self.status_s >= STATUS_S - 1e-6 && !self.restoring {
+        if sample.time_s - self.status_s >= STATUS_S - 1e-6 && self.restored.is_none() {
             self.status_s = sample.time_s;
             self.status();
         }
@@ -51,11 +53,12 @@ impl Session {
 
     /// No hold spans what comes.
     pub(super) fn interrupt(&mut self) {
-        if let Some(detector) = &mut self.detector {
+        if let Some(detector) = self.detector() {
             detector.split();
         }
         self.last = None;
-        if let Some(hold) = self.hold.take().filter(|h| h.capturing && !h.over) {
+        let hold = self.hold.take();
+        if let Some(hold) = hold.filter(|h| h.stage == HoldStage::Capturing) {
             let fault = Fault::new(
                 Rejection::Gaps,
                 "rows are missing in the middle of the capture".to_owned(),
@@ -66,7 +69,7 @@ impl Session {
     }
 
     pub(super) fn detect(&mut self, sample: &Sample) {
-        let Some(detector) = &mut self.detector else {
+        let Some(detector) = self.detector() else {
             return;
         };
         let Some(state) = detector.push(*sample) else {
@@ -76,14 +79,14 @@ impl Session {
         if state.run.is_some() && state.scatter[1].is_finite() {
             self.gyro_bias = mean(&self.rows.within(&state.block), |s| s.gyro);
         }
-        if !self.restoring {
+        if self.restored.is_none() {
             self.block(&state);
         }
     }
 
     /// Judges what the last block says.
     pub(super) fn block(&mut self, state: &Stillness) {
-        if matches!(self.state, State::Lost | State::Done | State::Identify) {
+        if self.stop.is_some() {
             return;
         }
         let Some(run) = state.run.clone() else {
@@ -91,7 +94,7 @@ impl Session {
             return;
         };
         self.follow(run.clone(), state);
-        if self.state == State::Floor && !self.floor(&run, state) {
+        if self.state() == State::Floor && !self.floor(&run, state) {
             return;
         }
         self.go_away();
@@ -101,27 +104,25 @@ impl Session {
     /// It moves: a capture that has begun is interrupted.
     fn moved(&mut self, state: &Stillness) {
         let hold = self.hold.take();
-        if hold.as_ref().is_some_and(|h| h.over) {
+        if hold.as_ref().is_some_and(Hold::is_over) {
             // The user begins to turn it.
             self.progress_s = self.now_s;
         }
-        if let Some(hold) = hold.filter(|h| h.capturing && !h.over) {
+        if let Some(hold) = hold.filter(|h| h.stage == HoldStage::Capturing) {
             let progress_s = (hold.rows.len() as f64 / self.rate_hz) - self.options.settle_s;
-            if progress_s > LEAST_PROGRESS * self.options.capture_s {
-                let message = match state.scatter[0] > state.max_scatter[0] {
-                    true => format!(
+            if progress_s > MIN_PROGRESS * self.options.capture_s {
+                let message = if state.scatter[0] > state.max_scatter[0] {
+                    format!(
                         "it moved after {progress_s:.1} s: {:.0} mg, limit {:.0} mg",
                         self.mg(state.scatter[0]),
                         self.mg(state.max_scatter[0])
-                    ),
-                    false => format!("it turned after {progress_s:.1} s"),
+                    )
+                } else {
+                    format!("it turned after {progress_s:.1} s")
                 };
                 let fault = Fault::new(Rejection::Moved, message, LET_GO);
                 self.reject(fault, &hold.rows);
             }
-        }
-        if self.state != State::Floor {
-            self.state = State::Wait;
         }
         self.go_away();
     }
@@ -132,7 +133,7 @@ impl Session {
         match &mut self.hold {
             Some(hold) if run.start < hold.rows.end => {
                 let from = hold.rows.start + settle;
-                if hold.capturing && !hold.over && run.start > from {
+                if hold.stage == HoldStage::Capturing && run.start > from {
                     // It drifts: what was captured does not agree with what is read now.
                     self.moved(state);
                     self.follow(run, state);
@@ -140,12 +141,7 @@ impl Session {
                 }
                 hold.rows.end = run.end;
             }
-            _ => {
-                self.hold = Some(Hold {
-                    rows: run,
-                    ..Hold::default()
-                });
-            }
+            _ => self.hold = Some(Hold::new(run, false)),
         }
     }
 
@@ -161,16 +157,14 @@ impl Session {
     pub(super) fn hold_on(&mut self) {
         let settle = self.settle_rows();
         let capture = self.capture_rows();
-        let Some(hold) = self.hold.clone().filter(|hold| !hold.over) else {
-            self.state = State::Wait;
+        let Some(hold) = self.hold.clone().filter(|hold| !hold.is_over()) else {
             return;
         };
         let from = hold.rows.start + settle;
         if hold.rows.end <= from {
-            self.state = State::Settle;
             return;
         }
-        if !hold.capturing {
+        if hold.stage == HoldStage::Settling {
             let samples = self.rows.within(&hold.rows);
             let accel = Means::of(&samples).accel;
             let up = self.direction_of(accel);
@@ -179,17 +173,18 @@ impl Session {
             // finds what is wrong.
             let gravity = self.options.gravity.value_mps2;
             let is_gravity = self
-                .units
+                .units()
                 .is_some_and(|u| u.fault(accel, gravity).is_none());
             let fault = self.unwelcome(welcome, up);
             let fault = fault.filter(|_| is_gravity && !hold.forced);
             if let Some(hold) = &mut self.hold {
-                hold.capturing = fault.is_none();
-                hold.over = fault.is_some();
+                hold.stage = match fault {
+                    Some(_) => HoldStage::Refused,
+                    None => HoldStage::Capturing,
+                };
             }
             match fault {
                 Some(fault) => {
-                    self.state = State::Wait;
                     // A bump on the pose that was just accepted is not worth a word.
                     if welcome != Welcome::Duplicate || self.away {
                         self.reject(fault, &hold.rows);
@@ -197,15 +192,15 @@ impl Session {
                     return;
                 }
                 None => {
-                    self.emit(Event::PoseCandidate {
+                    let event = Event::PoseCandidate {
                         face: self.face_up(up).map(Face::name),
                         up,
                         tilt_deg: Face::nearest(up).1,
-                    });
+                    };
+                    self.emit(event, "The capture begins.");
                 }
             }
         }
-        self.state = State::Capture;
         if hold.rows.end - from >= capture {
             self.judge(&(from..from + capture), hold.forced);
         }

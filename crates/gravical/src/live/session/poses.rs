@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 
-use crate::live::event::{Event, Pose, Rejection, State, Undone, WarningKind, Welcome};
+use crate::live::event::{Event, Pose, Rejection, Undone, WarningKind, Welcome};
 use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::words;
 use crate::poses::face::{Face, angle_deg};
 
-use super::{Hold, Session};
+use super::{Hold, HoldStage, Session};
 
 /// A change of temperature that is mentioned, °C.
 const WARMED_C: f64 = 1.0;
@@ -28,10 +28,12 @@ impl Session {
         }
         let near = |p: &Pose| angle_deg(p.up, up) < self.options.apart_deg;
         // A steep face that is done leaves room for a free pose beside it only if it is far.
-        match self.poses().any(near) {
-            true => Welcome::Duplicate,
-            false if face.is_some() || self.to_do().is_empty() => kind,
-            false => Welcome::Between,
+        if self.poses().any(near) {
+            Welcome::Duplicate
+        } else if face.is_some() || self.to_do().is_empty() {
+            kind
+        } else {
+            Welcome::Between
         }
     }
 
@@ -45,26 +47,28 @@ impl Session {
                 Rejection::Sign,
                 format!(
                     "{} is up, and {} is to be recorded again",
-                    words::attitude(face),
+                    face.name(),
                     wanted.name()
                 ),
-                format!("turn it over: {}", words::attitude(*wanted)),
+                format!("turn it over: {} up", wanted.name()),
             ));
         }
         match welcome {
             Welcome::Face | Welcome::Free => None,
             Welcome::Duplicate => Some(Fault::new(
                 Rejection::Duplicate,
-                match tilt_deg <= self.options.most_tilt_deg {
-                    true => format!("{} is recorded already", face.name()),
-                    false => format!(
+                if tilt_deg <= self.options.max_tilt_deg {
+                    format!("{} is recorded already", face.name())
+                } else {
+                    format!(
                         "a pose within {:.0}° is recorded already",
                         self.options.apart_deg
-                    ),
+                    )
                 },
-                match to_do.is_empty() {
-                    true => "turn it to another direction, or redo that face".to_owned(),
-                    false => format!("turn it to {}, or redo that face", words::any_of(&to_do)),
+                if to_do.is_empty() {
+                    "turn it to another direction, or redo that face".to_owned()
+                } else {
+                    format!("turn it to {}, or redo that face", words::any_of(&to_do))
                 },
             )),
             Welcome::Between => Some(Fault::new(
@@ -83,7 +87,7 @@ impl Session {
 
     /// Accepts or rejects a capture.
     pub(super) fn judge(&mut self, rows: &Range<usize>, forced: bool) {
-        let Some(units) = self.units else { return };
+        let Some(units) = self.units() else { return };
         let samples = self.rows.within(rows);
         let means = Means::of(&samples);
         let capture = Capture {
@@ -96,18 +100,13 @@ impl Session {
         };
         let fault = capture.fault(&means).filter(|f| !(f.soft && forced));
         if let Some(hold) = &mut self.hold {
-            hold.over = true;
+            hold.stage = HoldStage::Judged;
         }
-        self.state = State::Wait;
         self.progress_s = self.now_s;
         if let Some(fault) = fault {
             if matches!(fault.reason, Rejection::Moved | Rejection::Gaps) {
                 // The next try begins where this one ended.
-                self.hold = Some(Hold {
-                    rows: rows.end..rows.end,
-                    forced,
-                    ..Hold::default()
-                });
+                self.hold = Some(Hold::new(rows.end..rows.end, forced));
             }
             self.reject(fault, rows);
             return;
@@ -131,12 +130,6 @@ impl Session {
             lines: [first.line, last.line],
             faces_done: 0,
             free_done: 0,
-            note: face
-                .filter(|_| tilt_deg > self.options.fine_tilt_deg)
-                .map(|face| {
-                    let name = face.name();
-                    format!("{tilt_deg:.0}° from {name}: a pose nearer to the face determines the axes better")
-                }),
         };
         self.accept(pose);
     }
@@ -154,14 +147,15 @@ impl Session {
         self.away = false;
         let first = self.poses().find_map(|p| p.temperature_c);
         let warmed = first.zip(pose.temperature_c);
-        self.emit(Event::PoseAccepted(pose));
+        let text = words::accepted(&pose, self.options.fine_tilt_deg);
+        self.emit(Event::PoseAccepted(pose), text);
         if let Some((first, now)) = warmed
             && (now - first).abs() > WARMED_C
             && !std::mem::replace(&mut self.warned_of_temperature, true)
         {
             self.warn(
                 WarningKind::Temperature,
-                format!(
+                &format!(
                     "the sensor is {:.1} °C {} than in the first pose: let it run for some minutes before the session",
                     (now - first).abs(),
                     warmer_or_colder(now - first)
@@ -176,28 +170,28 @@ impl Session {
         let samples = self.rows.within(rows);
         let up = self.direction_of(Means::of(&samples).accel);
         let (face, tilt_deg) = Face::nearest(up);
-        self.emit(Event::PoseRejected {
+        let event = Event::PoseRejected {
             reason: fault.reason,
-            message: fault.message,
-            remedy: fault.remedy,
             face: Some(face.name()),
             up,
             tilt_deg,
-        });
+        };
+        self.emit(event, words::sentences([&*fault.message, &*fault.remedy]));
     }
 
     pub(super) fn capture_now(&mut self) {
         let most_rows = self.settle_rows() + self.capture_rows();
+        let has_units = self.units().is_some();
         match &mut self.hold {
-            Some(hold) if self.units.is_some() => {
-                if hold.over && hold.capturing {
+            Some(hold) if has_units => {
+                if hold.stage == HoldStage::Judged {
                     // From now on: what was judged stays judged.
                     hold.rows.start = hold.rows.end;
                 }
                 // What it has rested already counts.
                 let earliest = hold.rows.end.saturating_sub(most_rows);
                 hold.rows.start = hold.rows.start.max(earliest);
-                (hold.over, hold.capturing, hold.forced) = (false, false, true);
+                (hold.stage, hold.forced) = (HoldStage::Settling, true);
             }
             _ => self.refuse("it moves: hold it still first"),
         }
@@ -232,11 +226,12 @@ impl Session {
     }
 
     fn undone(&mut self, pose: &Pose, why: Undone) {
-        self.emit(Event::PoseUndone {
+        let event = Event::PoseUndone {
             pose: pose.pose,
             face: pose.face.clone(),
             why,
-        });
+        };
+        self.emit(event, words::undone(pose, why));
     }
 
     fn poses_changed(&mut self) {
@@ -247,7 +242,7 @@ impl Session {
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
             hold.rows.start = hold.rows.end;
-            (hold.over, hold.capturing) = (false, false);
+            hold.stage = HoldStage::Settling;
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
-use crate::live::event::{Event, Fit, Pose, State, Wanted, WarningKind};
+use crate::live::event::{Event, Fit, Pose, Wanted, WarningKind};
 use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
 use crate::live::judge::Accepted;
 use crate::live::{mg, words};
@@ -11,12 +11,12 @@ use crate::poses::face::in_words;
 use crate::poses::sections::Section;
 use crate::{Error, Result};
 
-use super::Session;
+use super::{Session, Stop};
 
 impl Session {
     /// Calibrates if the poses or gravity have changed.
     pub(super) fn fit_if_due(&mut self) {
-        if self.fit_due && !self.restoring {
+        if self.fit_due && self.restored.is_none() {
             self.fit();
         }
     }
@@ -28,11 +28,13 @@ impl Session {
             match self.calibrated() {
                 Ok(file) => {
                     let poses: Vec<Pose> = self.poses().cloned().collect();
-                    self.emit(Event::Fit(Box::new(Fit::of(&file, &poses))));
+                    let fit = Fit::of(&file, &poses);
+                    let text = words::fit(&fit);
+                    self.emit(Event::Fit(Box::new(fit)), text);
                     self.file = Some(file);
                 }
                 Err(error) if self.poses.len() >= FULL_FIT => {
-                    self.warn(WarningKind::Other, error.to_string());
+                    self.warn(WarningKind::Other, &error.to_string());
                 }
                 Err(_) => {}
             }
@@ -40,8 +42,8 @@ impl Session {
         let full = self.file.as_ref().filter(|_| self.poses.len() >= FULL_FIT);
         let grade = full.map(|file| file.verdict.grade);
         if let Some(file) = full.filter(|_| grade != self.grade) {
-            let event = verdict(file, false);
-            self.emit(event);
+            let (event, text) = verdict(file, false);
+            self.emit(event, text);
         }
         self.grade = grade;
         self.ask();
@@ -79,13 +81,20 @@ impl Session {
             }
             Wanted::Free
         };
-        self.emit(Event::NextPose {
+        let text = match (kind, &self.next_hint) {
+            (Wanted::Face, _) => format!("Next: {} up.", words::any_of(&to_do)),
+            (Wanted::Free, Some(hint)) => format!("Next, a free pose: {hint}."),
+            (Wanted::Free, None) => "Next, a free pose: any new direction.".to_owned(),
+            (Wanted::None, _) => "Good: it can be saved; more poses make it better.".to_owned(),
+        };
+        let event = Event::NextPose {
             kind,
             faces: to_do.iter().map(|f| f.name()).collect(),
             up,
             hint: self.next_hint.clone(),
             predicted_mg,
-        });
+        };
+        self.emit(event, text);
     }
 
     pub(super) fn set_gravity(
@@ -104,10 +113,12 @@ impl Session {
             Ok(gravity) => {
                 self.options.gravity = gravity;
                 self.fit_due = true;
-                self.emit(Event::Gravity {
+                let event = Event::Gravity {
                     gravity_mps2: gravity.value_mps2,
                     gravity_source: gravity.source,
-                });
+                };
+                let text = format!("Local gravity is {:.5} m/s².", gravity.value_mps2);
+                self.emit(event, text);
             }
             Err(error) => self.refuse(error.message()),
         }
@@ -124,17 +135,17 @@ impl Session {
             ));
             return;
         };
-        let event = verdict(file, true);
-        self.state = State::Done;
-        self.emit(event);
+        let (event, text) = verdict(file, true);
+        self.stop = Some(Stop::Done);
+        self.emit(event, text);
     }
 }
 
-fn verdict(file: &CalibrationFile, r#final: bool) -> Event {
-    Event::Verdict {
+fn verdict(file: &CalibrationFile, r#final: bool) -> (Event, String) {
+    let event = Event::Verdict {
         grade: file.verdict.grade,
         r#final,
-        sentence: words::verdict(file),
         reasons: file.verdict.reasons.clone(),
-    }
+    };
+    (event, words::verdict(file))
 }

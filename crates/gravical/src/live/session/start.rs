@@ -6,14 +6,16 @@ use gravical_core::matrix3::norm;
 
 use crate::Result;
 use crate::calibration_file::GravitySource;
-use crate::live::event::{Event, Rejection, State, WarningKind};
+use crate::live::event::{Event, Rejection, WarningKind};
 use crate::live::judge::{Fault, Means, Units, scatter};
 use crate::live::stillness::{MAX_NOISE_AT_REST, Stillness, StillnessDetector};
+use crate::live::words;
+use crate::numfmt::count;
 use crate::recording::Recording;
 use crate::recording::units::{AccelUnit, GyroScale};
 use gravical_recording::Sample;
 
-use super::Session;
+use super::{Hold, HoldStage, Phase, Session};
 
 /// A hold is looked back upon for this time before its capture, s.
 const RUN_S: f64 = 40.0;
@@ -34,22 +36,29 @@ impl Session {
         // A second is too short to say anything of the samples.
         let findings = recording.findings.into_iter();
         let notes = findings.filter(|f| !f.kind.is_of_samples());
-        self.emit(Event::Identified {
+        let notes: Vec<String> = notes.map(|f| f.message).collect();
+        let unit = recording.accel_scale.unit;
+        let rate = timing
+            .rate_hz()
+            .map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
+        let columns = count(recording.column_names.len(), "column");
+        let first = format!("{rate}, {columns}, {unit}");
+        let text = words::sentences(std::iter::once(&*first).chain(notes.iter().map(|n| &**n)));
+        let event = Event::Identified {
             rate_hz: timing.rate_hz(),
             jitter_ms: timing.jitter_s.map(|s| 1e3 * s),
             columns: recording.column_names,
-            unit: recording.accel_scale.unit,
+            unit,
             counts_per_g: recording.accel_scale.lsb_per_g,
             gyro_unit: recording.gyro_scale.map(|g| g.unit),
             has_temperature: sample.temperature_c.is_finite(),
-            notes: notes.map(|f| f.message).collect(),
-        });
-        self.detector = Some(StillnessDetector::new(
+        };
+        self.emit(event, text);
+        self.phase = Phase::Floor(StillnessDetector::new(
             self.rate_hz,
             recording.resolution,
             RUN_S + self.options.settle_s + self.options.capture_s,
         ));
-        self.state = State::Floor;
         self.progress_s = self.now_s;
         let earlier: Vec<Sample> = self.rows.recent().copied().collect();
         earlier.iter().for_each(|s| self.detect(s));
@@ -65,7 +74,7 @@ impl Session {
         let samples = self.rows.within(run);
         let means = Means::of(&samples);
         let norm = norm(&means.accel);
-        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.over) {
+        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(Hold::is_over) {
             return false;
         }
         let Some(Ok(recording)) = self.rows.recording() else {
@@ -77,7 +86,7 @@ impl Session {
         let counts = scale.unit == AccelUnit::Counts && scale.lsb_per_g.is_none();
         let Some(nominal) = scale.nominal().or(counts.then_some(norm / gravity)) else {
             if let Some(hold) = &mut self.hold {
-                hold.over = true;
+                hold.stage = HoldStage::Refused;
                 let fault = Fault::new(
                     Rejection::Units,
                     format!("‖a‖ at rest is {norm:.4}: gravity in no unit"),
@@ -88,29 +97,38 @@ impl Session {
             return false;
         };
         let gyro_nominal = recording.gyro_scale.as_ref().and_then(GyroScale::nominal);
-        self.units = Some(Units {
+        let units = Units {
             zero_offset: recording.zero_offset,
             nominal,
             scale,
             gyro_nominal,
-        });
+        };
+        self.phase = match std::mem::replace(&mut self.phase, Phase::Identify) {
+            Phase::Floor(detector) => Phase::Poses(detector, units),
+            other => other,
+        };
         let accel = scatter(&samples, |s| s.accel);
         let gyro = scatter(&samples, |s| s.gyro).map(f64::to_degrees);
-        self.emit(Event::Floor {
-            noise_mg: accel.map(|v| self.mg(v)),
+        let [x, y, z] = accel.map(|v| self.mg(v));
+        let limit_mg = self.mg(state.max_scatter[0]);
+        let text = format!(
+            "Noise at rest {x:.1}, {y:.1}, {z:.1} mg; above {limit_mg:.0} mg it counts as moving."
+        );
+        let event = Event::Floor {
+            noise_mg: [x, y, z],
             gyro_noise_deg_s: gyro_nominal
                 .filter(|_| gyro.iter().all(|v| v.is_finite()))
                 .map(|nominal| gyro.map(|v| v / nominal)),
             step_mg: [0, 1, 2].map(|i| self.mg(recording.resolution[i])),
-            limit_mg: self.mg(state.max_scatter[0]),
-        });
+            limit_mg,
+        };
+        self.emit(event, text);
         if self.options.gravity.source == GravitySource::Standard {
             self.warn(
                 WarningKind::Gravity,
                 "local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value",
             );
         }
-        self.state = State::Wait;
         self.progress_s = self.now_s;
         self.ask();
         true

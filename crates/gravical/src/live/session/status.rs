@@ -8,7 +8,7 @@ use crate::calibration_file::Grade;
 use crate::live::words;
 use crate::poses::face::Face;
 
-use super::Session;
+use super::{Hold, Session};
 use crate::live::event::{Event, State, Status, Tile, Welcome};
 
 impl Session {
@@ -21,7 +21,7 @@ impl Session {
         let is_face = self.face_up(up).is_some();
         let tile = |f: Face| {
             let here = is_face && f == face;
-            let tile = match self.state {
+            let tile = match self.state() {
                 State::Capture if here => Tile::Capturing,
                 _ if self.has(f) => Tile::Done,
                 State::Settle if here => Tile::HoldStill,
@@ -31,16 +31,15 @@ impl Session {
             (f.name(), tile)
         };
         let tiles: BTreeMap<String, Tile> = Face::all().into_iter().map(tile).collect();
-        let known = self.units.is_some();
+        let known = self.units().is_some();
         let gravity = self.options.gravity.value_mps2;
-        let nominal = self.units.map_or(f64::NAN, |u| u.nominal * gravity);
+        let nominal = self.units().map_or(f64::NAN, |u| u.nominal * gravity);
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
         let last = self.last.as_ref();
         let temperature = self.rows.recent().next_back().map(|s| s.temperature_c);
         let status = Status {
-            state: self.state,
-            sentence: self.sentence(face, is_face, welcome),
-            hint: self.hint(up, welcome),
+            state: self.state(),
+            hint: self.hint(up, welcome).map(|h| words::sentences([&*h])),
             up,
             attitude: self.attitude.q,
             norm_g: finite(norm(&self.reading()) / nominal),
@@ -56,21 +55,22 @@ impl Session {
             tiles,
             free_done: self.free_done(),
         };
-        self.emit(Event::Status(Box::new(status)));
+        let text = self.sentence(face, is_face, welcome);
+        self.emit(Event::Status(Box::new(status)), text);
     }
 
     /// Rows of the hold so far.
     fn held(&self) -> usize {
         self.hold
             .as_ref()
-            .filter(|h| !h.over)
+            .filter(|h| !h.is_over())
             .map_or(0, |h| h.rows.len())
     }
 
     fn ring(&self) -> f64 {
         let settle = self.settle_rows() as f64;
         let held = self.held() as f64;
-        let share = match self.state {
+        let share = match self.state() {
             State::Floor => held / ((self.options.settle_s + self.options.floor_s) * self.rate_hz),
             State::Settle => held / settle,
             State::Capture => (held - settle) / self.capture_rows() as f64,
@@ -80,11 +80,12 @@ impl Session {
     }
 
     fn sentence(&self, face: Face, is_face: bool, welcome: Welcome) -> String {
-        let called = match is_face {
-            true => words::attitude(face),
-            false => "free pose".to_owned(),
+        let called = if is_face {
+            format!("{} up", words::signed(&face.name()))
+        } else {
+            "Free pose".to_owned()
         };
-        match self.state {
+        match self.state() {
             State::Identify => "Reading the first second.".to_owned(),
             State::Floor => format!(
                 "Put the sensor on the table, hands off: {:.1} s.",
@@ -95,7 +96,7 @@ impl Session {
                 "{called}: hold still, {:.1} s to go.",
                 (1.0 - self.ring()) * self.options.capture_s
             ),
-            State::Lost => format!("No data. {}", self.safe()),
+            State::Lost => words::sentences(["no data", &words::safe(self.poses.len())]),
             State::Done => "Done.".to_owned(),
             State::Wait => {
                 let to_do = self.to_do();
@@ -122,23 +123,23 @@ impl Session {
 
     /// Which test fails, after some time without progress.
     fn hint(&self, up: [f64; 3], welcome: Welcome) -> Option<String> {
-        let waits = matches!(self.state, State::Wait | State::Floor);
+        let waits = matches!(self.state(), State::Wait | State::Floor);
         if !waits || self.now_s - self.progress_s < self.options.hint_after_s {
             return None;
         }
         let last = self.last.as_ref()?;
         if last.run.is_some() {
-            let over = self.hold.as_ref().is_some_and(|h| h.over);
+            let over = self.hold.as_ref().is_some_and(Hold::is_over);
             return match welcome {
                 Welcome::Duplicate if over => Some(match self.face_up(up) {
-                    Some(face) => format!("it rests on {}, which is done", words::attitude(face)),
+                    Some(face) => format!("{} is up, which is done", face.name()),
                     None => "this pose is done".to_owned(),
                 }),
                 Welcome::Between if over => Some("it lies between two faces".to_owned()),
                 _ => None,
             };
         }
-        let unit = |v: f64| match self.units {
+        let unit = |v: f64| match self.units() {
             Some(_) => format!("{:.0} mg", self.mg(v)),
             None => format!("{v:.3}"),
         };
@@ -149,7 +150,7 @@ impl Session {
                 unit(last.max_scatter[0])
             )
         } else if last.scatter[1] > last.max_scatter[1] {
-            let nominal = self.units.and_then(|u| u.gyro_nominal);
+            let nominal = self.units().and_then(|u| u.gyro_nominal);
             let deg_s = |v: f64| match nominal {
                 Some(nominal) => format!("{:.1} °/s", (v / nominal).to_degrees()),
                 None => format!("{v:.3}"),

@@ -225,7 +225,10 @@ class ErrorChart {
     pen.fillStyle = ink.muted;
     pen.textAlign = "center";
     const every = Math.ceil((most - least) / 8);
-    for (let n = least; n <= most; n += every) pen.fillText(n === least ? `${n} poses` : String(n), x(n) + (n === least ? 10 : 0), height - 8);
+    for (let n = least; n <= most; n += every) pen.fillText(String(n), x(n), height - 8);
+    pen.textAlign = "right";
+    pen.fillText("poses", left - 5, height - 8);
+    pen.textAlign = "center";
     if (!last) {
       pen.fillStyle = ink.muted;
       pen.fillText("from the fourth pose on", (left + right) / 2, y(60));

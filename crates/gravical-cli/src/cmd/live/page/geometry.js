@@ -94,6 +94,13 @@ const lying = up => {
   return normalised(product(turn([0, 0, 1], heading), align));
 };
 
+// The angle about the vertical that brings the attitude q closest to another one; none where they are
+// nearly upside down to each other and any would do.
+const headingTo = (target, q) => {
+  const p = product(target, [q[0], -q[1], -q[2], -q[3]]);
+  return Math.hypot(p[0], p[3]) > 0.3 ? 2 * Math.atan2(p[3], p[0]) : null;
+};
+
 const FACES = ["+x", "-x", "+y", "-y", "+z", "-z"];
 const directionOf = face => {
   const axis = "xyz".indexOf(face[1]), d = [0, 0, 0];

@@ -61,12 +61,15 @@ const strip = new Strip($("#strip canvas"));
 const chart = new ErrorChart($("#error canvas"));
 const hands = new Hands($("#board"), send, () => attitude);
 let attitude = lying([0, 0, 1]);
-let dial_seen = "";
+let dial_seen = "", heading = 0;
 
 function drawDial(now) {
   const s = state.status;
   const preview = hands.on ? hands.drawn(s?.up) : null;
-  const goal = preview ?? (s?.attitude ? normalised(s.attitude) : s?.up && unit(s.up) ? product(shortest(rotated(attitude, unit(s.up)), [0, 0, 1]), attitude) : attitude);
+  // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
+  const read = normalised(s?.attitude ?? [1, 0, 0, 0]), { up } = wanted();
+  heading = (up && headingTo(lying(up), read)) ?? heading;
+  const goal = preview ?? (s?.attitude ? product(turn([0, 0, 1], heading), read) : attitude);
   // Ten readings a second become a steady movement.
   attitude = between(attitude, goal, calm.matches || hands.held ? 1 : 0.2);
   const [kind, text, share, colour] = ring(state, ink, performance.now() < flash_until);
@@ -143,9 +146,9 @@ function update() {
   const [main, below] = sentence(state, answers, full);
   write($("#sentence"), main);
   write($("#hint"), below);
-  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === cased(signed(s.hint)));
+  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === s.hint);
   announce(`${main} ${below}`);
-  document.title = `${main.length > 60 ? cased(now) : main} · gravical live`;
+  document.title = `${main.length > 60 ? now : main} · gravical live`;
 
   write($("#device"), state.session?.name ?? "");
   write($("#facts"), facts(state));
@@ -159,8 +162,9 @@ function update() {
     if (old_notice) {
       $("#notice").className = old_notice.kind;
       $("#notice use").setAttribute("href", `#${old_notice.kind}`);
-      write($("#notice strong"), old_notice.title);
-      write($("#notice span"), old_notice.text);
+      const [title, rest] = parts(old_notice.text);
+      write($("#notice strong"), title);
+      write($("#notice span"), rest);
     }
   }
 
@@ -202,7 +206,7 @@ function update() {
   if (grade) {
     $("#grade").className = verdict.grade;
     $("#grade use").setAttribute("href", `#${grade[1]}`);
-    write($("#grade span"), asSentence(verdict.sentence));
+    write($("#grade span"), verdict.text);
   }
   hands.next = wanted().up;
   $("#as-drawn").disabled = !hands.next;
@@ -225,8 +229,8 @@ function showPorts(asked) {
   show($("#ports"), asked);
   if (!asked || ports_seen === state.ports) return;
   ports_seen = state.ports;
-  const { ports, tried } = state.ports;
-  const had = document.activeElement?.closest?.("#ports button")?.dataset.name;
+  const { ports, tried, flash, simulate } = state.ports;
+  const had = document.activeElement?.closest?.("#ports li button")?.dataset.name;
   $("#ports ol").replaceChildren(...(ports ?? []).map((port, i) => {
     const [what, where] = portWords(port);
     const button = make("button", { type: "button" }, icon("plug"),
@@ -237,15 +241,20 @@ function showPorts(asked) {
     return make("li", {}, button);
   }));
   // What is plugged in meanwhile takes the focus from nothing.
-  [...$("#ports").querySelectorAll("button")].find(b => had && b.dataset.name === had)?.focus();
+  [...$("#ports ol").querySelectorAll("button")].find(b => had && b.dataset.name === had)?.focus();
   show($("#again"), Boolean(tried));
   write($("#again span"), `Try ${tried} again`);
+  show($("#flash"), Boolean(flash?.length));
+  $("#flash div").replaceChildren(...(flash ?? []).map(command));
+  show($("#simulate"), Boolean(simulate));
 }
 $("#again").addEventListener("click", () => choosePort(state.ports.tried));
+$("#simulate button").addEventListener("click", () => send({ command: "simulate" }));
 
 function keyOfPorts(key) {
-  const button = key === "Enter" ? $("#again") : $("#ports ol").children[Number(key) - 1]?.firstChild;
-  if (button && !button.hidden) button.click();
+  const button = key === "Enter" ? $("#again") : key === "s" || key === "S" ? $("#simulate button")
+    : $("#ports ol").children[Number(key) - 1]?.firstChild;
+  if (button?.checkVisibility()) button.click();
   return Boolean(button);
 }
 
@@ -258,6 +267,7 @@ function buttons(now) {
   button("redo").setAttribute("aria-pressed", String(choosing !== null));
   write(button("redo").querySelector("span"), choosing === null ? "Redo" : "Which face?");
   button("finish").disabled = n < 4 || busy;
+  button("cancel").disabled = now === "connect" || now === "done";
   button("finish").classList.toggle("primary", state.verdict?.grade === "good");
 }
 
@@ -267,7 +277,7 @@ function listHistory() {
   if (key === log_seen) return;
   log_seen = key;
   list.replaceChildren(...log.slice(-60).reverse().map(l => make("li", { className: l.kind },
-    make("time", {}, clock(l.t_s)), icon(l.kind), make("span", {}, [l.title, l.text].filter(Boolean).join(" ")))));
+    make("time", {}, clock(l.t_s)), icon(l.kind), make("span", {}, l.text))));
   write($("#count"), `${log.length}`);
 }
 
@@ -305,7 +315,7 @@ async function send(command) {
 
 // What went wrong with a command; an event that follows takes its place.
 function complain(text) {
-  state.notice = { t_s: 0, kind: "warning", title: "", text: asSentence(text), number: ++refusal };
+  state.notice = { t_s: 0, kind: "warning", text, number: ++refusal };
   write($("#alert"), text);
   update();
 }
@@ -327,10 +337,27 @@ const finish = () => {
     : state.poses.size <= 6 ? "Six faces alone verify nothing. One more pose in any other direction does."
       : "More poses would make the calibration better.";
   const text = grade ? `The verdict will be “${grade}”. ${why}` : why;
-  write($("#sure p"), text);
-  $("#sure").showModal();
+  ask("finish", text);
 };
-$("#sure").addEventListener("close", () => { if ($("#sure").returnValue === "yes") send({ command: "finish" }); });
+
+const cancel = () => {
+  const { session, poses } = state, n = poses.size === 1 ? "1 pose" : `${poses.size} poses`;
+  ask("cancel", session.folder ? `Nothing is calibrated. ${n} and all samples stay in ${session.folder}, and the session can go on later.`
+    : "Nothing is calibrated.");
+};
+
+// Asks once whether a command is meant.
+let asked_for = "";
+function ask(name, text) {
+  const title = name === "finish" ? "Finish" : "Cancel";
+  asked_for = name;
+  write($("#sure h2"), `${title} now?`);
+  write($("#sure p"), text);
+  write($("#sure [value=yes] span"), title);
+  $("#sure").returnValue = "";
+  $("#sure").showModal();
+}
+$("#sure").addEventListener("close", () => { if ($("#sure").returnValue === "yes") send({ command: asked_for }); });
 
 const COMMANDS = {
   capture: () => send({ command: "capture" }),
@@ -340,6 +367,7 @@ const COMMANDS = {
     update();
   },
   finish,
+  cancel,
 };
 const run = name => { if (!$(`[data-command=${name}]`).disabled && !$("#actions").hidden) COMMANDS[name](); };
 for (const name of Object.keys(COMMANDS)) $(`[data-command=${name}]`).addEventListener("click", () => run(name));
@@ -367,12 +395,12 @@ document.addEventListener("keydown", e => {
     if (key.length === 1 || key === "Escape") e.preventDefault();
     return chooseByKey(key);
   }
-  const name = { " ": "capture", u: "undo", U: "undo", r: "redo", R: "redo", Enter: "finish" }[key];
+  const name = { " ": "capture", u: "undo", U: "undo", r: "redo", R: "redo", c: "cancel", C: "cancel", Enter: "finish" }[key];
   if (name) {
     e.preventDefault();
     if (!e.repeat) run(name);
   } else if (key === "m" || key === "M") sound.toggle();
-  else if (hands.on && !at(".choice, #log") && hands.key(key)) e.preventDefault();
+  else if (hands.on && hands.key(key)) e.preventDefault();
 });
 // A click leaves no focus behind, so that Space goes on meaning "capture".
 document.addEventListener("click", e => {
@@ -436,7 +464,7 @@ function take(event) {
       if (event.type === "pose_accepted") flash_until = performance.now() + 1100;
       if (SOUNDS[event.type]) sound.play(SOUNDS[event.type]);
     }
-    if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), `${event.message}. ${event.remedy ?? ""}`);
+    if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
   }
   const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]);
   if (event.type !== "status") {

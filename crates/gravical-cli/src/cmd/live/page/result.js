@@ -92,36 +92,34 @@ function reportOf(address) {
 // Everything about the end, built anew when one of its events comes.
 function fillResult(place, state, reportAddress, goOn) {
   const { verdict, fit, saved, end } = state;
-  const parts = [];
+  const blocks = [];
   // A session that was stopped has no result yet, whatever the last fit said.
   if (verdict && (saved || verdict.final)) {
-    const [word, sign] = GRADES[verdict.grade] ?? ["", "question"];
-    const title = word && word[0].toUpperCase() + word.slice(1);
-    const rest = verdict.sentence.startsWith(`${title}: `) ? verdict.sentence.slice(title.length + 2) : verdict.sentence;
-    parts.push(make("div", { className: `grade ${verdict.grade}` }, icon(sign),
-      make("p", {}, make("b", {}, title), make("span", {}, asSentence(rest)))));
-    parts.push(numbers(fit));
+    const [, title, rest] = /^(.*?)(?:: (.*))?$/s.exec(verdict.text);
+    blocks.push(make("div", { className: `grade ${verdict.grade}` }, icon(GRADES[verdict.grade]?.[1] ?? "question"),
+      make("p", {}, make("b", {}, title), make("span", {}, rest ?? ""))));
+    blocks.push(numbers(fit));
   }
   if (saved) {
-    parts.push(make("p", { className: "saved" }, icon("done"), make("span", {}, "Saved as ", make("code", {}, saved.file),
+    blocks.push(make("p", { className: "saved" }, icon("done"), make("span", {}, "Saved as ", make("code", {}, saved.file),
       ", read back and compared.", saved.folder ? " The raw samples are in " : null, saved.folder ? make("code", {}, saved.folder) : null)));
   }
   if (saved?.folder && goOn) {
     const button = make("button", { type: "button", className: verdict?.grade === "good" ? "" : "primary" }, "Go on with more poses");
     button.addEventListener("click", goOn);
-    parts.push(make("div", { className: "row" }, button));
+    blocks.push(make("div", { className: "row" }, button));
   }
   if (saved?.next?.length) {
-    parts.push(make("section", {}, make("h2", {}, "What to do next"), ...saved.next.map(command)));
+    blocks.push(make("section", {}, make("h2", {}, "What to do next"), ...saved.next.map(command)));
   }
   if (end?.resume) {
-    parts.push(make("section", {}, make("h2", {}, "Go on later"), make("p", {}, "Nothing is lost; this goes on where you stopped:"), command(end.resume)));
+    blocks.push(make("section", {}, make("h2", {}, "Go on later"), make("p", {}, "Nothing is lost; this goes on where you stopped:"), command(end.resume)));
   }
-  if (state.truth) parts.push(truth(state.truth));
-  if (saved) parts.push(reportOf(reportAddress));
+  if (state.truth) blocks.push(truth(state.truth));
+  if (saved) blocks.push(reportOf(reportAddress));
   if (saved && (verdict?.reasons?.length || fit)) {
-    parts.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons and numbers")),
+    blocks.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons and numbers")),
       make("ul", { className: "reasons" }, ...(verdict?.reasons ?? []).map(r => make("li", {}, r))), parameters(fit)));
   }
-  place.replaceChildren(...parts);
+  place.replaceChildren(...blocks);
 }

@@ -12,16 +12,13 @@ function sentence(state, answers, full) {
       ? `If it has ended: gravical live --resume ${folder} goes on, and no pose is lost.`
       : "Is gravical live still running? This page connects again by itself."];
   }
-  if (now === "connect" && state.ports) return [asSentence(state.ports.message), asSentence(state.ports.remedy)];
-  if (now === "connect") return ["Connecting …", "Waiting for the first samples."];
-  if (now === "end") {
-    if (state.end.reason === "finished") return [state.saved ? "Done and saved." : "Done.", asSentence(state.end.message)];
-    return [asSentence(state.end.message), state.end.reason === "failed" && state.session ? "The samples are in the session folder." : ""];
-  }
-  if (now === "lost") return [asSentence(state.lost.message), "What was accepted is on disk."];
+  if (now === "connect") return state.ports ? parts(state.ports.text) : ["Connecting …", state.connecting?.text ?? ""];
+  if (now === "end") return parts(state.end.text);
+  if (now === "lost") return parts(state.lost.text);
+  const [main, rest] = parts(state.status?.text ?? "Reading the first samples …");
   // What was found out about the board is said while there is nothing else to do.
-  const found = now === "floor" ? (state.identified?.notes ?? []).map(asSentence).join(" ") : "";
-  return [state.status?.sentence ?? "Reading the first samples …", state.status?.hint ?? found].map(text => cased(signed(text)));
+  const found = now === "floor" && state.identified ? parts(state.identified.text)[1] : "";
+  return [main, state.status?.hint ?? (rest || found)];
 }
 
 // A port in two lines: what it is, and where.
@@ -74,5 +71,5 @@ function pill(state, answers) {
   if (!answers) return ["poor", "No answer"];
   if (now === "connect") return state.ports ? ["fair", "No board yet"] : ["", "Connecting"];
   if (now === "lost") return ["poor", LOST[state.lost.why] ?? "Lost"];
-  return ["good", state.session.source === "port" ? "Connected" : cased(state.session.source === "simulate" ? "simulated" : "replay")];
+  return ["good", state.session.source === "port" ? "Connected" : state.session.source === "simulate" ? "Simulated" : "Replay"];
 }

@@ -68,9 +68,10 @@ impl Hub {
     pub fn say(&self, text: String, is_status: bool) {
         let text: Arc<str> = text.into();
         let mut state = self.state();
-        match is_status {
-            true => state.status = Some(Arc::clone(&text)),
-            false => state.past.push(Arc::clone(&text)),
+        if is_status {
+            state.status = Some(Arc::clone(&text))
+        } else {
+            state.past.push(Arc::clone(&text))
         }
         state.keep(|tab| tab.sender.try_send(Arc::clone(&text)).is_ok());
     }

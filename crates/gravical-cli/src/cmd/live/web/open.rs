@@ -47,9 +47,10 @@ pub fn open(url: &str) -> Option<Redirect> {
         return None;
     }
     let (program, arguments) = opener()?;
-    let redirect = match cfg!(windows) {
-        true => None,
-        false => Some(Redirect::new(&env::home_dir()?, url).ok()?),
+    let redirect = if cfg!(windows) {
+        None
+    } else {
+        Some(Redirect::new(&env::home_dir()?, url).ok()?)
     };
     let target = redirect
         .as_ref()

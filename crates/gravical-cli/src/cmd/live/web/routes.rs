@@ -17,7 +17,7 @@ use axum::response::sse::{KeepAlive, Sse};
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::{get, post};
 use axum::{Router, body};
-use gravical::live::Command;
+use gravical::live::{Command, sentences};
 
 use super::hub::Hub;
 use crate::cmd::live::driver::Entry;
@@ -172,7 +172,7 @@ fn text(status: StatusCode, kind: &'static str, text: impl Into<Body>) -> Respon
 }
 
 fn refused(status: StatusCode, why: &str) -> Response {
-    let body = serde_json::json!({ "error": why }).to_string();
+    let body = serde_json::json!({ "error": sentences([why]) }).to_string();
     text(status, JSON, body)
 }
 
