@@ -77,7 +77,6 @@ mod tests {
             high_c: 50.0,
             low_c: -10.0,
             hysteresis_c: 4.0,
-            ..SoakOptions::default()
         };
         let mut chamber = Chamber::new(&sensor, Some(soak), 1000.0, 0.0);
         let all: Vec<Warmth> = (0..=1000).map(|t| chamber.at(f64::from(t))).collect();

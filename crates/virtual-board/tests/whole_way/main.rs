@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use desk::{Desk, gravical};
 use gravical::calibration_file::CalibrationFile;
 use gravical::recording::{ReadOptions, Recording, read};
-use gravical::simulate::Truth;
+use gravical::simulate::AccelerometerTruth;
 use serde_json::Value;
 
 /// What the sensors of this seed are is nothing special; the motion sees the same.
@@ -84,9 +84,10 @@ fn empty_folder(name: &str) -> PathBuf {
     folder
 }
 
-fn truth(folder: &Path) -> Truth {
+fn truth(folder: &Path) -> AccelerometerTruth {
     let text = std::fs::read_to_string(folder.join("truth.json")).unwrap();
-    serde_json::from_str(&text).unwrap()
+    let truth: serde_json::Value = serde_json::from_str(&text).unwrap();
+    serde_json::from_value(truth["accelerometer"].clone()).unwrap()
 }
 
 /// Kinds of what `inspect` warns of.
@@ -101,10 +102,9 @@ fn warnings(folder: &Path, name: &str) -> Vec<String> {
 
 /// Bias and scale are within what is predicted for this noise and this tilt, and within
 /// what the file says of them.
-fn calibrated(folder: &Path, file: &CalibrationFile, truth: &Truth) {
+fn calibrated(folder: &Path, file: &CalibrationFile, truth: &AccelerometerTruth) {
     let found = &file.accelerometer;
     let deviations = found.deviations.as_ref().unwrap();
-    let truth = &truth.accelerometer;
     let mut bias = [0.0; 3];
     let mut report = Vec::new();
     for axis in 0..3 {
