@@ -109,7 +109,7 @@ OWN: dict[str, list[str]] = {
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": ["channels"],
     "noise": ["spacing", "part"],
-    "motion": [*GRAVITY, "gravity_removal", "causal", "smooth", "zero_velocity", "rests", "stances", "v0",
+    "motion": [*GRAVITY, "procedure", "gravity_removal", "causal", "smooth", "zero_velocity", "rests", "stances", "v0",
                "p0", "no_bands", "noise", "truth"],
     "check": GRAVITY,
 }  # fmt: skip

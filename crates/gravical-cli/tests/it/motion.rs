@@ -135,7 +135,7 @@ fn the_procedure_of_the_student_report() {
     let path = folder.path();
     line(path);
     let initial_mean = "line/line.csv -c cal.json --gravity-removal initial-mean";
-    let report = motion(path, &format!("{initial_mean} --smooth savgol:5,2"), 0);
+    let report = motion(path, "line/line.csv -c cal.json --procedure report", 0);
     assert!(
         report["procedure"]
             .as_str()

@@ -35,6 +35,8 @@ def motion(
         Reference positions, columns t_s, px_m, py_m, pz_m, that the result is compared with.
     gravity, latitude, altitude : float
         Local gravity, m/s², or place, ° and m. By default that of the calibration.
+    procedure : str
+        ``"report"``: that of the student report, to compare with.
     gravity_removal : str
         ``"strapdown"`` (the default), ``"constant-tilt"`` or ``"initial-mean"``, the mean of the
         first 500 rows.

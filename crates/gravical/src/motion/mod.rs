@@ -68,7 +68,7 @@ use uncertainty::{
 
 pub use intervals::Intervals;
 pub use misfit::GravityMisfit;
-pub use options::{GravityRemoval, MotionOptions};
+pub use options::{GravityRemoval, MotionOptions, Procedure};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
 pub use table::{table_columns, write_table};
@@ -124,6 +124,7 @@ pub fn motion(
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> Result<Motion> {
+    let options = &options.resolved();
     options.validate()?;
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);

@@ -32,6 +32,18 @@ pub enum GravityRemoval {
     InitialMean,
 }
 
+/// A named way to compute a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Procedure {
+    /// By the options.
+    #[default]
+    Default,
+    /// That of the student report: [`MotionOptions::report`].
+    Report,
+}
+
 /// Highest angular rate of a walking foot in stance, rad/s; none where stances are not looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StanceRate(pub Option<f64>);
@@ -72,6 +84,20 @@ impl FromStr for StanceRate {
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "clap", command(next_help_heading = "Method"))]
 pub struct MotionOptions {
+    /// report: that of the student report
+    ///
+    /// `--gravity-removal initial-mean --smooth savgol:5,2`, to compare with.
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "NAME",
+            default_value = "default",
+            hide_default_value = true,
+            hide_possible_values = true
+        )
+    )]
+    pub procedure: Procedure,
     /// strapdown (default), constant-tilt, initial-mean
     ///
     /// `initial-mean` subtracts the mean of the first 500 rows, in sensor axes, without
@@ -203,6 +229,20 @@ impl MotionOptions {
         }
     }
 
+    /// With the procedure of the student report written out, where it is named; filters that are given
+    /// stay.
+    pub(super) fn resolved(&self) -> Self {
+        let mut options = self.clone();
+        if self.procedure == Procedure::Report {
+            let report = MotionOptions::report();
+            options.gravity_removal = report.gravity_removal;
+            if options.smooth.is_empty() {
+                options.smooth = report.smooth;
+            }
+        }
+        options
+    }
+
     /// Rests given by hand.
     pub(super) fn rests_s(&self) -> &[(f64, f64)] {
         self.rests.as_ref().map_or(&[], |rests| &rests.0)
@@ -221,6 +261,10 @@ impl MotionOptions {
     /// `option-range` (usage); `rests-syntax` (usage) for a rest that is no number or ends before it
     /// starts.
     pub fn validate(&self) -> Result<()> {
+        self.resolved().check()
+    }
+
+    fn check(&self) -> Result<()> {
         let wrong = |option, what: String| Err(Error::range(option, what));
         if self.gravity_removal == GravityRemoval::InitialMean {
             for (option, given) in [

@@ -215,6 +215,9 @@ impl BatchReader {
     }
 }
 
+/// Text of the columns that are copied, and the line of each row.
+type TextOfRows = (CopiedText, Vec<u32>);
+
 /// A recording that was opened, with the text of columns that are copied.
 pub(crate) struct TextReader {
     pub format: Format,
@@ -270,7 +273,7 @@ impl TextReader {
     /// # Errors
     ///
     /// As [`read_samples`](super::read_samples).
-    pub fn collect(self, name: &str) -> Result<(Recording, Vec<(CopiedText, Vec<u32>)>)> {
+    pub fn collect(self, name: &str) -> Result<(Recording, Vec<TextOfRows>)> {
         let mut texts = Vec::new();
         let batches = self.batches.map(|batch| {
             let mut batch = batch?;
