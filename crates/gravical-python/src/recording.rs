@@ -87,8 +87,9 @@ pub enum Source<'py> {
 /// The gyroscope of a recording in a second file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
-struct GyroFile {
-    gyro: Option<PathBuf>,
+pub struct GyroFile {
+    /// Its path.
+    pub gyro: Option<PathBuf>,
 }
 
 impl<'py> Source<'py> {

@@ -25,7 +25,7 @@ use pyo3::prelude::*;
 use crate::error::OrRaise;
 use crate::keywords::Keywords;
 use crate::outcome::{Kind, Noise, Outcome};
-use crate::recording::{Recording, Source, json, read_file};
+use crate::recording::{GyroFile, Recording, Source, json, read_file};
 use crate::task;
 
 /// From file to file needs a file.
@@ -123,7 +123,7 @@ pub fn calibrate(
         files.read_into(&mut options, &read)?;
         match inputs {
             Inputs::Rows(rows) => {
-                refuse_gyro(&files)?;
+                refuse_gyro(files.gyro.as_ref())?;
                 calibrate_recordings(rows, &options)
             }
             Inputs::Paths(paths) => Session {
@@ -146,8 +146,8 @@ pub fn calibrate(
     ))
 }
 
-fn refuse_gyro(files: &SessionFiles) -> Result<()> {
-    match files.gyro {
+fn refuse_gyro(gyro: Option<&PathBuf>) -> Result<()> {
+    match gyro {
         None => Ok(()),
         Some(_) => Err(Error::usage("usage", "gyro=: it joins two files")
             .with_hint("read both first: gravical.read(path, gyro=path)")),
@@ -167,7 +167,14 @@ pub fn apply(
     let meter = Meter::default();
     let file = calibration.get().file()?;
     let Some(output) = output else {
-        let (rows, options) = source.open(py, keywords, &meter, Keywords::take::<ApplyOptions>)?;
+        let (rows, options) = source.open(py, keywords, &meter, |k| {
+            let options: ApplyOptions = k.take()?;
+            if options.keep_raw {
+                let what = "keep_raw=: columns in memory stay as they are";
+                return Err(Error::usage("usage", what).with_hint("it needs output="));
+            }
+            Ok(options)
+        })?;
         let shared = rows.clone();
         let done = task::run(py, &meter, move || {
             gravical::apply::apply_recording(&file, &rows, &options)
@@ -184,7 +191,7 @@ pub fn apply(
     };
     let path = path_of(py, source)?;
     let (mut options, files) = keywords.read(py, |k| {
-        let files: SessionFiles = k.take()?;
+        let files: GyroFile = k.take()?;
         let read = k.reading(&meter)?;
         Ok((ApplyOptions { read, ..k.take()? }, files))
     })?;
@@ -263,7 +270,7 @@ pub fn denoise(
     ))
 }
 
-/// The noise of a recording; of a file in constant memory.
+/// The noise of a recording.
 #[pyfunction]
 pub fn noise(py: Python<'_>, source: Source<'_>, keywords: Keywords) -> PyResult<Outcome> {
     let meter = Meter::default();
@@ -305,7 +312,7 @@ pub fn check(
             gravity,
             ..k.take()?
         };
-        let files: SessionFiles = k.take()?;
+        let files: GyroFile = k.take()?;
         Ok((options, files, reading(k, in_memory, &meter)?))
     })?;
     let inputs = inputs_of(py, sources, &read, &meter)?;
@@ -313,7 +320,7 @@ pub fn check(
         let (rows, left_out) = match inputs {
             Inputs::Paths(paths) => read_session(&paths, files.gyro.as_deref(), &read)?,
             Inputs::Rows(rows) => {
-                refuse_gyro(&files)?;
+                refuse_gyro(files.gyro.as_ref())?;
                 (rows, Vec::new())
             }
         };

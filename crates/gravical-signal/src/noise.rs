@@ -45,7 +45,7 @@ impl NoiseTerm {
     }
 
     /// Equivalent degrees of freedom of its overlapping Allan variance over `m` of `samples` (NIST
-    /// SP 1065, table 5).
+    /// SP 1065, table 5; copies of it lack the square of flicker noise at m = 1).
     fn degrees_of_freedom(self, m: f64, samples: f64) -> f64 {
         let n = samples + 1.0;
         let freedom = match self {
@@ -53,7 +53,7 @@ impl NoiseTerm {
                 let overlap = 4.0 * m * m / (4.0 * m * m + 5.0);
                 (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * overlap
             }
-            NoiseTerm::B if m == 1.0 => 2.0 * (n - 2.0) / (2.3 * n - 4.9),
+            NoiseTerm::B if m == 1.0 => 2.0 * (n - 2.0).powi(2) / (2.3 * n - 4.9),
             NoiseTerm::B => 1.25 * n * n / (m * (n + 3.0 * m)),
             NoiseTerm::K if n > 3.0 => {
                 let squares = (n - 1.0).powi(2) - 3.0 * m * (n - 1.0) + 4.0 * m * m;
@@ -136,6 +136,16 @@ mod tests {
             })
             .sum();
         assert!((integral / model.variance(tau_s) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn longer_averaging_times_have_fewer_degrees_of_freedom() {
+        for term in NoiseTerm::ALL {
+            let freedom = |m: u32| term.degrees_of_freedom(f64::from(m), 300.0);
+            assert!((1..150).all(|m| freedom(m) >= freedom(m + 1)), "{term:?}");
+        }
+        // Measured on simulated flicker noise: 246.
+        assert!((NoiseTerm::B.degrees_of_freedom(1.0, 300.0) / 246.0 - 1.0).abs() < 0.1);
     }
 
     #[test]

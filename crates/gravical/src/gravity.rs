@@ -31,7 +31,7 @@ impl Default for Gravity {
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct GravityOptions {
-    /// In m/s² [default: the calibration's, or 9.80665]
+    /// In m/s² [default: of the file, or 9.80665 ± 0.15 %]
     #[serde(rename = "gravity")]
     #[cfg_attr(
         feature = "clap",
@@ -70,7 +70,7 @@ impl GravityOptions {
         match (self.gravity_mps2, self.latitude_deg, self.height_m) {
             (Some(_), Some(_), _) => Err(Error::range(
                 "latitude",
-                "gravity is given as a number, too",
+                "give gravity as a value or by the latitude, not both",
             )),
             (Some(g), None, None) => Gravity::given(g).map(Some),
             (None, Some(latitude), height) => {

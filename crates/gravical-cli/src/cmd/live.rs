@@ -299,6 +299,9 @@ impl Args {
                     return Ok(Answer::Interrupted);
                 };
                 begins();
+                if opened.kind == SourceKind::Port {
+                    *origin = Origin::Port(Some(opened.name.clone()));
+                }
                 Ok(asking.first_rows(opened)?)
             });
             let answer = match waited {

@@ -87,7 +87,10 @@ class Recording:
             raise AttributeError(name)
         if name in CHANNELS:
             return self._native.channel(name) if name in self._native.channels() else None
-        return getattr(parsed(self._native.facts()), name)
+        facts = parsed(self._native.facts())
+        if name not in facts:
+            raise AttributeError(f"a recording has no {name!r}")
+        return facts[name]
 
     @classmethod
     def from_arrays(

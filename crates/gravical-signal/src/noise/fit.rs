@@ -66,7 +66,7 @@ pub struct NoisePoints {
 
 impl NoisePoints {
     /// Points of samples `period_s` apart in segments of these `lengths`: averaging times in samples,
-    /// and Allan variances.
+    /// and Allan variances; octaves where they are fitted.
     #[must_use]
     pub fn new(points: &[(usize, f64)], lengths: &[usize], period_s: f64) -> Self {
         let m = points.iter().map(|(m, _)| *m as f64).collect::<Vec<f64>>();
@@ -111,21 +111,26 @@ impl NoisePoints {
     /// Degrees of freedom of the points under a model.
     #[must_use]
     pub fn degrees_of_freedom(&self, model: &NoiseModel) -> Vec<f64> {
-        let covariance = self.covariance(model);
-        let freedom =
-            |(i, tau_s): (usize, &f64)| 2.0 * model.variance(*tau_s).powi(2) / covariance[(i, i)];
-        self.tau_s.iter().enumerate().map(freedom).collect()
+        let freedom = |i: usize| {
+            let deviation: f64 = self.term_deviations(model, i).iter().sum();
+            2.0 * (model.variance(self.tau_s[i]) / deviation).powi(2)
+        };
+        (0..self.tau_s.len()).map(freedom).collect()
+    }
+
+    /// What each term adds to the standard deviation of a point.
+    fn term_deviations(&self, model: &NoiseModel, i: usize) -> [f64; 3] {
+        let parts = model.parts(self.tau_s[i]);
+        NoiseTerm::ALL.map(|t| parts[t as usize] * (2.0 / self.freedom[i][t as usize]).sqrt())
     }
 
     /// Covariance of the points under a model. Each term adds to the second differences by itself, so
     /// that the covariance is a product of sums over the terms.
     fn covariance(&self, model: &NoiseModel) -> DMatrix<f64> {
-        let deviations = |i: usize| {
-            let parts = model.parts(self.tau_s[i]);
-            NoiseTerm::ALL.map(|t| parts[t as usize] * (2.0 / self.freedom[i][t as usize]).sqrt())
-        };
-        let deviations: Vec<[f64; 3]> = (0..self.tau_s.len()).map(deviations).collect();
-        DMatrix::from_fn(self.tau_s.len(), self.tau_s.len(), |i, j| {
+        let count = self.tau_s.len();
+        let deviations: Vec<[f64; 3]> =
+            (0..count).map(|i| self.term_deviations(model, i)).collect();
+        DMatrix::from_fn(count, count, |i, j| {
             let octaves = (self.tau_s[i] / self.tau_s[j]).log2().abs();
             let roots = NoiseTerm::ALL.map(|term| term.correlation(octaves).sqrt());
             let sum = |i: usize| {
@@ -141,11 +146,11 @@ impl NoisePoints {
 
     /// Standard deviations under a model, its own error included.
     fn deviations(&self, model: &NoiseModel) -> Vec<f64> {
-        let covariance = self.covariance(model);
-        let deviation = |(i, tau_s): (usize, &f64)| {
-            (covariance[(i, i)] + (MODEL_ERROR * model.variance(*tau_s)).powi(2)).sqrt()
+        let deviation = |i: usize| {
+            let by_chance: f64 = self.term_deviations(model, i).iter().sum();
+            by_chance.hypot(MODEL_ERROR * model.variance(self.tau_s[i]))
         };
-        self.tau_s.iter().enumerate().map(deviation).collect()
+        (0..self.tau_s.len()).map(deviation).collect()
     }
 
     /// The matrix that makes the squares of `terms` of the variances, by least squares.
@@ -286,11 +291,11 @@ pub struct NoiseFit {
 /// white only for longer averaging times.
 #[must_use]
 pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
-    let count = points.variance.len();
-    if points.variance.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
+    let is_usable = |v: &f64| v.is_finite() && *v > 0.0;
+    if points.variance.len() < 2 || !points.variance.iter().all(is_usable) {
         return None;
     }
-    let last = count.checked_sub(MIN_POINTS.min(count))?;
+    let last = points.variance.len().saturating_sub(MIN_POINTS);
     let agrees = |first: &usize| {
         let used = points.after(*first);
         used.reweighted().is_some_and(|model| {
@@ -372,6 +377,12 @@ mod tests {
                 "{estimate:?}"
             );
         }
+    }
+
+    #[test]
+    fn too_few_points_are_no_fit() {
+        assert_eq!(fit_noise(&NoisePoints::new(&[], &[], 0.01)), None);
+        assert_eq!(fit_noise(&NoisePoints::new(&[(1, 1.0)], &[3], 0.01)), None);
     }
 
     #[test]

@@ -41,7 +41,7 @@ pub struct EstimateOptions {
     #[serde(rename = "pose_tilt")]
     #[cfg_attr(feature = "clap", arg(long = "pose-tilt", value_name = "DEG"))]
     pub pose_tilt_deg: Option<f64>,
-    /// Prior knowledge, or off
+    /// Limits of the data sheet, or off
     #[cfg_attr(
         feature = "clap",
         arg(

@@ -88,6 +88,12 @@ pub fn denoise_file(
             .write_rows(0..lines.len(), &text, &filtered, &breaks)
             .map_err(output)?;
     }
+    if next != recording.rows() {
+        return Err(Error::input(
+            "internal",
+            "rows of the recording are not those of its text",
+        ));
+    }
     writer.finish().map_err(output)?;
     Ok(DenoisedFile {
         summary: begun.summary,

@@ -96,7 +96,7 @@ pub enum Channels {
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct DenoiseOptions {
-    /// See below; repeatable, applied in this order
+    /// Filter; repeatable, applied in this order
     #[serde(rename = "filter", deserialize_with = "crate::option_text::list")]
     #[cfg_attr(feature = "clap", arg(short, long = "filter", value_name = "FILTER"))]
     pub filters: Vec<FilterSpec>,

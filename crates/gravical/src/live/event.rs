@@ -8,7 +8,7 @@ use crate::calibration_file::{Grade, GravitySource, GyroMethod};
 use crate::recording::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
-/// Version of the events. Types and fields are only added to it.
+/// Version of the events. From the first release on types and fields are only added to it.
 pub const EVENTS_VERSION: u32 = 1;
 
 /// An event with its time: one JSON object.
@@ -48,7 +48,7 @@ pub enum Event {
         #[serde(default)]
         simulate: bool,
     },
-    /// A port is open; its first rows are waited for. Before the session.
+    /// A port is open; no row has arrived yet. Before the session.
     Connecting {
         /// The port.
         name: String,
@@ -278,7 +278,7 @@ pub enum State {
     Identify,
     /// The noise at rest is measured.
     Floor,
-    /// A hold is waited for.
+    /// The sensor moves, or its pose is done.
     Wait,
     /// It rests; the hold begins.
     Settle,
@@ -669,7 +669,7 @@ impl Command {
         };
         command.ok_or_else(|| {
             Error::usage("command-unknown", format!("\"{}\" is no command", text.trim())).with_hint(
-                "undo; redo +x; take; latitude 48.1; gravity 9.81; stop; cancel; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
+                "port NAME; simulate; undo; redo +x; take; latitude 48.1; gravity 9.81; stop; cancel; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
             )
         })
     }

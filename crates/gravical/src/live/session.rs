@@ -57,7 +57,7 @@ impl Hold {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum HoldStage {
-    /// It is waited for its capture.
+    /// Its capture has not begun.
     Settling,
     /// A capture has begun.
     Capturing,
@@ -82,8 +82,10 @@ enum Phase {
 enum Stop {
     /// No rows arrive.
     Lost,
-    /// The user has ended it.
+    /// The user has finished it.
     Done,
+    /// The user has ended it without a calibration.
+    Cancelled,
 }
 
 /// A guided calibration. It belongs to one thread.
@@ -169,7 +171,9 @@ impl Session {
         name: &str,
         folder: Option<String>,
     ) -> Vec<Message> {
-        let into = folder.as_ref().map_or(String::new(), |f| format!(" → {f}"));
+        let into = folder
+            .as_ref()
+            .map_or(String::new(), |f| format!("; the session is in {f}"));
         let event = Event::Session {
             source,
             name: name.to_owned(),
@@ -179,7 +183,7 @@ impl Session {
             gravity_source: self.options.gravity.source,
             capture_s: self.options.capture_s,
         };
-        self.emit(event, format!("{name}{into}"));
+        self.emit(event, words::sentences([&*format!("{name}{into}")]));
         self.take()
     }
 
@@ -285,7 +289,7 @@ impl Session {
             Command::Port { .. } | Command::Simulate => {
                 self.refuse("the sensor was chosen: another one needs a new session");
             }
-            Command::Cancel => self.stop = Some(Stop::Done),
+            Command::Cancel => self.stop = Some(Stop::Cancelled),
             Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }
@@ -309,17 +313,23 @@ impl Session {
         self.options.gravity
     }
 
-    /// True once the user has finished.
+    /// True once the user has finished or cancelled.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.stop == Some(Stop::Done)
+        matches!(self.stop, Some(Stop::Done | Stop::Cancelled))
+    }
+
+    /// True once the user has cancelled.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.stop == Some(Stop::Cancelled)
     }
 
     /// The state for people.
     fn state(&self) -> State {
         let hold = self.hold.as_ref().map(|hold| hold.stage);
         match (self.stop, &self.phase, hold) {
-            (Some(Stop::Done), ..) => State::Done,
+            (Some(Stop::Done | Stop::Cancelled), ..) => State::Done,
             (Some(Stop::Lost), ..) => State::Lost,
             (_, Phase::Identify, _) => State::Identify,
             (_, Phase::Floor(_), _) => State::Floor,

@@ -133,7 +133,7 @@ pub(super) fn verdict(file: &CalibrationFile) -> String {
                 .to_owned()
         }
         (Grade::Poor, _) => match file.verdict.reasons.first() {
-            Some(reason) => format!("Poor: {reason}"),
+            Some(reason) => sentences([&*format!("Poor: {reason}")]),
             None => "Poor.".to_owned(),
         },
     }

@@ -125,7 +125,7 @@ pub fn motion(
     options: &MotionOptions,
 ) -> Result<Motion> {
     let options = &options.resolved();
-    options.validate()?;
+    options.check()?;
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();

@@ -86,7 +86,7 @@ impl FromStr for StanceRate {
 pub struct MotionOptions {
     /// report: that of the student report
     ///
-    /// `--gravity-removal initial-mean --smooth savgol:5,2`, to compare with.
+    /// The mean of the first 500 rows off and Savitzky–Golay of window 5 and order 2, to compare with.
     #[cfg_attr(
         feature = "clap",
         arg(
@@ -138,7 +138,7 @@ pub struct MotionOptions {
     /// Use the past only, as if samples came one by one
     #[cfg_attr(feature = "clap", arg(long))]
     pub causal: bool,
-    /// Stance below this rad/s, or off
+    /// Highest rate in a stance, 0.01 to 5 rad/s, or off
     #[serde(rename = "stances", deserialize_with = "crate::option_text::one")]
     #[cfg_attr(
         feature = "clap",
@@ -229,13 +229,15 @@ impl MotionOptions {
         }
     }
 
-    /// With the procedure of the student report written out, where it is named; filters that are given
-    /// stay.
+    /// With the procedure of the student report written out, where it is named; filters and a removal of
+    /// gravity that are given stay.
     pub(super) fn resolved(&self) -> Self {
         let mut options = self.clone();
         if self.procedure == Procedure::Report {
             let report = MotionOptions::report();
-            options.gravity_removal = report.gravity_removal;
+            if options.gravity_removal == GravityRemoval::default() {
+                options.gravity_removal = report.gravity_removal;
+            }
             if options.smooth.is_empty() {
                 options.smooth = report.smooth;
             }
@@ -264,7 +266,8 @@ impl MotionOptions {
         self.resolved().check()
     }
 
-    fn check(&self) -> Result<()> {
+    /// Checks ranges of what [`resolved`](Self::resolved) returns.
+    pub(super) fn check(&self) -> Result<()> {
         let wrong = |option, what: String| Err(Error::range(option, what));
         if self.gravity_removal == GravityRemoval::InitialMean {
             for (option, given) in [

@@ -238,8 +238,8 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
     })
 }
 
-/// Noise of one channel from samples in memory, `period_s` apart, which have to be finite; its
-/// first letter is `g` for a gyroscope.
+/// Noise of one channel from samples in memory, `period_s` apart. Samples must be finite; a name that
+/// begins with `g` is a gyroscope.
 #[must_use]
 pub fn noise_of_samples(
     channel: &str,

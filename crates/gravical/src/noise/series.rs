@@ -8,7 +8,7 @@ use crate::stats::{mean_of_finite, standard_deviation};
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
 const MAX_FILLED: usize = 8;
-/// Samples before a missing one are replaced from so far back.
+/// A missing sample is replaced by the one so many samples before it.
 const BACK: usize = 64;
 /// Stands for the row of a missing sample.
 const MISSING: u32 = u32::MAX;

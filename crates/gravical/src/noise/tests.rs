@@ -221,6 +221,26 @@ fn a_drift_with_temperature_is_told_from_noise() {
     );
 }
 
+#[test]
+fn a_channel_without_values_is_left_out() {
+    let empty: String = csv(3000, |_, _| true)
+        .lines()
+        .enumerate()
+        .map(|(k, line)| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            if k > 0 {
+                cells[4] = "";
+            }
+            cells.join(",") + "\n"
+        })
+        .collect();
+    let result = of(&empty);
+    assert!(kinds(&result).contains(&FindingKind::NoiseChannelEmpty));
+    assert_eq!(result.channels.len(), 5);
+    let nothing = noise_of_samples("ax", &[], 0.01, &NoiseOptions::default());
+    assert!(nothing.adev.is_empty() && nothing.n.is_none());
+}
+
 /// A line through the bias looks like a random walk at long averaging times.
 #[test]
 fn a_steady_drift_is_told_from_a_random_walk() {

@@ -117,7 +117,7 @@ pub struct ReadOptions {
     #[serde(deserialize_with = "columns::optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true, hide_short_help = true))]
     pub columns: Option<ColumnsSpec>,
-    /// Which of several: part of its name, or its number
+    /// Sensor in the file: part of its name, or its number
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "NAME", hide_short_help = true)
@@ -141,7 +141,7 @@ pub struct ReadOptions {
         )
     )]
     pub time_unit: Option<TimeUnit>,
-    /// Of raw counts [default: 32768 if unsigned, else 0]
+    /// Subtracted from counts [default: 32768 if unsigned]
     #[cfg_attr(
         feature = "clap",
         arg(

@@ -7,7 +7,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{Command, EndReason, PortInfo, SourceKind, WarningKind};
+use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, WarningKind};
 use gravical::live::{Event, Message, sentences};
 use gravical::{Error, Result};
 
@@ -116,12 +116,12 @@ impl Asking<'_> {
                     opened.first = bytes;
                     return Ok(Answer::Rows(opened));
                 }
-                Ok(Incoming::Lost(_)) => {
+                Ok(Incoming::Lost(Loss::Unplugged)) => {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     break Err(Error::device("no-such-port", text));
                 }
                 Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
-                Ok(Incoming::Nothing | Incoming::End) => {}
+                Ok(Incoming::Lost(Loss::Silent) | Incoming::Nothing | Incoming::End) => {}
                 Err(error) => break Err(error),
             }
             let known = || ports(list().unwrap_or_default());
@@ -188,6 +188,7 @@ impl Asking<'_> {
         ports: impl Fn() -> Vec<PortInfo>,
         tried: Option<&str>,
     ) -> Result<Option<Answer>> {
+        let mut reason = EndReason::Interrupted;
         while let Ok(entry) = self.entries.try_recv() {
             let command = match entry {
                 Entry::Typed(Ok(command)) => command,
@@ -209,6 +210,7 @@ impl Asking<'_> {
                 }
                 Command::Port { name } => format!("{name} is no port of this computer"),
                 Command::Cancel => {
+                    reason = EndReason::Cancelled;
                     self.interrupted.store(true, Ordering::SeqCst);
                     break;
                 }
@@ -220,7 +222,7 @@ impl Asking<'_> {
         let is_interrupted = self.interrupted.load(Ordering::SeqCst);
         if is_interrupted {
             let event = Event::End {
-                reason: EndReason::Interrupted,
+                reason,
                 poses: 0,
                 resume: None,
             };

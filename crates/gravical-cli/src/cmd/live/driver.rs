@@ -155,8 +155,7 @@ impl Driver<'_> {
         let mut first = Some(std::mem::take(&mut self.first)).filter(|rows| !rows.is_empty());
         let reason = loop {
             if self.interrupted.load(Ordering::SeqCst) {
-                // It may be cancelled.
-                break if self.session.is_done() {
+                break if self.session.is_cancelled() {
                     EndReason::Cancelled
                 } else {
                     EndReason::Interrupted

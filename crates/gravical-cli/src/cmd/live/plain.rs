@@ -118,8 +118,8 @@ fn details(event: &Event) -> Vec<String> {
         } => {
             let ports = ports.iter().map(port_line);
             let flash = flash.iter().map(|line| format!("To flash ours: {line}"));
-            let simulate = if *simulate { "simulate; " } else { "" };
-            let last = format!("Type port and its name; {simulate}Ctrl-C ends.");
+            let simulate = if *simulate { "`simulate` " } else { "" };
+            let last = format!("Type `port NAME`, {simulate}or `cancel`.");
             ports.chain(flash).chain([last]).collect()
         }
         Event::Verdict {

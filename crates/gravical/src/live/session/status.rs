@@ -103,7 +103,7 @@ impl Session {
                 if to_do.len() == 6 {
                     "Put any side up, and hold still.".to_owned()
                 } else if !to_do.is_empty() && welcome == Welcome::Duplicate {
-                    format!("Turn it: {} up is to do.", words::any_of(&to_do))
+                    format!("Turn it: put {} up.", words::any_of(&to_do))
                 } else if !to_do.is_empty() {
                     format!("Put {} up, and hold still.", words::any_of(&to_do))
                 } else if self.grade == Some(Grade::Good) {
