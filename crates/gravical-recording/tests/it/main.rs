@@ -12,4 +12,3 @@ mod real;
 mod shapes;
 mod support;
 mod write;
-mod writings;
