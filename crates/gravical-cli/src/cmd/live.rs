@@ -47,20 +47,16 @@ const ENTRIES: usize = 64;
 /// Guide a calibration from the first row to the result
 #[derive(clap::Args)]
 #[command(after_help = "\
-Example: gravical live --simulate     calibrates a simulated sensor on a page in the browser
+Example: gravical live --simulate    a simulated sensor on a page in the browser
 
 The page is served to this computer only; its address is the first line printed.
---plain, and a replay without --speed, are in the terminal.
 
-If it is not clear which port is the board, the port cannot be opened, or no rows arrive,
-the ports can be chosen, here and on the page; in a script that is an error.
+Commands, typed here or clicked there: port NAME; simulate; undo; redo +x; take
+(accept this pose as it is); latitude 48.1; gravity 9.81; stop (calculate and
+save); cancel. Of a simulated sensor also +x … -z, free, shake, 0.6 0.6 0.5.
 
-Commands, typed here: port NAME; simulate; undo; redo +x; take (accept this pose as it is); latitude 48.1;
-gravity 9.81; stop (calculate and save); cancel. Of a simulated sensor also +x … -z, free,
-shake, and a direction such as 0.6 0.6 0.5.
-
-Exit codes: 0 saved, 2 usage, 3 no calibration or unreadable rows, 4 the verdict is
-poor, 5 board or port, 130 interrupted or cancelled; --resume goes on.")]
+Exit codes: 0 saved, 2 usage, 3 no calibration or unreadable rows, 4 the verdict
+is poor, 5 board or port, 130 interrupted or cancelled; --resume goes on.")]
 pub struct Args {
     /// Guide with a recording in place of a board
     #[arg(long, value_name = "FILE", conflicts_with_all = ["simulate", "resume", "port", "wait", "baud", "range", "gyro_range", "low_pass", "format"])]
@@ -77,10 +73,10 @@ pub struct Args {
     /// Folder of the session [default: session-DATE-TIME]
     #[arg(long, value_name = "DIR", conflicts_with = "replay")]
     folder: Option<PathBuf>,
-    /// Calibration file to write [default: calibration.json in the folder; a replay saves none]
+    /// Calibration file [default: in the folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Write events to a file, one JSON object a line; - is standard output
+    /// Events to a file or - (stdout), one JSON object a line
     #[arg(long, value_name = "FILE")]
     events: Option<PathBuf>,
     /// In the terminal only, one line an event
@@ -94,14 +90,13 @@ pub struct Args {
     #[cfg(feature = "live")]
     #[arg(long, value_name = "PORT", conflicts_with = "plain", value_parser = clap::value_parser!(u16).range(1..))]
     http_port: Option<u16>,
-    /// Accept every steady hold, repeats and free poses at any time too
+    /// Accept every steady hold at any time
     #[arg(long)]
     any_pose: bool,
     /// Length of a capture, s
     #[arg(long, value_name = "S", default_value = "2.5", value_parser = capture)]
     capture: f64,
-    /// Speed of a replay or of a simulated sensor, times real time; 0 is as fast as possible
-    /// [default: 0 for a replay, else 1]
+    /// Times real time [default: 1; a replay 0, no waiting]
     #[arg(long, value_name = "X")]
     speed: Option<f64>,
     #[command(flatten)]

@@ -39,10 +39,10 @@ Example: gravical log x     records x_axis.csv; Space pauses, q ends
 Exit codes: 0 recorded, 1 rows lost on disk, 2 usage, 3 the file cannot be used,
 5 board or port, 130 interrupted, or rows are missing.")]
 pub struct Args {
-    /// Axis under calibration: the file is x_axis.csv, y_axis.csv or z_axis.csv
-    #[arg(value_parser = ["x", "y", "z"])]
+    /// x, y or z: the file is AXIS_axis.csv
+    #[arg(value_parser = ["x", "y", "z"], hide_possible_values = true)]
     axis: Option<String>,
-    /// File to write [default: AXIS_axis.csv; without an axis recording.csv]
+    /// File [default: AXIS_axis.csv, or recording.csv]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Append to an existing file
@@ -51,7 +51,7 @@ pub struct Args {
     /// Overwrite an existing file
     #[arg(long, conflicts_with = "append")]
     force: bool,
-    /// Stop S seconds after the first row, not counting pauses
+    /// Stop S seconds after the first row, without pauses
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
     /// Stop after N rows
@@ -74,7 +74,7 @@ pub struct Args {
 #[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Board")]
 pub struct BoardArgs {
-    /// Serial port, see `gravical ports` [default: the only board plugged in]
+    /// Serial port [default: the only board plugged in]
     #[arg(long, value_name = "PORT")]
     pub port: Option<String>,
     /// Wait until a board is plugged in and sends data
@@ -83,9 +83,8 @@ pub struct BoardArgs {
     /// Baud rate
     #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
     baud: u32,
-    /// Columns of a board that does not name them: t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=…
-    /// by name
-    #[arg(long, value_name = "COLUMNS", value_parser = parse_columns, allow_hyphen_values = true)]
+    /// t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=… by name
+    #[arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
     #[command(flatten)]
     pub wanted: Wanted,

@@ -7,20 +7,20 @@ use gravical::{Error, Result};
 /// Settings that the board must have; none: as they are.
 #[derive(Debug, Clone, Copy, Default, PartialEq, clap::Args)]
 pub struct Wanted {
-    /// Full scale of the accelerometer in g: 2, 4, 8, 16 [default: as set on the board]
+    /// Of the accelerometer in g: 2, 4, 8, 16
     #[arg(id = "range", long = "range", value_name = "G")]
     range_g: Option<u16>,
-    /// Full scale of the gyroscope in °/s: 250, 500, 1000, 2000
-    #[arg(id = "gyro_range", long = "gyro-range", value_name = "DEG_S")]
+    /// Of the gyroscope in °/s: 250, 500, 1000, 2000
+    #[arg(id = "gyro_range", long = "gyro-range", value_name = "DPS")]
     gyro_range_deg_s: Option<u16>,
-    /// Sampling rate in Hz: 4 to 150, with counts to 250
+    /// In Hz: 4 to 150, with counts to 250
     #[arg(id = "rate", long = "rate", value_name = "HZ")]
     pub rate_hz: Option<u16>,
-    /// Low-pass of the sensor in Hz: 184, 94, 44, 21, 10, 5
+    /// In Hz: 184, 94, 44, 21, 10, 5
     #[arg(id = "low_pass", long = "low-pass", value_name = "HZ")]
     low_pass_hz: Option<u16>,
-    /// Format of the data from the board
-    #[arg(long, value_enum)]
+    /// si, counts, or calibrated by the board's sketch
+    #[arg(long, value_name = "NAME", hide_possible_values = true)]
     format: Option<Format>,
 }
 
