@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Peak memory of the commands that read a recording of any size: at most 64 MiB. Those that hold the
 columns may take more for each row: 100 bytes with the samples in SI in which rests are found, 110 while
-a session is guided, denoise 130, with the text that it copies, motion 230, with its samples by the
+a session is guided, denoise 135, with the text that it copies, motion 230, with its samples by the
 calibration and by the nominal scales.
 
     tests/memory.py target/debug/gravical
@@ -16,7 +16,7 @@ import sys
 import tempfile
 
 LIMIT_MIB = 64
-BYTES_PER_ROW = {"inspect": 100, "calibrate": 100, "check": 100, "denoise": 130, "live": 110, "motion": 230}
+BYTES_PER_ROW = {"inspect": 100, "calibrate": 100, "check": 100, "denoise": 135, "live": 110, "motion": 230}
 
 FILTERS = ["--filter", "hampel:7,3", "--filter", "savgol:21,2", "--filter", "butter:4,5Hz"]
 
