@@ -138,7 +138,9 @@ pub struct MotionOptions {
     /// Use the past only, as if samples came one by one
     #[cfg_attr(feature = "clap", arg(long))]
     pub causal: bool,
-    /// Highest rate in a stance, 0.01 to 5 rad/s, or off
+    /// Stance below this rad/s, or off
+    ///
+    /// The highest angular rate of a walking foot in stance: 0.01 to 5 rad/s.
     #[serde(rename = "stances", deserialize_with = "crate::option_text::one")]
     #[cfg_attr(
         feature = "clap",
