@@ -103,19 +103,9 @@ pub struct TurnSpan {
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct InspectOptions {
-    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    /// Axes of the sensor that point along x, y and z of the case.
     #[serde(deserialize_with = "crate::option_text::one")]
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "X,Y,Z",
-            default_value_t,
-            allow_hyphen_values = true,
-            hide_default_value = true,
-            hide_short_help = true
-        )
-    )]
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
 }
 

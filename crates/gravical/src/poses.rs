@@ -59,19 +59,9 @@ pub struct SegmentOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub sections: Option<Vec<Section>>,
-    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    /// Axes of the sensor that point along x, y and z of the case.
     #[serde(deserialize_with = "crate::option_text::one")]
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "X,Y,Z",
-            default_value_t,
-            allow_hyphen_values = true,
-            hide_default_value = true,
-            hide_short_help = true
-        )
-    )]
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
     /// data or names, where they disagree
     #[cfg_attr(

@@ -57,6 +57,49 @@ impl Default for AxisMap {
     }
 }
 
+/// The option `--axes` of every verb that turns readings into the axes of the case.
+#[cfg(feature = "clap")]
+mod option {
+    use super::AxisMap;
+    use clap::error::Error;
+    use clap::{ArgMatches, Args, Command, FromArgMatches};
+
+    #[derive(clap::Args)]
+    struct AxesOption {
+        /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+        #[arg(
+            long,
+            value_name = "X,Y,Z",
+            default_value_t,
+            allow_hyphen_values = true,
+            hide_default_value = true,
+            hide_short_help = true
+        )]
+        axes: AxisMap,
+    }
+
+    impl Args for AxisMap {
+        fn augment_args(command: Command) -> Command {
+            AxesOption::augment_args(command)
+        }
+
+        fn augment_args_for_update(command: Command) -> Command {
+            AxesOption::augment_args_for_update(command)
+        }
+    }
+
+    impl FromArgMatches for AxisMap {
+        fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+            Ok(AxesOption::from_arg_matches(matches)?.axes)
+        }
+
+        fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+            *self = Self::from_arg_matches(matches)?;
+            Ok(())
+        }
+    }
+}
+
 impl AxisMap {
     /// A board reading seen in the case's axes.
     #[must_use]
