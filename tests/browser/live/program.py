@@ -328,7 +328,7 @@ class Live(Check):
         print("a port chosen, five tabs")
 
     def no_rows(self):
-        """A board without rows: it is said what arrives, and the session goes on with the simulated sensor, or with the
+        """A board without rows: the page says what arrives, and the session goes on with the simulated sensor, or with the
         board once it has a sketch."""
         browser = self.browser
         for name, says, words in (("silent", b"", "nothing arrives"), ("words", b"Hello, I blink!\r\n", "Hello, I blink!"),

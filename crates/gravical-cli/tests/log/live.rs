@@ -91,7 +91,7 @@ fn a_silent_board_does_not_keep_the_user() {
     assert!(!folder.path().join("s").exists());
 }
 
-/// A port without rows is no end: it is said what arrives, and another source can be chosen.
+/// A port without rows is no end: the page says what arrives, and another source can be chosen.
 #[test]
 fn a_port_without_rows_is_no_end() {
     let garbage = b"\x00\xf8\x80\xfe\x1c\n".repeat(50);

@@ -154,7 +154,7 @@ class Result(Record):
         Returns
         -------
         str
-            The text of the file. What the target cannot hold is said in it, and as warnings
+            The text of the file. It states what the target cannot hold, as warnings do
             (:class:`gravical.ExportWarning`).
         """
         text, notes = self._computed().export(to, keywords(options))

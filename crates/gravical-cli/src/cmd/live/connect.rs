@@ -49,7 +49,7 @@ pub struct Opened {
     pub source: Box<dyn Source>,
     /// Bytes of the recording before it was opened.
     pub recorded: u64,
-    /// The first rows, if they were waited for.
+    /// The first rows, where the session began with them.
     pub first: Vec<u8>,
 }
 
@@ -133,8 +133,8 @@ impl Asking<'_> {
         answer
     }
 
-    /// What the user chooses after `error`. `tried`: the port that was opened, or could not be. What is
-    /// waited for and plugged in is taken without a question.
+    /// What the user chooses after `error`. `tried`: the port that was opened, or could not be. A port
+    /// that was missing is taken as soon as it is there.
     ///
     /// # Errors
     ///

@@ -89,7 +89,7 @@ pub fn typed(sender: SyncSender<Entry>) {
 pub struct Driver<'a> {
     pub session: Session,
     pub source: &'a mut dyn Source,
-    /// Its first rows, if they were waited for.
+    /// Its first rows, where the session began with them.
     pub first: Vec<u8>,
     /// Bytes of the recording before it was opened.
     pub recorded: u64,
