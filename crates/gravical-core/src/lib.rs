@@ -6,8 +6,7 @@
 //!
 //! - [`calibration`]: what a calibration is; apply, compose, invert.
 //! - [`six_position`]: estimate one from six placements and three turns.
-//! - [`strapdown`]: attitude from angular rate, and from gravity at rest.
-//! - [`filter`]: Butterworth and Savitzky–Golay, sample by sample.
+//! - [`filter`]: Butterworth, sample by sample.
 //! - [`mod@unit`]: units, the MPU6050's nominal sensitivities, local gravity.
 //! - [`matrix3`]: the 3 × 3 operations behind them.
 //!
@@ -45,7 +44,6 @@ pub mod matrix3;
 mod real;
 pub mod rounding;
 pub mod six_position;
-pub mod strapdown;
 pub mod unit;
 
 pub use real::Real;

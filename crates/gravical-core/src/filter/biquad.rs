@@ -26,6 +26,13 @@ pub struct Biquad<T> {
     state: [T; 2],
 }
 
+impl<T: Real> Default for Biquad<T> {
+    /// A section that gives zero.
+    fn default() -> Self {
+        Self::new([T::zero(); 3], [T::zero(); 2])
+    }
+}
+
 impl<T: Real> Biquad<T> {
     /// A section with the coefficients b₀, b₁, b₂ and a₁, a₂ (a₀ is 1), at rest.
     #[must_use]
@@ -90,58 +97,27 @@ impl<T: Real> Biquad<T> {
     }
 }
 
-/// `N` sections, each fed by the one before.
+/// The next sample in, the next one out, through sections of which each is fed by the one before.
 ///
 /// ```
-/// use gravical_core::filter::biquad::{Biquad, Cascade};
+/// use gravical_core::filter::biquad::{Biquad, update};
 ///
-/// let half = Biquad::new([0.5, 0.0, 0.0], [0.0, 0.0]);
-/// let mut quarter = Cascade::new([half; 2]);
-/// assert_eq!(quarter.update(8.0), 2.0);
+/// let mut halves = [Biquad::new([0.5, 0.0, 0.0], [0.0, 0.0]); 2];
+/// assert_eq!(update(&mut halves, 8.0), 2.0);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cascade<T, const N: usize> {
-    sections: [Biquad<T>; N],
+#[inline]
+pub fn update<T: Real>(sections: &mut [Biquad<T>], input: T) -> T {
+    sections
+        .iter_mut()
+        .fold(input, |value, section| section.update(value))
 }
 
-impl<T: Real, const N: usize> Cascade<T, N> {
-    /// These sections in this order.
-    #[must_use]
-    pub fn new(sections: [Biquad<T>; N]) -> Self {
-        Self { sections }
-    }
-
-    /// The sections.
-    #[must_use]
-    pub fn sections(&self) -> &[Biquad<T>; N] {
-        &self.sections
-    }
-
-    /// The next sample in, the next one out.
-    #[inline]
-    pub fn update(&mut self, input: T) -> T {
-        let mut value = input;
-        for section in &mut self.sections {
-            value = section.update(value);
-        }
-        value
-    }
-
-    /// As if nothing had ever been put in.
-    pub fn reset(&mut self) {
-        self.sections.iter_mut().for_each(Biquad::reset);
-    }
-
-    /// As if `input` had been put in for ever; gives what then comes out. Call it
-    /// with the first reading: from rest, a low-pass would climb from zero to
-    /// gravity first.
-    pub fn settle(&mut self, input: T) -> T {
-        let mut value = input;
-        for section in &mut self.sections {
-            value = section.settle(value);
-        }
-        value
-    }
+/// As if `input` had been put in for ever; gives what then comes out. Call it with the first
+/// reading: from rest, a low-pass would climb from zero to gravity first.
+pub fn settle<T: Real>(sections: &mut [Biquad<T>], input: T) -> T {
+    sections
+        .iter_mut()
+        .fold(input, |value, section| section.settle(value))
 }
 
 #[cfg(test)]
@@ -171,17 +147,19 @@ mod tests {
 
     #[test]
     fn settled_is_where_a_constant_leads() {
-        let mut settled = Cascade::new([resonant(), resonant()]);
-        let out = settled.settle(3.0);
-        let mut driven = Cascade::new([resonant(), resonant()]);
+        let mut settled = [resonant(); 2];
+        let out = settle(&mut settled, 3.0);
+        let mut driven = [resonant(); 2];
         let mut last = 0.0;
         for _ in 0..400 {
-            last = driven.update(3.0);
+            last = update(&mut driven, 3.0);
         }
         assert!((out - last).abs() < 1e-13);
-        assert!((settled.update(3.0) - driven.update(3.0)).abs() < 1e-13);
-        assert!((settled.update(7.0) - driven.update(7.0)).abs() < 1e-13);
-        settled.reset();
-        assert_eq!(settled.update(0.0), 0.0);
+        for next in [3.0, 7.0] {
+            let [a, b] = [&mut settled, &mut driven].map(|s| update(s, next));
+            assert!((a - b).abs() < 1e-13);
+        }
+        settled[0].reset();
+        assert_eq!(settled[0].update(0.0), 0.0);
     }
 }

@@ -16,10 +16,9 @@
 //! f_s/1000, up to 1e-11 in double precision there. On a microcontroller without
 //! double precision, thin out the samples before so low a cutoff.
 
-use core::array::from_fn;
 use core::fmt;
 
-use super::biquad::{Biquad, Cascade};
+use super::biquad::Biquad;
 use crate::Real;
 
 /// The highest order that is designed.
@@ -71,99 +70,103 @@ pub const fn sections_of(order: usize) -> usize {
     order.div_ceil(2)
 }
 
-/// A low-pass of `order` 1 to 8 that passes 1/√2 (−3 dB) at `cutoff_hz`; samples
-/// come at `rate_hz`. `N` has to be [`sections_of`] the order.
+/// Designs a low-pass of `order` 1 to 8 that passes 1/√2 (−3 dB) at `cutoff_hz` into `sections`,
+/// [`sections_of`] the order; samples come at `rate_hz`.
 ///
 /// # Errors
 ///
 /// [`DesignError`], for an order or cutoff that cannot be had.
 ///
 /// ```
+/// use gravical_core::filter::biquad::{Biquad, settle};
 /// use gravical_core::filter::butterworth::low_pass;
 ///
-/// let mut filter = low_pass::<f64, 1>(2, 44.0, 1000.0)?;
-/// assert!((filter.settle(9.81) - 9.81).abs() < 1e-12);
+/// let mut filter = [Biquad::<f64>::default()];
+/// low_pass(2, 44.0, 1000.0, &mut filter)?;
+/// assert!((settle(&mut filter, 9.81) - 9.81).abs() < 1e-12);
 /// # Ok::<(), gravical_core::filter::butterworth::DesignError>(())
 /// ```
-pub fn low_pass<T: Real, const N: usize>(
+pub fn low_pass<T: Real>(
     order: usize,
     cutoff_hz: T,
     rate_hz: T,
-) -> Result<Cascade<T, N>, DesignError> {
-    check::<N>(order, sections_of(order))?;
+    sections: &mut [Biquad<T>],
+) -> Result<(), DesignError> {
+    check(order, sections_of(order), sections)?;
     let k = prewarped(cutoff_hz, rate_hz)?;
-    let two = T::from_f64(2.0);
-    Ok(Cascade::new(from_fn(|i| match inverse_q::<T>(order, i) {
-        // s²/Ω² + s/(QΩ) + 1 with s = (1 − z⁻¹)/(1 + z⁻¹).
-        Some(inverse_q) => {
-            let norm = T::one() / (T::one() + k * inverse_q + k * k);
-            let gain = k * k * norm;
-            Biquad::new([gain, two * gain, gain], back(k, inverse_q, norm))
-        }
-        None => {
-            let gain = k / (T::one() + k);
-            Biquad::new([gain, gain, T::zero()], [real_pole(k), T::zero()])
-        }
-    })))
+    one_edge(order, k, T::one(), k, sections);
+    Ok(())
 }
 
-/// A high-pass of `order` 1 to 8 that passes 1/√2 (−3 dB) at `cutoff_hz`; samples
-/// come at `rate_hz`. `N` has to be [`sections_of`] the order.
+/// Designs a high-pass, as [`low_pass`] does a low-pass.
 ///
 /// # Errors
 ///
 /// [`DesignError`], for an order or cutoff that cannot be had.
 ///
 /// ```
+/// use gravical_core::filter::biquad::{Biquad, settle};
 /// use gravical_core::filter::butterworth::high_pass;
 ///
 /// // Gravity is a constant: it is taken away.
-/// let mut filter = high_pass::<f64, 2>(3, 0.5, 100.0)?;
-/// assert!(filter.settle(9.81).abs() < 1e-9);
+/// let mut filter = [Biquad::<f64>::default(); 2];
+/// high_pass(3, 0.5, 100.0, &mut filter)?;
+/// assert!(settle(&mut filter, 9.81).abs() < 1e-9);
 /// # Ok::<(), gravical_core::filter::butterworth::DesignError>(())
 /// ```
-pub fn high_pass<T: Real, const N: usize>(
+pub fn high_pass<T: Real>(
     order: usize,
     cutoff_hz: T,
     rate_hz: T,
-) -> Result<Cascade<T, N>, DesignError> {
-    check::<N>(order, sections_of(order))?;
+    sections: &mut [Biquad<T>],
+) -> Result<(), DesignError> {
+    check(order, sections_of(order), sections)?;
     let k = prewarped(cutoff_hz, rate_hz)?;
-    let two = T::from_f64(2.0);
-    Ok(Cascade::new(from_fn(|i| match inverse_q::<T>(order, i) {
-        Some(inverse_q) => {
-            let norm = T::one() / (T::one() + k * inverse_q + k * k);
-            Biquad::new([norm, -two * norm, norm], back(k, inverse_q, norm))
-        }
-        None => {
-            let gain = T::one() / (T::one() + k);
-            Biquad::new([gain, -gain, T::zero()], [real_pole(k), T::zero()])
-        }
-    })))
+    one_edge(order, k, -T::one(), T::one(), sections);
+    Ok(())
 }
 
-/// A band-pass of `order` 1 to 8 that passes 1/√2 (−3 dB) at `low_hz` and at
-/// `high_hz`; samples come at `rate_hz`. `N` has to be the order: a band-pass has
-/// that many pairs of poles.
+/// Sections with all zeros at z = −`sign`; `passed`: the prewarped cutoff `k` for a low-pass, 1 for a
+/// high-pass.
+fn one_edge<T: Real>(order: usize, k: T, sign: T, passed: T, sections: &mut [Biquad<T>]) {
+    let two = T::from_f64(2.0);
+    for (i, section) in sections.iter_mut().enumerate() {
+        *section = if let Some(inverse_q) = inverse_q::<T>(order, i) {
+            // s²/Ω² + s/(QΩ) + 1 with s = (1 − z⁻¹)/(1 + z⁻¹).
+            let norm = T::one() / (T::one() + k * inverse_q + k * k);
+            let gain = passed * passed * norm;
+            Biquad::new([gain, sign * two * gain, gain], back(k, inverse_q, norm))
+        } else {
+            let gain = passed / (T::one() + k);
+            Biquad::new([gain, sign * gain, T::zero()], [real_pole(k), T::zero()])
+        };
+    }
+}
+
+/// Designs a band-pass of `order` 1 to 8 that passes 1/√2 (−3 dB) at `low_hz` and at `high_hz` into
+/// `sections`, as many as the order: a band-pass has that many pairs of poles.
 ///
 /// # Errors
 ///
 /// [`DesignError`], for an order or edges that cannot be had.
 ///
 /// ```
+/// use gravical_core::filter::biquad::{Biquad, settle};
 /// use gravical_core::filter::butterworth::band_pass;
 ///
-/// let mut filter = band_pass::<f64, 2>(2, 5.0, 20.0, 100.0)?;
-/// assert!(filter.settle(9.81).abs() < 1e-12);
+/// let mut filter = [Biquad::<f64>::default(); 2];
+/// band_pass(2, 5.0, 20.0, 100.0, &mut filter)?;
+/// assert!(settle(&mut filter, 9.81).abs() < 1e-12);
 /// # Ok::<(), gravical_core::filter::butterworth::DesignError>(())
 /// ```
-pub fn band_pass<T: Real, const N: usize>(
+pub fn band_pass<T: Real>(
     order: usize,
     low_hz: T,
     high_hz: T,
     rate_hz: T,
-) -> Result<Cascade<T, N>, DesignError> {
-    check::<N>(order, order)?;
+    sections: &mut [Biquad<T>],
+) -> Result<(), DesignError> {
+    check(order, order, sections)?;
     let low = prewarped(low_hz, rate_hz)?;
     let high = prewarped(high_hz, rate_hz)?;
     // Also false where rounding makes the two one.
@@ -172,7 +175,7 @@ pub fn band_pass<T: Real, const N: usize>(
     }
     let (centre_squared, width) = (low * high, high - low);
     let two = T::from_f64(2.0);
-    let mut sections: [Biquad<T>; N] = from_fn(|i| {
+    for (i, section) in sections.iter_mut().enumerate() {
         // A pair of poles of the low-pass gives two pairs, the real one gives one;
         // a pair s² + αs + β of the band-pass.
         let (alpha, beta) = match inverse_q::<T>(order, order.div_ceil(2) - 1 - i / 2) {
@@ -181,14 +184,14 @@ pub fn band_pass<T: Real, const N: usize>(
         };
         let norm = T::one() / (T::one() + alpha + beta);
         let gain = width * norm;
-        Biquad::new(
+        *section = Biquad::new(
             [gain, T::zero(), -gain],
             [
                 two * (beta - T::one()) * norm,
                 (T::one() - alpha + beta) * norm,
             ],
-        )
-    });
+        );
+    }
     // a₂ of a pair is the square of its radius.
     sections.sort_unstable_by(|a, b| {
         let radius = |s: &Biquad<T>| s.back()[1];
@@ -196,14 +199,14 @@ pub fn band_pass<T: Real, const N: usize>(
             .partial_cmp(&radius(b))
             .unwrap_or(core::cmp::Ordering::Equal)
     });
-    Ok(Cascade::new(sections))
+    Ok(())
 }
 
-fn check<const N: usize>(order: usize, needed: usize) -> Result<(), DesignError> {
+fn check<T>(order: usize, needed: usize, sections: &[Biquad<T>]) -> Result<(), DesignError> {
     if !(1..=MAX_ORDER).contains(&order) {
         return Err(DesignError::Order { order });
     }
-    if needed != N {
+    if needed != sections.len() {
         return Err(DesignError::Sections { needed });
     }
     Ok(())

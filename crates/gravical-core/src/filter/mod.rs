@@ -3,7 +3,6 @@
 //!
 //! - [`biquad`]: one second-order section, and several in a row.
 //! - [`butterworth`]: their design as low-, high- or band-pass.
-//! - [`savgol`]: a Savitzky–Golay filter that ends at the newest sample.
 //!
 //! A causal filter delays. On a recording that is there as a whole the crate
 //! `gravical` runs the same sections forwards and backwards, without delay.
@@ -11,15 +10,17 @@
 //! # Example
 //!
 //! ```
+//! use gravical_core::filter::biquad::{Biquad, settle, update};
 //! use gravical_core::filter::butterworth::low_pass;
 //!
 //! // Fourth order, 20 Hz, at 1 kHz: two sections.
-//! let mut filter = low_pass::<f32, 2>(4, 20.0, 1000.0)?;
+//! let mut filter = [Biquad::<f32>::default(); 2];
+//! low_pass(4, 20.0, 1000.0, &mut filter)?;
 //! // The first reading starts it without a jump.
-//! filter.settle(9.81);
+//! settle(&mut filter, 9.81);
 //! let mut smooth_mps2 = 0.0;
 //! for reading in [9.83, 9.80, 9.79, 9.82] {
-//!     smooth_mps2 = filter.update(reading);
+//!     smooth_mps2 = update(&mut filter, reading);
 //! }
 //! assert!((smooth_mps2 - 9.81).abs() < 0.01);
 //! # Ok::<(), gravical_core::filter::butterworth::DesignError>(())
@@ -27,4 +28,3 @@
 
 pub mod biquad;
 pub mod butterworth;
-pub mod savgol;

@@ -59,10 +59,11 @@ fn gyroscope(sigmas: &Sigmas) -> Option<[f64; 3]> {
 /// Effect on white noise.
 fn white(summary: &DenoiseSummary) -> Table {
     let row = |f: &FilterOutcome| {
-        let gain = f.response.noise_gain;
         Row::from([
             Cell::text(&f.filter),
-            Cell::number(fixed(gain, decimals_of(gain, 3).min(4))),
+            Cell::maybe(f.response.noise_gain, |gain| {
+                fixed(gain, decimals_of(gain, 3).min(4))
+            }),
             Cell::text(frequencies(f)),
             Cell::maybe(f.replaced.map(|n| n as f64), |n| fixed(n, 0)),
         ])

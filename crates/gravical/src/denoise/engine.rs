@@ -2,14 +2,19 @@
 
 use std::ops::Range;
 
-use super::clock::{Clock, Splits, Step, filled_stamps};
 use super::even::EvenGrid;
 use super::filter::Filter;
+
+/// Steps longer than this many usual steps are gaps: twice the window of the weakest smoothing.
+pub(super) const GAP_STEPS: f64 = 10.0;
 
 /// What does not depend on the values.
 pub(super) struct Setup {
     pub filters: Vec<Filter>,
-    pub clock: Clock,
+    /// The usual step, s (or rows, without time stamps and rate).
+    pub step_s: f64,
+    /// Steps that are whole multiples of it within this share are on the grid.
+    pub whole_share: f64,
     /// Numbers of the filtered channels: 0 to 2 the accelerometer, 3 to 5 the gyroscope.
     pub channels: Vec<usize>,
     /// Rows at rest in which noise is measured: before the filters and after each.
@@ -22,11 +27,8 @@ pub(super) struct Counts {
     /// Parts between breaks, gaps and steps back.
     pub stretches: usize,
     /// Gaps and steps back between breaks.
-    pub splits: Splits,
-    /// Number of rows without a time stamp.
-    pub stamps_filled: usize,
-    /// Number of empty cells.
-    pub empty: usize,
+    pub gaps: usize,
+    pub backward: usize,
 }
 
 /// What a filter did, over all channels.
@@ -71,19 +73,9 @@ pub(super) fn run(
         .map(|c| c.len())
         .max()
         .unwrap_or(0);
-    let mut counts = Counts::default();
-    let time_s = match time_s {
-        Some(stamps) => {
-            counts.stamps_filled = stamps.iter().filter(|t| !t.is_finite()).count();
-            filled_stamps(stamps, setup.clock.step_s)
-        }
-        None => (0..rows)
-            .map(|row| row as f64 * setup.clock.step_s)
-            .collect(),
-    };
-    count_stretches(setup.clock, &time_s, breaks, &mut counts);
+    let time_s = times(time_s, rows, setup.step_s);
     let mut done = Done {
-        counts,
+        counts: count_stretches(setup, &time_s, breaks),
         treatments: vec![Treatment::default(); setup.filters.len()],
         noise: vec![ChannelSigmas::default(); setup.at_rest.len()],
     };
@@ -94,8 +86,7 @@ pub(super) fn run(
         else {
             continue;
         };
-        done.counts.empty += column.iter().filter(|v| !v.is_finite()).count();
-        let stretches = stretches(setup.clock, &time_s, breaks, column);
+        let stretches = stretches(setup, &time_s, breaks, column);
         let mut noise = done.noise.iter_mut().zip(&setup.at_rest);
         let mut measure = |column: &[f64]| {
             if let Some((sigmas, at_rest)) = noise.next() {
@@ -105,7 +96,7 @@ pub(super) fn run(
         measure(column);
         for (filter, treatment) in setup.filters.iter().zip(&mut done.treatments) {
             for rows in &stretches {
-                filter_stretch(filter, setup.clock, &time_s, rows, column, treatment);
+                filter_stretch(filter, setup, &time_s, rows, column, treatment);
             }
             measure(column);
         }
@@ -113,18 +104,42 @@ pub(super) fn run(
     done
 }
 
-fn count_stretches(clock: Clock, time_s: &[f64], breaks: &[usize], counts: &mut Counts) {
-    for (row, now) in time_s.iter().enumerate() {
-        let is_break = row == 0 || breaks.binary_search(&row).is_ok();
-        let step = (!is_break).then(|| clock.step(time_s[row - 1], *now));
-        counts.stretches += usize::from(step.is_none_or(Step::parts));
-        counts.splits.gaps += usize::from(step == Some(Step::Gap));
-        counts.splits.backward += usize::from(step == Some(Step::Backward));
+/// Times of all rows, s: a row without a stamp follows the one before at the usual step.
+fn times(stamps: Option<&[f64]>, rows: usize, step_s: f64) -> Vec<f64> {
+    let known = |row: usize| stamps.map(|t| t[row]).filter(|t| t.is_finite());
+    let first = (0..rows).find_map(|row| Some(known(row)? - row as f64 * step_s));
+    let mut next = first.unwrap_or(0.0);
+    let time = |row: usize| {
+        let time = known(row).unwrap_or(next);
+        next = time + step_s;
+        time
+    };
+    (0..rows).map(time).collect()
+}
+
+fn count_stretches(setup: &Setup, time_s: &[f64], breaks: &[usize]) -> Counts {
+    let mut counts = Counts::default();
+    for row in 0..time_s.len() {
+        let step_s = time_s[row] - time_s[row.saturating_sub(1)];
+        let parts = if row == 0 || breaks.binary_search(&row).is_ok() {
+            true
+        } else if step_s > GAP_STEPS * setup.step_s {
+            counts.gaps += 1;
+            true
+        } else if step_s < 0.0 {
+            counts.backward += 1;
+            true
+        } else {
+            false
+        };
+        counts.stretches += usize::from(parts);
     }
+    counts
 }
 
 /// Rows of a channel between breaks, gaps and steps back of its samples; both ends are samples.
-fn stretches(clock: Clock, time_s: &[f64], breaks: &[usize], column: &[f64]) -> Vec<Range<usize>> {
+fn stretches(setup: &Setup, time_s: &[f64], breaks: &[usize], column: &[f64]) -> Vec<Range<usize>> {
+    let within = 0.0..=GAP_STEPS * setup.step_s;
     let mut stretches: Vec<Range<usize>> = Vec::new();
     let mut breaks = breaks.iter().peekable();
     let mut is_broken = true;
@@ -133,7 +148,7 @@ fn stretches(clock: Clock, time_s: &[f64], breaks: &[usize], column: &[f64]) -> 
             is_broken = true;
         }
         match stretches.last_mut().filter(|_| !is_broken) {
-            Some(last) if !clock.step(time_s[last.end - 1], time_s[row]).parts() => {
+            Some(last) if within.contains(&(time_s[row] - time_s[last.end - 1])) => {
                 last.end = row + 1;
             }
             _ => stretches.push(row..row + 1),
@@ -146,7 +161,7 @@ fn stretches(clock: Clock, time_s: &[f64], breaks: &[usize], column: &[f64]) -> 
 /// Filters the samples of a channel in these rows.
 fn filter_stretch(
     filter: &Filter,
-    clock: Clock,
+    setup: &Setup,
     time_s: &[f64],
     rows: &Range<usize>,
     column: &mut [f64],
@@ -158,14 +173,9 @@ fn filter_stretch(
         .collect();
     let mut samples: Vec<f64> = sampled.iter().map(|row| column[*row]).collect();
     treatment.samples += samples.len();
-    let is_even = |w: &[usize]| clock.step(time_s[w[0]], time_s[w[1]]) == Step::Even;
-    let grid = match filter.needs_even_steps() && !sampled.windows(2).all(is_even) {
-        true => Some(EvenGrid::new(
-            clock.step_s,
-            sampled.iter().map(|row| time_s[*row]),
-        )),
-        false => None,
-    };
+    let stamps = sampled.iter().map(|row| time_s[*row]);
+    let grid = EvenGrid::new(setup.step_s, setup.whole_share, stamps);
+    let grid = Some(grid).filter(|grid| filter.needs_even_steps() && !grid.is_even());
     let points = grid.as_ref().map_or(samples.len(), EvenGrid::len);
     if samples.len().min(points) < filter.shortest() {
         treatment.too_short += samples.len();

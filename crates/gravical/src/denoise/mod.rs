@@ -8,11 +8,11 @@
 //! empty cells. It reports the effect of each filter on white noise
 //! ([`Response`]) and on the noise of this recording at rest ([`DenoiseSummary`]).
 //!
-//! - `savgol`, `gram`, `convolve`: polynomials over a window (Savitzky–Golay), and the moving
-//!   average, which is the one of order 0.
+//! - `savgol`: polynomials over a window (Savitzky–Golay), and the moving average, which is the one
+//!   of order 0.
 //! - `butterworth`: second-order sections of `gravical-core`, one pass or two.
 //! - `hampel`: outliers.
-//! - `clock`, `even`: uneven sampling.
+//! - `even`: uneven sampling.
 //! - `engine`: columns through the filters.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would
@@ -32,19 +32,16 @@
 //! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
 //! let done = denoise(recording, &DenoiseOptions::new(["butter:4,5Hz".parse()?]))?;
 //! let step = &done.summary.filters[0];
-//! assert!(step.response.noise_gain < 0.4);
+//! assert!(step.response.noise_gain.unwrap() < 0.4);
 //! assert_eq!(step.response.minus_3db_hz.as_deref(), Some(&[5.0][..]));
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
 mod butterworth;
-mod clock;
-mod convolve;
 mod engine;
 mod even;
 mod file;
 mod filter;
-mod gram;
 mod hampel;
 mod parse;
 mod response;
@@ -57,11 +54,7 @@ mod tests;
 pub use file::{DenoisedFile, denoise_file};
 pub use filter::Filter;
 pub use response::Response;
-#[doc(hidden)]
-pub use savgol::{causal_coefficients, coefficients};
 pub use spec::{Band, FilterSpec, Passes};
-#[doc(hidden)]
-pub use spec::{MAX_POLYNOMIAL, MAX_WINDOW};
 pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
 
 use std::ops::Range;
@@ -73,8 +66,8 @@ use crate::poses::rests::find_rests;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
-use clock::{Clock, FIRST_STAMPS};
 use engine::{Done, Setup, run};
+use even::{WHOLE_SHARE, whole_share};
 use summary::{Scales, findings};
 
 /// The channels that are filtered.
@@ -211,14 +204,12 @@ fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<(Setup, 
 
 /// The filters for a recording; noise is not measured.
 fn set_up(recording: &Recording, options: &DenoiseOptions) -> Result<Setup> {
-    let stamps = recording.time_s.as_ref().map(|time_s| {
-        let finite = time_s.iter().copied().filter(|t| t.is_finite());
-        finite.take(FIRST_STAMPS).collect::<Vec<f64>>()
-    });
-    let rate_hz = recording.timing.rate_hz();
+    let step_s = recording.timing.rate_hz().map_or(1.0, f64::recip);
+    let stamps = recording.time_s.as_ref();
     Ok(Setup {
         filters: design(recording, options)?,
-        clock: Clock::new(rate_hz, stamps.as_deref()),
+        step_s,
+        whole_share: stamps.map_or(WHOLE_SHARE, |t| whole_share(t, step_s)),
         channels: channels(recording.gyro.is_some(), options),
         at_rest: Vec::new(),
     })

@@ -4,109 +4,48 @@
 //! A. Savitzky and M. J. E. Golay, Analytical Chemistry 36, 1964. Samples are equally spaced, so
 //! that one set of weights is used for all.
 
-use std::ops::Range;
+use nalgebra::{DMatrix, DVector};
 
-use super::convolve::convolve;
-use super::gram::{Gram, even_points, half_width};
-use crate::{Error, Result};
+/// Samples summed at once, so that they stay in the first-level cache.
+const BLOCK: usize = 1024;
 
 /// The filter for samples `step_s` apart.
 pub(super) struct Savgol {
     window: usize,
+    order: usize,
     derivative: usize,
-    /// For x_(i−left) … x_(i+right).
+    /// Chebyshev coefficients of the fit by the samples of a window: R⁻¹Qᵀ.
+    fit: DMatrix<f64>,
+    /// For the middle of a window.
     weights: Vec<f64>,
-    left: usize,
-    /// One over half the length of the window, to the power of the derivative.
+    /// From derivatives on −1 … 1 to those by time.
     scale: f64,
-    gram: Gram,
-}
-
-/// Weights for samples from the oldest to the newest that give the polynomial's derivative at
-/// `position` (0 the oldest, `window` − 1 the newest).
-///
-/// # Errors
-///
-/// `filter-range` as [`FilterSpec::validate`](super::FilterSpec::validate), and for a `step_s`
-/// that is not positive.
-pub fn coefficients(
-    window: usize,
-    order: usize,
-    derivative: usize,
-    position: f64,
-    step_s: f64,
-) -> Result<Vec<f64>> {
-    super::FilterSpec::SavitzkyGolay {
-        window,
-        order,
-        derivative,
-    }
-    .validate()?;
-    if !(step_s > 0.0 && step_s.is_finite() && position.is_finite()) {
-        return Err(Error::usage(
-            "filter-range",
-            format!("the time between samples has to be above zero, not {step_s} s"),
-        )
-        .with_hint("step_s is the inverse of the sampling rate"));
-    }
-    let mut gram = Gram::new(order, window);
-    // A window above the order always has enough points.
-    gram.fit_to(&even_points(window));
-    let half = half_width(window);
-    let mut a = Vec::new();
-    gram.at(
-        (position - 0.5 * (window as f64 - 1.0)) / half,
-        derivative,
-        &mut a,
-    );
-    let scale = (half * step_s).powi(derivative as i32).recip();
-    a.iter_mut().for_each(|a| *a *= scale);
-    let mut weights = vec![0.0; window];
-    gram.combine(&a, &mut weights);
-    Ok(weights)
-}
-
-/// Weights for the newest sample, from the oldest to the newest, for
-/// [`SavitzkyGolay`](gravical_core::filter::savgol::SavitzkyGolay) on a microcontroller.
-///
-/// # Errors
-///
-/// As [`coefficients`].
-///
-/// ```
-/// use gravical::denoise::causal_coefficients;
-///
-/// let weights = causal_coefficients(5, 2, 0, 0.01)?;
-/// assert!((weights[4] - 31.0 / 35.0).abs() < 1e-15);
-/// # Ok::<(), gravical::Error>(())
-/// ```
-pub fn causal_coefficients(
-    window: usize,
-    order: usize,
-    derivative: usize,
-    step_s: f64,
-) -> Result<Vec<f64>> {
-    let newest = window as f64 - 1.0;
-    coefficients(window, order, derivative, newest, step_s)
 }
 
 impl Savgol {
-    /// `step_s` is used only for derivatives.
-    pub fn new(window: usize, order: usize, derivative: usize, step_s: f64) -> Result<Self> {
-        let middle = 0.5 * (window as f64 - 1.0);
-        let weights = coefficients(window, order, derivative, middle, step_s)?;
-        let mut gram = Gram::new(order, window);
-        gram.fit_to(&even_points(window));
-        Ok(Savgol {
+    /// `window` is odd and above `order`; `step_s` is used only for derivatives.
+    ///
+    /// Powers of the points lose all but three digits (window 101, order 8); Chebyshev polynomials
+    /// on −1 … 1 lose none.
+    pub fn new(window: usize, order: usize, derivative: usize, step_s: f64) -> Self {
+        let points = (0..window).flat_map(|i| chebyshev(order, position(i, window), 0));
+        let qr = DMatrix::from_row_iterator(window, order + 1, points).qr();
+        let fit = qr.r().solve_upper_triangular(&qr.q().transpose());
+        // A window above the order has enough points.
+        let fit = fit.unwrap_or_else(|| DMatrix::zeros(order + 1, window));
+        let scale = (half_width(window) * step_s)
+            .powi(derivative as i32)
+            .recip();
+        let middle = DVector::from_vec(chebyshev(order, 0.0, derivative));
+        let weights = (fit.tr_mul(&middle) * scale).as_slice().to_vec();
+        Savgol {
             window,
+            order,
             derivative,
+            fit,
             weights,
-            left: (window - 1) / 2,
-            scale: (half_width(window) * step_s)
-                .powi(derivative as i32)
-                .recip(),
-            gram,
-        })
+            scale,
+        }
     }
 
     pub fn window(&self) -> usize {
@@ -117,36 +56,56 @@ impl Savgol {
         &self.weights
     }
 
-    /// The filtered samples, which are equally spaced; fewer than the window stay as they are.
+    /// Filters equally spaced samples, a window or more. At the ends the fit to the last full window
+    /// goes on (scipy's `interp`).
     pub fn filter(&self, x: &[f64]) -> Vec<f64> {
-        let n = x.len();
-        if n < self.window {
-            return x.to_vec();
+        let (n, ends) = (x.len(), self.window / 2);
+        let mut y = vec![0.0; n];
+        for (block, y) in y[ends..n - ends].chunks_mut(BLOCK).enumerate() {
+            for (k, weight) in self.weights.iter().enumerate() {
+                y.iter_mut()
+                    .zip(&x[BLOCK * block + k..])
+                    .for_each(|(y, x)| *y += weight * x);
+            }
         }
-        let mut out = Vec::with_capacity(n);
-        // As in scipy, also for even windows.
-        let ends = self.window / 2;
-        let right = self.window - 1 - self.left;
-        let start = n - self.window;
-        self.polynomial(&x[..self.window], 0..ends, &mut out);
-        if ends < n - ends {
-            let inner = &x[ends - self.left..n - ends + right];
-            convolve(inner, &self.weights, &mut out);
+        for (start, rows) in [(0, 0..ends), (n - self.window, n - ends..n)] {
+            let samples = DVector::from_column_slice(&x[start..start + self.window]);
+            let fit = &self.fit * samples;
+            for row in rows {
+                let basis = chebyshev(
+                    self.order,
+                    position(row - start, self.window),
+                    self.derivative,
+                );
+                y[row] = self.scale * basis.iter().zip(&fit).map(|(b, c)| b * c).sum::<f64>();
+            }
         }
-        self.polynomial(&x[start..], n - ends - start..self.window, &mut out);
-        out
+        y
     }
+}
 
-    /// Appends the fit to one window at some of its samples.
-    fn polynomial(&self, samples: &[f64], at: Range<usize>, out: &mut Vec<f64>) {
-        let fit = self.gram.project(samples);
-        let half = half_width(self.window);
-        let mut a = Vec::new();
-        out.extend(at.map(|i| {
-            let x = (i as f64 - 0.5 * (self.window as f64 - 1.0)) / half;
-            self.gram.at(x, self.derivative, &mut a);
-            let value: f64 = a.iter().zip(&fit).map(|(a, f)| a * f).sum();
-            value * self.scale
-        }));
+/// Place of a sample in its window, from −1 to 1.
+fn position(i: usize, window: usize) -> f64 {
+    (i as f64 - 0.5 * (window as f64 - 1.0)) / half_width(window)
+}
+
+/// Samples from the middle of a window to its ends; 1 for a window of one.
+fn half_width(window: usize) -> f64 {
+    (0.5 * (window as f64 - 1.0)).max(1.0)
+}
+
+/// A derivative of the Chebyshev polynomials T₀ … T_order: of T_(m+1) = 2x T_m − T_(m−1), d times.
+fn chebyshev(order: usize, x: f64, derivative: usize) -> Vec<f64> {
+    let mut values = vec![0.0; order + 1];
+    for d in 0..=derivative {
+        let below = std::mem::replace(&mut values, vec![0.0; order + 1]);
+        values[0] = if d == 0 { 1.0 } else { 0.0 };
+        if order > 0 {
+            values[1] = [x, 1.0].get(d).copied().unwrap_or(0.0);
+        }
+        for m in 1..order {
+            values[m + 1] = 2.0 * (x * values[m] + d as f64 * below[m]) - values[m - 1];
+        }
     }
+    values
 }

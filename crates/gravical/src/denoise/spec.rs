@@ -26,10 +26,10 @@ pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), savgol:11,3,1 (de
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilterSpec {
-    /// `savgol:WINDOW,ORDER[,DERIVATIVE]`: a polynomial fitted to the samples around each one.
+    /// `savgol:WINDOW,ORDER[,DERIVATIVE]`: a polynomial fitted to the samples around each one;
+    /// `mean:WINDOW`, the moving average, is the one of order 0.
     SavitzkyGolay {
-        /// Samples, 1 to [`MAX_WINDOW`]. With an even window the values are those half a step
-        /// later.
+        /// Samples, odd, 1 to [`MAX_WINDOW`].
         window: usize,
         /// Degree of the polynomial, 0 to [`MAX_POLYNOMIAL`] and below the window.
         order: usize,
@@ -54,11 +54,6 @@ pub enum FilterSpec {
         /// Largest accepted deviation in robust standard deviations, 0 to 1e6; 0 gives a running
         /// median.
         sigmas: f64,
-    },
-    /// `mean:WINDOW`: the moving average.
-    Mean {
-        /// Samples, odd, 1 to [`MAX_WINDOW`].
-        window: usize,
     },
 }
 
@@ -107,15 +102,18 @@ impl FilterSpec {
             Err(Error::usage("filter-range", format!("{self}: {what}")).with_hint(EXAMPLES))
         };
         let window_of = match *self {
-            FilterSpec::SavitzkyGolay { window, .. }
-            | FilterSpec::Hampel { window, .. }
-            | FilterSpec::Mean { window } => Some(window),
+            FilterSpec::SavitzkyGolay { window, .. } | FilterSpec::Hampel { window, .. } => {
+                Some(window)
+            }
             FilterSpec::Butterworth { .. } => None,
         };
         if let Some(window) = window_of
             && !(1..=MAX_WINDOW).contains(&window)
         {
             return wrong(format!("the window has to be 1 to {MAX_WINDOW} samples"));
+        }
+        if window_of.is_some_and(|window| window % 2 == 0) {
+            return wrong("the window has to be odd: an even one has no middle".to_owned());
         }
         match *self {
             FilterSpec::SavitzkyGolay {
@@ -135,16 +133,11 @@ impl FilterSpec {
                 }
             }
             FilterSpec::Hampel { window, sigmas } => {
-                if window % 2 == 0 || window < 3 {
-                    return wrong("the window has to be odd and at least 3".to_owned());
+                if window < 3 {
+                    return wrong("the window has to be at least 3".to_owned());
                 }
                 if !(0.0..=1e6).contains(&sigmas) {
                     return wrong("sigmas have to be between 0 and 1e6".to_owned());
-                }
-            }
-            FilterSpec::Mean { window } => {
-                if window % 2 == 0 {
-                    return wrong("the window has to be odd: an even one has no middle".to_owned());
                 }
             }
             FilterSpec::Butterworth { order, band, .. } => {
@@ -172,7 +165,7 @@ impl FilterSpec {
         match self {
             FilterSpec::SavitzkyGolay { derivative, .. } => *derivative == 0,
             FilterSpec::Butterworth { band, .. } => matches!(band, Band::Low { .. }),
-            FilterSpec::Hampel { .. } | FilterSpec::Mean { .. } => true,
+            FilterSpec::Hampel { .. } => true,
         }
     }
 

@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use crate::numfmt::count;
 use crate::recording::{Finding, FindingKind, Recording};
 
-use super::engine::{ChannelSigmas, Counts, Done, Setup, Treatment};
+use super::engine::{ChannelSigmas, Counts, Done, GAP_STEPS, Setup, Treatment};
 use super::filter::Filter;
 use super::response::Response;
-use super::spec::{FilterSpec, Passes};
+use super::spec::FilterSpec;
 
 /// Result of [`denoise`](super::denoise).
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -182,7 +183,7 @@ pub(super) fn findings(
     let filters = setup.filters.iter().zip(treatments);
     let of_filters = filters.flat_map(|(f, treatment)| filter_findings(f, treatment, duration_s));
     let mut all: Vec<Finding> = of_filters.collect();
-    all.extend(row_findings(counts, setup.clock.gap_s));
+    all.extend(parted(counts, GAP_STEPS * setup.step_s));
     all
 }
 
@@ -235,24 +236,6 @@ fn filter_findings(
             .counting(treatment.too_short as u64),
         );
     }
-    if let FilterSpec::Butterworth {
-        passes: Passes::Causal,
-        ..
-    } = spec
-    {
-        out.push(Finding::new(
-            FindingKind::Delayed,
-            format!("{spec} runs forwards only: its output is delayed"),
-        ));
-    }
-    if let FilterSpec::SavitzkyGolay { window, .. } = spec
-        && window % 2 == 0
-    {
-        out.push(Finding::new(
-            FindingKind::EvenWindow,
-            format!("{spec}: the middle of an even window is between two samples: the values are those half a step later; use {} or {}", window - 1, window + 1),
-        ));
-    }
     if let FilterSpec::Butterworth { band, .. } = spec
         && let Some(duration_s) = duration_s
         && let Some(slowest_hz) = band.edges_hz().first()
@@ -266,61 +249,19 @@ fn filter_findings(
     out
 }
 
-/// Findings about rows: where filters restart, interpolated time stamps, empty cells.
-fn row_findings(counts: &Counts, gap_s: f64) -> Vec<Finding> {
-    let Counts {
-        splits,
-        stamps_filled,
-        empty,
-        ..
-    } = *counts;
-    let mut out = Vec::new();
-    if splits.gaps + splits.backward > 0 {
-        let mut why = Vec::new();
-        if splits.gaps > 0 {
-            let steps = if splits.gaps == 1 { "step" } else { "steps" };
-            why.push(format!(
-                "{} {steps} of more than {:.3} s",
-                splits.gaps, gap_s
-            ));
-        }
-        if splits.backward > 0 {
-            why.push(match splits.backward {
-                1 => "1 stamp that runs backwards".to_owned(),
-                n => format!("{n} stamps that run backwards"),
-            });
-        }
-        out.push(
-            Finding::new(
-                FindingKind::Parted,
-                format!("the filters restart at {}", why.join(" and ")),
-            )
-            .counting((splits.gaps + splits.backward) as u64),
-        );
+/// Where filters restart.
+fn parted(counts: &Counts, gap_s: f64) -> Option<Finding> {
+    let mut why = Vec::new();
+    if counts.gaps > 0 {
+        let steps = count(counts.gaps, "step");
+        why.push(format!("{steps} of more than {gap_s:.3} s"));
     }
-    if stamps_filled > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::StampsFilled,
-                format!(
-                    "{} rows have no time stamp; they are assumed to be evenly spaced between their neighbours",
-                    stamps_filled
-                ),
-            )
-            .counting(stamps_filled as u64),
-        );
+    if counts.backward > 0 {
+        let runs = if counts.backward == 1 { "runs" } else { "run" };
+        let stamps = count(counts.backward, "stamp");
+        why.push(format!("{stamps} that {runs} backwards"));
     }
-    if empty > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::EmptyKept,
-                format!(
-                    "{} empty cells stay empty; the samples around them are filtered as if one were lost",
-                    empty
-                ),
-            )
-            .counting(empty as u64),
-        );
-    }
-    out
+    let text = format!("the filters restart at {}", why.join(" and "));
+    let finding = Finding::new(FindingKind::Parted, text);
+    (!why.is_empty()).then(|| finding.counting((counts.gaps + counts.backward) as u64))
 }

@@ -60,37 +60,11 @@ fn deviation(x: &[f64]) -> f64 {
 }
 
 #[test]
-fn savitzky_golay_has_known_gains_and_frequencies() {
-    // The middle weight equals the sum of squares of all weights (Savitzky and Golay).
-    for (window, middle, share) in [
-        (5, 17.0 / 35.0, 0.238),
-        (7, 1.0 / 3.0, 0.160),
-        (11, 89.0 / 429.0, 0.099),
-        (21, 329.0 / 3059.0, 0.051),
-    ] {
-        let gain = f64::sqrt(middle);
-        let filter = designed(&format!("savgol:{window},2"), 100.0);
-        let response = filter.response();
-        assert!((response.noise_gain - gain).abs() < 1e-12, "{response:?}");
-        assert!(
-            (response.minus_3db_of_rate[0] - share).abs() < 5e-4,
-            "{response:?}"
-        );
-        assert!((response.minus_3db_hz.as_ref().unwrap()[0] - 100.0 * share).abs() < 0.05);
-    }
-}
-
-#[test]
 fn gain_equals_that_measured_on_noise() {
     let white = noise(400_000, 3);
-    for spec in LINEAR.iter().chain(&[
-        "hampel:7,3",
-        "hampel:9,0",
-        "butter:8,1Hz",
-        "butter:5,9-11Hz",
-    ]) {
+    for spec in LINEAR.iter().chain(&["butter:8,1Hz", "butter:5,9-11Hz"]) {
         let y = filtered(spec, 100.0, &white);
-        let gain = designed(spec, 100.0).response().noise_gain;
+        let gain = designed(spec, 100.0).response().noise_gain.unwrap();
         let seen = deviation(&y) / deviation(&white);
         // The output of a narrow filter has few independent values.
         assert!((seen / gain - 1.0).abs() < 0.03, "{spec}: {seen} {gain}");
@@ -143,61 +117,19 @@ fn gain_is_minus_3_db_at_the_stated_frequencies() {
 
 #[test]
 fn streaming_filter_gives_identical_results() {
-    use gravical_core::filter::biquad::{Biquad, Cascade};
+    use gravical_core::filter::biquad::{Biquad, settle, update};
     let x: Vec<f64> = noise(500, 8).iter().map(|v| 9.81 + v).collect();
-    let filter = designed("butter1:4,5Hz", 100.0);
     let batch = filtered("butter1:4,5Hz", 100.0, &x);
-    let list: Vec<Biquad<f64>> = filter
-        .sections()
-        .iter()
-        .map(|s| Biquad::new([s[0], s[1], s[2]], [s[3], s[4]]))
-        .collect();
-    let mut built = Cascade::<f64, 2>::new(list.try_into().unwrap());
-    let mut designed =
-        gravical_core::filter::butterworth::low_pass::<f64, 2>(4, 5.0, 100.0).unwrap();
-    for stream in [&mut built, &mut designed] {
-        stream.settle(x[0]);
-        for (x, want) in x.iter().zip(&batch) {
-            assert_eq!(stream.update(*x).to_bits(), want.to_bits());
-        }
+    let mut stream = [Biquad::default(); 2];
+    gravical_core::filter::butterworth::low_pass(4, 5.0, 100.0, &mut stream).unwrap();
+    settle(&mut stream, x[0]);
+    for (x, want) in x.iter().zip(&batch) {
+        assert_eq!(update(&mut stream, *x).to_bits(), want.to_bits());
     }
-}
-
-#[test]
-fn causal_weights_equal_the_fit_at_the_end() {
-    use gravical_core::filter::savgol::SavitzkyGolay;
-    let x: Vec<f64> = noise(60, 9);
-    for derivative in 0..3 {
-        let weights = causal_coefficients(11, 3, derivative, 0.01).unwrap();
-        let mut stream = SavitzkyGolay::<f64, 11>::new(&weights).unwrap();
-        let out: Vec<f64> = x.iter().map(|x| stream.update(*x)).collect();
-        for end in 11..=x.len() {
-            let y = filtered(&format!("savgol:11,3,{derivative}"), 100.0, &x[..end]);
-            assert!(off(&[out[end - 1]], &[y[end - 1]]) < 1e-11);
-        }
-    }
-    for (window, order) in [(4, 4), (0, 0)] {
-        assert!(causal_coefficients(window, order, 0, 0.01).is_err());
-    }
-    assert!(causal_coefficients(5, 2, 1, 0.0).is_err());
-    assert!(causal_coefficients(5, 2, 1, f64::NAN).is_err());
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
-
-    #[test]
-    fn filters_are_linear(a in -3.0..3.0, b in -3.0..3.0, seed: u64, which in 0..LINEAR.len()) {
-        let spec = LINEAR[which];
-        let (x, z) = (noise(150, seed), noise(150, seed ^ 1));
-        let sum: Vec<f64> = x.iter().zip(&z).map(|(x, z)| a * x + b * z).collect();
-        let (x, z) = (filtered(spec, 100.0, &x), filtered(spec, 100.0, &z));
-        let want: Vec<f64> = x.iter().zip(&z).map(|(x, z)| a * x + b * z).collect();
-        let scale = deviation(&x) + deviation(&z);
-        for (got, want) in filtered(spec, 100.0, &sum).iter().zip(&want) {
-            prop_assert!((got - want).abs() < 1e-11 * scale, "{}", spec);
-        }
-    }
 
     #[test]
     fn constants_are_kept_or_removed(value in -20.0..20.0, which in 0..LINEAR.len(), n in 1_usize..200) {

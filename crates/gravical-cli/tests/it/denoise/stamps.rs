@@ -97,7 +97,7 @@ fn empty_cells_stay_empty_and_spoil_nothing() {
         "mean:5",
     ] {
         let reported = summary(folder.path(), &format!("holes.csv --filter {filter}"));
-        assert_eq!(finding(&reported, "empty-kept")["count"], 3, "{filter}");
+        assert_eq!(finding(&reported, "empty-cells")["count"], 2, "{filter}");
         let rows = written(folder.path());
         let empty: Vec<(usize, usize)> = (1..rows.len())
             .flat_map(|r| (1..4).map(move |c| (r, c)))
