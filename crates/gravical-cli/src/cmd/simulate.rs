@@ -17,7 +17,7 @@ pub use args::Args;
 ///
 /// An option out of range, an existing file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let (options, output, shared) = args.options()?;
+    let (options, output, shared) = args.options();
     let (truth, written) = simulate_to(&options, output, shared.force)?;
     if shared.json {
         text::print_json(&truth)?;

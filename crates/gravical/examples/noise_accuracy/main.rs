@@ -4,14 +4,14 @@
 //!
 //! It prints the tables of docs/accuracy-noise.md.
 
-use std::f64::consts::PI;
 use std::time::Instant;
 
 use gravical::noise::{ChannelNoise, NoiseOptions, Spacing, Term, noise_of_samples};
 use gravical_signal::allan_variances;
-use rand::SeedableRng as _;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution as _, StandardNormal};
+
+#[path = "../../../../tests/support/noise.rs"]
+mod noise;
+use noise::samples;
 
 const PERIOD_S: f64 = 0.01;
 const TERMS: [Term; 3] = [Term::N, Term::B, Term::K];
@@ -68,34 +68,8 @@ fn main() {
 
 fn run(case: &Case, seed: u64) -> ChannelNoise {
     let count = (case.hours * 3600.0 / PERIOD_S) as usize;
-    let samples = simulate(count, case.truth, seed);
+    let samples = samples(count, PERIOD_S, case.truth, seed);
     noise_of_samples("ax", &samples, PERIOD_S, &NoiseOptions::default())
-}
-
-/// White noise, flicker noise as a sum of processes that forget exponentially, and a random walk.
-fn simulate(count: usize, [n, b, k]: [f64; 3], seed: u64) -> Vec<f64> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-    let ratio = 10_f64.sqrt();
-    let each = b * (ratio.ln() / PI).sqrt();
-    let mut processes = Vec::new();
-    let mut constant_s = PERIOD_S;
-    while b > 0.0 && constant_s < 30.0 * count as f64 * PERIOD_S {
-        processes.push((each * normal(), (-PERIOD_S / constant_s).exp()));
-        constant_s *= ratio;
-    }
-    let mut walk = 0.0;
-    let mut out = Vec::with_capacity(count);
-    for _ in 0..count {
-        let mut value = n / PERIOD_S.sqrt() * normal() + walk;
-        walk += k * PERIOD_S.sqrt() * normal();
-        for (state, keep) in &mut processes {
-            value += *state;
-            *state = *keep * *state + each * (1.0 - *keep * *keep).sqrt() * normal();
-        }
-        out.push(value);
-    }
-    out
 }
 
 fn print_row(case: &Case, results: &[ChannelNoise], term: Term, truth: f64) {
@@ -140,7 +114,7 @@ fn held<T>(all: &[T], holds: impl Fn(&T) -> bool) -> String {
 }
 
 fn speed() {
-    let samples = simulate(10_000_000, [3.3e-3, 0.0, 0.0], 1);
+    let samples = samples(10_000_000, PERIOD_S, [3.3e-3, 0.0, 0.0], 1);
     let start = Instant::now();
     let points = allan_variances(&[&samples], &Spacing::Octave.factors(samples.len()));
     println!(

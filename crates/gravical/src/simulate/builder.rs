@@ -21,7 +21,6 @@ pub(super) struct Plan {
 /// Appends pieces to a path and records the events.
 pub(super) struct Builder {
     pub path: MotionPath,
-    first: UnitQuaternion<f64>,
     pub now_s: f64,
     pub attitude: UnitQuaternion<f64>,
     position: Vector3<f64>,
@@ -40,7 +39,6 @@ impl Builder {
                 pieces: Vec::new(),
                 gravity_mps2: options.gravity_mps2,
             },
-            first: attitude,
             now_s: 0.0,
             attitude,
             position: Vector3::zeros(),
@@ -111,15 +109,12 @@ impl Builder {
         displacement: Vector3<f64>,
         duration_s: f64,
     ) {
-        let (start_s, before) = (self.now_s, self.attitude);
+        let start_s = self.now_s;
         self.push(rotation, law, displacement, duration_s);
-        let change = (before.inverse() * self.attitude).scaled_axis();
         self.moves.push(MoveTruth {
             start_s,
             end_s: self.now_s,
             displacement_m: displacement.into(),
-            displacement_sensor_m: self.first.inverse_transform_vector(&displacement).into(),
-            rotation_deg: change.map(f64::to_degrees).into(),
         });
     }
 

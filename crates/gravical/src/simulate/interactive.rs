@@ -3,14 +3,13 @@
 use nalgebra::Vector3;
 
 use super::builder::Builder;
-use super::chamber::{Warmth, warming};
 use super::options::SimulateOptions;
 use super::part::Part;
 use super::path::Law;
 use super::poses::{Draws, Z_UP};
 use super::range::bad;
-use super::record::INSIDE_HZ;
-use super::scenario_options::{LineOptions, Scenario};
+use super::record::{INSIDE_HZ, warmer_c};
+use super::scenario_options::{LINE_OFFSET_M, LineOptions, Scenario};
 use super::sensor::Sensor;
 use super::truth::Truth;
 use super::truth_of;
@@ -180,7 +179,7 @@ impl InteractiveSensor {
     pub fn push(&mut self, line: &LineOptions) -> Result<f64> {
         Scenario::Line(*line).validate()?;
         self.begin();
-        let displacement = self.heading() * line.offset_m + self.across() * line.distance_m;
+        let displacement = self.heading() * LINE_OFFSET_M + self.across() * line.distance_m;
         let wobble = Vector3::x() * line.tilt_change_deg.to_radians();
         self.builder
             .go(wobble, Law::Sine, displacement, line.move_time_s);
@@ -235,16 +234,12 @@ impl InteractiveSensor {
     }
 
     fn warm_c(&self) -> f64 {
-        warming(&self.options.sensor, self.now_s())
+        warmer_c(&self.options, 0.0, self.now_s(), 1.0)
     }
 
     fn read(&mut self) {
         let (t_s, warm_c) = (self.now_s(), self.warm_c());
-        let warmth = Warmth {
-            thermometer_c: warm_c,
-            drift_c: warm_c,
-        };
-        let reading = self.part.read(&self.builder.path, t_s, warmth);
+        let reading = self.part.read(&self.builder.path, t_s, warm_c);
         self.last = InteractiveReading {
             accel_mps2: reading.accel,
             gyro_rad_s: reading.gyro,
@@ -318,7 +313,7 @@ mod tests {
         }
         for (moved, want) in displacement
             .iter()
-            .zip([line.offset_m, line.distance_m, 0.0])
+            .zip([LINE_OFFSET_M, line.distance_m, 0.0])
         {
             assert!((moved - want).abs() < 1e-6, "{moved}");
         }

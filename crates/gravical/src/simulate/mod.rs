@@ -3,7 +3,7 @@
 //! # Overview
 //!
 //! A scenario is converted to a path: attitude and position as functions of time, with gravity
-//! ([`MotionPath`]). Angular rate and specific force are computed from this path, so the two
+//! (`MotionPath`). Angular rate and specific force are computed from this path, so the two
 //! sensors are consistent. They are measured by a sensor with random errors drawn from the seed,
 //! followed by a low-pass, a converter and a board's clock; the true values are returned as
 //! [`Truth`].
@@ -27,7 +27,6 @@
 //! ```
 
 mod builder;
-mod chamber;
 mod interactive;
 #[doc(hidden)]
 mod options;
@@ -40,15 +39,13 @@ mod record;
 mod scenario;
 mod scenario_options;
 mod sensor;
-mod slow;
 #[cfg(test)]
 mod tests;
 mod truth;
 mod write;
 
 pub use interactive::{InteractiveReading, InteractiveSensor};
-pub use options::{FileFormat, FileOptions, SensorOptions, SimulateChanges, SimulateOptions};
-pub use path::{MotionPath, PathState};
+pub use options::{FileOptions, SensorOptions, SimulateOptions};
 #[doc(hidden)]
 pub use poses::spread_directions;
 pub use scenario_options::{
@@ -58,7 +55,7 @@ pub use truth::{
     AccelerometerTruth, FileTruth, GyroscopeTruth, MoveTruth, PoseKind, PoseTruth, TRUTH_FORMAT,
     Truth, TurnTruth,
 };
-pub use write::{simulate_to, write};
+pub use write::simulate_to;
 
 use crate::Result;
 
@@ -80,7 +77,7 @@ pub struct Simulation {
     pub truth: Truth,
 }
 
-/// One recording, as columns of equal length, and its path.
+/// One recording, as columns of equal length.
 #[derive(Debug, Clone)]
 pub struct SimulatedFile {
     /// File name, `x_axis_pos.csv` ….
@@ -98,8 +95,6 @@ pub struct SimulatedFile {
     pub temperature_c: Vec<f64>,
     /// True at rest (by the path, not by the delayed signal).
     pub still: Vec<bool>,
-    /// The exact motion as a function of `t_s`.
-    pub path: MotionPath,
 }
 
 /// Simulates `options.scenario`.
@@ -150,7 +145,6 @@ fn file_truth(plan: builder::Plan, recorded: &record::Recorded) -> FileTruth {
         dropped_rows: recorded.dropped_rows,
         clipped_rows: recorded.clipped_rows,
         first_stamp_ms: recorded.first_stamp_ms,
-        temperature_mean_c: recorded.temperature_mean_c,
         poses: plan.poses,
         turns: plan.turns,
         moves: plan.moves,
@@ -168,7 +162,6 @@ impl SimulatedFile {
             gyro_rad_s: std::array::from_fn(|_| column()),
             temperature_c: column(),
             still: Vec::with_capacity(rows),
-            path: plan.path.clone(),
         }
     }
 
@@ -187,7 +180,7 @@ impl SimulatedFile {
 fn truth_of(sensor: &sensor::Sensor, options: &SimulateOptions, files: Vec<FileTruth>) -> Truth {
     Truth {
         format: TRUTH_FORMAT.to_owned(),
-        tool: tool(),
+        tool: crate::TOOL.to_owned(),
         seed: options.seed,
         gravity_mps2: options.gravity_mps2,
         accelerometer: sensor.accel_truth(options),
@@ -195,9 +188,4 @@ fn truth_of(sensor: &sensor::Sensor, options: &SimulateOptions, files: Vec<FileT
         files,
         options: options.clone(),
     }
-}
-
-/// Name and version, as written to files.
-fn tool() -> String {
-    crate::TOOL.to_owned()
 }

@@ -1,14 +1,16 @@
 //! Conversion of motion to readings by the part.
 
-use gravical_core::filter::biquad::Cascade;
+use gravical_core::filter::biquad::Biquad;
 use gravical_core::filter::butterworth::low_pass;
 use nalgebra::Vector3;
 
-use super::chamber::Warmth;
 use super::options::{SensorOptions, SimulateOptions};
 use super::path::MotionPath;
 use super::random::{Purpose, normal, stream, three};
-use super::sensor::{START_TEMPERATURE_C, Sensor, TEMPERATURE_AT_ZERO_C, TEMPERATURE_LSB_PER_C};
+use super::sensor::{
+    ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS, START_TEMPERATURE_C, Sensor, TEMPERATURE_AT_ZERO_C,
+    TEMPERATURE_LSB_PER_C, TEMPERATURE_NOISE_C,
+};
 
 /// Result of reading the registers once.
 pub(super) struct Reading {
@@ -26,13 +28,11 @@ pub(super) struct Part {
     options: SensorOptions,
     /// Second-order Butterworth. The real filter is not published; its data sheet gives a delay of
     /// 4.9 ms for the 44 Hz setting, this one has 5.1 ms.
-    filters: Option<[Cascade<f64, 1>; 6]>,
+    filters: Option<[Biquad<f64>; 6]>,
     noise: rand_chacha::ChaCha8Rng,
     accel_sd: f64,
     gyro_sd: f64,
     step_s: f64,
-    /// Slow noise of the next reading.
-    pub slow: [f64; 6],
 }
 
 impl Part {
@@ -52,8 +52,12 @@ impl Part {
             sensor.read_gyro(inputs.rate, inputs.force, 0.0),
         ];
         // The options are valid: the cutoff is below half of the rate.
-        let designed = |cutoff_hz| low_pass::<f64, 1>(2, cutoff_hz, 1.0 / step_s).ok();
-        let filters = o.low_pass_hz.and_then(designed).map(|filter| {
+        let designed = |cutoff_hz| {
+            let mut filter = [Biquad::default()];
+            low_pass(2, cutoff_hz, 1.0 / step_s, &mut filter).ok()?;
+            Some(filter)
+        };
+        let filters = o.low_pass_hz.and_then(designed).map(|[filter]| {
             let mut filters = [filter; 6];
             for (filter, &input) in filters.iter_mut().zip(first.iter().flatten()) {
                 filter.settle(input);
@@ -67,10 +71,9 @@ impl Part {
             options: o.clone(),
             filters,
             noise: stream(options.seed, Purpose::Noise, file),
-            accel_sd: o.accel_noise_mps_rts * per_step,
-            gyro_sd: o.gyro_noise_deg_rts.to_radians() * per_step,
+            accel_sd: o.noise_factor * ACCEL_NOISE_MPS_RTS * per_step,
+            gyro_sd: o.noise_factor * GYRO_NOISE_DEG_RTS.to_radians() * per_step,
             step_s,
-            slow: [0.0; 6],
         }
     }
 
@@ -96,10 +99,8 @@ impl Part {
     }
 
     /// The same, as read from the registers.
-    pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmth: Warmth) -> Reading {
-        let values = self.update(path, t_s, warmth.drift_c);
-        let slow = self.slow;
-        let [ax, ay, az, gx, gy, gz] = std::array::from_fn(|i| values[i] + slow[i]);
+    pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> Reading {
+        let [ax, ay, az, gx, gy, gz] = self.update(path, t_s, warmer_c);
         let mut clipped = false;
         let quantise = self.options.quantise;
         let mut give = |value: f64, lsb: f64| {
@@ -112,8 +113,8 @@ impl Part {
         let (accel_lsb, gyro_lsb) = (self.sensor.accel_lsb, self.sensor.gyro_lsb);
         let accel = [ax, ay, az].map(|v| give(v, accel_lsb));
         let gyro = [gx, gy, gz].map(|v| give(v, gyro_lsb));
-        let noise_c = self.options.temperature_noise_c * normal(&mut self.noise);
-        let temperature_c = START_TEMPERATURE_C + warmth.thermometer_c + noise_c;
+        let noise_c = self.options.noise_factor * TEMPERATURE_NOISE_C * normal(&mut self.noise);
+        let temperature_c = START_TEMPERATURE_C + warmer_c + noise_c;
         let counts = temperature_counts(temperature_c);
         Reading {
             accel,

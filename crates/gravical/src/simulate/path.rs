@@ -11,26 +11,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 /// Attitude and position as functions of time; the sensor rests before the first and after the
 /// last piece.
 #[derive(Debug, Clone)]
-pub struct MotionPath {
+pub(super) struct MotionPath {
     pub(super) pieces: Vec<Piece>,
     pub(super) gravity_mps2: f64,
-}
-
-/// The exact state at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathState {
-    /// Hamilton quaternion w, x, y, z, sensor → world.
-    pub attitude: [f64; 4],
-    /// Angular rate in the sensor frame, rad/s.
-    pub rate_rad_s: [f64; 3],
-    /// Specific force in the sensor frame, m/s².
-    pub specific_force_mps2: [f64; 3],
-    /// Position in the world, m, from the start of the path.
-    pub position_m: [f64; 3],
-    /// Velocity in the world, m/s.
-    pub velocity_mps: [f64; 3],
-    /// True at rest.
-    pub still: bool,
 }
 
 /// How an angle varies over the unit interval.
@@ -113,35 +96,8 @@ pub(super) struct Inputs {
 
 impl MotionPath {
     /// Length of the path, s.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.pieces.last().map_or(0.0, Piece::end_s)
-    }
-
-    /// The exact state at `t_s` seconds after the start; before and after the path the sensor
-    /// rests.
-    #[must_use]
-    pub fn state_at(&self, t_s: f64) -> PathState {
-        let Some(piece) = self.piece_at(t_s) else {
-            return PathState {
-                attitude: [1.0, 0.0, 0.0, 0.0],
-                rate_rad_s: [0.0; 3],
-                specific_force_mps2: [0.0, 0.0, self.gravity_mps2],
-                position_m: [0.0; 3],
-                velocity_mps: [0.0; 3],
-                still: true,
-            };
-        };
-        let now = self.evaluate(piece, t_s);
-        let q = now.attitude.quaternion();
-        PathState {
-            attitude: [q.w, q.i, q.j, q.k],
-            rate_rad_s: now.rate.into(),
-            specific_force_mps2: self.force(&now).into(),
-            position_m: now.position.into(),
-            velocity_mps: now.velocity.into(),
-            still: piece.is_still(),
-        }
     }
 
     /// The inputs of the sensors at `t_s`, for a sensor that samples every `step_s`.
@@ -179,7 +135,6 @@ impl MotionPath {
     }
 
     /// True if the sensor rests at `t_s`.
-    #[must_use]
     pub fn is_still_at(&self, t_s: f64) -> bool {
         self.piece_at(t_s).is_none_or(Piece::is_still)
     }
@@ -205,24 +160,16 @@ impl MotionPath {
                 } else {
                     piece.attitude
                 },
-                position: if ended {
-                    piece.end_position()
-                } else {
-                    piece.position
-                },
                 rate: Vector3::zeros(),
-                velocity: Vector3::zeros(),
                 acceleration: Vector3::zeros(),
             };
         }
         let (angle, _) = piece.law.at(tau);
-        let (distance, speed, acceleration) = minimum_jerk(tau);
+        let (.., acceleration) = minimum_jerk(tau);
         let per_s = 1.0 / piece.duration_s;
         Kinematics {
             attitude: piece.attitude * UnitQuaternion::from_scaled_axis(piece.rotation * angle),
             rate: piece.rate(tau),
-            position: piece.position + piece.displacement * distance,
-            velocity: piece.displacement * (speed * per_s),
             acceleration: piece.displacement * (acceleration * per_s * per_s),
         }
     }
@@ -237,7 +184,5 @@ impl MotionPath {
 struct Kinematics {
     attitude: UnitQuaternion<f64>,
     rate: Vector3<f64>,
-    position: Vector3<f64>,
-    velocity: Vector3<f64>,
     acceleration: Vector3<f64>,
 }

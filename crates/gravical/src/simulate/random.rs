@@ -16,7 +16,6 @@ pub(super) enum Purpose {
     Noise = 5,
     Stamps = 6,
     Drops = 7,
-    SlowNoise = 9,
 }
 
 /// The stream of `purpose` for the file with this index (0 for values common to all files).

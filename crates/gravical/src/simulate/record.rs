@@ -6,13 +6,11 @@
 
 use rand::RngExt;
 
-use super::chamber::Chamber;
 use super::options::SimulateOptions;
 use super::part::{Part, Reading};
 use super::path::MotionPath;
 use super::random::{Purpose, stream, uniform};
 use super::sensor::{START_TEMPERATURE_C, Sensor};
-use super::slow::SlowNoise;
 use crate::Result;
 
 /// The lowest rate of the internal simulation of the sensor, Hz.
@@ -33,7 +31,6 @@ pub(super) struct Recorded {
     pub first_stamp_ms: u64,
     pub dropped_rows: usize,
     pub clipped_rows: usize,
-    pub temperature_mean_c: f64,
 }
 
 /// Number of rows before any are lost.
@@ -58,7 +55,6 @@ pub(super) fn record(
     let mut part = Part::new(sensor, options, step_s, file, path);
     let mut stamps = Stamps::new(options, file);
     let mut drops = stream(options.seed, Purpose::Drops, file);
-    let mut slow = SlowNoise::new(options, path.duration_s(), file);
     let mut recorded = Recorded {
         first_stamp_ms: stamps.first_ms,
         ..Recorded::default()
@@ -69,23 +65,19 @@ pub(super) fn record(
         .sensor
         .low_pass_hz
         .map_or(0, |f| (5.0 / (f * step_s)).ceil() as usize);
-    let soak = options.scenario.soak();
-    let mut chamber = Chamber::new(&options.sensor, soak, path.duration_s(), warm_s);
+    let warmer_c = |t_s: f64| warmer_c(options, t_s, warm_s + t_s, path.duration_s());
     for _ in 0..settle_steps {
-        part.update(path, 0.0, chamber.at(0.0).drift_c);
+        part.update(path, 0.0, warmer_c(0.0));
     }
-    let mut temperature_sum = 0.0;
     for row in 0..rows {
         let t_s = row as f64 / options.rate_hz;
-        let warmth = chamber.at(t_s);
-        temperature_sum += warmth.thermometer_c;
+        let warm_c = warmer_c(t_s);
         let before = if row == 0 { per_row } else { 1 };
         for step in before..per_row {
             let t_s = ((row - 1) * per_row + step) as f64 * step_s;
-            part.update(path, t_s, warmth.drift_c);
+            part.update(path, t_s, warm_c);
         }
-        part.slow = slow.next();
-        let reading = part.read(path, t_s, warmth);
+        let reading = part.read(path, t_s, warm_c);
         let stamp_ms = stamps.at(row);
         let lost = drops.random::<f64>() < options.dropped_fraction;
         if lost && row > 0 {
@@ -101,8 +93,19 @@ pub(super) fn record(
             still: path.is_still_at(t_s),
         })?;
     }
-    recorded.temperature_mean_c = START_TEMPERATURE_C + temperature_sum / rows.max(1) as f64;
     Ok(recorded)
+}
+
+/// °C above 25 °C at `t_s`, `on_s` seconds after the part was switched on: it warms up on a table, or follows a
+/// chamber once from the highest temperature to the lowest and back.
+pub(super) fn warmer_c(options: &SimulateOptions, t_s: f64, on_s: f64, duration_s: f64) -> f64 {
+    if let Some(soak) = options.scenario.soak() {
+        let turn = std::f64::consts::TAU * t_s / duration_s;
+        let celsius = soak.low_c + 0.5 * (soak.high_c - soak.low_c) * (1.0 + turn.cos());
+        return celsius - START_TEMPERATURE_C;
+    }
+    let o = &options.sensor;
+    o.temperature_rise_c * -(-on_s / o.temperature_time_s).exp_m1()
 }
 
 /// The board's clock in whole milliseconds.
@@ -128,7 +131,7 @@ impl<'a> Stamps<'a> {
         let o = self.options;
         let jitter_ms = o.stamp_jitter_ms * uniform(&mut self.rng);
         let true_ms = row as f64 * 1000.0 / o.rate_hz;
-        let board_ms = self.first_ms as f64 + true_ms * (1.0 + o.clock_error_ppm * 1e-6);
+        let board_ms = self.first_ms as f64 + true_ms;
         // millis() truncates; the tolerance keeps 30 ms from becoming 29.
         (board_ms + jitter_ms + 1e-6).floor().max(0.0) as u64
     }

@@ -7,7 +7,7 @@ use super::options::SimulateOptions;
 use super::path::Law;
 use super::poses::{Draws, Z_UP, spread_directions};
 use super::scenario_options::{
-    LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions,
+    LINE_OFFSET_M, LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions, TURN_S,
 };
 use super::truth::PoseKind;
 use crate::poses::face::Face;
@@ -43,7 +43,7 @@ fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws)
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
         build.move_to(up);
         build.rest(nominal, o.rest_s);
-        build.turn(label, up, o.turn_angle_deg, o.turn_time_s);
+        build.turn(label, up, o.turn_angle_deg, TURN_S);
         build.rest(nominal, o.rest_s);
     }
     build.finish("session.csv".to_owned())
@@ -88,7 +88,7 @@ fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
     let (nominal, up) = draws.face_pose(Z_UP);
     let mut build = Builder::new(options, up);
     build.rest(nominal, o.rest_s);
-    let displacement = Vector3::new(o.offset_m, o.distance_m, 0.0);
+    let displacement = Vector3::new(LINE_OFFSET_M, o.distance_m, 0.0);
     // About x, so that gravity has a component in the direction of travel.
     let wobble = Vector3::x() * o.tilt_change_deg.to_radians();
     build.go(wobble, Law::Sine, displacement, o.move_time_s);

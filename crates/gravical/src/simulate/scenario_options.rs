@@ -7,6 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::range::{bad, within};
 use crate::{Error, Result};
 
+/// Duration of a turn, s; the peak rate is 1.875·angle/duration.
+pub(super) const TURN_S: f64 = 4.0;
+/// Displacement of a line along x, m.
+pub(super) const LINE_OFFSET_M: f64 = 0.02;
+
 /// What is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
@@ -60,7 +65,6 @@ impl Scenario {
             Self::SixPosition(o) => {
                 within("hold", o.hold_s, 0.1, 3600.0, "s")?;
                 within("rest", o.rest_s, 0.1, 3600.0, "s")?;
-                within("turn-time", o.turn_time_s, 0.5, 60.0, "s")?;
                 within("turn-angle", o.turn_angle_deg, -3600.0, 3600.0, "°")
             }
             Self::Poses(o) => {
@@ -77,7 +81,6 @@ impl Scenario {
             }
             Self::Line(o) => {
                 within("distance", o.distance_m, -100.0, 100.0, "m")?;
-                within("offset", o.offset_m, -100.0, 100.0, "m")?;
                 within("move-time", o.move_time_s, 0.1, 3600.0, "s")?;
                 within("rest", o.rest_s, 0.1, 3600.0, "s")?;
                 within("tilt change", o.tilt_change_deg, -45.0, 45.0, "°")
@@ -106,11 +109,6 @@ pub struct SixPositionOptions {
     #[serde(rename(deserialize = "turn_angle"))]
     #[cfg_attr(feature = "clap", arg(long = "turn-angle", value_name = "DEG", default_value_t = SixPositionOptions::default().turn_angle_deg, allow_negative_numbers = true, requires = "continuous"))]
     pub turn_angle_deg: f64,
-    /// Duration of a turn, s; the peak rate is 1.875·angle/duration.
-    /// Default 4; range 0.5 to 60.
-    #[serde(rename(deserialize = "turn_time"))]
-    #[cfg_attr(feature = "clap", arg(skip = SixPositionOptions::default().turn_time_s))]
-    pub turn_time_s: f64,
 }
 
 impl Default for SixPositionOptions {
@@ -120,7 +118,6 @@ impl Default for SixPositionOptions {
             continuous: false,
             rest_s: 3.0,
             turn_angle_deg: -360.0,
-            turn_time_s: 4.0,
         }
     }
 }
@@ -191,9 +188,6 @@ pub struct SoakOptions {
     pub high_c: f64,
     /// Temperature in the middle, °C. Default −10; range −40 to 105.
     pub low_c: f64,
-    /// Width of the hysteresis: the drift lags behind the thermometer by half of it in both
-    /// directions, °C. Default 0; range 0 to 100.
-    pub hysteresis_c: f64,
 }
 
 impl Default for SoakOptions {
@@ -201,7 +195,6 @@ impl Default for SoakOptions {
         Self {
             high_c: 50.0,
             low_c: -10.0,
-            hysteresis_c: 0.0,
         }
     }
 }
@@ -216,19 +209,14 @@ impl FromStr for SoakOptions {
             .and_then(|(high, low)| Some((high.trim().parse().ok()?, low.trim().parse().ok()?)));
         let (high_c, low_c) = numbers
             .ok_or_else(|| Error::usage("usage", "expected two temperatures such as 50,-10"))?;
-        Ok(SoakOptions {
-            high_c,
-            low_c,
-            ..Self::default()
-        })
+        Ok(SoakOptions { high_c, low_c })
     }
 }
 
 impl SoakOptions {
     fn validate(&self) -> Result<()> {
         within("soak", self.high_c, -40.0, 105.0, "°C")?;
-        within("soak", self.low_c, -40.0, 105.0, "°C")?;
-        within("soak-hysteresis", self.hysteresis_c, 0.0, 100.0, "°C")
+        within("soak", self.low_c, -40.0, self.high_c, "°C")
     }
 }
 
@@ -242,10 +230,6 @@ pub struct LineOptions {
     #[serde(rename(deserialize = "distance"))]
     #[cfg_attr(feature = "clap", arg(long = "distance", value_name = "M", default_value_t = LineOptions::default().distance_m, allow_negative_numbers = true))]
     pub distance_m: f64,
-    /// Displacement along x, m. Default 0.02; range ±100.
-    #[serde(rename(deserialize = "offset"))]
-    #[cfg_attr(feature = "clap", arg(skip = LineOptions::default().offset_m))]
-    pub offset_m: f64,
     /// Duration of the move, s
     #[serde(rename(deserialize = "move_time"))]
     #[cfg_attr(feature = "clap", arg(long = "move-time", value_name = "S", default_value_t = LineOptions::default().move_time_s))]
@@ -265,7 +249,6 @@ impl Default for LineOptions {
     fn default() -> Self {
         Self {
             distance_m: 0.7,
-            offset_m: 0.02,
             move_time_s: 2.0,
             rest_s: 5.0,
             tilt_change_deg: 0.0,

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::options::{FileFormat, SimulateOptions};
+use super::options::SimulateOptions;
 use super::random::{Purpose, normal, stream, three, uniform};
 use super::truth::{AccelerometerTruth, GyroscopeTruth};
 
@@ -15,6 +15,18 @@ pub(super) const START_TEMPERATURE_C: f64 = 25.0;
 /// Counts per °C and °C at count 0 (MPU6050 register map, 4.18).
 pub(super) const TEMPERATURE_LSB_PER_C: f64 = 340.0;
 pub(super) const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
+
+/// Widths of the errors: cross-axis ±2 % by the data sheet as an angle (sd), bias ±50 mg, gyroscope ±3 % and
+/// ±2 °/s, its sensitivity to acceleration 0.1 °/s per g (sd).
+const MISALIGNMENT_SD_DEG: f64 = 1.0;
+const ACCEL_BIAS_MPS2: f64 = 0.5;
+const GYRO_SCALE: f64 = 0.03;
+const GYRO_BIAS_DEG_S: f64 = 2.0;
+const G_SENSITIVITY_SD_DEG_S: f64 = 0.1;
+/// White noise, Allan N, m/s/√s and °/√s; of a reading of the thermometer, °C.
+pub(super) const ACCEL_NOISE_MPS_RTS: f64 = 3.3e-3;
+pub(super) const GYRO_NOISE_DEG_RTS: f64 = 0.005;
+pub(super) const TEMPERATURE_NOISE_C: f64 = 0.02;
 
 /// Errors and scales of one part.
 #[derive(Debug, Clone)]
@@ -37,22 +49,22 @@ impl Sensor {
         let o = &options.sensor;
         let mut rng = stream(options.seed, Purpose::Parameters, 0);
         let scale_sd = o.scale_sd_percent / 100.0;
-        let misalignment_sd = o.misalignment_sd_deg.to_radians();
+        let k = o.error_factor;
+        let misalignment_sd = k * MISALIGNMENT_SD_DEG.to_radians();
 
         let scale = three(|| 1.0 + scale_sd * normal(&mut rng));
         let cross = matrix(|| misalignment_sd * normal(&mut rng));
         let accel_matrix = scaled_and_misaligned(scale, cross);
-        let accel_bias = three(|| o.accel_bias_limit_mps2 * uniform(&mut rng));
+        let accel_bias = three(|| k * ACCEL_BIAS_MPS2 * uniform(&mut rng));
         let drift = o.bias_drift_mg_per_c * 1e-3 * STANDARD_GRAVITY_MPS2;
         let accel_drift_per_c = three(|| drift.copysign(uniform(&mut rng)));
 
-        let scale_limit = o.gyro_scale_limit_percent / 100.0;
-        let scale = three(|| 1.0 + scale_limit * uniform(&mut rng));
+        let scale = three(|| 1.0 + k * GYRO_SCALE * uniform(&mut rng));
         let cross = matrix(|| misalignment_sd * normal(&mut rng));
         let gyro_matrix = scaled_and_misaligned(scale, cross);
-        let limit = o.gyro_bias_limit_deg_s.to_radians();
+        let limit = k * GYRO_BIAS_DEG_S.to_radians();
         let gyro_bias = three(|| limit * uniform(&mut rng));
-        let per_g = o.g_sensitivity_sd_deg_s_per_g.to_radians();
+        let per_g = k * G_SENSITIVITY_SD_DEG_S.to_radians();
         let g_sensitivity = matrix(|| per_g / STANDARD_GRAVITY_MPS2 * normal(&mut rng));
 
         let drift = options.scenario.gyro_drift_deg_s_per_c().to_radians();
@@ -62,8 +74,8 @@ impl Sensor {
             accel_matrix: o.accel_matrix.map_or(accel_matrix, from_rows),
             accel_bias: o.accel_bias_mps2.map_or(accel_bias, Vector3::from),
             accel_drift_per_c,
-            gyro_matrix: o.gyro_matrix.map_or(gyro_matrix, from_rows),
-            gyro_bias: o.gyro_bias_rad_s.map_or(gyro_bias, Vector3::from),
+            gyro_matrix,
+            gyro_bias,
             gyro_drift_per_c,
             g_sensitivity,
             accel_lsb: STANDARD_GRAVITY_MPS2 / (32768.0 / f64::from(o.accel_range_g)),
@@ -90,26 +102,16 @@ impl Sensor {
     }
 
     pub(super) fn accel_truth(&self, options: &SimulateOptions) -> AccelerometerTruth {
-        let raw = options.file.format == FileFormat::Raw;
-        let (file_unit, per) = if raw {
-            ("counts", 1.0 / self.accel_lsb)
-        } else {
-            ("m/s^2", 1.0)
-        };
         AccelerometerTruth {
             matrix: to_rows(&self.accel_matrix),
             bias_mps2: self.accel_bias.into(),
             bias_drift_mps2_per_c: self.accel_drift_per_c.into(),
-            file_unit: file_unit.to_owned(),
-            matrix_file: to_rows(&(self.accel_matrix * per)),
-            bias_file: (self.accel_bias * per).into(),
-            noise_mps_rts: options.sensor.accel_noise_mps_rts,
+            noise_mps_rts: options.sensor.noise_factor * ACCEL_NOISE_MPS_RTS,
             lsb_mps2: self.accel_lsb,
         }
     }
 
     pub(super) fn gyro_truth(&self, options: &SimulateOptions) -> GyroscopeTruth {
-        let raw = options.file.format == FileFormat::Raw;
         GyroscopeTruth {
             matrix: to_rows(&self.gyro_matrix),
             bias_rad_s: self.gyro_bias.into(),
@@ -118,8 +120,7 @@ impl Sensor {
                 .soak()
                 .map(|_| self.gyro_drift_per_c.into()),
             g_sensitivity_rad_s_per_mps2: to_rows(&self.g_sensitivity),
-            file_unit: if raw { "counts" } else { "rad/s" }.to_owned(),
-            noise_rad_rts: options.sensor.gyro_noise_deg_rts.to_radians(),
+            noise_rad_rts: options.sensor.noise_factor * GYRO_NOISE_DEG_RTS.to_radians(),
             lsb_rad_s: self.gyro_lsb,
         }
     }

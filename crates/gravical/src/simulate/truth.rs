@@ -7,8 +7,7 @@ use super::options::SimulateOptions;
 /// Format of `truth.json`; within `/1` fields are only added.
 pub const TRUTH_FORMAT: &str = "gravical-truth/1";
 
-/// True values of a simulation. Times are true seconds since the first row of the file, without
-/// the clock error.
+/// True values of a simulation. Times are true seconds since the first row of the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Truth {
     /// [`TRUTH_FORMAT`].
@@ -38,12 +37,6 @@ pub struct AccelerometerTruth {
     pub bias_mps2: [f64; 3],
     /// Drift of the bias, m/s² per °C.
     pub bias_drift_mps2_per_c: [f64; 3],
-    /// Unit of the written values: `m/s^2` or `counts`.
-    pub file_unit: String,
-    /// M in file units per m/s².
-    pub matrix_file: [[f64; 3]; 3],
-    /// Bias at 25 °C in file units.
-    pub bias_file: [f64; 3],
     /// Allan N, m/s/√s.
     pub noise_mps_rts: f64,
     /// One count, m/s².
@@ -62,8 +55,6 @@ pub struct GyroscopeTruth {
     pub bias_drift_rad_s_per_c: Option<[f64; 3]>,
     /// K, row-major, rad/s per m/s².
     pub g_sensitivity_rad_s_per_mps2: [[f64; 3]; 3],
-    /// Unit of the written values: `rad/s` or `counts`.
-    pub file_unit: String,
     /// Allan N, rad/√s.
     pub noise_rad_rts: f64,
     /// One count, rad/s.
@@ -83,8 +74,6 @@ pub struct FileTruth {
     pub clipped_rows: usize,
     /// Time stamp of the first row before jitter, ms.
     pub first_stamp_ms: u64,
-    /// Mean temperature of the part, °C.
-    pub temperature_mean_c: f64,
     /// Poses, in order.
     pub poses: Vec<PoseTruth>,
     /// Full turns about one axis.
@@ -147,8 +136,4 @@ pub struct MoveTruth {
     /// Displacement in the world, m. The world has z up and x along the horizontal component of
     /// the sensor's x at the first rest (of y if x points up).
     pub displacement_m: [f64; 3],
-    /// The same in the sensor's frame at the first rest, m.
-    pub displacement_sensor_m: [f64; 3],
-    /// Change of attitude from start to end, rotation vector in the sensor frame at the start, °.
-    pub rotation_deg: [f64; 3],
 }

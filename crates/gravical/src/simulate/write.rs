@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::options::{FileFormat, FileOptions, SimulateOptions};
+use super::options::{FileOptions, SimulateOptions};
 use super::part::temperature_counts;
 use super::record::{Recorded, record};
+use super::sensor::{ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS};
 use super::truth::Truth;
-use super::{BETWEEN_FILES_S, MOST_WRITTEN, Simulation, file_truth, planned, tool, truth_of};
+use super::{BETWEEN_FILES_S, MOST_WRITTEN, file_truth, planned, truth_of};
 use crate::output::{check_target, make_folder, write_atomic};
 use crate::{Error, Result};
 
@@ -18,43 +19,15 @@ const TRUE_HEADER: &str =
     "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
 const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
 
-/// Writes every recording and `truth.json` into `dir`, which is created if necessary; returns the
-/// paths, `truth.json` last.
+/// Simulates into files, row by row: every recording and `truth.json` in `dir`, which is created if
+/// necessary. Returns the truth and the paths, `truth.json` last.
 ///
 /// All targets are checked before the first is written.
 ///
 /// # Errors
 ///
-/// `exists` (usage) if a target exists and `force` is false; otherwise errors of the file system,
-/// with the path.
-pub fn write(simulation: &Simulation, dir: &Path, force: bool) -> Result<Vec<PathBuf>> {
-    let names: Vec<&str> = simulation.files.iter().map(|f| f.name.as_str()).collect();
-    let mut paths = targets(&names, dir, force)?;
-    let truth = &simulation.truth;
-    let options = &truth.options;
-    let lsb = [truth.accelerometer.lsb_mps2, truth.gyroscope.lsb_rad_s];
-    for (file, path) in simulation.files.iter().zip(&paths) {
-        write_atomic(path, force, |out| {
-            let mut lines = Lines::begin(path, options, &file.name, lsb, out)?;
-            for row in 0..file.t_s.len() {
-                let of_row = |columns: &[Vec<f64>; 3]| columns.each_ref().map(|c| c[row]);
-                let (accel, gyro) = (of_row(&file.accel_mps2), of_row(&file.gyro_rad_s));
-                lines.write(file.stamp_ms[row], accel, file.temperature_c[row], gyro)?;
-            }
-            Ok(())
-        })?;
-    }
-    paths.push(write_truth(&simulation.truth, dir, force)?);
-    Ok(paths)
-}
-
-/// Simulates into files, row by row: recordings of any length, in constant memory. The files are
-/// those of [`write()`]; returns the truth and their paths.
-///
-/// # Errors
-///
-/// Those of [`simulate`](super::simulate) and [`write()`]; `simulate-option` (usage) for more than
-/// 10⁹ rows.
+/// `simulate-option` (usage) for an option out of its range and for more than 10⁹ rows; `exists` (usage) if a
+/// target exists and `force` is false; otherwise errors of the file system, with the path.
 pub fn simulate_to(
     options: &SimulateOptions,
     dir: &Path,
@@ -112,27 +85,28 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
     let low_pass = s
         .low_pass_hz
         .map_or("off".to_owned(), |f| format!("{f} Hz"));
-    let header = match o.file.format {
-        FileFormat::WrongHeader => WRONG_HEADER,
-        FileFormat::TrueHeader => TRUE_HEADER,
-        FileFormat::Raw => RAW_HEADER,
+    let header = match o.file {
+        FileOptions { raw: true, .. } => RAW_HEADER,
+        FileOptions {
+            wrong_header: true, ..
+        } => WRONG_HEADER,
+        _ => TRUE_HEADER,
     };
-    let tool = tool();
+    let tool = crate::TOOL;
     let scenario = o.scenario.name();
     format!(
         "# simulated by {tool}, not measured: {scenario}, {name}; what was put in is in truth.json\n\
          # seed {}, rate {} Hz, range {} g and {} °/s, low-pass {low_pass}, noise {} m/s/√s and {} °/√s\n\
-         # gravity {} m/s², tilt of the poses {}°, clock {} ppm, jitter {} ms, lost rows {}\n\
+         # gravity {} m/s², tilt of the poses {}°, jitter {} ms, lost rows {}\n\
          {header}\n",
         o.seed,
         o.rate_hz,
         s.accel_range_g,
         s.gyro_range_deg_s,
-        s.accel_noise_mps_rts,
-        s.gyro_noise_deg_rts,
+        s.noise_factor * ACCEL_NOISE_MPS_RTS,
+        s.noise_factor * GYRO_NOISE_DEG_RTS,
         o.gravity_mps2,
         o.tilt_sd_deg,
-        o.clock_error_ppm,
         o.stamp_jitter_ms,
         o.dropped_fraction,
     )
@@ -192,7 +166,7 @@ impl<'a, W: std::io::Write + ?Sized> Lines<'a, W> {
     ) -> std::fmt::Result {
         let text = &mut self.text;
         write!(text, "{stamp_ms}")?;
-        if self.file.format == FileFormat::Raw {
+        if self.file.raw {
             let [accel_lsb, gyro_lsb] = self.lsb;
             let counts = accel
                 .map(|v| v / accel_lsb)

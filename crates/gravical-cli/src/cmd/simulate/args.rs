@@ -2,10 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::Result;
 use gravical::simulate::{
-    LineOptions, PosesOptions, Scenario, SimulateChanges, SimulateOptions, SixPositionOptions,
-    StaticOptions,
+    LineOptions, PosesOptions, Scenario, SimulateOptions, SixPositionOptions, StaticOptions,
 };
 
 /// Simulate recordings of an MPU6050 with known true errors
@@ -52,8 +50,6 @@ pub struct Shared {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    changes: SimulateChanges,
-    #[command(flatten)]
     options: SimulateOptions,
 }
 
@@ -73,16 +69,12 @@ impl Args {
     }
 
     /// Options of the library, the folder, and the options of the command itself.
-    ///
-    /// # Errors
-    ///
-    /// `simulate-option` (usage).
-    pub fn options(&self) -> Result<(SimulateOptions, &Path, &Shared)> {
+    pub fn options(&self) -> (SimulateOptions, &Path, &Shared) {
         let (scenario, output, shared) = self.parts();
         let options = SimulateOptions {
             scenario,
             ..shared.options.clone()
         };
-        Ok((shared.changes.of(options)?, output, shared))
+        (options, output, shared)
     }
 }
