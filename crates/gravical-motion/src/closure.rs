@@ -1,5 +1,6 @@
 //! Closures: what a rest says of the move before it.
 
+use serde::Serialize;
 use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -24,15 +25,15 @@ const USUAL_TILT_CHI2: f64 = 1.4;
 const BISECTIONS: usize = 50;
 
 /// How well a move closes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Closure {
     /// χ² of the velocity at the rest that ends the move, 3 degrees of freedom.
     pub velocity_chi2: f64,
     /// χ² of the tilt there, 2 degrees of freedom.
     pub tilt_chi2: f64,
-    /// True if they contradicted the noise known before, so that the move has more of it, the same along
-    /// all axes.
-    pub enlarged: bool,
+    /// They contradicted the noise, so the band of the move was widened until they do not, along all
+    /// axes alike.
+    pub widened: bool,
 }
 
 /// Innovation and its covariance.
@@ -75,7 +76,7 @@ impl Innovation {
         Closure {
             velocity_chi2: self.chi2::<3>(0, 0.0),
             tilt_chi2: self.chi2::<2>(3, 0.0),
-            enlarged: false,
+            widened: false,
         }
     }
 }

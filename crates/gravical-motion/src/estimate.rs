@@ -9,7 +9,7 @@ use crate::filter::{Action, Filter, Model};
 use crate::moves::{Keep, Leg, Tape, close, closing, level_before_move};
 use crate::noise::Noise;
 use crate::options::MotionOptions;
-use crate::result::{Motion, Move, PathNode, bounds};
+use crate::result::{Motion, Move, PathNode, ends};
 use crate::rough::Roughness;
 use crate::samples::Samples;
 use crate::smooth::Smoother;
@@ -154,7 +154,7 @@ fn forward(
             let leg = Leg {
                 number: moves.len(),
                 end,
-                bounds: bounds(k > 0, rest.is_some()),
+                ends: ends(k > 0, rest.is_some()),
                 rest: rest.filter(|_| k > 0).cloned(),
                 stances: &stances[first..stances.partition_point(|i| *i < end).max(first)],
             };

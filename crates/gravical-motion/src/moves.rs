@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::closure::{Closure, REST_SPEED_MPS, closure, enlargement, step_enlargement};
 use crate::filter::{Action, Filter, Model, Record};
 use crate::noise::{Density, tremor};
-use crate::result::{Bounds, Budget, Move, PathNode, array, rows};
+use crate::result::{Budget, Ends, Move, PathNode, array, rows};
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.
@@ -127,7 +127,7 @@ pub(crate) struct Leg<'a> {
     /// Its number, and its last sample.
     pub number: usize,
     pub end: usize,
-    pub bounds: Bounds,
+    pub ends: Ends,
     /// The part of the rest that it has to close with.
     pub rest: Option<Range<usize>>,
     pub stances: &'a [usize],
@@ -153,7 +153,7 @@ impl Leg<'_> {
             match (more, &mut closed) {
                 (Some(more), Some(closed)) if enlarged < MAX_ENLARGED => {
                     enlarged += 1;
-                    closed.enlarged = true;
+                    closed.widened = true;
                     excess.force += more.force;
                     excess.rate += more.rate;
                 }
@@ -204,7 +204,7 @@ impl Leg<'_> {
             displacement_m: [0.0; 3],
             covariance_m2: [[0.0; 3]; 3],
             budget: Budget::default(),
-            bounds: self.bounds,
+            ends: self.ends,
             closure,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),

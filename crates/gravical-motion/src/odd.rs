@@ -128,7 +128,7 @@ pub fn bridge_odd(
     for axis in 0..3 {
         let mut column = read[axis].clone();
         let mut i = 2;
-        while i + 6 < count {
+        while i + 2 < count {
             let clipped = clipped_rows(&column, i, range);
             let (kind, run) = if clipped > 0 {
                 (BridgeKind::Clipped, clipped)
@@ -190,7 +190,8 @@ fn spiked_rows(column: &[f64], i: usize, min_spike: f64) -> usize {
                 .all(|k| off(*k).abs() * SPIKE_OVER_NEIGHBOURS < height)
             && scatter(column, &(i..after)) * SPIKE_OVER_SCATTER < height
     };
-    (1..=MAX_SPIKE_ROWS).find(is_spike).unwrap_or(0)
+    let mut runs = (1..=MAX_SPIKE_ROWS).take_while(|run| i + run + 1 < column.len());
+    runs.find(is_spike).unwrap_or(0)
 }
 
 /// True if a channel steps out of the scatter near `rows` there, too: a knock, or a foot that strikes, is felt

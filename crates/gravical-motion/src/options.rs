@@ -74,7 +74,8 @@ pub struct MotionOptions {
     /// Rests that are known, s; none: they are looked for.
     pub rests_s: Option<Vec<(f64, f64)>>,
     /// Use the past only, as [`crate::Stepper`] does. The path of a closed move, and its bands, are those after
-    /// its end: a second into the rest that closes it, the noise of the whole move is known.
+    /// its end: a second into the rest that closes it, the noise of the whole move is known. Rests are looked for,
+    /// and each has no velocity.
     pub causal: bool,
     /// White noise of the sensor, if it is known; none: that of the rests. Rests are found by their own.
     pub noise: Option<RestNoise>,
@@ -91,8 +92,11 @@ impl MotionOptions {
         stopped.is_some_and(|stopped| stopped.load(Ordering::Relaxed))
     }
 
-    /// Nothing is negative or no number.
+    /// Nothing is negative or no number, and a causal run looks for rests.
     pub(crate) fn are_possible(&self) -> bool {
+        if self.causal && (self.rests_s.is_some() || !self.zero_velocity) {
+            return false;
+        }
         let known = &self.calibration;
         let sizes = [
             self.tilt_sd_rad,

@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
 
+use serde::Serialize;
+
 use crate::closure::Closure;
 use crate::filter::Node;
 use crate::odd::{BridgeKind, Bridged};
@@ -36,40 +38,41 @@ fn deviations(covariance: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|c| deviation(covariance[c][c]))
 }
 
-/// How a move is bounded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bounds {
-    /// By rests at both ends.
-    Closed,
-    /// It began before the recording; a rest ends it.
-    OpenStart,
-    /// It goes on at the end of the recording.
-    OpenEnd,
-    /// No rest bounds it.
-    Open,
+/// How velocity is tied down at the ends of a move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ends {
+    /// A rest before and after.
+    RestToRest,
+    /// A rest before; the recording ends in motion, or zero velocity is off.
+    FromRest,
+    /// A rest after; the recording starts in motion.
+    ToRest,
+    /// No rest at either end.
+    Free,
 }
 
 /// By rests before and after.
-pub(crate) fn bounds(before: bool, after: bool) -> Bounds {
+pub(crate) fn ends(before: bool, after: bool) -> Ends {
     match (before, after) {
-        (true, true) => Bounds::Closed,
-        (false, true) => Bounds::OpenStart,
-        (true, false) => Bounds::OpenEnd,
-        (false, false) => Bounds::Open,
+        (true, true) => Ends::RestToRest,
+        (false, true) => Ends::ToRest,
+        (true, false) => Ends::FromRest,
+        (false, false) => Ends::Free,
     }
 }
 
 /// Standard deviations that parts of the uncertainty contribute to a displacement, m; squares add up.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Budget {
     /// Noise of the accelerometer, in the move and at the rests that level it; what the move was rougher;
     /// the clock.
-    pub noise_m: [f64; 3],
+    pub noise: [f64; 3],
     /// Calibration and gravity.
-    pub calibration_m: [f64; 3],
+    pub calibration: [f64; 3],
     /// Attitude in the move: noise and unsteady scale of the gyroscope, or the tilts that a move without one
     /// may have.
-    pub attitude_m: [f64; 3],
+    pub attitude: [f64; 3],
 }
 
 impl Budget {
@@ -84,9 +87,9 @@ impl Budget {
         let by_calibration = |c: usize| calibration[(c, c)].min(total[(c, c)]);
         let by_attitude = |c: usize| attitude[(c, c)].min(total[(c, c)] - by_calibration(c));
         Budget {
-            noise_m: part(&|c| total[(c, c)] - by_calibration(c) - by_attitude(c)),
-            calibration_m: part(&by_calibration),
-            attitude_m: part(&by_attitude),
+            noise: part(&|c| total[(c, c)] - by_calibration(c) - by_attitude(c)),
+            calibration: part(&by_calibration),
+            attitude: part(&by_attitude),
         }
     }
 }
@@ -104,8 +107,8 @@ pub struct Move {
     pub covariance_m2: [[f64; 3]; 3],
     /// What contributes to it; zero in a causal run.
     pub budget: Budget,
-    /// How it is bounded.
-    pub bounds: Bounds,
+    /// What lies at its ends.
+    pub ends: Ends,
     /// What the rest that ends it says of it.
     pub closure: Option<Closure>,
     /// Steps of a foot in it that ended its drift.

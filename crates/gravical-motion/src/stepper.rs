@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::RestEvent;
+use gravical_signal::{RestDetector, RestEvent};
 use nalgebra::Vector3;
 
 use crate::chain::contradicts;
@@ -17,8 +17,7 @@ use crate::moves::{
 use crate::noise::Noise;
 use crate::odd::Bridged;
 use crate::options::MotionOptions;
-use crate::rest_source::RestSource;
-use crate::result::{Motion, PathNode, array, bounds};
+use crate::result::{Motion, PathNode, array, ends};
 use crate::rough::Roughness;
 use crate::samples::Samples;
 use crate::stance::{Stance, StanceDetector, is_walk};
@@ -63,7 +62,7 @@ pub struct Stepper {
     forgotten: usize,
     /// True if something is missing before the next sample.
     interrupted: bool,
-    source: RestSource,
+    source: RestDetector,
     candidate: Option<Candidate>,
     stances: Option<StanceDetector>,
     /// Those of this move, and the last step of the last walk.
@@ -139,8 +138,6 @@ struct Live {
     trail: Track,
     /// Up to the last whole node.
     ahead: Track,
-    /// True in a rest that is no measurement.
-    at_rest: bool,
     /// True once it is a walk.
     walks: bool,
     path: Vec<PathNode>,
@@ -152,7 +149,7 @@ impl Stepper {
     #[must_use]
     pub fn new(options: &MotionOptions, period_s: f64, resolution: [f64; 6]) -> Stepper {
         Stepper {
-            source: RestSource::new(options, period_s, resolution),
+            source: RestDetector::new(period_s, resolution),
             context: Context {
                 samples: Samples::empty(period_s, resolution),
                 directions: Directions::new(&options.calibration),
@@ -240,7 +237,7 @@ impl Stepper {
     }
 
     fn update(&mut self) {
-        while let Some(event) = self.source.update(&self.context.samples) {
+        while let Some(event) = self.source.update(&self.context.samples.channels()) {
             self.take(event);
         }
         self.consider(self.context.samples.len(), false);
@@ -283,14 +280,14 @@ impl Stepper {
         };
         let span = start..end;
         let seconds = self.context.samples.duration_s(&span);
-        let (is_first, is_given) = (self.context.noise.is_none(), self.source.is_given());
-        if !over && (is_first || !is_given) && seconds < self.awaited_s(start) {
+        let is_first = self.context.noise.is_none();
+        if !over && seconds < self.awaited_s(start) {
             return;
         }
         let taken = if doubted {
             seconds > BELIEVED_S
         } else {
-            is_given || (is_first && !over) || (!is_first && self.agrees(&span))
+            (is_first && !over) || (!is_first && self.agrees(&span))
         };
         if taken {
             self.candidate = None;
@@ -405,12 +402,6 @@ impl Stepper {
             let end = rest.end + self.forgotten;
             motion.rests.push(rest.start + self.forgotten..end);
         }
-        if !is_first && !self.context.options.zero_velocity {
-            if let Phase::Move(live) = &mut self.phase {
-                live.at_rest = true;
-            }
-            return;
-        }
         if is_first {
             self.learn(&rest);
         }
@@ -422,17 +413,13 @@ impl Stepper {
         let first_second = closing(&model, &rest);
         let mut closed = None;
         if rest.start > filter.at {
-            let steps = if self.context.options.zero_velocity {
-                self.steps(if is_first { 0 } else { filter.at + 1 }, rest.start)
-            } else {
-                Vec::new()
-            };
+            let steps = self.steps(if is_first { 0 } else { filter.at + 1 }, rest.start);
             let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
             self.last_step = steps.last().map(|s| s.swing).or(self.last_step);
             let leg = Leg {
                 number: 0,
                 end: rest.start,
-                bounds: bounds(!is_first, true),
+                ends: ends(!is_first, true),
                 rest: (!is_first).then(|| first_second.clone()),
                 stances: &stances,
             };
@@ -477,11 +464,7 @@ impl Stepper {
         }
         let closed = match &mut self.phase {
             Phase::Rest { closed, .. } => *closed,
-            Phase::Move(live) => {
-                live.at_rest = false;
-                return;
-            }
-            Phase::Unknown => return,
+            Phase::Move(_) | Phase::Unknown => return,
         };
         let (Some(mut filter), Some(model)) = (self.filter.take(), self.context.model()) else {
             return;
@@ -495,7 +478,6 @@ impl Stepper {
             start: filter.at + self.forgotten,
             ahead: trail.clone(),
             trail,
-            at_rest: false,
             walks: false,
             path: Vec::new(),
         }));
@@ -514,9 +496,8 @@ impl Stepper {
             noise.rough.extend(&self.context.samples, &[]);
         }
         let last = self.context.samples.len() - 1;
-        let usable = found && self.context.options.zero_velocity;
         let steps = match (&self.phase, self.candidate) {
-            (Phase::Move(live), candidate) if usable => {
+            (Phase::Move(live), candidate) if found => {
                 let start = live.start - self.forgotten + 1;
                 // In a walk those before are known.
                 let from = if live.walks {
@@ -576,7 +557,7 @@ impl Stepper {
             Phase::Move(live) => {
                 let filter = self.filter_here(live)?;
                 let node = PathNode::forward(&filter.node());
-                self.state(&filter, &node, live.at_rest)
+                self.state(&filter, &node, false)
             }
         }
     }
@@ -602,7 +583,7 @@ impl Stepper {
         if self.context.samples.is_empty() {
             return;
         }
-        while let Some(event) = self.source.finish(&self.context.samples) {
+        while let Some(event) = self.source.finish(&self.context.samples.channels()) {
             self.take(event);
         }
         self.consider(self.context.samples.len(), false);
@@ -612,9 +593,7 @@ impl Stepper {
         self.go_on();
         let last = self.context.samples.len() - 1;
         let steps = match &self.phase {
-            Phase::Move(live) if self.context.options.zero_velocity => {
-                self.steps(live.start - self.forgotten + 1, usize::MAX)
-            }
+            Phase::Move(live) => self.steps(live.start - self.forgotten + 1, usize::MAX),
             _ => Vec::new(),
         };
         let filter = match &self.phase {
@@ -629,18 +608,20 @@ impl Stepper {
             return;
         };
         let count = last + 1 + self.forgotten;
-        let at_rest = match &mut self.phase {
-            Phase::Unknown => false,
+        match &mut self.phase {
+            Phase::Unknown => {}
             Phase::Rest { .. } => {
                 filter.run(&model, &Action::Halt { to: last }, None);
-                true
+                if let Some(rest) = motion.rests.last_mut() {
+                    rest.end = count;
+                }
             }
             Phase::Move(live) => {
                 let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
                 let leg = Leg {
                     number: 0,
                     end: last,
-                    bounds: bounds(true, false),
+                    ends: ends(true, false),
                     rest: None,
                     stances: &stances,
                 };
@@ -655,11 +636,7 @@ impl Stepper {
                     .stances
                     .extend(stances.iter().map(|s| s + self.forgotten));
                 motion.path.append(&mut live.path);
-                live.at_rest
             }
-        };
-        if let Some(rest) = motion.rests.last_mut().filter(|_| at_rest) {
-            rest.end = count;
         }
         let mut node = PathNode::forward(&filter.node());
         node.sample = count - 1;
@@ -677,10 +654,6 @@ impl Stepper {
         let old = old.min(samples.len().saturating_sub(samples.count_in(KEPT_S)));
         let count = match &self.phase {
             Phase::Rest { closed, .. } if old > *closed => old,
-            // A whole run is to say what is missing in all of the move.
-            Phase::Move(live) if !self.context.options.zero_velocity && self.motion.is_none() => {
-                old.min(live.ahead.filter.at)
-            }
             _ => return,
         };
         // Not each time: what is left moves.
@@ -689,18 +662,11 @@ impl Stepper {
         }
         self.undo = None;
         if let Some(model) = self.context.model() {
-            match (&mut self.phase, &mut self.filter) {
-                (Phase::Rest { closed, .. }, Some(filter)) => {
-                    filter.run(&model, &Action::Halt { to: count }, None);
-                    filter.at -= count;
-                    *closed = 0;
-                }
-                (Phase::Move(live), _) => {
-                    live.trail.advance(&model, count, None);
-                    live.trail.forget(count);
-                    live.ahead.forget(count);
-                }
-                _ => {}
+            if let (Phase::Rest { closed, .. }, Some(filter)) = (&mut self.phase, &mut self.filter)
+            {
+                filter.run(&model, &Action::Halt { to: count }, None);
+                filter.at -= count;
+                *closed = 0;
             }
         }
         if let Some(candidate) = &mut self.candidate {

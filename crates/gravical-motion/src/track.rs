@@ -62,11 +62,6 @@ impl Track {
             self.filter.run(model, &propagate, None);
         }
     }
-
-    pub fn forget(&mut self, count: usize) {
-        self.filter.at -= count;
-        self.start = self.start.saturating_sub(count);
-    }
 }
 
 pub(crate) fn node_len(samples: &Samples) -> usize {

@@ -93,12 +93,13 @@ const WIDTH: usize = 1 + 3 + 4 + 3 + 3 + 3 + 3 + 3;
 fn numbers(sample: &MotionSample) -> [f64; WIDTH] {
     let mut all = [sample.t_s; WIDTH];
     all[1..4].copy_from_slice(&sample.force_mps2);
-    all[4..8].copy_from_slice(&sample.attitude);
-    all[8..11].copy_from_slice(&sample.acceleration_mps2);
-    all[11..14].copy_from_slice(&sample.velocity_mps);
-    all[14..17].copy_from_slice(&sample.position_m);
-    all[17..20].copy_from_slice(&sample.sigma_velocity_mps);
-    all[20..23].copy_from_slice(&sample.sigma_position_m);
+    let state = &sample.state;
+    all[4..8].copy_from_slice(&state.attitude);
+    all[8..11].copy_from_slice(&state.acceleration_mps2);
+    all[11..14].copy_from_slice(&state.velocity_mps);
+    all[14..17].copy_from_slice(&state.position_m);
+    all[17..20].copy_from_slice(&state.velocity_sd_mps);
+    all[20..23].copy_from_slice(&state.position_sd_m);
     all
 }
 
@@ -152,7 +153,7 @@ impl Stepper {
                     temperature_c: row[7],
                 });
                 taken.push(was);
-                still.push(stepper.now().still);
+                still.push(stepper.now().state.at_rest);
                 out.extend(numbers(stepper.now()));
             }
             Ok(())

@@ -1,8 +1,7 @@
 //! `gravical motion` of what cannot be read, cannot be meant, or has gaps.
 
 use crate::bad_input::refused;
-use crate::compare_check::narrow;
-use crate::motion::{column, line, motion};
+use crate::motion::{line, motion};
 use crate::support::*;
 
 #[test]
@@ -10,50 +9,28 @@ fn wrong_calls() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     line(path);
-    refused(
-        path,
-        "motion line/line.csv --gravity 5",
-        2,
-        "option-range",
-        &["gravity"],
-    );
-    refused(
-        path,
-        "motion line/line.csv --truth -",
-        2,
-        "truth-stdin",
-        &[],
-    );
-    refused(
-        path,
-        "motion line/line.csv --gyro line/line.csv",
-        2,
-        "gyro-twice",
-        &[],
-    );
-    refused(
-        path,
-        "motion line/line.csv --truth line/line.csv",
-        2,
-        "truth-columns-missing",
-        &[],
-    );
+    for (options, code, named) in [
+        ("--gravity 5", "option-range", "gravity"),
+        ("--causal --smooth butter:4,5Hz", "option-range", "filters"),
+        ("--truth -", "truth-stdin", ""),
+        ("--gyro line/line.csv", "gyro-twice", ""),
+        ("--truth line/line.csv", "truth-columns-missing", ""),
+    ] {
+        let call = format!("motion line/line.csv {options}");
+        refused(path, &call, 2, code, &[named]);
+    }
     for wrong in [
         "--smooth best:5",
+        "--smooth highpass:4,0.5Hz",
         "--rests 5-3",
         "--rests five",
-        "--v0 1,2",
         "--p0 1,2,up",
         "--gravity-removal best",
         "--zero-velocity maybe",
     ] {
         let run = run_in(path, words(&format!("motion line/line.csv {wrong}")));
-        assert_eq!(run.code, 2, "{wrong}\n{}", run.err);
-        assert!(run.out.is_empty(), "{wrong}");
+        assert!(run.code == 2 && run.out.is_empty(), "{wrong}\n{}", run.err);
     }
-    let filter = "motion line/line.csv --smooth highpass:4,0.5Hz --json";
-    let run = run_in(path, words(filter));
-    assert_eq!((run.code, run.error_code().as_str()), (2, "option-range"));
 }
 
 #[test]
@@ -61,38 +38,14 @@ fn bad_input() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     line(path);
-    refused(path, "motion none.csv", 3, "not-found", &[]);
-    refused(
-        path,
-        "motion line/line.csv -c none.json",
-        3,
-        "not-found",
-        &[],
-    );
-    refused(
-        path,
-        "motion line/line.csv --truth none.csv",
-        3,
-        "not-found",
-        &[],
-    );
-    write(path, "empty.csv", "");
-    refused(path, "motion empty.csv", 3, "empty-file", &[]);
-    let head = "Timestamp (ms),ax,ay,az\n";
+    let nan = "10,nan,0.1,9.8\n20,nan,0.2,9.8\n".repeat(40);
+    write(path, "nan.csv", &format!("Timestamp (ms),ax,ay,az\n{nan}"));
+    let bare = (0..900).map(|i| format!("0.0{},0.1{},9.8{}\n", i % 3, i % 4, i % 5));
     write(
         path,
-        "nan.csv",
-        &format!("{head}{}", "10,nan,0.1,9.8\n20,nan,0.2,9.8\n".repeat(40)),
+        "bare.csv",
+        &format!("ax,ay,az\n{}", bare.collect::<String>()),
     );
-    refused(path, "motion nan.csv", 3, "no-values", &[]);
-    // Without stamps a rate is needed, and will do.
-    let bare: String = (0..900)
-        .map(|i| format!("0.0{},0.1{},9.8{}\n", i % 3, i % 4, i % 5))
-        .collect();
-    write(path, "bare.csv", &format!("ax,ay,az\n{bare}"));
-    refused(path, "motion bare.csv", 3, "rate-unknown", &[]);
-    let rated = motion(path, "bare.csv --rate 100", 0);
-    close(rated["duration_s"].as_f64().unwrap(), 8.99, 0.011);
     // A calibration in counts.
     for make in [
         "simulate poses -o raw --seed 1 --raw --quiet",
@@ -100,67 +53,40 @@ fn bad_input() {
     ] {
         assert_eq!(run_in(path, words(make)).code, 0, "{make}");
     }
-    refused(
-        path,
-        "motion line/line.csv -c raw.json",
-        3,
-        "unit-mismatch",
-        &[],
-    );
-    // Nothing was written by any of them.
-    let run = run_in(path, words("motion line/line.csv -c raw.json -o out.csv"));
-    assert_eq!(run.code, 3);
+    for (what, code) in [
+        ("none.csv", "not-found"),
+        ("line/line.csv -c none.json", "not-found"),
+        ("line/line.csv --truth none.csv", "not-found"),
+        ("nan.csv", "no-values"),
+        ("bare.csv", "rate-unknown"),
+        ("line/line.csv -c raw.json", "unit-mismatch"),
+    ] {
+        refused(path, &format!("motion {what} -o out.csv"), 3, code, &[]);
+    }
     assert!(!path.join("out.csv").exists());
+    // Without stamps a rate will do.
+    let rated = motion(path, "bare.csv --rate 100", 0);
+    close(rated["duration_s"].as_f64().unwrap(), 8.99, 0.011);
 }
 
 #[test]
 fn few_rows_and_odd_ones_do_not_end_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let head = "Timestamp (ms),ax,ay,az\n";
-    for (name, rows, codes) in [
-        ("one", "0,0.1,0.2,9.8\n".to_owned(), vec![0, 3]),
-        (
-            "two",
-            "0,0.1,0.2,9.8\n10,0.1,0.2,9.8\n".to_owned(),
-            // Too short to rest: nothing of it can be known.
-            vec![3, 4],
-        ),
-        (
-            "constant",
-            (0..500)
-                .map(|i| format!("{},0.1,0.2,9.8\n", 10 * i))
-                .collect(),
-            vec![0, 3],
-        ),
-        (
-            "backwards",
-            (0..500)
-                .map(|i| format!("{},0.{},0.2,9.8\n", 10 * (i ^ 1), i % 7))
-                .collect(),
-            vec![0, 3],
-        ),
-        (
-            "huge",
-            (0..500)
-                .map(|i| format!("{},{}e60,0.2,9.8\n", 10 * i, i % 7))
-                .collect(),
-            vec![0, 3],
-        ),
-    ] {
-        let file = format!("{name}.csv");
-        write(path, &file, &format!("{head}{rows}"));
-        let run = run_in(path, words(&format!("motion {file}")));
-        assert!(
-            codes.contains(&run.code),
-            "{name}: {}\n{}",
-            run.code,
-            run.err
-        );
-        assert!(
-            !run.out.contains("NaN") && !run.out.contains("inf"),
-            "{name}"
-        );
+    type Row = fn(usize) -> String;
+    let odd: [(usize, Row); 5] = [
+        (1, |_| "0,0.1,0.2,9.8\n".to_owned()),
+        (2, |i| format!("{},0.1,0.2,9.8\n", 10 * i)),
+        (500, |i| format!("{},0.1,0.2,9.8\n", 10 * i)),
+        (500, |i| format!("{},0.{},0.2,9.8\n", 10 * (i ^ 1), i % 7)),
+        (500, |i| format!("{},{}e60,0.2,9.8\n", 10 * i, i % 7)),
+    ];
+    for (k, (rows, row)) in odd.into_iter().enumerate() {
+        let rows: String = (0..rows).map(row).collect();
+        write(path, "odd.csv", &format!("Timestamp (ms),ax,ay,az\n{rows}"));
+        let run = run_in(path, words("motion odd.csv"));
+        assert!([0, 3, 4].contains(&run.code), "{k}: {}", run.err);
+        assert!(!run.out.contains("NaN") && !run.out.contains("inf"), "{k}");
     }
 }
 
@@ -170,26 +96,13 @@ fn a_gap_in_the_only_move_leaves_nothing_to_say() {
     let path = folder.path();
     line(path);
     let text = std::fs::read_to_string(path.join("line/line.csv")).unwrap();
-    let cut: String = text
+    let rows = text
         .lines()
         .enumerate()
-        .filter(|(i, _)| !(570..640).contains(i))
-        .map(|(_, l)| format!("{l}\n"))
-        .collect();
+        .filter(|(i, _)| !(570..640).contains(i));
+    let cut: String = rows.map(|(_, l)| format!("{l}\n")).collect();
     write(path, "cut.csv", &cut);
     let result = motion(path, "cut.csv -c cal.json", 4);
     assert!(result["final"]["position_m"].is_null());
-    assert!(
-        result["moves"][0]["unusable"]
-            .as_str()
-            .unwrap()
-            .contains("missing")
-    );
-    assert!(kinds(&result).contains(&"move-unusable".to_owned()));
-    let run = run_in(path, words("motion cut.csv -c cal.json -o m.csv"));
-    assert_eq!(run.code, 4);
-    narrow(&run.err);
-    assert!(run.err.contains("not usable"), "{}", run.err);
-    let table = std::fs::read_to_string(path.join("m.csv")).unwrap();
-    assert!(column(&table, "py_m").iter().any(|p| p.is_nan()));
+    assert!(result["moves"][0]["unusable"].is_string());
 }

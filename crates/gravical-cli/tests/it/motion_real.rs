@@ -1,7 +1,5 @@
 //! `gravical motion` on real recordings.
 
-use std::io::Read;
-
 use crate::compare_check::narrow;
 use crate::every_recording::files;
 use crate::motion::motion;
@@ -38,50 +36,6 @@ fn a_walked_room_closes_beside_the_camera() {
     );
 }
 
-/// A camera with a clock, a rate and a heading of its own, that saw one bout only,
-/// or only a rest.
-#[test]
-fn a_camera_of_its_own_is_put_in_time_and_turned() {
-    let Some(data) = data() else { return };
-    let file = data.join("broad-translation/14_undisturbed_slow_translation_with_breaks_B.csv.gz");
-    let mut text = String::new();
-    flate2::read::GzDecoder::new(std::fs::File::open(&file).unwrap())
-        .read_to_string(&mut text)
-        .unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let seen = |name: &str, from: f64, to: f64| {
-        let mut truth = String::from("t_s,px_m,py_m,pz_m\n");
-        for line in text.lines().skip(1).step_by(10) {
-            let f: Vec<f64> = line
-                .split(',')
-                .map(|f| f.parse().unwrap_or(f64::NAN))
-                .collect();
-            if f[9].is_finite() && (from..to).contains(&f[0]) {
-                truth.push_str(&format!(
-                    "{:.4},{},{},{}\n",
-                    f[0] + 3.217,
-                    -f[8],
-                    f[7],
-                    f[9]
-                ));
-            }
-        }
-        write(folder.path(), name, &truth);
-        let args = format!("{} --gyro-unit rad/s --truth {name}", file.display());
-        motion(folder.path(), &args, 0)
-    };
-    for (name, from, to, moves) in [("all.csv", 0.0, 200.0, 4), ("one.csv", 77.0, 107.0, 1)] {
-        let result = seen(name, from, to);
-        let c = &result["truth"];
-        close(c["time_offset_s"].as_f64().unwrap(), -3.217, 0.015);
-        close(c["yaw_deg"].as_f64().unwrap(), -90.0, 3.0);
-        assert_eq!(c["moves"].as_array().unwrap().len(), moves);
-    }
-    let result = seen("rest.csv", 5.0, 35.0);
-    finding(&result, "truth-offset");
-    assert_eq!(result["truth"]["time_offset_s"], 0.0);
-}
-
 #[test]
 fn a_lift_goes_up_a_skyscraper() {
     let Some(data) = data() else { return };
@@ -105,32 +59,6 @@ fn a_lift_goes_up_a_skyscraper() {
     assert!(error.abs() < 2.0 * sigma, "{error} ± {sigma}");
     for kind in ["no-gyro", "gravity-off"] {
         finding(&result, kind);
-    }
-}
-
-#[test]
-fn a_lifted_box_comes_back() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["zplus", "zminus"] {
-        let file = data.join(format!("airbrakes-sixmoves/{name}.csv"));
-        let result = motion(
-            folder.path(),
-            &format!("{} --gyro-unit rad/s", file.display()),
-            0,
-        );
-        let last = result["moves"].as_array().unwrap().last().unwrap().clone();
-        let (way, sigma) = (numbers(&last["displacement_m"]), numbers(&last["sigma_m"]));
-        for k in 0..3 {
-            assert!(
-                way[k].abs() < 0.08 && way[k].abs() < 2.0 * sigma[k],
-                "{name}: {last}"
-            );
-        }
-        assert!(
-            (0.5..0.9).contains(&last["path_m"].as_f64().unwrap()),
-            "{last}"
-        );
     }
 }
 

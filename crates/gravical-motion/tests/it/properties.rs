@@ -142,11 +142,11 @@ fn results_agree_with_each_other() {
         (0..3).for_each(|c| sum[c] += one.displacement_m[c]);
         let budget = one.budget;
         for c in 0..3 {
-            let squares = [budget.noise_m, budget.calibration_m, budget.attitude_m]
-                .map(|part| part[c].powi(2));
+            let squares =
+                [budget.noise, budget.calibration, budget.attitude].map(|part| part[c].powi(2));
             let total = one.covariance_m2[c][c];
             assert!((squares.iter().sum::<f64>() / total - 1.0).abs() < 1e-9);
-            assert!(budget.noise_m[c] > 0.0 && budget.attitude_m[c] > 0.0);
+            assert!(budget.noise[c] > 0.0 && budget.attitude[c] > 0.0);
         }
     }
     // The path rests between moves, whose displacements lead from rest to rest.

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use gravical_motion::{Bounds, Motion, MotionOptions, Move, Stepper, estimate_motion};
+use gravical_motion::{Ends, Motion, MotionOptions, Stepper, estimate_motion};
 
 use crate::study::{options, unbridged};
 
@@ -51,14 +51,6 @@ fn closing_error_m(motion: &Motion) -> f64 {
     norm([0, 1, 2].map(|c| last.position_m[c] - first.position_m[c]))
 }
 
-fn closed(motion: &Motion) -> Vec<&Move> {
-    motion
-        .moves
-        .iter()
-        .filter(|m| m.bounds == Bounds::Closed)
-        .collect()
-}
-
 #[test]
 fn a_walk_round_a_square_closes() {
     let Some(rows) = rows("openshoe-square2/square2_u.csv") else {
@@ -99,7 +91,7 @@ fn a_short_walk_closes() {
     let [walk, stand] = &motion.moves[..] else {
         panic!("{:?}", motion.moves);
     };
-    assert_eq!(walk.bounds, Bounds::OpenStart);
+    assert_eq!(walk.ends, Ends::ToRest);
     assert!(
         walk.stances >= 11 && walk.sd_m().iter().all(|sd| *sd < 1.0),
         "{walk:?}"
@@ -185,51 +177,4 @@ fn strides_are_those_of_the_cameras() {
         assert!(errors.len() > 20, "{foot}");
         assert!(mean.abs() < 0.08 && sd.sqrt() < 0.06, "{foot}: {mean} {sd}");
     }
-}
-
-#[test]
-fn bouts_of_a_hand_end_where_they_began() {
-    let file = "broad-translation/14_undisturbed_slow_translation_with_breaks_B.csv.gz";
-    let Some(rows) = rows(file) else { return };
-    let time_s: Vec<f64> = rows.iter().map(|r| r[0]).collect();
-    let (force, rate) = (columns(&rows, 1, 1.0), columns(&rows, 4, 1.0));
-    let samples = unbridged(&time_s, &force, &rate);
-    let motion = estimate_motion(&samples, &MotionOptions::default());
-    let bouts = closed(&motion);
-    assert_eq!(bouts.len(), 4);
-    for (bout, limit_m) in bouts.iter().zip([1.2, 0.7, 0.4, 0.7]) {
-        assert!(norm(bout.displacement_m) < limit_m, "{bout:?}");
-    }
-}
-
-#[test]
-fn a_lift_rises_by_74_m() {
-    let Some(rows) = rows("pabrod-elevator/skyscrapper_up.csv") else {
-        return;
-    };
-    // Channels are written as they come: a row has the latest value of each, where z is new.
-    let mut latest = [f64::NAN; 3];
-    let (mut time_s, mut force) = (Vec::new(), Vec::new());
-    for row in &rows {
-        for c in (0..3).filter(|c| row[2 + c].is_finite()) {
-            latest[c] = row[2 + c];
-        }
-        if row[4].is_finite() && latest.iter().all(|v| v.is_finite()) {
-            time_s.push(row[0] * 1e-3);
-            force.push(latest);
-        }
-    }
-    let samples = unbridged(&time_s, &force, &[]);
-    let motion = estimate_motion(&samples, &MotionOptions::default());
-    let rides = closed(&motion);
-    let ride = rides
-        .iter()
-        .max_by(|a, b| a.duration_s.total_cmp(&b.duration_s))
-        .unwrap();
-    // Its owner has 74.3 m, by a mean of his choice.
-    let (error_m, sd_m) = (ride.displacement_m[2] - 74.3, ride.sd_m()[2]);
-    assert!(
-        error_m.abs() < 1.0 && error_m.abs() < 2.0 * sd_m,
-        "{error_m} ± {sd_m}"
-    );
 }

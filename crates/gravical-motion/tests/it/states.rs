@@ -140,22 +140,3 @@ fn nothing_is_integrated_over_a_gap_nor_known_without_a_rest() {
                 .all(|s| !s.at_rest && s.position_m[0].is_nan())
     );
 }
-
-#[test]
-#[ignore = "slow: 2·10⁶ rows"]
-fn states_of_a_long_recording() {
-    let scene = Scene {
-        moves: 1000,
-        rests_s: [18.0, 18.0],
-        ..Scene::new(1, Trouble::Wobble(0.05))
-    };
-    let samples = samples(&scene.record(), scene.ranges);
-    let motion = estimate_motion(&samples, &options());
-    let start = std::time::Instant::now();
-    let sum: f64 = motion.states(&samples).map(|s| s.position_m[0]).sum();
-    println!(
-        "{} rows: {:.3} s, {sum}",
-        samples.len(),
-        start.elapsed().as_secs_f64()
-    );
-}

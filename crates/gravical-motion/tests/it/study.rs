@@ -1,7 +1,7 @@
 //! Errors against bands over many recordings.
 
 use gravical_motion::{
-    Bounds, CalibrationUncertainty, Motion, MotionOptions, Samples, Sensor, bridge_odd,
+    CalibrationUncertainty, Ends, Motion, MotionOptions, Samples, Sensor, bridge_odd,
     estimate_motion, hung_rows, resolutions,
 };
 
@@ -83,7 +83,7 @@ impl Study {
             let closed = motion
                 .moves
                 .iter()
-                .filter(|m| m.bounds == Bounds::Closed)
+                .filter(|m| m.ends == Ends::RestToRest)
                 .count();
             if closed != recording.moves_s.len() || closed != motion.moves.len() {
                 continue;

@@ -8,7 +8,7 @@ use crate::document::{
 };
 use crate::figure::Figure;
 use gravical::motion::{MotionJudgement, MotionResult, Span};
-use gravical::numfmt::{decimals_by, digits, fixed};
+use gravical::numfmt::{decimals_by, digits, fixed, words};
 use gravical::recording::{Origin, Recording};
 
 use super::moves::{budget, end, largest, moves};
@@ -107,7 +107,7 @@ fn verdict(result: &MotionResult) -> Verdict {
         figures,
         ..Verdict::new(
             grade,
-            result.verdict.judgement.name(),
+            &words(&result.verdict.judgement),
             &result.verdict.reasons,
         )
     }

@@ -42,18 +42,18 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
         ])
         .columns(Column::axes("error of the displacement ± 1σ, m"))
         .columns([Column::number("RMSE, m")])
-        .rows(c.moves.iter().enumerate().map(|(i, m)| one_move(i, m)));
+        .rows(c.moves.iter().map(one_move));
     section.with(moves)
 }
 
-fn one_move(i: usize, m: &MoveComparison) -> Row {
+fn one_move(m: &MoveComparison) -> Row {
     // The error has its own digits.
     let n = decimals_of(largest(m.end_error_m), 2);
     let n = m
         .sigma_m
         .map_or([n; 3], |s| decimals(Some(s), s).map(|d| d.max(n)));
     let mut cells = vec![
-        Cell::text((i + 1).to_string()),
+        Cell::text(m.number.to_string()),
         Cell::number(fixed(m.start_s, 2)),
         Cell::number(fixed(m.end_s, 2)),
     ];

@@ -52,12 +52,11 @@ impl Estimate {
     }
 
     fn of(samples: Samples, motion: gravical_motion::Motion, options: &MotionOptions) -> Self {
-        let is_open = !options.updates_at_rests();
         Estimate {
             samples,
             motion,
             report: None,
-            v0_mps: options.v0_mps.filter(|_| is_open).unwrap_or_default(),
+            v0_mps: options.v0_mps.unwrap_or_default(),
             p0_m: options.p0_m,
         }
     }

@@ -15,11 +15,11 @@
 //! ```
 //! use gravical::motion::{MotionOptions, motion};
 //! use gravical::recording::{ReadOptions, read};
-//! use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
+//! use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate_to};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
-//! write(&simulate(&options)?, folder.path(), false)?;
+//! simulate_to(&options, folder.path(), false)?;
 //!
 //! let recording = read(&folder.path().join("line.csv"), &ReadOptions::default())?;
 //! let result = motion(&recording, None, &MotionOptions::default())?.result;
@@ -66,6 +66,7 @@ use uncertainty::{
     variance_of_magnitude,
 };
 
+pub use gravical_motion::SampleState;
 pub use intervals::Intervals;
 pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, MotionOptions, Procedure};
@@ -172,17 +173,8 @@ pub fn motion(
     let no_rest = rests.is_empty() && !by_report;
     let t = own.samples.time_s();
     let visible_moves = visible_moves(&own, options);
-    let longest_s = rests
-        .iter()
-        .map(|r| t[r.end - 1] - t[r.start])
-        .fold(0.0, f64::max);
-    findings.extend(words::hidden(&visible_moves, longest_s, &moves));
     let has_gyro = !own.samples.rate_rad_s().is_empty();
-    match no_rest {
-        true => findings.push(words::no_rest()),
-        false => findings.extend(words::circumstances(has_gyro, &moves, options)),
-    }
-    findings.extend(words::start_velocity(options, !rests.is_empty()));
+    findings.extend(words::circumstances(has_gyro, &moves, options));
     if file.is_none()
         && let Some(rest) = rests.first()
     {
@@ -224,12 +216,9 @@ pub fn motion(
         visible_moves,
         gravity_misfit: misfit,
         r#final: end,
-        uncalibrated: uncalibrated.as_ref().map(|plain| {
-            let end = moves::end(plain, &moves, options);
-            Uncalibrated {
-                position_m: end.position_m,
-                velocity_mps: end.velocity_mps,
-            }
+        uncalibrated: uncalibrated.as_ref().map(|plain| FinalState {
+            sigma_m: None,
+            ..moves::end(plain, &moves, options)
         }),
         moves,
         truth: None,
@@ -380,7 +369,6 @@ impl Work<'_> {
         let mut doubts = Vec::new();
         if let Some(misfit) = misfit.filter(|m| m.contradicts) {
             doubts.extend(misfit.directions());
-            findings.push(words::misfit(&misfit));
         }
         // Raw columns of the same name show other gravity than calibrated ones.
         let by_board = self.recording.is_calibrated_by_board;

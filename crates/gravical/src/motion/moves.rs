@@ -1,11 +1,10 @@
 //! What an estimate says of the moves, of the end of the recording, and of what may hide in a rest.
 
 use gravical_core::matrix3::norm;
-use gravical_motion::Bounds;
 
 use super::estimate::Estimate;
 use super::options::MotionOptions;
-use super::result::{Budget, Closure, Ends, FinalState, Move, VisibleMove};
+use super::result::{Ends, FinalState, Move, VisibleMove};
 use super::words;
 
 /// Durations that visible moves are reported of, s.
@@ -31,20 +30,10 @@ pub(super) fn moves(
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
     let mut moves = Vec::with_capacity(own.motion.moves.len());
     for m in &own.motion.moves {
-        let ends = match m.bounds {
-            Bounds::Closed => Ends::RestToRest,
-            Bounds::OpenEnd => Ends::FromRest,
-            Bounds::OpenStart => Ends::ToRest,
-            Bounds::Open => Ends::Free,
-        };
-        let mut one = Move::new(t[m.samples.start]..t[m.samples.end], ends);
+        let mut one = Move::new(t[m.samples.start]..t[m.samples.end], m.ends);
         one.stances = m.stances;
         one.replaced = m.clipped + m.spiked;
-        one.closure = m.closure.map(|c| Closure {
-            velocity_chi2: c.velocity_chi2,
-            tilt_chi2: c.tilt_chi2,
-            widened: c.enlarged,
-        });
+        one.closure = m.closure;
         one.unusable = m
             .unusable()
             .map(words::unusable)
@@ -58,11 +47,7 @@ pub(super) fn moves(
             one.displacement_m = Some(carried(m.displacement_m));
             one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
             one.sigma_m = (!options.no_bands).then(|| m.sd_m());
-            one.budget_m = (!options.no_bands && !options.causal).then_some(Budget {
-                noise: m.budget.noise_m,
-                calibration: m.budget.calibration_m,
-                attitude: m.budget.attitude_m,
-            });
+            one.budget_m = (!options.no_bands && !options.causal).then_some(m.budget);
         }
         moves.push(one);
     }

@@ -290,6 +290,21 @@ impl MotionOptions {
             return Err(Error::range("smooth", what.to_owned())
                 .with_hint("remove the filters, or --causal"));
         }
+        let by_hand = [
+            ("rests", self.rests.is_some()),
+            ("zero_velocity", self.zero_velocity == Some(false)),
+        ];
+        if let Some((option, _)) = by_hand.iter().find(|o| self.causal && o.1) {
+            let what = "a causal run looks for rests, and takes each for zero velocity";
+            return Err(Error::range(option, what).with_hint("leave out --causal"));
+        }
+        if self.v0_mps.is_some() && self.updates_at_rests() {
+            let what =
+                "velocity is zero at the rests, and what comes before the first follows from it";
+            return Err(
+                Error::range("v0", what).with_hint("leave it out, or add --zero-velocity off")
+            );
+        }
         check_intervals(self.rests_s())?;
         if let Some(rate) = self.stance_rate.0
             && !(0.01..=5.0).contains(&rate)

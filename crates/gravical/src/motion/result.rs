@@ -1,6 +1,7 @@
 //! What motion says: the object of `gravical motion --json`, and the columns of
 //! its table.
 
+pub use gravical_motion::{Budget, Closure, Ends};
 use std::ops::Range;
 
 use serde::Serialize;
@@ -44,7 +45,7 @@ pub struct MotionResult {
     /// At the end of the recording, counted from its start.
     pub r#final: FinalState,
     /// The same computed without the calibration; null without one.
-    pub uncalibrated: Option<Uncalibrated>,
+    pub uncalibrated: Option<FinalState>,
     /// Comparison with a reference; null without one.
     pub truth: Option<Comparison>,
     /// What is odd.
@@ -87,20 +88,6 @@ pub enum MotionJudgement {
     AtRest,
     /// No displacement is known.
     NotUsable,
-}
-
-impl MotionJudgement {
-    /// As it is written.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            MotionJudgement::Bounded => "bounded",
-            MotionJudgement::PartlyOpen => "partly open",
-            MotionJudgement::Open => "open",
-            MotionJudgement::AtRest => "at rest",
-            MotionJudgement::NotUsable => "not usable",
-        }
-    }
 }
 
 /// Sampling rates, Hz.
@@ -148,20 +135,6 @@ pub struct VisibleMove {
     pub seconds: f64,
     /// A shorter way of it may be taken for rest, m.
     pub distance_m: f64,
-}
-
-/// How velocity is tied down at the ends of a move.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Ends {
-    /// A rest before and after.
-    RestToRest,
-    /// A rest before; the recording ends in motion, or zero velocity is off.
-    FromRest,
-    /// A rest after; the recording starts in motion.
-    ToRest,
-    /// No rest at either end.
-    Free,
 }
 
 /// One move.
@@ -217,30 +190,6 @@ impl Move {
     }
 }
 
-/// How well a move closes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Closure {
-    /// χ² of the velocity at the rest that ends it, 3 degrees of freedom.
-    pub velocity_chi2: f64,
-    /// χ² of the tilt there, 2 degrees of freedom.
-    pub tilt_chi2: f64,
-    /// They contradicted the noise, so the band of the move was widened until they do not, along all
-    /// axes alike.
-    pub widened: bool,
-}
-
-/// What a standard uncertainty consists of, m each axis; squares add up.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Budget {
-    /// Noise of the accelerometer, in the move and at the rests that level it; what the move was
-    /// rougher; the clock.
-    pub noise: [f64; 3],
-    /// Calibration and gravity.
-    pub calibration: [f64; 3],
-    /// Attitude in the move: noise of the gyroscope, or the tilts that a move without one may have.
-    pub attitude: [f64; 3],
-}
-
 /// State at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FinalState {
@@ -249,15 +198,6 @@ pub struct FinalState {
     /// Its standard uncertainty, m; null without bands.
     pub sigma_m: Option<[f64; 3]>,
     /// Velocity, m/s; null where it is not known.
-    pub velocity_mps: Option<[f64; 3]>,
-}
-
-/// The end without the calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Uncalibrated {
-    /// Position, m.
-    pub position_m: Option<[f64; 3]>,
-    /// Velocity, m/s.
     pub velocity_mps: Option<[f64; 3]>,
 }
 
@@ -292,6 +232,8 @@ pub struct Comparison {
 /// One move beside the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MoveComparison {
+    /// Number of the move, from 1.
+    pub number: u64,
     /// Start of the move, s.
     pub start_s: f64,
     /// Its end, s.

@@ -57,7 +57,7 @@ pub struct Readings {
 ///         temperature_c: f64::NAN,
 ///     });
 /// }
-/// assert!((stepper.now().velocity_mps[0] - 1.0).abs() < 0.05);
+/// assert!((stepper.now().state.velocity_mps[0] - 1.0).abs() < 0.05);
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub struct MotionStepper {
@@ -71,8 +71,6 @@ pub struct MotionStepper {
     axes: AxisMap,
     step_s: f64,
     p0_m: [f64; 3],
-    v0_mps: [f64; 3],
-    start_s: Option<f64>,
     findings: Vec<Finding>,
     count: u64,
     last: MotionSample,
@@ -84,8 +82,8 @@ impl MotionStepper {
     ///
     /// # Errors
     ///
-    /// Those of [`motion`](super::motion); `option-range` (usage) for what needs the whole recording: the
-    /// initial mean, filters.
+    /// Those of [`motion`](super::motion); `option-range` (usage) for what needs the whole recording: rests
+    /// that are given, the initial mean, filters.
     pub fn new(
         first: &Recording,
         calibration: Option<Calibrated<'_>>,
@@ -118,7 +116,6 @@ impl MotionStepper {
         let calibration = work.calibration(&samples, work.directions(&samples));
         let engine = engine_options(options, calibration, None);
         let channels = samples.channels();
-        let is_open = !options.updates_at_rests();
         let unknown = [f64::NAN; 3];
         Ok(MotionStepper {
             engine: Stepper::new(&engine, channels.period_s, channels.resolution),
@@ -130,11 +127,14 @@ impl MotionStepper {
             axes: options.axes,
             step_s: channels.period_s,
             p0_m: options.p0_m,
-            v0_mps: options.v0_mps.filter(|_| is_open).unwrap_or_default(),
-            start_s: None,
             findings,
             count: 0,
-            last: MotionSample::new(f64::NAN, unknown, unknown, SampleState::UNKNOWN),
+            last: MotionSample {
+                t_s: f64::NAN,
+                raw_mps2: unknown,
+                force_mps2: unknown,
+                state: SampleState::UNKNOWN,
+            },
         })
     }
 
@@ -167,13 +167,15 @@ impl MotionStepper {
             return false;
         }
         let mut state = self.engine.push(t_s, force, rate);
-        let since = t_s - *self.start_s.get_or_insert(t_s);
-        for c in 0..3 {
-            state.velocity_mps[c] += self.v0_mps[c];
-            state.position_m[c] += self.p0_m[c] + self.v0_mps[c] * since;
+        for (position, start) in state.position_m.iter_mut().zip(self.p0_m) {
+            *position += start;
         }
-        let raw = self.axes.to_case(self.by_scale.apply(readings.accel));
-        self.last = MotionSample::new(t_s, raw, force, state);
+        self.last = MotionSample {
+            t_s,
+            raw_mps2: self.axes.to_case(self.by_scale.apply(readings.accel)),
+            force_mps2: force,
+            state,
+        };
         true
     }
 

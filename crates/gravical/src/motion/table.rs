@@ -72,14 +72,15 @@ fn row(text: &mut Vec<u8>, sample: &MotionSample, time_decimals: u32, bands: boo
     write_fixed(text, sample.t_s, time_decimals);
     put(text, &sample.raw_mps2, DECIMALS);
     put(text, &sample.force_mps2, DECIMALS);
-    text.extend_from_slice(if sample.still { b",1" } else { b",0" });
-    put(text, &sample.attitude, ATTITUDE_DECIMALS);
-    put(text, &sample.acceleration_mps2, DECIMALS);
-    put(text, &sample.velocity_mps, DECIMALS);
-    put(text, &sample.position_m, DECIMALS);
+    let state = &sample.state;
+    text.extend_from_slice(if state.at_rest { b",1" } else { b",0" });
+    put(text, &state.attitude, ATTITUDE_DECIMALS);
+    put(text, &state.acceleration_mps2, DECIMALS);
+    put(text, &state.velocity_mps, DECIMALS);
+    put(text, &state.position_m, DECIMALS);
     if bands {
-        put(text, &sample.sigma_velocity_mps, DECIMALS);
-        put(text, &sample.sigma_position_m, DECIMALS);
+        put(text, &state.velocity_sd_mps, DECIMALS);
+        put(text, &state.position_sd_m, DECIMALS);
     }
     text.push(b'\n');
 }

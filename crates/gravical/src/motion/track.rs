@@ -16,42 +16,8 @@ pub struct MotionSample {
     pub raw_mps2: [f64; 3],
     /// Specific force, calibrated (and smoothed, where asked for), m/s².
     pub force_mps2: [f64; 3],
-    /// At rest.
-    pub still: bool,
-    /// Attitude w, x, y, z, sensor → frame (Hamilton).
-    pub attitude: [f64; 4],
-    /// Acceleration in the frame, gravity taken off, m/s².
-    pub acceleration_mps2: [f64; 3],
-    /// Velocity, m/s.
-    pub velocity_mps: [f64; 3],
-    /// Position, m.
-    pub position_m: [f64; 3],
-    /// Standard uncertainty of the velocity, m/s.
-    pub sigma_velocity_mps: [f64; 3],
-    /// Standard uncertainty of the position, m.
-    pub sigma_position_m: [f64; 3],
-}
-
-impl MotionSample {
-    pub(super) fn new(
-        t_s: f64,
-        raw_mps2: [f64; 3],
-        force_mps2: [f64; 3],
-        state: SampleState,
-    ) -> Self {
-        MotionSample {
-            t_s,
-            raw_mps2,
-            force_mps2,
-            still: state.at_rest,
-            attitude: state.attitude,
-            acceleration_mps2: state.acceleration_mps2,
-            velocity_mps: state.velocity_mps,
-            position_m: state.position_m,
-            sigma_velocity_mps: state.velocity_sd_mps,
-            sigma_position_m: state.position_sd_m,
-        }
-    }
+    /// The rest, in the frame of the result.
+    pub state: SampleState,
 }
 
 /// What the table holds, sample by sample; all columns are equally long. Where a
@@ -108,21 +74,10 @@ pub struct UncalibratedTrack {
 impl Track {
     /// All samples of a motion.
     pub(super) fn new(motion: &Motion) -> Self {
-        let rows = motion.own.samples.len();
-        let column = || Vec::with_capacity(rows);
+        let pieces = motion.own.samples.pieces().iter();
         let mut track = Track {
-            breaks: motion
-                .own
-                .samples
-                .pieces()
-                .iter()
-                .skip(1)
-                .map(|p| p.start)
-                .collect(),
+            breaks: pieces.skip(1).map(|p| p.start).collect(),
             bands: motion.bands,
-            t_s: Vec::with_capacity(rows),
-            raw_mps2: [column(), column(), column()],
-            force_mps2: [column(), column(), column()],
             uncalibrated: motion.uncalibrated.as_ref().map(|plain| {
                 let mut track = UncalibratedTrack::default();
                 for state in known(plain, &motion.result) {
@@ -139,14 +94,15 @@ impl Track {
                 track.raw_mps2[c].push(sample.raw_mps2[c]);
                 track.force_mps2[c].push(sample.force_mps2[c]);
             }
-            track.still.push(sample.still);
-            track.attitude.push(sample.attitude);
-            track.acceleration_mps2.push(sample.acceleration_mps2);
-            track.velocity_mps.push(sample.velocity_mps);
-            track.position_m.push(sample.position_m);
+            let state = sample.state;
+            track.still.push(state.at_rest);
+            track.attitude.push(state.attitude);
+            track.acceleration_mps2.push(state.acceleration_mps2);
+            track.velocity_mps.push(state.velocity_mps);
+            track.position_m.push(state.position_m);
             if motion.bands {
-                track.sigma_velocity_mps.push(sample.sigma_velocity_mps);
-                track.sigma_position_m.push(sample.sigma_position_m);
+                track.sigma_velocity_mps.push(state.velocity_sd_mps);
+                track.sigma_position_m.push(state.position_sd_m);
             }
         }
         track
@@ -162,9 +118,11 @@ pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
         .map_or(own, |plain| &plain.samples);
     known(&motion.own, &motion.result)
         .enumerate()
-        .map(move |(i, state)| {
-            let (raw, force) = (raw.force_mps2()[i], own.force_mps2()[i]);
-            MotionSample::new(own.time_s()[i], raw, force, state)
+        .map(move |(i, state)| MotionSample {
+            t_s: own.time_s()[i],
+            raw_mps2: raw.force_mps2()[i],
+            force_mps2: own.force_mps2()[i],
+            state,
         })
 }
 

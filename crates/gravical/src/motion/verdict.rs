@@ -6,6 +6,9 @@ use super::misfit::GravityMisfit;
 use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::words::rounded;
 
+/// What a move without a rest at one of its ends costs.
+const GROWS: &str = "the error grows with the square of time: rest for 2 s before the first move and after the last";
+
 impl MotionVerdict {
     pub(super) fn of(
         moves: &[Move],
@@ -37,12 +40,12 @@ impl MotionVerdict {
                 "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.".to_owned(),
             )
         } else if closed > 0 {
-            (
-                PartlyOpen,
-                format!(
-                    "{closed} of {all} moves are known and between two rests; with one end open the error grows with the square of time."
-                ),
-            )
+            let open = match all - closed - lost {
+                0 => String::new(),
+                _ => format!("; with one end open {GROWS}"),
+            };
+            let text = format!("{closed} of {all} moves are known and between two rests{open}.");
+            (PartlyOpen, text)
         } else if !zero_velocity {
             (
                 Open,
@@ -51,7 +54,7 @@ impl MotionVerdict {
         } else {
             (
                 Open,
-                "No move is between two rests: with one end open the error grows with the square of time.".to_owned(),
+                format!("No move is between two rests: with one end open {GROWS}."),
             )
         };
         if (1..all).contains(&lost) {
@@ -82,7 +85,7 @@ fn at_rest(visible: &[VisibleMove]) -> String {
 fn contradiction(misfit: &GravityMisfit) -> String {
     let off = misfit.measured_mps2 - misfit.gravity_mps2;
     format!(
-        "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; a new calibration removes it.",
+        "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
         misfit.measured_mps2,
         misfit.gravity_mps2,
         1e3 * off / STANDARD_GRAVITY_MPS2,

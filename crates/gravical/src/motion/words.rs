@@ -5,23 +5,23 @@ use std::ops::Range;
 use gravical_core::matrix3::norm;
 use gravical_motion::{Samples, Unusable};
 
-use super::misfit::GravityMisfit;
 use super::options::{GravityRemoval, MotionOptions};
 use super::report_procedure::ReportProcedure;
-use super::result::{Ends, Move, VisibleMove};
+use super::result::Move;
 use crate::gravity::Gravity;
 use crate::recording::board::why_calibrated;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
-/// A rest that is shorter, s, hides nothing that is slower than what is found.
-const LONG_REST_S: f64 = 14.0;
 
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
     let gravity = match options.gravity_removal {
-        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the rests",
+        GravityRemoval::Strapdown if gyro && options.updates_at_rests() => {
+            "attitude by strapdown, levelled at the rests"
+        }
+        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the first rest",
         GravityRemoval::Strapdown => "tilt by the rests, without a gyroscope in between",
         GravityRemoval::ConstantTilt => "tilt by the rests, the gyroscope not used",
         GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
@@ -97,25 +97,6 @@ pub(super) fn rows_left_out(
     incomplete.into_iter().chain(hung).collect()
 }
 
-/// What may hide in a long rest, or in a recording in which no move is seen.
-pub(super) fn hidden(visible: &[VisibleMove], rest_s: f64, moves: &[Move]) -> Option<Finding> {
-    if visible.is_empty() || !moves.is_empty() && rest_s < LONG_REST_S {
-        return None;
-    }
-    let ways: Vec<String> = visible
-        .iter()
-        .filter(|v| v.seconds >= 2.0 || visible.len() < 3)
-        .map(|v| format!("{} m in {} s", rounded(v.distance_m), v.seconds))
-        .collect();
-    Some(Finding::new(
-        FindingKind::SlowMovesHidden,
-        format!(
-            "a move of less than {} cannot be distinguished from rest here",
-            ways.join(", or "),
-        ),
-    ))
-}
-
 /// A length to two digits, m.
 pub(super) fn rounded(metres: f64) -> String {
     let decimals = (1.0 - metres.log10().floor()).clamp(0.0, 6.0);
@@ -165,37 +146,6 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
             .counting(replaced as u64),
         );
     }
-    let lost = moves.iter().filter(|m| m.unusable.is_some()).count();
-    if lost > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::MoveUnusable,
-                format!(
-                    "{lost} of {} moves cannot be used, and no position after them is known; the other moves are computed each from its own start",
-                    moves.len()
-                ),
-            )
-            .counting(lost as u64),
-        );
-    }
-    if options.updates_at_rests() {
-        for one in moves.iter().filter(|m| m.unusable.is_none()) {
-            let (kind, what) = match one.ends {
-                Ends::ToRest => (
-                    FindingKind::StartsMoving,
-                    "starts in motion: computed backwards from the first rest",
-                ),
-                Ends::FromRest => (
-                    FindingKind::EndsMoving,
-                    "ends in motion: after the last rest nothing corrects the drift",
-                ),
-                Ends::RestToRest | Ends::Free => continue,
-            };
-            let (from, to) = (one.start_s, one.end_s);
-            let text = format!("the recording {what} ({from:.2} to {to:.2} s)");
-            out.push(Finding::new(kind, text));
-        }
-    }
     out
 }
 
@@ -221,14 +171,6 @@ pub(super) fn lone_rest(rest_s: f64) -> String {
     )
 }
 
-/// No rest.
-pub(super) fn no_rest() -> Finding {
-    Finding::new(
-        FindingKind::NoStaticInterval,
-        "the sensor never rests, so tilt, velocity and noise are not known, and no motion is computed; hold it still for 2 s before and after each move",
-    )
-}
-
 /// Rows of the mean in which the sensor moves.
 pub(super) fn averaged_rows_move(report: &ReportProcedure) -> Option<Finding> {
     report.moves_at_s.map(|t| {
@@ -239,21 +181,6 @@ pub(super) fn averaged_rows_move(report: &ReportProcedure) -> Option<Finding> {
             ),
         )
     })
-}
-
-/// Gravity at a rest that the calibration does not allow.
-pub(super) fn misfit(misfit: &GravityMisfit) -> Finding {
-    Finding::warning(
-        FindingKind::GravityOff,
-        format!(
-            "at the rest from {:.2} s on the calibrated magnitude is {:.3} m/s², gravity is {:.3}: off by {:.1} times what the calibration allows (1σ {:.3}); the calibration does not fit this recording, and the bands are widened for an error of that size: test it with `gravical check`",
-            misfit.rest_s,
-            misfit.measured_mps2,
-            misfit.gravity_mps2,
-            misfit.sigmas(),
-            misfit.sigma_mps2
-        ),
-    )
 }
 
 /// Columns that may have been calibrated before.
@@ -300,16 +227,6 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option
         Finding::warning(FindingKind::GravityOff, text)
     } else {
         Finding::note(FindingKind::GravityOff, text)
-    })
-}
-
-/// A velocity at the start that has no part in the result.
-pub(super) fn start_velocity(options: &MotionOptions, rests: bool) -> Option<Finding> {
-    (options.v0_mps.is_some() && options.updates_at_rests() && rests).then(|| {
-        Finding::new(
-            FindingKind::V0NotUsed,
-            "--v0 is not used: velocity is zero at the rests, and what comes before the first follows from it; --zero-velocity off integrates from the start",
-        )
     })
 }
 

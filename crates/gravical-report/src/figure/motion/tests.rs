@@ -3,12 +3,11 @@ use crate::figure::{Series, svg};
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{MotionOptions, motion};
 use gravical::recording::{ReadOptions, Recording, read, read_bytes};
-use gravical::simulate::{LineOptions, Scenario, SimulateOptions, StaticOptions, simulate, write};
+use gravical::simulate::{LineOptions, Scenario, SimulateOptions, StaticOptions, simulate_to};
 
 fn recording(scenario: Scenario) -> Recording {
     let folder = tempfile::tempdir().unwrap();
-    let made = simulate(&SimulateOptions::new(scenario)).unwrap();
-    let files = write(&made, folder.path(), false).unwrap();
+    let (_, files) = simulate_to(&SimulateOptions::new(scenario), folder.path(), false).unwrap();
     let csv = |p: &&std::path::PathBuf| p.extension().is_some_and(|e| e == "csv");
     read(files.iter().find(csv).unwrap(), &ReadOptions::default()).unwrap()
 }

@@ -59,7 +59,7 @@ fn a_file_of_its_own_with_other_names_and_stamps() {
     assert!(c.rmse_m < 2e-3, "{c:?}");
     // The stamps of the recorder begin at 5 s.
     assert!((c.time_offset_s + 5.0).abs() < 2e-3, "{c:?}");
-    assert_eq!(kinds(&motion), ["truth-lines"]);
+    assert_eq!(kinds(&motion), ["truth-gaps"]);
 }
 
 #[test]

@@ -1,0 +1,557 @@
+//! Motion against a reference: positions that somebody else measured, with a camera or on a rail.
+//!
+//! The lag at which the speeds of both agree best brings the reference onto the recording's clock, a turn
+//! about the vertical into the frame of the result; both start at 0 at their first common time. What is
+//! fitted is not judged: the lag hides a delay, the turn the heading.
+
+#[cfg(test)]
+mod tests;
+
+use std::io::{Cursor, Read as _};
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use gravical_core::matrix3::{norm, sub};
+use gravical_recording::judge::{ClockOptions, clock};
+use gravical_recording::{
+    Format, HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, whole_lines,
+};
+
+use super::{Comparison, Motion, MotionResult, Move, MoveComparison, ReferenceTrack, Track};
+use crate::calibration_file::{InputFile, InputRole};
+use crate::recording::{Finding, FindingKind, ReadOptions, Recording, open};
+use crate::{Error, Result};
+
+/// Nothing is interpolated over more than this, s, and than so many median steps.
+const MAX_GAP_S: f64 = 0.25;
+const MAX_GAP_STEPS: f64 = 4.5;
+/// Bins of one track in the coarse pass; of the fine one at most, and at least so long, s: below it the noise
+/// of a camera (0.1 mm) makes more speed than a slow motion has.
+const COARSE_BINS: f64 = 2048.0;
+const MAX_BINS: f64 = 2e5;
+const MIN_BIN_S: f64 = 0.02;
+/// Fraction of the bins of the shorter track that has to overlap.
+const MIN_OVERLAP: f64 = 0.3;
+/// Correlation of the speeds below which an offset is doubtful: two different motions of stops and goes reach
+/// 0.5 by chance.
+const MIN_CORRELATION: f64 = 0.8;
+/// Steps that the heading is fitted to, s: between them drift counts for little.
+const STEP_S: f64 = 0.5;
+/// The path is summed over means of this length, s: over points the noise of a camera walks further.
+const PATH_BIN_S: f64 = 0.1;
+/// Path below which a share of it says nothing, m.
+const MIN_PATH_M: f64 = 1e-3;
+
+/// Positions that somebody else measured.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    /// The file as it was given.
+    pub source: String,
+    /// SHA-256 of the file, where the recording has one.
+    pub sha256: Option<String>,
+    /// Time, s; rising, without the rows that have no position.
+    pub t_s: Vec<f64>,
+    /// Position, m.
+    pub position_m: Vec<[f64; 3]>,
+    /// It stands in the recording itself: `t_s` is the recording's.
+    pub same_file: bool,
+    /// What was added to the file's stamps to get `t_s`, s.
+    pub base_s: f64,
+    /// What is odd.
+    pub findings: Vec<Finding>,
+}
+
+impl Reference {
+    /// The file that it was read from, for the record.
+    #[must_use]
+    pub fn input(&self) -> InputFile {
+        InputFile {
+            path: self.source.clone(),
+            sha256: self.sha256.clone(),
+            role: InputRole::Reference,
+        }
+    }
+}
+
+/// Reads the reference at `path` for `recording`, which was read from `recorded_at`. When both are one file,
+/// the rows keep the recording's time.
+///
+/// # Errors
+///
+/// `truth-columns-missing` (usage) when no columns are positions; `truth-time` (input) without usable stamps;
+/// `truth-empty` (input) without two positions; and what keeps a file from being read.
+pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) -> Result<Reference> {
+    let same_file =
+        matches!((path.canonicalize(), recorded_at.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    let options = ReadOptions {
+        hash: recording.sha256.is_some(),
+        ..ReadOptions::default()
+    };
+    let mut input = open::open(path, &options)?;
+    let io = |e| Error::io(path, e);
+    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
+    let mut text = bytes::utf8(reader).map_err(io)?;
+    let head = bytes::read_head(&mut text, HEAD_BYTES).map_err(io)?;
+    let format = sniff_table(&whole_lines(&head)).map_err(|_| {
+        Error::input(
+            "no-rows",
+            "there are no rows of at least three numbers in this file",
+        )
+        .at(path, None)
+        .with_hint("a reference is a table of text with the columns t_s,px_m,py_m,pz_m")
+    })?;
+    let (columns, metres) = position_columns(&format.names, same_file)
+        .ok_or_else(|| no_columns(&format.names).at(path, None))?;
+    let time = format.columns.iter().position(|c| c.role == Role::Time);
+    let unit_s = time.and_then(|field| time_unit_s(&format, field));
+    let (mut stamps, mut positions, mut lines, mut torn) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    for batch in format.batches(Cursor::new(head).chain(text)) {
+        let batch = batch.map_err(io)?;
+        let position = |row: usize| columns.map(|c| batch.columns[c][row] * metres);
+        positions.extend((0..batch.rows()).map(position));
+        lines.extend_from_slice(&batch.lines);
+        stamps.extend(time.into_iter().flat_map(|c| &batch.columns[c]));
+        for reason in [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber] {
+            torn += batch.aside.count(reason);
+        }
+    }
+    let time_s = if same_file {
+        times_of_lines(recording, &lines)
+    } else {
+        let options = ClockOptions {
+            unit_s,
+            ..ClockOptions::default()
+        };
+        let clock = clock(stamps, options).map_err(|_| {
+            Error::input("truth-time", "the reference has no usable time stamps")
+                .at(path, None)
+                .with_hint("name the column of time t_s")
+        })?;
+        clock.time_s.iter().map(|t| t + clock.start_s).collect()
+    };
+    let all = positions.len() + torn;
+    let (mut t_s, mut position_m) = (Vec::<f64>::new(), Vec::new());
+    for (t, p) in time_s.into_iter().zip(positions) {
+        let is_known = t.is_finite() && p.iter().all(|v| v.is_finite());
+        if is_known && t_s.last().is_none_or(|last| *last <= t) {
+            t_s.push(t);
+            position_m.push(p);
+        }
+    }
+    let known = t_s.len();
+    if known < 2 {
+        let text = format!("{known} of {all} rows of the reference have a position");
+        return Err(Error::input("truth-empty", text)
+            .at(path, None)
+            .with_hint("name the columns of the positions px_m, py_m, pz_m"));
+    }
+    let text = format!(
+        "{} of {all} rows of the reference have no position; stepped over",
+        all - known
+    );
+    let findings = (known < all).then(|| Finding::new(FindingKind::TruthGaps, text));
+    let base_s = if same_file {
+        0.0
+    } else {
+        base_s(t_s[0], t_s[known - 1], recording)
+    };
+    t_s.iter_mut().for_each(|t| *t += base_s);
+    Ok(Reference {
+        source: path.display().to_string(),
+        sha256: input.sha256(),
+        t_s,
+        position_m,
+        same_file,
+        base_s,
+        findings: findings.into_iter().collect(),
+    })
+}
+
+/// What has to be added to stamps so that they count from the recording's first row: nothing where they
+/// overlap with it; its first stamp, taken off, where they overlap then; else their own first one, taken off.
+fn base_s(from: f64, to: f64, recording: &Recording) -> f64 {
+    let duration_s = recording.timing.duration_s.unwrap_or(0.0);
+    let bases = [0.0, -recording.time_origin_s.unwrap_or(0.0)];
+    let overlaps = |base: &f64| from + base <= duration_s && to + base >= 0.0;
+    bases.into_iter().find(overlaps).unwrap_or(-from)
+}
+
+/// The recording's own time of each line; NaN for a line that is no row of it.
+fn times_of_lines(recording: &Recording, lines: &[u32]) -> Vec<f64> {
+    let (rate_hz, _) = recording.working_rate_hz();
+    let mut row = 0;
+    let time_of = |line: &u32| {
+        let line = u64::from(*line);
+        while row < recording.rows() && recording.line(row) < line {
+            row += 1;
+        }
+        if row == recording.rows() || recording.line(row) != line {
+            return f64::NAN;
+        }
+        let time = recording.time_s.as_ref();
+        time.map_or(row as f64 / rate_hz, |t| t[row])
+    };
+    lines.iter().map(time_of).collect()
+}
+
+/// Seconds of one unit of a column of stamps.
+fn time_unit_s(format: &Format, field: usize) -> Option<f64> {
+    let column = &format.columns[field];
+    if column.is_dated {
+        return Some(1.0);
+    }
+    TimeUnit::parse(&column.unit).map(TimeUnit::seconds)
+}
+
+fn no_columns(names: &[String]) -> Error {
+    let shown: Vec<&str> = names.iter().take(24).map(String::as_str).collect();
+    let there = if names.is_empty() {
+        "it has no header".to_owned()
+    } else {
+        format!("its columns are: {}", shown.join(", "))
+    };
+    let text = "no three columns of the reference are named as a position in one unit";
+    Error::usage("truth-columns-missing", text)
+        .with_hint(format!("{there}; name them t_s,px_m,py_m,pz_m"))
+}
+
+/// Columns called `px_m`, `pos_x`, `Position X (mm)` …, and metres of their unit; in a file of its own also
+/// plain `x`, `y`, `z`, which in a recording would be acceleration.
+fn position_columns(names: &[String], same_file: bool) -> Option<([usize; 3], f64)> {
+    let styles: &[&[&str]] = if same_file {
+        &[&["p", "pos", "position"]]
+    } else {
+        &[&["p", "pos", "position"], &[""]]
+    };
+    styles.iter().find_map(|prefixes| {
+        let find = |axis: &str| {
+            let one = |(i, name): (usize, &String)| {
+                let (plain, metres) = plain_name(name);
+                let is_it = prefixes.iter().any(|p| plain == format!("{p}{axis}"));
+                is_it.then_some((i, metres))
+            };
+            names.iter().enumerate().find_map(one)
+        };
+        let [x, y, z] = [find("x")?, find("y")?, find("z")?];
+        (x.1 == y.1 && y.1 == z.1).then_some(([x.0, y.0, z.0], x.1))
+    })
+}
+
+/// A name in lower case without marks and unit, and metres of the unit: 1 without one.
+fn plain_name(name: &str) -> (String, f64) {
+    let words = name
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|w| !w.is_empty());
+    let mut words: Vec<String> = words.map(str::to_lowercase).collect();
+    let metres = match words.last().map(String::as_str) {
+        Some("m" | "metre" | "metres" | "meter" | "meters") => Some(1.0),
+        Some("mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters") => Some(1e-3),
+        _ => None,
+    };
+    if metres.is_some() && words.len() > 1 {
+        words.pop();
+    }
+    (words.concat(), metres.unwrap_or(1.0))
+}
+
+/// Compares `motion` with `reference`: its result gets the comparison and what is odd about it, and it the
+/// reference.
+///
+/// # Errors
+///
+/// `truth-overlap` (input) when the two have no time in common.
+pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> {
+    let track = motion.track();
+    motion.reference = Some(add_to(&mut motion.result, &track, reference)?);
+    Ok(())
+}
+
+fn add_to(
+    result: &mut MotionResult,
+    track: &Track,
+    reference: &Reference,
+) -> Result<ReferenceTrack> {
+    let mut findings = reference.findings.clone();
+    let own = Line::new(&track.t_s, &track.position_m);
+    let offset_s = if reference.same_file {
+        0.0
+    } else {
+        let other = Line::new(&reference.t_s, &reference.position_m);
+        offset_s(&own, &other, &mut findings)
+    };
+    let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
+    let points = Points::new(&own, &t_s, &reference.position_m);
+    let mut points = points.ok_or_else(|| no_overlap(&track.t_s, &t_s))?;
+    let yaw_rad = points.yaw_rad();
+    let (sine, cosine) = yaw_rad.sin_cos();
+    for [x, y, _] in &mut points.reference {
+        (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
+    }
+    let lines = [&points.result, &points.reference].map(|p| Line::new(&points.t_s, p));
+    let moves = (1..).zip(&result.moves);
+    let moves = moves
+        .filter_map(|(number, m)| points.compare_move(number, m, &lines))
+        .collect();
+    let last = points.t_s.len() - 1;
+    let (path_m, end_error_m) = (points.path_m(), points.error_m(last));
+    result.truth = Some(Comparison {
+        source: reference.source.clone(),
+        end_error_m,
+        rmse_m: rms((0..=last).map(|i| points.error_m(i))),
+        percent_of_path: (path_m > MIN_PATH_M).then(|| 100.0 * end_error_m / path_m),
+        path_m,
+        from_s: points.t_s[0],
+        to_s: points.t_s[last],
+        time_offset_s: offset_s + reference.base_s,
+        yaw_deg: yaw_rad.to_degrees(),
+        moves,
+        points: points.t_s.len() as u64,
+    });
+    for finding in &mut findings {
+        finding.file.get_or_insert_with(|| reference.source.clone());
+    }
+    result.findings.extend(findings);
+    let origin = points.origin;
+    let shifted = |p: &[f64; 3]| std::array::from_fn(|k| p[k] + origin[k]);
+    let position_m = points.reference.iter().map(shifted).collect();
+    Ok(ReferenceTrack {
+        t_s: points.t_s,
+        position_m,
+    })
+}
+
+fn no_overlap(own: &[f64], other: &[f64]) -> Error {
+    let span = |t: &[f64]| match t {
+        [a, .., b] => format!("{a:.1} to {b:.1} s"),
+        _ => "nothing".to_owned(),
+    };
+    let text = format!(
+        "reference and recording have no time in common in which both positions are known: {} and {}",
+        span(other),
+        span(own)
+    );
+    Error::input("truth-overlap", text)
+        .with_hint("record both from one motion to the next, or shift the reference's stamps")
+}
+
+/// What is added to the reference's time.
+fn offset_s(own: &Line<'_>, other: &Line<'_>, findings: &mut Vec<Finding>) -> f64 {
+    let text = match best_lag(own, other) {
+        Some((lag_s, correlation)) if correlation >= MIN_CORRELATION => return lag_s,
+        Some((_, correlation)) => {
+            format!(
+                "the speeds are little alike (correlation {correlation:.2} at best): no offset is assumed"
+            )
+        }
+        None => "too little moves to find the offset of the clocks: none is assumed".to_owned(),
+    };
+    findings.push(Finding::new(FindingKind::TruthOffset, text));
+    0.0
+}
+
+/// The lag at which the speeds correlate most, s, and their correlation; none where one of the two does not
+/// move, or both are too short.
+fn best_lag(own: &Line<'_>, other: &Line<'_>) -> Option<(f64, f64)> {
+    let base_s = own.t_s.first()? - other.t_s.first()?;
+    let longest_s = own.duration_s().max(other.duration_s());
+    let fine_s = own
+        .step_s
+        .max(other.step_s)
+        .max(MIN_BIN_S)
+        .max(longest_s / MAX_BINS);
+    let coarse_s = fine_s.max(longest_s / COARSE_BINS);
+    let (a, b) = (own.speeds(coarse_s), other.speeds(coarse_s));
+    let (lag, _) = most_alike(&a, &b, -(b.len() as i64)..=a.len() as i64)?;
+    let (a, b) = (own.speeds(fine_s), other.speeds(fine_s));
+    let middle = (lag as f64 * coarse_s / fine_s).round() as i64;
+    let reach = (1.5 * coarse_s / fine_s).ceil() as i64;
+    let (lag, correlation) = most_alike(&a, &b, middle - reach..=middle + reach)?;
+    // A parabola through the best three gives the fraction.
+    let fraction = match (alike(&a, &b, lag - 1), alike(&a, &b, lag + 1)) {
+        (Some(before), Some(after)) if before + after < 2.0 * correlation => {
+            let curvature = before - 2.0 * correlation + after;
+            (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+        }
+        _ => 0.0,
+    };
+    Some((base_s + (lag as f64 + fraction) * fine_s, correlation))
+}
+
+fn most_alike(own: &[f64], other: &[f64], lags: RangeInclusive<i64>) -> Option<(i64, f64)> {
+    lags.filter_map(|lag| Some((lag, alike(own, other, lag)?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Correlation coefficient of `own[i + lag]` and `other[i]`.
+fn alike(own: &[f64], other: &[f64], lag: i64) -> Option<f64> {
+    let skip = |lag: i64| usize::try_from(lag).unwrap_or(0);
+    let pairs = own
+        .iter()
+        .skip(skip(lag))
+        .zip(other.iter().skip(skip(-lag)));
+    let (mut n, mut sa, mut sb, mut saa, mut sbb, mut sab) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (a, b) in pairs.filter(|(a, b)| a.is_finite() && b.is_finite()) {
+        n += 1.0;
+        sa += a;
+        sb += b;
+        saa += a * a;
+        sbb += b * b;
+        sab += a * b;
+    }
+    let (va, vb) = (saa - sa * sa / n, sbb - sb * sb / n);
+    let shorter = own.len().min(other.len()) as f64;
+    // What rounding leaves of a constant is no variance.
+    let is_known = n >= (MIN_OVERLAP * shorter).max(8.0) && va > 1e-12 * saa && vb > 1e-12 * sbb;
+    is_known.then(|| (sab - sa * sb / n) / (va * vb).sqrt())
+}
+
+fn rms(errors: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = errors.fold((0.0, 0.0), |(sum, n), e| (sum + e * e, n + 1.0));
+    (sum / n).sqrt()
+}
+
+/// Positions over time; stamps never fall.
+struct Line<'a> {
+    t_s: &'a [f64],
+    position: &'a [[f64; 3]],
+    /// Median step, s; 0 without any.
+    step_s: f64,
+}
+
+impl<'a> Line<'a> {
+    fn new(t_s: &'a [f64], position: &'a [[f64; 3]]) -> Self {
+        let steps = t_s.windows(2).map(|w| w[1] - w[0]);
+        let mut steps: Vec<f64> = steps.filter(|s| *s > 0.0).collect();
+        let step_s = crate::stats::median(&mut steps).unwrap_or(0.0);
+        Line {
+            t_s,
+            position,
+            step_s,
+        }
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.t_s
+            .first()
+            .zip(self.t_s.last())
+            .map_or(0.0, |(from, to)| to - from)
+    }
+
+    /// Position at `t_s`; none outside, over a gap (`max_s`, or what is one by its own rate), and where it is
+    /// not known.
+    fn at(&self, t_s: f64, max_s: f64) -> Option<[f64; 3]> {
+        let next = self.t_s.partition_point(|t| *t < t_s);
+        let (after, to) = (*self.t_s.get(next)?, self.position[next]);
+        let mut found = to;
+        if after > t_s {
+            let (before, from) = (self.t_s[next.checked_sub(1)?], self.position[next - 1]);
+            if after - before > max_s.max(MAX_GAP_S).max(MAX_GAP_STEPS * self.step_s) {
+                return None;
+            }
+            let u = (t_s - before) / (after - before);
+            found = std::array::from_fn(|k| from[k] + u * (to[k] - from[k]));
+        }
+        found.iter().all(|v| v.is_finite()).then_some(found)
+    }
+
+    /// Mean speed in bins from the first point on; NaN over a gap.
+    fn speeds(&self, bin_s: f64) -> Vec<f64> {
+        let from_s = self.t_s.first().copied().unwrap_or(0.0);
+        let bins = (self.duration_s() / bin_s).floor().min(4.0 * MAX_BINS) as usize;
+        let at = |i: usize| self.at(from_s + i as f64 * bin_s, bin_s);
+        let mut before = at(0);
+        let speed = |i| {
+            let here = at(i);
+            let moved = before
+                .zip(here)
+                .map_or(f64::NAN, |(a, b)| norm(&sub(&b, &a)));
+            before = here;
+            moved / bin_s
+        };
+        (1..=bins).map(speed).collect()
+    }
+}
+
+/// The points at which both are known, counted from the first of them.
+struct Points {
+    t_s: Vec<f64>,
+    /// Where the result is at the first.
+    origin: [f64; 3],
+    result: Vec<[f64; 3]>,
+    reference: Vec<[f64; 3]>,
+}
+
+impl Points {
+    /// None with fewer than two.
+    fn new(own: &Line<'_>, t_s: &[f64], reference: &[[f64; 3]]) -> Option<Self> {
+        let both = t_s.iter().zip(reference);
+        let both = both.filter_map(|(t, r)| Some((*t, own.at(*t, 0.0)?, *r)));
+        let both: Vec<(f64, [f64; 3], [f64; 3])> = both.collect();
+        let [(_, origin, first), _, ..] = both[..] else {
+            return None;
+        };
+        Some(Points {
+            t_s: both.iter().map(|p| p.0).collect(),
+            origin,
+            result: both.iter().map(|p| sub(&p.1, &origin)).collect(),
+            reference: both.iter().map(|p| sub(&p.2, &first)).collect(),
+        })
+    }
+
+    fn error_m(&self, i: usize) -> f64 {
+        norm(&sub(&self.result[i], &self.reference[i]))
+    }
+
+    /// The turn about z that brings the steps of the reference closest to those of the result:
+    /// ψ = atan2(Σ rₓpᵧ − rᵧpₓ, Σ rₓpₓ + rᵧpᵧ).
+    fn yaw_rad(&self) -> f64 {
+        let (mut sine, mut cosine, mut from) = (0.0, 0.0, 0);
+        for i in 1..self.t_s.len() {
+            if self.t_s[i] - self.t_s[from] < STEP_S {
+                continue;
+            }
+            let [r, p] = [&self.reference, &self.result].map(|x| sub(&x[i], &x[from]));
+            sine += r[0] * p[1] - r[1] * p[0];
+            cosine += r[0] * p[0] + r[1] * p[1];
+            from = i;
+        }
+        let yaw_rad = f64::atan2(sine, cosine);
+        if yaw_rad.is_finite() { yaw_rad } else { 0.0 }
+    }
+
+    /// Length of the reference's path, m. A gap is crossed in a straight line.
+    fn path_m(&self) -> f64 {
+        let bin = |i: usize| ((self.t_s[i] - self.t_s[0]) / PATH_BIN_S).floor();
+        let rows: Vec<usize> = (0..self.t_s.len()).collect();
+        let mean = |rows: &[usize]| -> [f64; 3] {
+            let sum = |k: usize| rows.iter().map(|i| self.reference[*i][k]).sum::<f64>();
+            std::array::from_fn(|k| sum(k) / rows.len() as f64)
+        };
+        let means: Vec<[f64; 3]> = rows.chunk_by(|a, b| bin(*a) == bin(*b)).map(mean).collect();
+        means.windows(2).map(|w| norm(&sub(&w[1], &w[0]))).sum()
+    }
+
+    /// A usable move whose ends the reference sees.
+    fn compare_move(
+        &self,
+        number: u64,
+        m: &Move,
+        [result, reference]: &[Line<'_>; 2],
+    ) -> Option<MoveComparison> {
+        let displacement = m.displacement_m?;
+        let (start, end) = (reference.at(m.start_s, 0.0)?, reference.at(m.end_s, 0.0)?);
+        // Both start at 0.
+        let apart = sub(&result.at(m.start_s, 0.0)?, &start);
+        let from = self.t_s.partition_point(|t| *t < m.start_s);
+        let to = self.t_s.partition_point(|t| *t <= m.end_s);
+        let error = |i: usize| norm(&sub(&sub(&self.result[i], &self.reference[i]), &apart));
+        Some(MoveComparison {
+            number,
+            start_s: m.start_s,
+            end_s: m.end_s,
+            end_error_m: sub(&displacement, &sub(&end, &start)),
+            sigma_m: m.sigma_m,
+            rmse_m: rms((from..to).map(error)),
+        })
+    }
+}
