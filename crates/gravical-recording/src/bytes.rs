@@ -115,6 +115,7 @@ mod tests {
         assert_eq!(text(b"x \xb0/s"), "x °/s");
         assert_eq!(text(b"t\0,\0a\0x\0,\0a\0y\0,\0a\0z\0\n\0"), "t,ax,ay,az\n");
         assert_eq!(text(b"\xfe\xff\0t\0,\0a\0x"), "t,ax");
+        assert_eq!(text(b"\0t\0,\0a\0x\0,\0a\0y\0,\0a\0z\0\n"), "t,ax,ay,az\n");
         assert_eq!(text(b""), "");
     }
 }

@@ -3,7 +3,6 @@
 //! A "line" of such a file is a sample or a block that is skipped, counted from 1.
 
 mod block;
-mod clock;
 mod means;
 mod order;
 
@@ -17,7 +16,6 @@ use crate::text::{BATCH_ROWS, Batch, CopiedText, Format};
 use crate::write::{write_fixed, write_trimmed};
 
 use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header};
-use clock::RunClock;
 use order::{Event, Order, Place, Placed};
 
 pub use means::{read, read_samples};
@@ -85,7 +83,7 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
         },
         ahead: VecDeque::new(),
         is_at_end: false,
-        clock: RunClock::default(),
+        last_stamp: None,
         line: 0,
         batch: Batch::default(),
         first: None,
@@ -94,8 +92,8 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     };
     // The blocks say what was measured, the header what was wanted.
     let first = samples.find_first_block()?;
-    let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), |b| b.has_gyro);
-    let rate_hz = first.map_or(header.rate_hz, |b| b.rate_hz);
+    let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), |b| b.0);
+    let rate_hz = first.map_or(header.rate_hz, |b| b.1);
     let names = COLUMNS.iter().filter(|c| has_gyro || !c.starts_with('g'));
     let names: Vec<String> = names.map(|c| (*c).to_owned()).collect();
     samples.batch = Batch::new(names.len());
@@ -118,7 +116,8 @@ pub struct Samples<R> {
     /// Blocks that were read for the stamp of the next one.
     ahead: VecDeque<Event>,
     is_at_end: bool,
-    clock: RunClock,
+    /// Sample of the run and time, s, of the last stamp since a gap.
+    last_stamp: Option<(i64, f64)>,
     /// Lines so far.
     line: usize,
     batch: Batch,
@@ -136,14 +135,12 @@ impl<R: Read> Samples<R> {
         self
     }
 
-    fn find_first_block(&mut self) -> io::Result<Option<FirstBlock>> {
+    /// Whether the first block that can be used has a gyroscope, and its rate, Hz.
+    fn find_first_block(&mut self) -> io::Result<Option<(bool, f64)>> {
         while self.ahead.len() < MAX_FIRST_BLOCKS && !self.is_at_end {
             self.read_ahead()?;
             if let Some(Event::Block(placed)) = self.ahead.back() {
-                return Ok(Some(FirstBlock {
-                    has_gyro: placed.block.has_gyro(),
-                    rate_hz: placed.block.rate_hz,
-                }));
+                return Ok(Some((placed.block.has_gyro(), placed.block.rate_hz)));
             }
         }
         Ok(None)
@@ -176,60 +173,67 @@ impl<R: Read> Samples<R> {
         }
         match self.ahead.pop_front() {
             None => return Ok(false),
-            Some(Event::Skipped(skipped)) => {
+            Some(Event::Skipped(reason, what)) => {
                 self.line += 1;
-                let aside = &mut self.batch.aside;
-                aside.add(skipped.reason, self.line, &skipped.text());
+                self.batch.aside.add(reason, self.line, &what);
             }
             Some(Event::Block(placed)) => {
                 if placed.is_after_gap {
-                    self.clock = RunClock::default();
+                    self.last_stamp = None;
                     self.batch.breaks.push(self.batch.rows());
                     self.blocks.order.breaks.push(self.line as u64 + 1);
                 }
-                if self.clock.is_empty() {
-                    self.clock.begin(1.0 / placed.block.rate_hz);
-                    self.clock
-                        .stamp(placed.stamp_sample(), placed.block.stamp_s);
-                }
-                self.stamp_of_next()?;
-                self.add_samples(&placed);
+                self.add_samples(&placed)?;
             }
         }
         Ok(true)
     }
 
-    fn add_samples(&mut self, placed: &Placed) {
+    /// Adds the samples of a block. Between the samples to which two successive stamps belong they are spaced
+    /// evenly: the true rate differs from the nominal one by some percent, and changes with temperature.
+    /// Before the first stamp of a run and after its last the nearest spacing continues.
+    fn add_samples(&mut self, placed: &Placed) -> io::Result<()> {
         let block = &placed.block;
+        let (stamped, stamp_s) = (placed.stamp_sample(), block.stamp_s);
+        let period_s =
+            |(sample, time_s): (i64, f64)| (time_s - stamp_s) / (sample - stamped) as f64;
+        let before = self.last_stamp.replace((stamped, stamp_s)).map(period_s);
+        let after = self.next_stamp()?.map(period_s);
+        let nominal = 1.0 / block.rate_hz;
+        let before_s = before.or(after).unwrap_or(nominal);
+        let after_s = after.or(before).unwrap_or(nominal);
         let [time, channels @ .., temperature] = &mut self.batch.columns[..] else {
-            return;
+            return Ok(());
         };
         block.append_to(channels);
-        let samples = placed.first..placed.first + block.samples as i64;
-        time.extend(samples.map(|sample| self.clock.time_s(sample)));
+        time.extend((0..block.samples as i64).map(|sample| {
+            let past = placed.first + sample - stamped;
+            let step_s = if past < 0 { before_s } else { after_s };
+            stamp_s + past as f64 * step_s
+        }));
         temperature.resize(time.len(), block.temperature_c);
         let lines = self.line + 1..=self.line + block.samples;
         let lines = lines.map(|line| u32::try_from(line).unwrap_or(u32::MAX));
         self.batch.lines.extend(lines);
         self.line += block.samples;
+        Ok(())
     }
 
-    /// Adds the stamp of the next block of the run to the clock.
-    fn stamp_of_next(&mut self) -> io::Result<()> {
+    /// Sample and time of the stamp of the next block, if no gap lies before it.
+    fn next_stamp(&mut self) -> io::Result<Option<(i64, f64)>> {
         for seen in 0..=MAX_SKIPPED {
             if seen == self.ahead.len() && !self.is_at_end {
                 self.read_ahead()?;
             }
             match self.ahead.get(seen) {
-                Some(Event::Skipped(_)) => {}
+                Some(Event::Skipped(..)) => {}
                 Some(Event::Block(next)) if !next.is_after_gap => {
-                    self.clock.stamp(next.stamp_sample(), next.block.stamp_s);
-                    break;
+                    return Ok(Some((next.stamp_sample(), next.block.stamp_s)));
                 }
                 _ => break,
             }
         }
-        Ok(())
+        Ok(None)
     }
 
     fn read_ahead(&mut self) -> io::Result<()> {
@@ -272,13 +276,6 @@ impl<R: Read> Iterator for Samples<R> {
         batch.text = self.text(&batch);
         Some(Ok(batch))
     }
-}
-
-/// What the first block that can be used says.
-#[derive(Clone, Copy)]
-struct FirstBlock {
-    has_gyro: bool,
-    rate_hz: f64,
 }
 
 /// The blocks of a file.

@@ -1,292 +1,298 @@
-//! Why a recording cannot be read.
+//! The error type of gravical.
+//!
+//! An error gives what happened, where, why and what to do next. `code` is stable and intended
+//! for scripts; the text is intended for people and contains the numbers.
 
 use std::fmt;
 use std::io;
+use std::path::{Path, PathBuf};
 
-/// Names of columns that a hint lists.
-const LISTED: usize = 16;
+use crate::escape::one_line;
 
-/// Why a recording cannot be read.
-#[derive(Debug)]
-pub struct Error(Kind);
+/// Shorthand for results of this library.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-#[derive(Debug)]
-pub(crate) enum Kind {
-    Io(io::Error),
-    Empty,
-    NoTable(&'static str),
-    /// Number of columns, line and number of names that do not fit.
-    ColumnsUnknown(usize, Option<(usize, usize)>),
-    /// A column that the user names, and those of the file.
-    ColumnMissing(String, Vec<String>),
-    /// Columns that the user names, columns of the file.
-    TooManyColumns(usize, usize),
-    NoAccelerometer {
-        has_gyroscope: bool,
-        header_line: usize,
-        names: Vec<String>,
-    },
-    NoGyroscope {
-        has_accelerometer: bool,
-        names: Vec<String>,
-    },
-    /// The sensor that the user names, and those of the file.
-    SensorUnknown(String, Vec<String>),
-    /// A header with other columns, its line and what is wrong.
-    HeaderDiffers(usize, &'static str),
-    EpochsOfCounts,
-    /// Why files of one axis each do not belong together.
-    AxesDiffer(String),
-    TooManyLabels,
-    /// A channel of a table in memory is a column of texts, from 1.
-    TextColumn(usize),
-    TooLarge(usize),
-    NoRows(String),
-    /// Channel and rows.
-    NoValues(&'static str, usize),
-    /// Sensor and rows.
-    AllZero(&'static str, usize),
+/// Cause of an error; determines the exit code of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Category {
+    /// Wrong usage: an option that does not fit (exit 2).
+    Usage,
+    /// The recording or file does not contain what is needed (exit 3).
+    Input,
+    /// The recording contradicts what was told of it before (exit 4).
+    Contradiction,
+    /// The machine: disk, permissions (exit 1).
+    System,
+    /// The board, its port or the cable to it (exit 5).
+    Device,
+}
+
+/// A place in a file, as far as known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Location {
+    /// Path of the file as given, `-` for standard input.
+    pub path: PathBuf,
+    /// Line, from 1.
+    pub line: Option<u64>,
+    /// Column of that line, from 1.
+    pub column: Option<u64>,
+}
+
+/// An error with cause, place and hint; `Debug` writes what a `main` that returns it should show.
+pub struct Error(Box<Inner>);
+
+struct Inner {
+    category: Category,
+    code: &'static str,
+    message: String,
+    /// Option with the value that is not possible.
+    option: Option<&'static str>,
+    hint: Option<String>,
+    location: Option<Location>,
+    source: Option<io::Error>,
 }
 
 impl Error {
-    /// The case, for scripts: `columns-unknown`, `no-rows`, …
+    fn new(category: Category, code: &'static str, message: impl Into<String>) -> Self {
+        Error(Box::new(Inner {
+            category,
+            code,
+            message: message.into(),
+            option: None,
+            hint: None,
+            location: None,
+            source: None,
+        }))
+    }
+
+    /// The recording or file does not contain what is needed.
+    #[must_use]
+    pub fn input(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Input, code, message)
+    }
+
+    /// The recording contradicts what its first rows showed.
+    #[must_use]
+    pub fn contradiction(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Contradiction, code, message)
+    }
+
+    /// An invalid option or combination of options.
+    #[must_use]
+    pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Usage, code, message)
+    }
+
+    /// A value of an option that is not possible: `option-range`. As [`Error::option`].
+    #[must_use]
+    pub fn range(option: &'static str, message: impl Into<String>) -> Self {
+        Self::usage("option-range", message).of_option(option)
+    }
+
+    /// Sets the [option](Error::option) that is the cause.
+    #[must_use]
+    pub fn of_option(mut self, option: &'static str) -> Self {
+        self.0.option = Some(option);
+        self
+    }
+
+    /// The board, its port or the cable to it fails.
+    #[must_use]
+    pub fn device(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Device, code, message)
+    }
+
+    /// A failed read or write of `path`, or the error of this type that its reader passes on.
+    #[must_use]
+    pub fn io(path: &Path, source: io::Error) -> Self {
+        Self::from(source).in_file(path)
+    }
+
+    /// Adds a hint.
+    #[must_use]
+    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
+        self.0.hint = Some(hint.into());
+        self
+    }
+
+    /// Adds the place.
+    #[must_use]
+    pub fn at(mut self, path: &Path, line: Option<u64>) -> Self {
+        self.0.location = Some(Location {
+            path: path.to_path_buf(),
+            line,
+            column: None,
+        });
+        self
+    }
+
+    /// Adds the line, from 1, of a file that whoever opened it [adds](Error::in_file).
+    #[must_use]
+    pub fn at_line(self, line: usize) -> Self {
+        self.at(Path::new(""), Some(line as u64))
+    }
+
+    /// Adds the column to a place with a line.
+    #[must_use]
+    pub fn at_column(mut self, column: u64) -> Self {
+        if let Some(place) = &mut self.0.location {
+            place.column = Some(column);
+        }
+        self
+    }
+
+    /// Sets the file of a place, whose line and column remain.
+    #[must_use]
+    pub fn in_file(mut self, path: &Path) -> Self {
+        match &mut self.0.location {
+            Some(place) => place.path = path.to_path_buf(),
+            None => self = self.at(path, None),
+        }
+        self
+    }
+
+    /// Adds to the message.
+    #[must_use]
+    pub fn and(mut self, text: &str) -> Self {
+        self.0.message += text;
+        self
+    }
+
+    /// Stable code for scripts: `missing-face`, `unit-unknown` ….
     #[must_use]
     pub fn code(&self) -> &'static str {
-        match self.0 {
-            Kind::Io(_) => "io",
-            Kind::Empty => "empty-file",
-            Kind::NoTable(_) | Kind::NoRows(_) => "no-rows",
-            Kind::ColumnsUnknown(..) => "columns-unknown",
-            Kind::ColumnMissing(..) | Kind::TooManyColumns(..) => "columns-missing",
-            Kind::NoAccelerometer { .. } => "no-accelerometer",
-            Kind::NoGyroscope { .. } => "no-gyroscope",
-            Kind::SensorUnknown(..) => "sensor-unknown",
-            Kind::HeaderDiffers(..) => "header-differs",
-            Kind::EpochsOfCounts => "epochs-of-counts",
-            Kind::AxesDiffer(_) => "axes-differ",
-            Kind::TooManyLabels => "too-many-labels",
-            Kind::TooLarge(_) => "too-large",
-            Kind::NoValues(..) | Kind::TextColumn(_) => "no-values",
-            Kind::AllZero(..) => "all-zero",
-        }
+        self.0.code
     }
 
-    /// The error of the system, if reading failed.
+    /// The message without option, place and hint.
     #[must_use]
-    pub fn into_io(self) -> Option<io::Error> {
-        match self.0 {
-            Kind::Io(e) => Some(e),
-            _ => None,
-        }
+    pub fn message(&self) -> &str {
+        &self.0.message
     }
 
-    /// An option does not fit the file: `columns` or `sensor`.
+    /// The option that is the cause, for example `pose_tilt`, if it is one.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
-        match self.0 {
-            Kind::ColumnMissing(..) | Kind::TooManyColumns(..) => Some("columns"),
-            Kind::SensorUnknown(..) => Some("sensor"),
-            _ => None,
-        }
+        self.0.option
     }
 
-    /// The line of the file, from 1.
+    /// The whole text with the option as the program writes it.
     #[must_use]
-    pub fn line(&self) -> Option<usize> {
-        match self.0 {
-            Kind::HeaderDiffers(line, _) => Some(line),
-            Kind::NoAccelerometer { header_line, .. } => Some(header_line).filter(|l| *l > 0),
-            _ => None,
-        }
+    pub fn in_flags(&self) -> String {
+        self.worded(|option| format!("--{}", option.replace('_', "-")))
     }
 
-    /// What to do.
+    /// The whole text, with the option in the words of its surface: a flag, a keyword.
     #[must_use]
-    pub fn hint(&self) -> Option<String> {
-        const ROWS: &str = "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces";
-        Some(match &self.0 {
-            Kind::Io(_) => return None,
-            Kind::Empty => "record again: nothing was written to this file".to_owned(),
-            Kind::NoTable(_) | Kind::NoRows(_) => ROWS.to_owned(),
-            Kind::ColumnsUnknown(..) => {
-                "name them in order, as --columns t,ax,ay,az,gx,gy,gz (- skips one)".to_owned()
-            }
-            Kind::ColumnMissing(_, names) => list_columns(names),
-            Kind::TooManyColumns(..) => "leave the last ones out".to_owned(),
-            Kind::NoAccelerometer {
-                has_gyroscope: true,
-                ..
-            } => "give the accelerometer's recording as the input, and this file with --gyro"
-                .to_owned(),
-            Kind::NoAccelerometer { names, .. } => list_columns(names),
-            Kind::NoGyroscope { names, .. } if names.is_empty() => {
-                "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them"
-                    .to_owned()
-            }
-            Kind::NoGyroscope { names, .. } => {
-                let list = list_columns(names);
-                let list = list.split(';').next().unwrap_or_default();
-                format!(
-                    "{list}; --gyro needs the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
-                )
-            }
-            Kind::SensorUnknown(_, sensors) if sensors.len() < 2 => {
-                "this file has one sensor: leave the option out".to_owned()
-            }
-            Kind::SensorUnknown(_, sensors) => format!("give one of: {}", sensors.join(", ")),
-            Kind::HeaderDiffers(line, _) => {
-                format!("cut the file before line {line} and read the parts separately")
-            }
-            Kind::EpochsOfCounts => {
-                "export the raw acceleration (in ActiLife: a RAW CSV file)".to_owned()
-            }
-            Kind::AxesDiffer(_) => {
-                "cut the files to the same samples, or record all axes in one file: t,ax,ay,az"
-                    .to_owned()
-            }
-            Kind::TooManyLabels => {
-                "leave the column out with --columns label=-, or cut the file".to_owned()
-            }
-            Kind::TextColumn(_) => {
-                "convert it to numbers, or name other columns: --columns t=…,ax=…".to_owned()
-            }
-            Kind::TooLarge(_) => "cut the file, and read the parts separately".to_owned(),
-            Kind::NoValues(..) => "choose other columns: --columns ax=…,ay=…,az=…".to_owned(),
-            Kind::AllZero("gyroscope", _) => {
-                "check that the sketch wakes the gyroscope, or leave --gyro out".to_owned()
-            }
-            Kind::AllZero(..) => {
-                "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor".to_owned()
-            }
+    pub fn worded(&self, word: impl Fn(&str) -> String) -> String {
+        let text = self.to_string();
+        self.0.option.map_or(text.clone(), |option| {
+            text.replacen(&format!("{option}: "), &format!("{}: ", word(option)), 1)
         })
     }
 
-    /// Whether names were found, and none of a sensor.
-    pub(crate) fn names_no_sensor(&self) -> bool {
-        matches!(
-            self.0,
-            Kind::NoAccelerometer {
-                has_gyroscope: false,
-                ..
-            }
-        )
+    /// The hint, if any.
+    #[must_use]
+    pub fn hint(&self) -> Option<&str> {
+        self.0.hint.as_deref()
     }
 
-    /// Whether the numbers may be wrapped in words.
-    pub(crate) fn may_be_words(&self) -> bool {
-        matches!(
-            self.0,
-            Kind::NoTable(_)
-                | Kind::ColumnsUnknown(..)
-                | Kind::ColumnMissing(..)
-                | Kind::TooManyColumns(..)
-                | Kind::NoAccelerometer { .. }
-        )
+    /// The place, if known.
+    #[must_use]
+    pub fn location(&self) -> Option<&Location> {
+        self.0.location.as_ref()
     }
-}
 
-/// Hint that lists the columns of a file.
-fn list_columns(names: &[String]) -> String {
-    if names.is_empty() {
-        return "the file has no header: give the channels in order, as --columns t,ax,ay,az"
-            .to_owned();
+    /// Cause of the error.
+    #[must_use]
+    pub fn category(&self) -> Category {
+        self.0.category
     }
-    let list: Vec<&str> = names
-        .iter()
-        .map(String::as_str)
-        .filter(|n| !n.is_empty())
-        .collect();
-    let more = if list.len() > LISTED { ", …" } else { "" };
-    let shown = &list[..list.len().min(LISTED)];
-    format!(
-        "its columns are: {}{more}; assign them with --columns ax=…,ay=…,az=…",
-        shown.join(", ")
-    )
+
+    /// True if the recording or file is the cause.
+    #[must_use]
+    pub fn is_input(&self) -> bool {
+        self.0.category == Category::Input
+    }
+
+    /// True if the call is the cause.
+    #[must_use]
+    pub fn is_usage(&self) -> bool {
+        self.0.category == Category::Usage
+    }
+
+    /// True if writing failed because the reader of the output was closed.
+    #[must_use]
+    pub fn is_broken_pipe(&self) -> bool {
+        self.0
+            .source
+            .as_ref()
+            .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+    }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.0 {
-            Kind::Io(e) => e.fmt(f),
-            Kind::Empty => write!(f, "the file is empty"),
-            Kind::NoTable(what) => write!(f, "no table of samples was found: {what}"),
-            Kind::ColumnsUnknown(columns, Some((line, names))) => write!(
-                f,
-                "line {line} has {names} names for {columns} columns, so it cannot be their header, and the numbers do not show their meaning"
-            ),
-            Kind::ColumnsUnknown(columns, None) => write!(
-                f,
-                "the file has no header and {columns} columns whose meaning the numbers do not show"
-            ),
-            Kind::ColumnMissing(name, _) => write!(f, "there is no column \"{name}\""),
-            Kind::TooManyColumns(named, columns) => {
-                write!(f, "{named} columns are named, the file has {columns}")
+        if let Some(place) = &self.0.location {
+            let name = match place.path.to_str() {
+                Some("-") => "standard input".into(),
+                Some("") => "the recording".into(),
+                _ => place.path.to_string_lossy(),
+            };
+            f.write_str(&one_line(&name))?;
+            if let Some(line) = place.line {
+                write!(f, ":{line}")?;
             }
-            Kind::NoAccelerometer {
-                has_gyroscope: true,
-                ..
-            } => {
-                write!(f, "this file holds a gyroscope and no accelerometer")
+            if let Some(column) = place.column {
+                write!(f, ":{column}")?;
             }
-            Kind::NoAccelerometer { header_line, .. } => write!(
-                f,
-                "no three columns of the header in line {header_line} are named as an accelerometer's x, y and z"
-            ),
-            Kind::NoGyroscope {
-                has_accelerometer: true,
-                ..
-            } => {
-                write!(f, "this file has an accelerometer, but no gyroscope")
-            }
-            Kind::NoGyroscope { .. } => {
-                write!(
-                    f,
-                    "no three columns of this file are a gyroscope's x, y and z"
-                )
-            }
-            Kind::SensorUnknown(wanted, _) => write!(f, "there is no sensor {wanted}"),
-            Kind::HeaderDiffers(line, why) => write!(f, "the header in line {line} {why}"),
-            Kind::EpochsOfCounts => {
-                write!(
-                    f,
-                    "the file holds activity counts per epoch, not acceleration"
-                )
-            }
-            Kind::AxesDiffer(why) => {
-                write!(f, "the files of the axes do not belong together: {why}")
-            }
-            Kind::TooManyLabels => write!(f, "the label column holds more than 254 words"),
-            Kind::TextColumn(column) => write!(f, "column {column} holds texts, not numbers"),
-            Kind::TooLarge(bytes) => {
-                write!(
-                    f,
-                    "the columns take more than {} MiB of memory",
-                    bytes >> 20
-                )
-            }
-            Kind::NoRows(lines) => write!(f, "no row could be read: {lines}"),
-            Kind::NoValues(channel, rows) => write!(
-                f,
-                "{channel} has no value in any of the {rows} rows (empty or NaN)"
-            ),
-            Kind::AllZero(sensor, rows) => write!(
-                f,
-                "the {sensor} reads zero or nothing in all {rows} rows: it did not answer"
-            ),
+            f.write_str(": ")?;
         }
-    }
-}
-
-impl std::error::Error for Error {}
-
-impl From<Kind> for Error {
-    fn from(kind: Kind) -> Self {
-        Error(kind)
+        if let Some(option) = self.0.option {
+            write!(f, "{option}: ")?;
+        }
+        f.write_str(&one_line(&self.0.message))
     }
 }
 
 impl From<io::Error> for Error {
-    fn from(e: io::Error) -> Self {
-        Error(Kind::Io(e))
+    fn from(source: io::Error) -> Self {
+        let source = match source.downcast::<Error>() {
+            Ok(error) => return error,
+            Err(source) => source,
+        };
+        // A missing or invalid file is an input error; a full disk is not.
+        let (category, code) = match source.kind() {
+            io::ErrorKind::NotFound => (Category::Input, "not-found"),
+            io::ErrorKind::PermissionDenied => (Category::Input, "permission-denied"),
+            io::ErrorKind::InvalidData
+            | io::ErrorKind::InvalidInput
+            | io::ErrorKind::UnexpectedEof => (Category::Input, "unreadable"),
+            io::ErrorKind::IsADirectory => (Category::Input, "is-a-directory"),
+            _ => (Category::System, "io"),
+        };
+        let mut error = match code {
+            "not-found" => Self::new(category, code, "there is no such file")
+                .with_hint("check the path; relative ones start at the current folder"),
+            _ => Self::new(category, code, source.to_string()),
+        };
+        error.0.source = Some(source);
+        error
+    }
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self} ({})", self.0.code)?;
+        match &self.0.hint {
+            Some(hint) => write!(f, "\n  hint: {}", one_line(hint)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source.as_ref().map(|e| e as _)
     }
 }

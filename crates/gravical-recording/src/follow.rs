@@ -1,17 +1,17 @@
 //! A recording that grows.
 
-use std::io::{self, Cursor};
+use std::io::Cursor;
 
 use memchr::{memchr2, memrchr, memrchr2};
 
 use crate::board::BoardSettings;
-use crate::error::{Error, Kind};
+use crate::error::Error;
 use crate::judge;
 use crate::later::Later;
 use crate::options::ReadOptions;
-use crate::recording::{MAX_BYTES, Recording};
+use crate::recording::Recording;
 use crate::role::Role;
-use crate::text::{Batch, Batches, Delimiter, Format, Layout, Reason, sniff};
+use crate::text::{Batch, Batches, Delimiter, Format, Layout, Reason, no_table, sniff};
 
 /// The format is first looked for in so many lines.
 const FIRST_LINES: usize = 50;
@@ -142,7 +142,7 @@ impl Follow {
             let samples = opened.read(text, self.max_rows)?;
             return match self.bytes.len() {
                 ..=MAX_ROW_BYTES => Ok(samples),
-                _ => Err(Kind::NoTable(LONG_ROW).into()),
+                _ => Err(no_table("", LONG_ROW)),
             };
         }
         let mut samples = Vec::new();
@@ -167,7 +167,7 @@ impl Follow {
         let from = memrchr2(b'\n', b'\r', &self.bytes).map_or(0, |at| at + 1);
         match self.bytes.len() - from {
             ..=MAX_ROW_BYTES => Ok(samples),
-            _ => Err(Kind::NoTable(LONG_ROW).into()),
+            _ => Err(no_table("", LONG_ROW)),
         }
     }
 
@@ -268,7 +268,7 @@ impl Follow {
         let text = self.bytes[..whole_rows(&format, &self.bytes)].to_vec();
         batches.feed(text);
         let mut rows = Batch::default();
-        while let Some(batch) = batches.read_batch().map_err(into_error)? {
+        while let Some(batch) = batches.read_batch().map_err(Error::from)? {
             rows.append(batch);
         }
         let (recording, mut later) = Later::judge(&format, rows.clone())?;
@@ -376,7 +376,7 @@ impl Opened {
         self.batches.feed(text);
         let mut samples = Vec::new();
         loop {
-            match self.batches.read_batch().map_err(into_error) {
+            match self.batches.read_batch().map_err(Error::from) {
                 Ok(None) => break,
                 Ok(Some(batch)) => {
                     self.note_lines(&batch);
@@ -393,9 +393,7 @@ impl Opened {
         if self.rows.rows() / 2 > max_rows {
             self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
         }
-        if self.rows.bytes() > MAX_BYTES {
-            return Err(Kind::TooLarge(self.rows.bytes()).into());
-        }
+        self.rows.check_size()?;
         Ok(samples)
     }
 
@@ -404,7 +402,7 @@ impl Opened {
             batch.blanks.clear();
         }
         let readings = self.later.read(&mut batch);
-        let readings = readings.map_err(|c| Kind::NoRows(c.message))?;
+        let readings = readings?;
         let mut breaks = readings.breaks.iter().peekable();
         let rows = (0..batch.lines.len()).filter(|row| readings.is_measured[*row]);
         let numbered = (self.returned..).zip(rows);
@@ -442,8 +440,4 @@ fn value(channel: Option<&Vec<f64>>, row: usize) -> f64 {
 
 fn values(axes: Option<&[Vec<f64>; 3]>, row: usize) -> [f64; 3] {
     axes.map_or([f64::NAN; 3], |axes| axes.each_ref().map(|c| c[row]))
-}
-
-fn into_error(error: io::Error) -> Error {
-    error.downcast::<Error>().unwrap_or_else(Error::from)
 }

@@ -13,7 +13,7 @@ use crate::judge::{self, Encoding, Marks};
 use crate::note::{Note, NoteKind};
 use crate::recording::Recording;
 use crate::recording::judging::{self, celsius, find_thermometer, keep_sensor};
-use crate::text::{Aside, Batch, Format, MIN_ROWS_GONE, Reason};
+use crate::text::{Aside, Batch, Format, MIN_ROWS_GONE, Reason, split_hint};
 
 /// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
 /// much it then differs from gravity.
@@ -41,18 +41,6 @@ pub struct Readings {
     pub time_s: Option<Vec<f64>>,
     /// Measurements before which the recording breaks
     pub breaks: Vec<usize>,
-}
-
-/// Why rows cannot be read as those before them.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Contradiction {
-    /// Line of the first of them, from 1
-    pub line: u64,
-    /// What differs, for scripts: `encoding-changed`, `shifted-columns`, `sensor-ended`,
-    /// `unit-changed`
-    pub code: &'static str,
-    /// The same in words
-    pub message: String,
 }
 
 const ENCODING: (&str, &str) = (
@@ -248,15 +236,16 @@ impl Later {
     /// # Errors
     ///
     /// The rows cannot be read as those before them.
-    pub fn read(&mut self, batch: &mut Batch) -> Result<Readings, Contradiction> {
+    pub fn read(&mut self, batch: &mut Batch) -> Result<Readings, Error> {
         let own = self.rows_of_sensor(batch);
         let (time_s, marks) = self.read_clock(batch, &own);
         let lines = &batch.lines;
         self.first_line = self.first_line.or(lines.first().copied());
-        let at = |row: usize, (code, message): (&'static str, &str)| Contradiction {
-            line: lines.get(row).copied().unwrap_or_default().into(),
-            code,
-            message: message.to_owned(),
+        let at = |row: usize, (code, message): (&'static str, &str)| {
+            let line = lines.get(row).copied().unwrap_or_default();
+            Error::contradiction(code, message)
+                .at_line(line as usize)
+                .with_hint(split_hint(line.into()))
         };
         if self.contradicts && own.is_empty() && lines.len() >= MIN_ROWS_OF_OTHERS {
             let rows = lines.len();

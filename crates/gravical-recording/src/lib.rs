@@ -31,6 +31,7 @@ pub mod bytes;
 pub mod cwa;
 mod date;
 mod error;
+pub mod escape;
 mod follow;
 pub mod full_scale;
 pub mod judge;
@@ -48,11 +49,11 @@ pub mod units;
 pub mod write;
 
 pub use board::BoardSettings;
-pub use error::Error;
+pub use error::{Category, Error, Location, Result};
 pub use follow::{Follow, Form, LinesRead, Sample};
 pub use judge::UnitDoubt;
-pub use later::{Contradiction, Later, Readings};
-pub use note::{Note, NoteKind, shell_word};
+pub use later::{Later, Readings};
+pub use note::{Note, NoteKind};
 pub use options::{ColumnChoice, ColumnsSpec, ReadOptions};
 pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, open_text, whole_lines};
 pub use role::Role;
@@ -63,7 +64,7 @@ pub use text::axes;
 pub use text::parse_cell;
 pub use text::{
     Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, is_prose,
-    sniff, sniff_table,
+    sniff, sniff_table, split_hint,
 };
 pub use time_unit::TimeUnit;
 pub use units::POSSIBLE;

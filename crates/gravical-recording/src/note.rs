@@ -110,17 +110,3 @@ impl fmt::Display for Note {
         f.write_str(&self.message)
     }
 }
-
-/// A word of a command line for a shell, with quotes if necessary.
-#[must_use]
-pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
-        return text.to_owned();
-    }
-    // Double quotes work in every shell if nothing inside is special.
-    if text.contains(['"', '$', '`', '\\', '!']) {
-        return format!("'{}'", text.replace('\'', "'\\''"));
-    }
-    format!("\"{text}\"")
-}

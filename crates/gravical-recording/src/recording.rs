@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::board::BoardSettings;
 use crate::bytes;
-use crate::error::{Error, Kind};
+use crate::error::Error;
 use crate::judge::UnitDoubt;
 use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
@@ -21,8 +21,6 @@ use crate::units::{AccelScale, AccelUnit, GyroScale};
 
 /// Bytes of the text that decide on the format.
 pub const HEAD_BYTES: usize = 262_144;
-/// Bytes that the columns of a recording may take.
-pub(crate) const MAX_BYTES: usize = 1 << 30;
 
 /// What a column of labels says.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -36,7 +34,7 @@ pub struct Labels {
 /// Timing of a recording.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Timing {
-    /// Unit of the time stamps; `None` without time stamps
+    /// Unit of the time stamps; `None` without time stamps, and for one without a name, as 10 ms
     pub unit: Option<TimeUnit>,
     /// The claimed sampling rate (metadata, `--rate`), in Hz
     pub nominal_rate_hz: Option<f64>,
@@ -156,13 +154,9 @@ impl Recording {
             match batch {
                 Ok(batch) => rows.append(batch),
                 Err(e) if e.kind() == ErrorKind::UnexpectedEof && rows.rows() > 0 => is_cut = true,
-                Err(e) => {
-                    return Err(e.downcast::<Error>().unwrap_or_else(Error::from));
-                }
+                Err(e) => return Err(e.into()),
             }
-            if rows.bytes() > MAX_BYTES {
-                return Err(Kind::TooLarge(rows.bytes()).into());
-            }
+            rows.check_size()?;
         }
         let count = rows.rows();
         let mut recording = Recording::judge(format, rows)?;

@@ -1,6 +1,6 @@
 //! Recordings from columns in memory.
 
-use crate::error::{Error, Kind};
+use crate::error::Error;
 use crate::options::ReadOptions;
 use crate::recording::Recording;
 use crate::role::Role;
@@ -45,7 +45,10 @@ impl Recording {
         let format = recognised(names, &rows, options)?;
         for column in format.channels() {
             if let Some(TableColumn::Texts(_)) = columns.get(column) {
-                return Err(Kind::TextColumn(column + 1).into());
+                let text = format!("column {} holds texts, not numbers", column + 1);
+                return Err(Error::input("no-values", text).with_hint(
+                    "convert it to numbers, or name other columns: --columns t=…,ax=…",
+                ));
             }
         }
         let mut recording = Recording::judge(&format, rows)?;

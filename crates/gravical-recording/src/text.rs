@@ -17,10 +17,12 @@ mod words;
 
 pub(crate) use batch::MIN_ROWS_GONE;
 pub use batch::{Aside, AsideLines, Batch, CopiedText, Reason};
-pub use batches::{BATCH_ROWS, Batches};
+pub use batches::{BATCH_ROWS, Batches, split_hint};
 pub(crate) use dialect::Delimiter;
 pub use format::Format;
 pub(crate) use format::Layout;
 pub use names::Column;
 pub use number::parse_cell;
+pub(crate) use roles::sensor_unknown;
 pub use sniff::{is_prose, sniff, sniff_table};
+pub(crate) use sniff::{no_rows, no_table};

@@ -67,7 +67,7 @@ impl TimeUnit {
     pub fn of_seconds(seconds: f64) -> Option<Self> {
         let units = [TimeUnit::HundredMicroseconds];
         let mut units = TimeUnit::GUESSED.into_iter().chain(units);
-        units.find(|u| u.seconds() == seconds)
+        units.find(|u| (u.seconds() / seconds - 1.0).abs() < 1e-9)
     }
 
     /// Parses a unit.

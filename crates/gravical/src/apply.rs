@@ -43,7 +43,6 @@
 //! ```
 
 mod drift;
-mod joined;
 mod judge;
 mod sensor;
 mod unit;
@@ -58,13 +57,16 @@ use gravical_recording::write::{NewColumn, Table, Writer};
 use gravical_recording::{Format, Readings};
 use serde::{Deserialize, Serialize};
 
+use gravical_recording::split_hint;
+
 use crate::calibration_file::CalibrationFile;
 use crate::poses::face::AxisMap;
-use crate::recording::batches::{BatchReader, split_hint};
+use crate::recording::batches::BatchReader;
 use crate::recording::board::why_calibrated;
 use crate::recording::open::Input;
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
+    join_gyroscope,
 };
 use crate::{Error, Result};
 
@@ -72,7 +74,6 @@ pub use drift::TemperatureOutcome;
 pub use unit::OutputUnit;
 
 use drift::Drift;
-use joined::Joined;
 use judge::{Judged, judge};
 use sensor::Sensor;
 
@@ -152,15 +153,10 @@ pub struct ApplySummary {
 /// Lines that are not rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct SetAside {
-    /// Reason; in JSON its name, as in the counts of `inspect`.
-    #[serde(serialize_with = "by_name")]
+    /// Reason
     pub reason: Reason,
     /// Number of lines.
     pub lines: u64,
-}
-
-fn by_name<S: serde::Serializer>(reason: &Reason, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(reason.name())
 }
 
 /// Treatment of the gyroscope's columns.
@@ -203,23 +199,24 @@ pub fn apply(
     run(calibration, input, name, out, options, None)
 }
 
-/// The same with the gyroscope of a second file: `joined` is the recording `input`, read as a
-/// whole, with the gyroscope joined to it
-/// ([`join_gyroscope`](crate::recording::join_gyroscope)). The calibrated angular rate is
-/// appended as columns; rows without a reading of the gyroscope nearby have none.
+/// The same with the gyroscope of a second file
+/// ([`join_gyroscope`](crate::recording::join_gyroscope)): the recording is held as a whole. The
+/// calibrated angular rate is appended as columns; rows without a reading of the gyroscope nearby have
+/// none.
 ///
 /// # Errors
 ///
-/// As [`apply`], and `gyro-not-calibrated` (usage) if the calibration has no gyroscope.
+/// As [`apply`], and `gyro-not-calibrated` (usage) if the calibration has no gyroscope; those of
+/// [`join_gyroscope`](crate::recording::join_gyroscope).
 pub fn apply_with_gyroscope(
     calibration: &CalibrationFile,
     input: Input,
     name: &str,
     out: &mut dyn Write,
     options: &ApplyOptions,
-    joined: &Recording,
+    gyro: &Path,
 ) -> Result<ApplySummary> {
-    run(calibration, input, name, out, options, Some(joined))
+    run(calibration, input, name, out, options, Some(gyro))
 }
 
 fn run(
@@ -228,13 +225,28 @@ fn run(
     name: &str,
     out: &mut dyn Write,
     options: &ApplyOptions,
-    joined: Option<&Recording>,
+    gyro: Option<&Path>,
 ) -> Result<ApplySummary> {
-    let table = |format: &Format| table(calibration, format, options, joined.is_some());
+    if gyro.is_some() && calibration.gyroscope.is_none() {
+        return Err(Error::usage(
+            "gyro-not-calibrated",
+            "the calibration has no gyroscope, so it cannot be applied to that of --gyro",
+        )
+        .with_hint("leave --gyro out, or calibrate with --gyro"));
+    }
+    let table = |format: &Format| table(calibration, format, options, gyro.is_some());
     let copied = |format: &Format| table(format).copied().to_vec();
-    let mut reader = BatchReader::open(input, name, &options.read, false, copied)?;
+    let mut reader = match gyro {
+        Some(gyro) => {
+            let beside = options.read.beside_gyroscope_file();
+            let mut reader = BatchReader::open_whole(input, name, &beside, copied)?;
+            join_gyroscope(&mut reader.recording, gyro, &options.read)?;
+            reader
+        }
+        None => BatchReader::open(input, name, &options.read, false, copied)?,
+    };
     let table = table(&reader.format);
-    let mut applied = Application::begin(calibration, &mut reader.recording, options, joined)?;
+    let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
     applied.findings.extend(renamed(&table));
     let columns = table.names.clone();
     let mut writer = Writer::new(out, table);
@@ -278,12 +290,12 @@ fn table(
     Table::with_new(format, &columns, DECIMALS, options.keep_raw)
 }
 
-fn renamed(table: &Table) -> impl Iterator<Item = Finding> {
+fn renamed(table: &Table) -> Vec<Finding> {
     let renamed = table.renamed.iter().map(|(name, free)| {
         let text = format!("the input has a column {name}; it is written as {free}");
         Finding::new(FindingKind::RenamedColumn, text)
     });
-    renamed.collect::<Vec<_>>().into_iter()
+    renamed.collect()
 }
 
 /// Calibrated channels of a recording in memory.
@@ -333,18 +345,17 @@ pub fn apply_recording(
     options.read.validate()?;
     recording.refuse_averaged("use `apply`, which reads the file")?;
     let mut recording = recording.clone();
-    let mut applied = Application::begin(calibration, &mut recording, options, None)?;
-    let lines: Vec<u32> = (0..recording.rows())
-        .map(|row| u32::try_from(recording.line(row)).unwrap_or(u32::MAX))
-        .collect();
+    let mut applied = Application::begin(calibration, &mut recording, options)?;
     let mut readings = Readings {
-        is_measured: vec![true; lines.len()],
+        is_measured: vec![true; recording.rows()],
         time_s: None,
         breaks: Vec::new(),
         accel: std::mem::take(&mut recording.accel),
         gyro: recording.gyro.take(),
         temperature_c: recording.temperature_c.take(),
     };
+    let line = |row| u32::try_from(recording.line(row)).unwrap_or(u32::MAX);
+    let lines: Vec<u32> = (0..readings.is_measured.len()).map(line).collect();
     applied.calibrate(&mut readings, &lines);
     let rates = RATES.into_iter().filter(|_| readings.gyro.is_some());
     let columns = options.output_unit.columns().into_iter().chain(rates);
@@ -364,7 +375,6 @@ struct Application<'a> {
     /// Unit of the gyroscope, if it is calibrated.
     gyro_unit: Option<GyroUnit>,
     has_gyro: bool,
-    joined: Option<Joined<'a>>,
     sensor: Sensor,
     without_acceleration: u64,
     output_unit: OutputUnit,
@@ -377,7 +387,6 @@ impl<'a> Application<'a> {
         calibration: &'a CalibrationFile,
         recording: &mut Recording,
         options: &ApplyOptions,
-        joined: Option<&'a Recording>,
     ) -> Result<Self> {
         let mut findings = std::mem::take(&mut recording.findings);
         refuse_contradictions(recording, &findings, options)?;
@@ -385,8 +394,8 @@ impl<'a> Application<'a> {
             // Temperatures matter to the drift alone.
             findings.retain(|f| f.kind != FindingKind::TemperatureUnit);
         }
-        let with_gyro = joined.is_some() || recording.gyro.is_some();
-        let drift = Drift::new(calibration, recording, with_gyro, &mut findings);
+        let has_gyro = recording.gyro.is_some();
+        let drift = Drift::new(calibration, recording, has_gyro, &mut findings);
         let judged = judge(
             calibration,
             recording,
@@ -394,9 +403,7 @@ impl<'a> Application<'a> {
             drift.as_ref(),
             &mut findings,
         )?;
-        let joined = joined.map(|r| Joined::new(calibration, r, &mut findings));
-        let joined = joined.transpose()?;
-        let gyro_unit = joined.as_ref().map(|j| j.unit).or(judged.gyro);
+        let gyro_unit = judged.gyro;
         findings.extend(about_calibration(
             calibration,
             recording.is_calibrated,
@@ -413,8 +420,7 @@ impl<'a> Application<'a> {
             calibration,
             judged,
             gyro_unit,
-            has_gyro: recording.gyro.is_some(),
-            joined,
+            has_gyro,
             sensor: sensor.with_drift(drift),
             without_acceleration: 0,
             output_unit: options.output_unit,
@@ -424,9 +430,6 @@ impl<'a> Application<'a> {
 
     /// Calibrates rows in place; the gyroscope is left out if it is not calibrated.
     fn calibrate(&mut self, readings: &mut Readings, lines: &[u32]) {
-        if let Some(joined) = &mut self.joined {
-            readings.gyro = Some(joined.rates(lines));
-        }
         self.sensor.calibrate(readings, lines);
         let missing = readings.accel[0].iter().filter(|v| v.is_nan());
         self.without_acceleration += missing.count() as u64;

@@ -29,6 +29,7 @@ use std::ops::Range;
 
 use serde::Deserialize;
 
+use crate::finding::after;
 use crate::recording::units::GyroScale;
 use crate::recording::{Finding, FindingKind, Recording, UnitDoubt, full_scale};
 use crate::{Error, Result};
@@ -259,7 +260,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     if intervals.is_empty() {
         let error = found::never_still(recordings);
-        return Err(error.after(&findings, FindingKind::NoStaticInterval));
+        return Err(after(error, &findings, FindingKind::NoStaticInterval));
     }
     let (gyro_scale, found) = between_rests(recordings, &intervals, &turns, options, &mut findings);
     if !named {
@@ -421,7 +422,7 @@ pub(crate) fn means_of(
             std::array::from_fn(|i| step[i].max(most[i]))
         });
     let stretches: Vec<[&[f64]; 3]> = held.iter().flatten().map(slices).collect();
-    let noise = pooled_noise(&stretches, coarsest);
+    let noise = pooled_noise(&stretches, coarsest, Recording::samples_of_rows(recordings));
     let mean = |((recording, selection), held): ((usize, Selection), &Stretches)| {
         let (rate, _) = Recording::working_rate_hz(&recordings[recording]);
         let values: [Vec<f64>; 3] =

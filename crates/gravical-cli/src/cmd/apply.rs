@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
 use gravical::escape::one_line;
-use gravical::recording::{Origin, ReadOptions, Recording, join_gyroscope, open, read};
-use gravical::{Error, Result, numfmt};
+use gravical::recording::{Origin, ReadOptions, open};
+use gravical::{Error, numfmt};
 use gravical_report::document::Document;
 use serde::Serialize;
 
@@ -80,15 +80,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibration = &found.file;
     let options = args.options(&read_options);
     options.read.validate()?;
-    let joined = args
-        .gyro
-        .as_deref()
-        .map(|gyro| join(path, gyro, &read_options));
-    let joined = joined.transpose()?;
     let input = open::open(path, &options.read)?;
     let name = path.display().to_string();
-    let summary = args.output.write(|out| match &joined {
-        Some(joined) => apply_with_gyroscope(calibration, input, &name, out, &options, joined),
+    let summary = args.output.write(|out| match &args.gyro {
+        Some(gyro) => apply_with_gyroscope(calibration, input, &name, out, &options, gyro),
         None => apply(calibration, input, &name, out, &options),
     })?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
@@ -177,31 +172,10 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
 impl Args {
     fn options(&self, read: &ReadOptions) -> ApplyOptions {
         ApplyOptions {
-            read: match self.gyro {
-                Some(_) => read.beside_gyroscope_file(),
-                None => read.clone(),
-            },
+            read: read.clone(),
             ..self.options.clone()
         }
     }
-}
-
-/// The whole recording with the gyroscope of a second file.
-///
-/// # Errors
-///
-/// `gyro-stdin` (usage); those of [`read`] and [`join_gyroscope`].
-fn join(path: &Path, gyro: &Path, options: &ReadOptions) -> Result<Recording> {
-    if path == Path::new("-") {
-        return Err(Error::usage(
-            "gyro-stdin",
-            "--gyro: the recording is read twice, which standard input does not allow",
-        )
-        .with_hint("give the recording as a file"));
-    }
-    let mut recording = read(path, &options.beside_gyroscope_file())?;
-    join_gyroscope(&mut recording, gyro, options)?;
-    Ok(recording)
 }
 
 /// The summary as a document.

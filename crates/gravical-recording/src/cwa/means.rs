@@ -3,13 +3,13 @@
 use std::io::Read;
 
 use super::{Samples, open};
-use crate::error::{Error, Kind};
+use crate::error::Error;
 use crate::full_scale::Clipping;
 use crate::judge;
 use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
+use crate::recording::Recording;
 use crate::recording::judging::resolution;
-use crate::recording::{MAX_BYTES, Recording};
 use crate::text::{BATCH_ROWS, Batch, Format};
 
 /// Samples that are held as they are: three hours at 100 Hz.
@@ -47,7 +47,7 @@ pub fn read(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error
     means.add(rows);
     for batch in samples {
         means.add(batch?);
-        check_size(&means.rows)?;
+        means.rows.check_size()?;
     }
     means.judge(&format, resolution)
 }
@@ -68,16 +68,9 @@ fn read_rows(samples: &mut Samples<impl Read>, max_rows: usize) -> Result<Batch,
         && let Some(batch) = samples.next()
     {
         rows.append(batch?);
-        check_size(&rows)?;
+        rows.check_size()?;
     }
     Ok(rows)
-}
-
-fn check_size(rows: &Batch) -> Result<(), Error> {
-    match rows.bytes() {
-        ..=MAX_BYTES => Ok(()),
-        bytes => Err(Kind::TooLarge(bytes).into()),
-    }
 }
 
 /// Means of neighbouring samples.

@@ -14,25 +14,10 @@ const STAMP_TOLERANCE_S: f64 = 0.1;
 /// What comes next in a file.
 #[derive(Debug)]
 pub(super) enum Event {
-    /// A block that is skipped.
-    Skipped(Skipped),
+    /// A block that is skipped, and why.
+    Skipped(Reason, String),
     /// A block of samples.
     Block(Box<Placed>),
-}
-
-/// A block that is skipped.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Skipped {
-    pub reason: Reason,
-    place: Place,
-    why: &'static str,
-}
-
-impl Skipped {
-    /// For messages.
-    pub fn text(&self) -> String {
-        format!("{}: {}", self.place.text(), self.why)
-    }
 }
 
 /// A block of a file.
@@ -88,18 +73,11 @@ pub(super) struct Order {
     last: Option<Last>,
     /// Blocks skipped since then.
     skipped: u64,
-    missing: Missing,
+    /// Blocks that are missing, jumps of the stamps, and the first of either.
+    missing: (u64, u64, Option<String>),
     sessions: u64,
     /// Lines after the gaps.
     pub breaks: LineSpans,
-}
-
-/// Places where blocks are missing.
-#[derive(Debug, Default)]
-struct Missing {
-    blocks: u64,
-    jumps: u64,
-    first: Option<String>,
 }
 
 impl Order {
@@ -108,7 +86,7 @@ impl Order {
         // Repeated and late blocks take no number of those that are missing.
         let counts = matches!(reason, Reason::CorruptBlock | Reason::ErasedBlock);
         self.skipped += u64::from(counts);
-        Event::Skipped(Skipped { reason, place, why })
+        Event::Skipped(reason, format!("{}: {why}", place.text()))
     }
 
     /// Where a block belongs.
@@ -169,24 +147,21 @@ impl Order {
             .sequence
             .saturating_sub(last.sequence.saturating_add(1));
         let missing = u64::from(between).saturating_sub(self.skipped);
-        self.missing.blocks += missing;
+        let (blocks, jumps, first) = &mut self.missing;
+        *blocks += missing;
         // Where the numbers go on, the stamps jump; skipped blocks are named elsewhere.
         let jump = between == 0;
-        self.missing.jumps += u64::from(jump);
+        *jumps += u64::from(jump);
         if jump || missing > 0 {
             let before_s = block.stamp_s - last.stamp_s;
             let text = || format!("{}, {before_s:.1} s after", place.text());
-            self.missing.first.get_or_insert_with(text);
+            first.get_or_insert_with(text);
         }
     }
 
     /// Notes on what is missing.
     pub fn notes(&self) -> Vec<Note> {
-        let Missing {
-            blocks,
-            jumps,
-            first,
-        } = &self.missing;
+        let (blocks, jumps, first) = &self.missing;
         let mut notes = Vec::new();
         if let Some(first) = first {
             let count = |n: u64, noun: &str| {

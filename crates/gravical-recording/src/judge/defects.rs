@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use gravical_signal::resolution;
 
+use super::frozen::runs;
 use super::unit::quiet_norm;
 
 /// Rows for which all channels may repeat by chance.
@@ -32,18 +33,10 @@ pub fn mark_zeros(channels: &[&[f64]]) -> Vec<bool> {
 
 /// Rows in a row in which the accelerometer reads zero on all axes: it was not read.
 pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
-    let rows = accel[0].len();
-    let (mut runs, mut from) = (Vec::new(), 0);
-    for row in 0..=rows {
-        if row < rows && accel.iter().all(|axis| axis[row] == 0.0) {
-            continue;
-        }
-        if row - from >= ZEROS_IN_A_ROW {
-            runs.push(from..row);
-        }
-        from = row + 1;
-    }
-    runs
+    let is_zero = |row: usize| accel.iter().all(|axis| axis[row] == 0.0);
+    let zeros = runs(accel[0].len(), |row| is_zero(row) && is_zero(row - 1));
+    let is_unread = |run: &Range<usize>| run.len() >= ZEROS_IN_A_ROW && is_zero(run.start);
+    zeros.into_iter().filter(is_unread).collect()
 }
 
 /// False for the rows of runs in which all channels repeat exactly for longer than noise allows:
@@ -56,18 +49,14 @@ pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
 pub fn mark_hung(accel: [&[f64]; 3], gyro: &[&[f64]]) -> Vec<bool> {
     let rows = accel[0].len();
     let repeats = |row: usize| accel.iter().chain(gyro).all(|c| c[row] == c[row - 1]);
-    let (mut keep, mut from, mut short, mut long) = (vec![true; rows], 0, 0, 0);
-    for row in 1..=rows {
-        if row < rows && repeats(row) {
-            continue;
-        }
-        if row - from > MAX_REPEATS {
-            keep[from + 1..row].fill(false);
-            long += row - from;
+    let (mut keep, mut short, mut long) = (vec![true; rows], 0, 0);
+    for run in runs(rows, repeats) {
+        if run.len() > MAX_REPEATS {
+            keep[run.start + 1..run.end].fill(false);
+            long += run.len();
         } else {
-            short += row - from - 1;
+            short += run.len() - 1;
         }
-        from = row;
     }
     let is_common = short * 20 > rows - long || long * 2 > rows;
     if long > 0 && (is_common || !resolves_noise(accel)) {

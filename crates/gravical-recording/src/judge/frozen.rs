@@ -60,7 +60,7 @@ pub fn frozen_axes(
 }
 
 /// Runs of rows that each repeat the one before, of two rows or more.
-fn runs(rows: usize, repeats: impl Fn(usize) -> bool) -> Vec<std::ops::Range<usize>> {
+pub(super) fn runs(rows: usize, repeats: impl Fn(usize) -> bool) -> Vec<std::ops::Range<usize>> {
     let (mut found, mut from) = (Vec::new(), 0);
     for row in 1..=rows {
         if row < rows && repeats(row) {

@@ -115,212 +115,196 @@ pub fn accel_unit(
     let integers = accel.iter().all(is_whole);
     let quiet = quiet_norm(accel).map(|norm| (norm, integers));
     let mut judged = JudgedUnit {
-        scale: AccelScale {
-            unit: AccelUnit::Unknown,
-            lsb_per_g: None,
-            origin: Origin::Assumed,
-        },
+        scale: scale(AccelUnit::Unknown, None, Origin::Assumed),
         doubt: None,
         notes: Vec::new(),
     };
-    judged.scale = decide(
-        quiet,
-        is_unsigned,
-        claim,
-        options,
-        &mut judged.notes,
-        &mut judged.doubt,
-    );
+    judged.scale = judged.decide(quiet, is_unsigned, claim, options);
     judged
 }
 
-fn decide(
-    quiet: Option<(f64, bool)>,
-    is_unsigned: bool,
-    claim: AccelClaim,
-    options: &ReadOptions,
-    notes: &mut Vec<Note>,
-    doubt: &mut Option<UnitDoubt>,
-) -> AccelScale {
-    let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
-    // A range given by the user overrides the data, one claimed by the board does not.
-    let range_lsb = given_lsb.or(claim.lsb_per_g);
-    let claimed = claim.unit;
-    if let Some(unit) = options.accel_unit {
-        let counts = unit == AccelUnit::Counts;
-        let from_data = quiet.and_then(|(norm, _)| match accel_evidence(norm, true) {
-            Evidence::Unit(AccelUnit::Counts, lsb) if counts && !is_unsigned => lsb,
-            _ => None,
-        });
-        let scale = AccelScale {
-            unit,
-            lsb_per_g: if counts {
-                given_lsb.or(from_data).or(range_lsb)
-            } else {
-                None
-            },
-            origin: Origin::Given,
-        };
-        warn_if_gravity_disagrees(&scale, quiet, notes);
-        return scale;
+fn scale(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> AccelScale {
+    AccelScale {
+        unit,
+        lsb_per_g,
+        origin,
     }
-    if is_unsigned {
-        return AccelScale {
-            unit: AccelUnit::Counts,
-            lsb_per_g: range_lsb,
-            origin: Origin::Data,
-        };
+}
+
+impl JudgedUnit {
+    fn note(&mut self, kind: NoteKind, text: String) {
+        self.notes.push(Note::new(kind, text));
     }
-    let Some((norm, integers)) = quiet else {
-        return by_claim(claimed, range_lsb);
-    };
-    // A claimed sensitivity is used if gravity does not contradict it.
-    let claimed_lsb = claim
-        .lsb_per_g
-        .filter(|lsb| (norm / lsb - 1.0).abs() <= MAX_OFF);
-    let holds = |unit: AccelUnit| {
-        let scale = AccelScale {
-            unit,
-            lsb_per_g: None,
-            origin: Origin::Header,
+
+    fn decide(
+        &mut self,
+        quiet: Option<(f64, bool)>,
+        is_unsigned: bool,
+        claim: AccelClaim,
+        options: &ReadOptions,
+    ) -> AccelScale {
+        let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
+        // A range given by the user overrides the data, one claimed by the board does not.
+        let range_lsb = given_lsb.or(claim.lsb_per_g);
+        let claimed = claim.unit;
+        if let Some(unit) = options.accel_unit {
+            let counts = unit == AccelUnit::Counts;
+            let from_data = quiet.and_then(|(norm, _)| match accel_evidence(norm, true) {
+                Evidence::Unit(AccelUnit::Counts, lsb) if counts && !is_unsigned => lsb,
+                _ => None,
+            });
+            let lsb = given_lsb.or(from_data).or(range_lsb);
+            let given = scale(unit, lsb.filter(|_| counts), Origin::Given);
+            self.warn_if_gravity_disagrees(&given, quiet);
+            return given;
+        }
+        if is_unsigned {
+            return scale(AccelUnit::Counts, range_lsb, Origin::Data);
+        }
+        let Some((norm, integers)) = quiet else {
+            return match claimed {
+                Some(unit) => scale(unit, range_lsb, Origin::Header),
+                None => scale(AccelUnit::Unknown, range_lsb, Origin::Assumed),
+            };
         };
-        let gravity = scale.nominal().map(|n| n * STANDARD_GRAVITY_MPS2);
-        gravity.is_some_and(|g| (norm / g - 1.0).abs() <= CLAIM_TOLERANCE)
-    };
-    let evidence = match (claimed_lsb, claimed.filter(|c| holds(*c))) {
-        (Some(lsb), _) => Evidence::Unit(AccelUnit::Counts, Some(lsb)),
-        (None, Some(unit)) => Evidence::Unit(unit, None),
-        (None, None) => accel_evidence(norm, integers),
-    };
-    let gravity_shows = matches!(evidence, Evidence::Unit(..));
-    let whole_zero = integers && norm >= 1.0;
-    if !gravity_shows && (claim.without_gravity || (norm < MIN_GRAVITY && !whole_zero)) {
-        notes.push(without_gravity(norm));
-        *doubt = Some(UnitDoubt::WithoutGravity);
-        return AccelScale {
-            unit: AccelUnit::Unknown,
-            lsb_per_g: None,
-            origin: Origin::Assumed,
+        // A claimed sensitivity is used if gravity does not contradict it.
+        let claimed_lsb = claim
+            .lsb_per_g
+            .filter(|lsb| (norm / lsb - 1.0).abs() <= MAX_OFF);
+        let holds = |unit: AccelUnit| {
+            let nominal = scale(unit, None, Origin::Header).nominal();
+            let gravity = nominal.map(|n| n * STANDARD_GRAVITY_MPS2);
+            gravity.is_some_and(|g| (norm / g - 1.0).abs() <= CLAIM_TOLERANCE)
         };
-    }
-    let by_data = |unit: AccelUnit, lsb: Option<f64>, notes: &mut Vec<Note>| {
-        if let Some(claim) = claimed
-            && claim != unit
-        {
-            notes.push(Note::new(
+        let evidence = match (claimed_lsb, claimed.filter(|c| holds(*c))) {
+            (Some(lsb), _) => Evidence::Unit(AccelUnit::Counts, Some(lsb)),
+            (None, Some(unit)) => Evidence::Unit(unit, None),
+            (None, None) => accel_evidence(norm, integers),
+        };
+        let gravity_shows = matches!(evidence, Evidence::Unit(..));
+        let whole_zero = integers && norm >= 1.0;
+        if !gravity_shows && (claim.without_gravity || (norm < MIN_GRAVITY && !whole_zero)) {
+            self.doubt = Some(UnitDoubt::WithoutGravity);
+            self.note(
+            NoteKind::WithoutGravity,
+            format!(
+                "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
+                short(norm)
+            ),
+        );
+            return scale(AccelUnit::Unknown, None, Origin::Assumed);
+        }
+        let mut by_data = |unit: AccelUnit, lsb: Option<f64>| {
+            if let Some(claim) = claimed
+                && claim != unit
+            {
+                self.note(
                 NoteKind::UnitMismatch,
                 format!(
-                    "the header gives {}, but the magnitude at rest is {}: the values are read as {}",
-                    claim,
-                    short(norm),
-                    unit
+                    "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
+                    short(norm)
                 ),
-            ));
-        }
-        let lsb = match unit {
-            AccelUnit::Counts => {
-                warn_if_range_disagrees(given_lsb, claim.lsb_per_g, lsb, notes);
-                given_lsb.or(lsb)
+            );
             }
-            _ => None,
+            if unit != AccelUnit::Counts {
+                return scale(unit, None, Origin::Data);
+            }
+            self.warn_if_range_disagrees(given_lsb, claim.lsb_per_g, lsb);
+            scale(unit, given_lsb.or(lsb), Origin::Data)
         };
-        AccelScale {
-            unit,
-            lsb_per_g: lsb,
-            origin: Origin::Data,
-        }
-    };
-    match evidence {
-        Evidence::Unit(unit, lsb) => by_data(unit, lsb, notes),
-        Evidence::Ambiguous if given_lsb.is_some() => by_data(AccelUnit::Counts, given_lsb, notes),
+        match evidence {
+        Evidence::Unit(unit, lsb) => by_data(unit, lsb),
+        Evidence::Ambiguous if given_lsb.is_some() => by_data(AccelUnit::Counts, given_lsb),
         // A claim for one of the matching units decides.
         Evidence::Ambiguous => match claimed {
-            Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None, notes),
-            Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0), notes),
+            Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None),
+            Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0)),
             // cm/s² is rare, and a calibration of one serves for the other.
             None if !integers => {
                 let text = format!(
                     "the magnitude at rest is {}: read as mg (cm/s² would fit as well; --accel-unit says which)",
                     short(norm)
                 );
-                notes.push(Note::new(NoteKind::UnitAssumed, text));
-                by_data(AccelUnit::MilliGravity, None, notes)
+                self.note(NoteKind::UnitAssumed, text);
+                scale(AccelUnit::MilliGravity, None, Origin::Data)
             }
-            _ => unknown(
+            _ => self.unknown(
                 norm,
                 "mg, cm/s² or counts at 1024 per g; give --accel-unit mg or --accel-unit counts",
-                notes,
-                doubt,
             ),
         },
-        Evidence::None if claimed == Some(AccelUnit::Counts) || range_lsb.is_some() => AccelScale {
-            unit: AccelUnit::Counts,
-            lsb_per_g: range_lsb,
-            origin: if claimed.is_some() {
-                Origin::Header
-            } else {
-                Origin::Given
-            },
-        },
-        Evidence::None => unknown(
+        Evidence::None if claimed == Some(AccelUnit::Counts) || range_lsb.is_some() => {
+            let origin = claimed.map_or(Origin::Given, |_| Origin::Header);
+            scale(AccelUnit::Counts, range_lsb, origin)
+        }
+        Evidence::None => self.unknown(
             norm,
             "gravity in no known unit; check the factor in the program that wrote the file, or give --accel-unit counts, which uses the values as they are",
-            notes,
-            doubt,
         ),
     }
-}
-
-/// Note on acceleration without gravity, as some apps record it.
-fn without_gravity(norm: f64) -> Note {
-    Note::new(
-        NoteKind::WithoutGravity,
-        format!(
-            "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
-            short(norm)
-        ),
-    )
-}
-
-fn by_claim(claim: Option<AccelUnit>, range_lsb: Option<f64>) -> AccelScale {
-    AccelScale {
-        unit: claim.unwrap_or(AccelUnit::Unknown),
-        lsb_per_g: range_lsb,
-        origin: if claim.is_some() {
-            Origin::Header
-        } else {
-            Origin::Assumed
-        },
     }
-}
 
-/// Reports a given or claimed range that does not match the magnitude at rest.
-fn warn_if_range_disagrees(
-    given: Option<f64>,
-    claimed: Option<f64>,
-    measured: Option<f64>,
-    notes: &mut Vec<Note>,
-) {
-    let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 0.2;
-    let (Some(stated), Some(measured)) = (given.or(claimed), measured) else {
-        return;
-    };
-    if !differ(stated, measured) {
-        return;
+    /// Reports a given or claimed range that does not match the magnitude at rest.
+    fn warn_if_range_disagrees(
+        &mut self,
+        given: Option<f64>,
+        claimed: Option<f64>,
+        measured: Option<f64>,
+    ) {
+        let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 0.2;
+        let (Some(stated), Some(measured)) = (given.or(claimed), measured) else {
+            return;
+        };
+        if !differ(stated, measured) {
+            return;
+        }
+        let message = match given {
+            Some(_) => format!(
+                "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used",
+                short(32768.0 / stated),
+                short(32768.0 / measured)
+            ),
+            None => format!(
+                "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used",
+                short(stated),
+                short(measured)
+            ),
+        };
+        self.note(NoteKind::RangeMismatch, message);
     }
-    let message = match given {
-        Some(_) => format!(
-            "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used",
-            short(32768.0 / stated),
-            short(32768.0 / measured)
-        ),
-        None => format!(
-            "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used",
-            short(stated),
-            short(measured)
-        ),
-    };
-    notes.push(Note::new(NoteKind::RangeMismatch, message));
+
+    fn unknown(&mut self, norm: f64, what: &str) -> AccelScale {
+        self.doubt = Some(UnitDoubt::NoUnit);
+        let norm_text = short(norm);
+        if let Some(guess) = wrong_full_scale(norm) {
+            self.doubt = Some(UnitDoubt::WrongFullScale);
+            self.note(
+                NoteKind::WrongFullScale,
+                format!("the magnitude at rest is {norm_text}{guess}"),
+            );
+        }
+        self.note(
+            NoteKind::UnitUnknown,
+            format!("the magnitude at rest is {norm_text}: {what}"),
+        );
+        scale(AccelUnit::Unknown, None, Origin::Assumed)
+    }
+
+    fn warn_if_gravity_disagrees(&mut self, scale: &AccelScale, quiet: Option<(f64, bool)>) {
+        let (Some(nominal), Some((norm, _))) = (scale.nominal(), quiet) else {
+            return;
+        };
+        let g = norm / nominal / STANDARD_GRAVITY_MPS2;
+        if !(0.75..=1.25).contains(&g) {
+            self.note(
+            NoteKind::UnitMismatch,
+            format!(
+                "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
+                scale.unit
+            ),
+        );
+        }
+    }
 }
 
 /// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at
@@ -336,51 +320,6 @@ fn wrong_full_scale(norm: f64) -> Option<String> {
         }
     }
     None
-}
-
-fn unknown(
-    norm: f64,
-    what: &str,
-    notes: &mut Vec<Note>,
-    doubt: &mut Option<UnitDoubt>,
-) -> AccelScale {
-    *doubt = Some(UnitDoubt::NoUnit);
-    if let Some(guess) = wrong_full_scale(norm) {
-        *doubt = Some(UnitDoubt::WrongFullScale);
-        notes.push(Note::new(
-            NoteKind::WrongFullScale,
-            format!("the magnitude at rest is {}{guess}", short(norm)),
-        ));
-    }
-    notes.push(Note::new(
-        NoteKind::UnitUnknown,
-        format!("the magnitude at rest is {}: {what}", short(norm)),
-    ));
-    AccelScale {
-        unit: AccelUnit::Unknown,
-        lsb_per_g: None,
-        origin: Origin::Assumed,
-    }
-}
-
-fn warn_if_gravity_disagrees(
-    scale: &AccelScale,
-    quiet: Option<(f64, bool)>,
-    notes: &mut Vec<Note>,
-) {
-    let (Some(nominal), Some((norm, _))) = (scale.nominal(), quiet) else {
-        return;
-    };
-    let g = norm / nominal / STANDARD_GRAVITY_MPS2;
-    if !(0.75..=1.25).contains(&g) {
-        notes.push(Note::new(
-            NoteKind::UnitMismatch,
-            format!(
-                "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
-                scale.unit
-            ),
-        ));
-    }
 }
 
 fn short(value: f64) -> String {

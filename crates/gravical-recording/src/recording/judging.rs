@@ -8,13 +8,14 @@ pub(crate) use time::{find_clock, gap_note};
 use std::collections::{BTreeSet, HashMap};
 
 use super::{Labels, Recording};
-use crate::error::{Error, Kind};
+use crate::error::Error;
+use crate::escape::shell_word;
 use crate::full_scale::{Clipping, FullScale};
 use crate::judge::{self, AccelClaim, Channels, Encoding};
 use crate::metadata;
-use crate::note::{Note, NoteKind, shell_word};
+use crate::note::{Note, NoteKind};
 use crate::role::Role;
-use crate::text::{Batch, Format, Reason};
+use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
 use time::JudgedTime;
@@ -220,7 +221,7 @@ pub(crate) fn keep_sensor(
     let mut numbers: BTreeSet<u64> = BTreeSet::new();
     for row in 0..rows.rows() {
         let value = rows.columns[column][row];
-        if value.is_finite() && value >= 0.0 {
+        if value >= 0.0 && value.fract() == 0.0 {
             numbers.insert(value as u64);
         } else if labels.len() < 16 && !labels.contains(&label(row)) {
             labels.push(label(row));
@@ -230,7 +231,7 @@ pub(crate) fn keep_sensor(
     let all: Vec<String> = numbers.iter().map(u64::to_string).chain(labels).collect();
     let wanted = match &format.options.sensor {
         Some(wanted) if all.contains(wanted) => wanted,
-        Some(wanted) => return Err(Kind::SensorUnknown(wanted.clone(), all).into()),
+        Some(wanted) => return Err(sensor_unknown(wanted, &all)),
         None => match all.first() {
             Some(first) => first,
             None => return Ok(None),
@@ -268,21 +269,36 @@ fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
 fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
     let count = rows.rows();
     if count == 0 {
-        return Err(Kind::NoRows(rows.aside.sum(0)).into());
+        return Err(no_rows(format!(
+            "no row could be read: {}",
+            rows.aside.sum(0)
+        )));
     }
-    let (names, sensor) = match format.options.is_gyroscope {
-        true => (["gx", "gy", "gz"], "gyroscope"),
-        false => (["ax", "ay", "az"], "accelerometer"),
+    let (names, sensor, hint) = match format.options.is_gyroscope {
+        true => (
+            ["gx", "gy", "gz"],
+            "gyroscope",
+            "check that the sketch wakes the gyroscope, or leave --gyro out",
+        ),
+        false => (
+            ["ax", "ay", "az"],
+            "accelerometer",
+            "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
+        ),
     };
     let channels = format.accel.map(|c| &rows.columns[c]);
     for (channel, name) in channels.iter().zip(names) {
         if channel.iter().all(|v| v.is_nan()) {
-            return Err(Kind::NoValues(name, count).into());
+            let text = format!("{name} has no value in any of the {count} rows (empty or NaN)");
+            return Err(Error::input("no-values", text)
+                .with_hint("choose other columns: --columns ax=…,ay=…,az=…"));
         }
     }
     let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
     if channels.iter().all(is_zero) {
-        return Err(Kind::AllZero(sensor, count).into());
+        let text =
+            format!("the {sensor} reads zero or nothing in all {count} rows: it did not answer");
+        return Err(Error::input("all-zero", text).with_hint(hint));
     }
     Ok(())
 }
@@ -477,7 +493,11 @@ fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
         return Ok(None);
     };
     if rows.texts[column].contains(&u8::MAX) {
-        return Err(Kind::TooManyLabels.into());
+        return Err(Error::input(
+            "too-many-labels",
+            "the label column holds more than 254 words",
+        )
+        .with_hint("leave the column out with --columns label=-, or cut the file"));
     }
     let mut labels = Labels::default();
     let mut known: HashMap<String, u32> = HashMap::new();

@@ -6,114 +6,65 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
 use crate::note::Note;
 use crate::spans::LineSpans;
 
-/// Why a line holds no row of the recording, or a row no measurement.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Reason {
-    /// The line that names the columns
-    Header,
-    /// Any other line above the first row
-    Metadata,
-    /// A comment between rows
-    Comment,
-    /// A line `# gap:`
-    NamedGap,
-    /// Nothing but blanks and delimiters
-    Blank,
-    /// The header once more
-    RepeatedHeader,
-    /// A row of another sensor
-    OtherSensor,
-    /// Fewer fields than a row has: half-written
-    TornLine,
-    /// More fields than a row has: lines run together
-    TooManyFields,
-    /// No number where the rows have numbers: messages
-    NotANumber,
-    /// A further line of a row that is written in several
-    Continuation,
-    /// All channels zero: the sensor was not read
-    Zeros,
-    /// All channels repeat for longer than noise allows: sensor or bus hung
-    Hung,
-    /// Channels shifted by one or more places
-    Slipped,
-    /// A block of a binary file that cannot be decoded
-    CorruptBlock,
-    /// A block that repeats the one before
-    RepeatedBlock,
-    /// A block that is earlier than the one before
-    LateBlock,
-    /// A block that was never written
-    ErasedBlock,
+/// Bytes that the columns of a recording may take.
+const MAX_BYTES: usize = 1 << 30;
+
+macro_rules! reasons {
+    ($($reason:ident $name:literal $meaning:literal;)*) => {
+        /// Why a line holds no row of the recording, or a row no measurement.
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+        pub enum Reason {
+            $(#[doc = $meaning] #[serde(rename = $name)] $reason,)*
+        }
+
+        impl Reason {
+            /// Stable name, for scripts.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Reason::$reason => $name,)*
+                }
+            }
+
+            /// What such lines are, and what was done with them.
+            pub(crate) fn meaning(self) -> &'static str {
+                match self {
+                    $(Reason::$reason => $meaning,)*
+                }
+            }
+        }
+    };
+}
+
+reasons! {
+    Header "header" "names the columns";
+    Metadata "metadata-lines" "before the header; kept out of the data";
+    Comment "comment-lines" "comment; kept out of the data";
+    NamedGap "named-gap" "the logger reports missing rows; treated as a break between segments";
+    Blank "blank-rows" "blank; a break between segments, unless it is a single line and the clock continues";
+    RepeatedHeader "repeated-header" "the header repeated; kept out of the data, and a break unless the clock continues";
+    OtherSensor "other-sensor" "rows of another sensor; not read";
+    TornLine "torn-line" "fewer fields than the other rows (half-written); set aside";
+    TooManyFields "too-many-fields" "more fields than the other rows (lines run together?); set aside";
+    NotANumber "not-a-number" "no number where the rows have numbers; set aside";
+    Continuation "continuation-lines" "continues the row above";
+    Zeros "zero-rows" "all channels zero: the sensor was not read; set aside";
+    Hung "sensor-hung" "all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap";
+    Slipped "shifted-columns" "the values stand in the columns of others; set aside";
+    CorruptBlock "corrupt-block" "damaged; skipped";
+    RepeatedBlock "repeated-block" "repeating the one before; skipped";
+    LateBlock "late-block" "earlier than the one before (repeated or out of order); skipped";
+    ErasedBlock "erased-block" "never written; skipped";
 }
 
 impl Reason {
-    /// Stable name, for scripts.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Reason::Header => "header",
-            Reason::Metadata => "metadata-lines",
-            Reason::Comment => "comment-lines",
-            Reason::NamedGap => "named-gap",
-            Reason::Blank => "blank-rows",
-            Reason::RepeatedHeader => "repeated-header",
-            Reason::OtherSensor => "other-sensor",
-            Reason::TornLine => "torn-line",
-            Reason::TooManyFields => "too-many-fields",
-            Reason::NotANumber => "not-a-number",
-            Reason::Continuation => "continuation-lines",
-            Reason::Zeros => "zero-rows",
-            Reason::Hung => "sensor-hung",
-            Reason::Slipped => "shifted-columns",
-            Reason::CorruptBlock => "corrupt-block",
-            Reason::RepeatedBlock => "repeated-block",
-            Reason::LateBlock => "late-block",
-            Reason::ErasedBlock => "erased-block",
-        }
-    }
-
     /// Whether it concerns a block of a binary file.
     pub(crate) fn is_block(self) -> bool {
         self >= Reason::CorruptBlock
-    }
-
-    /// What such lines are, and what was done with them.
-    pub(crate) fn meaning(self) -> &'static str {
-        match self {
-            Reason::Header => "names the columns",
-            Reason::Metadata => "before the header; kept out of the data",
-            Reason::Comment => "comment; kept out of the data",
-            Reason::NamedGap => {
-                "the logger reports missing rows; treated as a break between segments"
-            }
-            Reason::Blank => {
-                "blank; a break between segments, unless it is a single line and the clock continues"
-            }
-            Reason::RepeatedHeader => {
-                "the header repeated; kept out of the data, and a break unless the clock continues"
-            }
-            Reason::OtherSensor => "rows of another sensor; not read",
-            Reason::TornLine => "fewer fields than the other rows (half-written); set aside",
-            Reason::TooManyFields => {
-                "more fields than the other rows (lines run together?); set aside"
-            }
-            Reason::NotANumber => "no number where the rows have numbers; set aside",
-            Reason::Continuation => "continues the row above",
-            Reason::Zeros => "all channels zero: the sensor was not read; set aside",
-            Reason::Hung => {
-                "all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap"
-            }
-            Reason::Slipped => "the values stand in the columns of others; set aside",
-            Reason::CorruptBlock => "damaged; skipped",
-            Reason::RepeatedBlock => "repeating the one before; skipped",
-            Reason::LateBlock => "earlier than the one before (repeated or out of order); skipped",
-            Reason::ErasedBlock => "never written; skipped",
-        }
     }
 }
 
@@ -282,6 +233,23 @@ impl Batch {
         let columns: usize = self.columns.iter().map(|c| size_of_val(c.as_slice())).sum();
         let texts: usize = self.texts.iter().map(Vec::len).sum();
         columns + texts + size_of_val(self.lines.as_slice())
+    }
+
+    /// Refuses columns of more than a gigabyte.
+    ///
+    /// # Errors
+    ///
+    /// `too-large`, with the size.
+    pub fn check_size(&self) -> Result<(), Error> {
+        match self.bytes() {
+            ..=MAX_BYTES => Ok(()),
+            bytes => {
+                let mib = bytes >> 20;
+                let text = format!("the columns take more than {mib} MiB of memory");
+                Err(Error::input("too-large", text)
+                    .with_hint("cut the file, and read the parts separately"))
+            }
+        }
     }
 
     /// Adds the rows of the batch that follows, without their text.

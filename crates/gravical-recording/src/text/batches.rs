@@ -11,7 +11,7 @@ use super::header::{Header, OTHER_COLUMNS, Same};
 use super::lines::Lines;
 use super::number::{parse_cell, parse_long, parse_short};
 use crate::board::BoardSettings;
-use crate::error::{Error, Kind};
+use crate::error::Error;
 
 /// Rows of a batch.
 pub const BATCH_ROWS: usize = 65_536;
@@ -60,9 +60,18 @@ struct RowParser {
     slots: Vec<String>,
 }
 
+/// What to do about rows that cannot be read with those before them.
+#[must_use]
+pub fn split_hint(line: u64) -> String {
+    format!("split the file before line {line} and read the parts separately")
+}
+
 /// Marks rows that are written under other columns.
 pub(crate) fn header_differs(line: usize, why: &'static str) -> io::Error {
-    io::Error::other(Error::from(Kind::HeaderDiffers(line, why)))
+    let error = Error::input("header-differs", format!("the header in line {line} {why}"))
+        .at_line(line)
+        .with_hint(split_hint(line as u64));
+    io::Error::other(error)
 }
 
 impl<R: BufRead> Batches<R> {

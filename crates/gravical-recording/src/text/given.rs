@@ -1,12 +1,12 @@
 //! Columns that the user names.
 
 use super::format::Format;
-use crate::error::Kind;
+use crate::error::Error;
 use crate::options::{ColumnChoice, ColumnsSpec};
 use crate::role::Role;
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.
-pub(crate) fn assign(format: &mut Format) -> Result<(), Kind> {
+pub(crate) fn assign(format: &mut Format) -> Result<(), Error> {
     let Some(spec) = format.options.columns.clone() else {
         return Ok(());
     };
@@ -23,7 +23,9 @@ pub(crate) fn assign(format: &mut Format) -> Result<(), Kind> {
                 return Ok(());
             }
             if order.len() > format.columns.len() {
-                return Err(Kind::TooManyColumns(order.len(), format.columns.len()));
+                let (named, columns) = (order.len(), format.columns.len());
+                let text = format!("{named} columns are named, the file has {columns}");
+                return Err(missing(text).with_hint("leave the last ones out"));
             }
             for (column, choice) in order.into_iter().enumerate() {
                 match choice {
@@ -42,7 +44,10 @@ pub(crate) fn assign(format: &mut Format) -> Result<(), Kind> {
                         Some(column) => given.push((column, role)),
                         // The clock of the accelerometer's file.
                         None if format.options.is_gyroscope && role == Role::Time => {}
-                        None => return Err(Kind::ColumnMissing(name, format.names.clone())),
+                        None => {
+                            let text = format!("there is no column \"{name}\"");
+                            return Err(missing(text).with_hint(list_columns(&format.names)));
+                        }
                     },
                 }
             }
@@ -65,6 +70,26 @@ pub(crate) fn assign(format: &mut Format) -> Result<(), Kind> {
     }
     format.has_no_clock = names_clock && !format.columns.iter().any(|c| is_clock(&c.role));
     Ok(())
+}
+
+fn missing(text: String) -> Error {
+    Error::usage("columns-missing", text).of_option("columns")
+}
+
+/// Names of columns that a hint lists.
+const LISTED: usize = 16;
+
+/// A hint that lists the columns of a file.
+pub(super) fn list_columns(names: &[String]) -> String {
+    if names.is_empty() {
+        return "the file has no header: give the channels in order, as --columns t,ax,ay,az"
+            .to_owned();
+    }
+    let names = names.iter().map(String::as_str);
+    let list: Vec<&str> = names.filter(|n| !n.is_empty()).collect();
+    let more = if list.len() > LISTED { ", …" } else { "" };
+    let shown = list[..list.len().min(LISTED)].join(", ");
+    format!("its columns are: {shown}{more}; assign them with --columns ax=…,ay=…,az=…")
 }
 
 fn find(names: &[String], name: &str) -> Option<usize> {

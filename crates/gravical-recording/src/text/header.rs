@@ -106,11 +106,9 @@ impl Header {
                 name == Some(Role::Accel(axis))
             })
         } else {
-            {
-                let others = names[width..].iter().copied();
-                let mut others = others.chain(format.names[width..].iter().map(String::as_str));
-                names[..width] == format.names[..width] && others.all(str::is_empty)
-            }
+            let others = names[width..].iter().copied();
+            let mut others = others.chain(format.names[width..].iter().map(String::as_str));
+            names[..width] == format.names[..width] && others.all(str::is_empty)
         };
         Some(if is_same {
             Same::Yes

@@ -100,31 +100,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn short_numbers_are_those_of_the_standard_library() {
-        for text in [
-            "0",
-            "-0",
-            "-0.0",
-            "5.",
-            ".5",
-            "-9.80665",
-            "0.1",
-            "123456789012345",
-            "0.00000000000001",
-            "-16384",
-            "1.5e3",
-            "9.81;x",
-        ] {
-            let (value, length) = parse_short(text.as_bytes(), 0).unwrap();
-            let expected: f64 = text[..length].parse().unwrap();
-            assert_eq!(value.to_bits(), expected.to_bits(), "{text}");
-        }
-        for text in ["", "-", ".", "+1", "x", "1234567890123456", "-.x"] {
-            assert_eq!(parse_short(text.as_bytes(), 0), None, "{text}");
-        }
-    }
-
-    #[test]
     fn cells_are_numbers_dates_nothing_or_text() {
         for (text, value) in [
             ("-0.50", -0.5),

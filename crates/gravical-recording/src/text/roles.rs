@@ -4,14 +4,17 @@ use std::collections::{HashMap, HashSet};
 
 use super::batch::Batch;
 use super::format::{Format, Layout};
-use super::given;
+use super::given::{self, list_columns};
 use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
-use crate::error::{Error, Kind};
+use crate::error::Error;
 use crate::judge::{median, shows_gravity};
 use crate::role::Role;
 
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
+
+/// Code of the error of a file whose only sensor is a gyroscope.
+pub(super) const GYROSCOPE_ALONE: &str = "gyroscope-alone";
 
 /// Rows of each sensor from which on several are told apart.
 const MIN_TURNS: usize = 4;
@@ -34,7 +37,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
         format.sensor = find_sensor_column(format, sample);
     }
     if format.channels().iter().any(|c| sample.is_text(*c)) {
-        return Err(Kind::ColumnsUnknown(format.columns.len(), format.misfit).into());
+        return Err(columns_unknown(format));
     }
     // Numbers may tell an axis where a name tells a clock.
     for column in format.channels() {
@@ -52,10 +55,9 @@ fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
     let accel = triples(&format.columns, Role::Accel);
     let gyro = triples(&format.columns, Role::Gyro);
     if format.options.is_gyroscope {
-        format.accel = *gyro.first().ok_or_else(|| Kind::NoGyroscope {
-            has_accelerometer: !accel.is_empty(),
-            names: format.names.clone(),
-        })?;
+        format.accel = *gyro
+            .first()
+            .ok_or_else(|| no_gyroscope(!accel.is_empty(), &format.names))?;
         return Ok(());
     }
     let names: Vec<String> = if format.sensor.is_some() {
@@ -67,11 +69,9 @@ fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
         Some(wanted) if format.sensor.is_none() => find_sensor(wanted, &names, format, &accel)?,
         _ => 0,
     };
-    format.accel = *accel.get(at).ok_or_else(|| Kind::NoAccelerometer {
-        has_gyroscope: !gyro.is_empty(),
-        header_line: format.header_line,
-        names: format.names.clone(),
-    })?;
+    format.accel = *accel
+        .get(at)
+        .ok_or_else(|| no_accelerometer(!gyro.is_empty(), format))?;
     if format.options.sensor.is_none() {
         format.sensors = names;
     }
@@ -105,10 +105,7 @@ fn choose_by_numbers(format: &mut Format, sample: &Batch) -> Result<(), Error> {
             let (first, second) = found?;
             Some(second.unwrap_or(first))
         });
-        format.accel = axes.ok_or_else(|| Kind::NoGyroscope {
-            has_accelerometer: false,
-            names: Vec::new(),
-        })?;
+        format.accel = axes.ok_or_else(|| no_gyroscope(false, &[]))?;
         return Ok(());
     }
     if let Some(accel) = given.first() {
@@ -116,11 +113,73 @@ fn choose_by_numbers(format: &mut Format, sample: &Batch) -> Result<(), Error> {
         format.gyro = given_gyro.first().copied();
         return Ok(());
     }
-    let (accel, gyro) = found.ok_or(Kind::ColumnsUnknown(format.columns.len(), format.misfit))?;
+    let (accel, gyro) = found.ok_or_else(|| columns_unknown(format))?;
     format.accel = accel;
     format.gyro = given_gyro.first().copied().or(gyro);
     format.is_guessed = true;
     Ok(())
+}
+
+fn columns_unknown(format: &Format) -> Error {
+    let columns = format.columns.len();
+    let text = match format.misfit {
+        Some((line, names)) => format!(
+            "line {line} has {names} names for {columns} columns, so it cannot be their header, and the numbers do not show their meaning"
+        ),
+        None => format!(
+            "the file has no header and {columns} columns whose meaning the numbers do not show"
+        ),
+    };
+    Error::input("columns-unknown", text)
+        .with_hint("name them in order, as --columns t,ax,ay,az,gx,gy,gz (- skips one)")
+}
+
+fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
+    let text = match has_accelerometer {
+        true => "this file has an accelerometer, but no gyroscope",
+        false => "no three columns of this file are a gyroscope's x, y and z",
+    };
+    let error = Error::input("no-gyroscope", text);
+    if names.is_empty() {
+        return error.with_hint(
+            "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
+        );
+    }
+    let list = list_columns(names);
+    let list = list.split(';').next().unwrap_or_default();
+    error.with_hint(format!(
+        "{list}; --gyro needs the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
+    ))
+}
+
+fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
+    if has_gyroscope {
+        return Error::input(
+            GYROSCOPE_ALONE,
+            "this file holds a gyroscope and no accelerometer",
+        )
+        .with_hint("give the accelerometer's recording as the input, and this file with --gyro");
+    }
+    let line = format.header_line;
+    let error = Error::input(
+        "no-accelerometer",
+        format!(
+            "no three columns of the header in line {line} are named as an accelerometer's x, y and z"
+        ),
+    )
+    .with_hint(list_columns(&format.names));
+    if line > 0 { error.at_line(line) } else { error }
+}
+
+/// `sensor-unknown`: there is no sensor `wanted` among these.
+pub(crate) fn sensor_unknown(wanted: &str, sensors: &[String]) -> Error {
+    let error = Error::usage("sensor-unknown", format!("there is no sensor {wanted}"));
+    error
+        .of_option("sensor")
+        .with_hint(match sensors.len() < 2 {
+            true => "this file has one sensor: leave the option out".to_owned(),
+            false => format!("give one of: {}", sensors.join(", ")),
+        })
 }
 
 fn is_accel(column: &Column) -> bool {
@@ -244,7 +303,7 @@ fn find_sensor(
     }
     match fits[..] {
         [one] => Ok(one),
-        _ => Err(Kind::SensorUnknown(wanted.to_owned(), names.to_vec()).into()),
+        _ => Err(sensor_unknown(wanted, names)),
     }
 }
 
@@ -266,8 +325,7 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
         };
     }
     let axes = |k: usize| [from + k, from + k + 1, from + k + 2];
-    let mut thermometer = None;
-    let (first, second) = match (n - usize::from(is_open)).checked_sub(from)? {
+    match (n - usize::from(is_open)).checked_sub(from)? {
         3 => return Some((axes(0), None)),
         // Which of four numbers would be the stamp?
         4 if format.options.is_gyroscope => return None,
@@ -275,23 +333,20 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
             format.columns[from + 3].role = Role::Temperature;
             return Some((axes(0), None));
         }
-        6 | 9 => (axes(0), axes(3)),
+        6 | 9 => {}
         // In the order of the sensor's registers the temperature is in the middle; otherwise it is
         // last.
         7 if spread(&sample.columns[from + 3]) <= spread(&sample.columns[from + 6]) => {
-            thermometer = Some(from + 3);
-            (axes(0), axes(4))
+            format.columns[from + 3].role = Role::Temperature;
+            return Some((axes(0), Some(axes(4))));
         }
         7 => {
-            thermometer = Some(from + 6);
-            (axes(0), axes(3))
+            format.columns[from + 6].role = Role::Temperature;
+            return Some((axes(0), Some(axes(3))));
         }
         _ => return None,
-    };
-    if let Some(column) = thermometer {
-        format.columns[column].role = Role::Temperature;
-        return Some((first, Some(second)));
     }
+    let (first, second) = (axes(0), axes(3));
     let values = |axes: [usize; 3]| axes.map(|c| sample.columns[c].as_slice());
     let shows_gravity = |axes| shows_gravity(values(axes));
     let is_first = match (shows_gravity(first), shows_gravity(second)) {
@@ -301,12 +356,12 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
             spread(first) <= spread(second)
         }
     };
-    let gyro_behind_accel = if is_first {
+    let (accel, gyro) = if is_first {
         (first, second)
     } else {
-        (axes(3), first)
+        (second, first)
     };
-    Some((gyro_behind_accel.0, Some(gyro_behind_accel.1)))
+    Some((accel, Some(gyro)))
 }
 
 /// Largest deviation of a column from its mean, as a share of it.

@@ -8,10 +8,10 @@ use super::header::{Header, names_sensor};
 use super::lines::trim_end;
 use super::names::Column;
 use super::number::parse_cell;
-use super::roles;
+use super::roles::{self, GYROSCOPE_ALONE};
 use super::words::Sentences;
 use crate::board::BoardSettings;
-use crate::error::{Error, Kind};
+use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
 use crate::units::is_unit;
@@ -24,6 +24,32 @@ const LINES_PER_ROW: usize = 10;
 /// Lines by which the dialect is told.
 const DIALECT_LINES: usize = 400;
 
+/// Codes of errors that numbers wrapped in words cause.
+const MAY_BE_WORDS: [&str; 5] = [
+    "no-rows",
+    "columns-unknown",
+    "columns-missing",
+    "no-accelerometer",
+    GYROSCOPE_ALONE,
+];
+
+/// `no-rows` with what a recording is.
+pub(crate) fn no_rows(text: impl Into<String>) -> Error {
+    Error::input("no-rows", text).with_hint(
+        "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",
+    )
+}
+
+/// `no-rows` for a text without a table of samples; `what` is there instead.
+pub(crate) fn no_table(head: &str, what: &str) -> Error {
+    let head = head.trim_start_matches('\u{feff}').trim_start();
+    no_rows(match head.chars().next() {
+        Some('{' | '[') => "this is JSON; no table of samples was found in it".to_owned(),
+        Some('<') => "this is HTML or XML; no table of samples was found in it".to_owned(),
+        _ => format!("no table of samples was found: {what}"),
+    })
+}
+
 /// Reads the head of a file, as UTF-8; the name of the file may tell the sensor.
 ///
 /// # Errors
@@ -32,21 +58,22 @@ const DIALECT_LINES: usize = 400;
 /// file holds counts per epoch.
 pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Format, Error> {
     if head.trim().is_empty() {
-        return Err(Kind::Empty.into());
+        return Err(Error::input("empty-file", "the file is empty")
+            .with_hint("record again: nothing was written to this file"));
     }
     let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
     let lines: Vec<&str> = head.split(char::from(line_end)).map(trim_end).collect();
     let table = Format::table(&lines, line_end)
-        .ok_or_else(|| Kind::NoTable(NO_ROWS).into())
+        .ok_or_else(|| no_table(head, NO_ROWS))
         .and_then(|format| {
             let is_prose = options.columns.is_none() && has_few_rows(&format, &lines, head);
             if is_prose {
-                return Err(Kind::NoTable("only a few lines of numbers among others").into());
+                return Err(no_table(head, "only a few lines of numbers among others"));
             }
             let unnamed = format.without_comment_as_header(&lines);
             let named = format.with_roles(head, file_name, options);
             match (named, unnamed) {
-                (Err(e), Some(unnamed)) if e.names_no_sensor() => {
+                (Err(e), Some(unnamed)) if e.code() == "no-accelerometer" => {
                     unnamed.with_roles(head, file_name, options).map_err(|_| e)
                 }
                 (named, _) => named,
@@ -54,7 +81,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
         });
     match &table {
         Ok((_, is_wordy)) if !is_wordy => {}
-        Err(e) if !e.may_be_words() => {}
+        Err(e) if !MAY_BE_WORDS.contains(&e.code()) => {}
         _ => {
             let words = Format::sentences(&lines, line_end);
             if let Some(Ok((format, _))) = words.map(|f| f.with_roles(head, file_name, options)) {
@@ -73,7 +100,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
 pub fn sniff_table(head: &str) -> Result<Format, Error> {
     let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
     let lines: Vec<&str> = head.split(char::from(line_end)).map(trim_end).collect();
-    Format::table(&lines, line_end).ok_or_else(|| Kind::NoTable(NO_ROWS).into())
+    Format::table(&lines, line_end).ok_or_else(|| no_table(head, NO_ROWS))
 }
 
 /// The fields of a `sensor_msgs/Imu` message, in order.
@@ -120,7 +147,7 @@ impl Format {
         options: &ReadOptions,
     ) -> Result<Self, Error> {
         if columns == 0 {
-            return Err(Kind::NoRows("0 lines = 0 rows".to_owned()).into());
+            return Err(no_rows("no row could be read: 0 lines = 0 rows"));
         }
         let dialect = Dialect {
             delimiter: Delimiter::Byte(b','),
@@ -273,15 +300,25 @@ impl Format {
     ) -> Result<(Self, bool), Error> {
         self.options = options.clone();
         if counts_epochs(&self.metadata) {
-            return Err(Kind::EpochsOfCounts.into());
+            return Err(Error::input(
+                "epochs-of-counts",
+                "the file holds activity counts per epoch, not acceleration",
+            )
+            .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
         let sample = self.batches(head.as_bytes()).next().transpose();
-        let mut sample = sample.ok().flatten().ok_or(Kind::NoTable(NO_ROWS))?;
+        let mut sample = sample
+            .ok()
+            .flatten()
+            .ok_or_else(|| no_table(head, NO_ROWS))?;
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
             let sample_again = self.batches(head.as_bytes()).next().transpose();
-            sample = sample_again.ok().flatten().ok_or(Kind::NoTable(NO_ROWS))?;
+            sample = sample_again
+                .ok()
+                .flatten()
+                .ok_or_else(|| no_table(head, NO_ROWS))?;
         }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;

@@ -171,26 +171,6 @@ mod tests {
     }
 
     #[test]
-    fn signs_zeros_and_carries() {
-        assert_eq!(fixed(-9.80665, 3), "-9.807");
-        assert_eq!(fixed(0.0, 0), "0");
-        assert_eq!(fixed(-0.0, 6), "0.000000");
-        assert_eq!(fixed(-4e-7, 6), "0.000000");
-        assert_eq!(fixed(-6e-7, 6), "-0.000001");
-        assert_eq!(fixed(999.9996, 3), "1000.000");
-        assert_eq!(fixed(0.96, 1), "1.0");
-        assert_eq!(fixed(5e-324, 9), "0.000000000");
-    }
-
-    #[test]
-    fn non_finite_values_give_an_empty_field() {
-        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(fixed(value, 6), "");
-            assert_eq!(fixed(value, 20), "");
-        }
-    }
-
-    #[test]
     fn same_as_std_near_every_limit() {
         for decimals in 0..=12 {
             for power in -10..=17 {
@@ -215,12 +195,6 @@ mod tests {
         fn same_as_std_for_any_value(bits: u64, decimals in 0_u32..=12) {
             let value = f64::from_bits(bits);
             prop_assume!(value.is_finite());
-            prop_assert_eq!(fixed(value, decimals), expected(value, decimals));
-        }
-
-        #[test]
-        fn same_as_std_for_readings(mantissa in -1.0..1.0, power in -8..16, decimals in 0_u32..=9) {
-            let value = mantissa * 10_f64.powi(power);
             prop_assert_eq!(fixed(value, decimals), expected(value, decimals));
         }
 

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use gravical_recording::{Batch, Contradiction, Later, NoteKind, ReadOptions, Recording, sniff};
+use gravical_recording::{Batch, Error, Later, NoteKind, ReadOptions, Recording, sniff};
 
 use crate::support::*;
 
@@ -14,7 +14,7 @@ fn read_in_two(
     header: &str,
     rows: &[String],
     first: usize,
-) -> (Recording, Result<Measured, Contradiction>, Later) {
+) -> (Recording, Result<Measured, Error>, Later) {
     let text = |rows: &[String]| format!("{header}\n{}\n", rows.join("\n"));
     let head = text(&rows[..first]);
     let format = sniff(&head, "", &ReadOptions::default()).unwrap();
@@ -166,7 +166,8 @@ fn gaps_and_clipping_in_later_rows_are_told() {
 fn rows_that_cannot_be_read_alike_end_the_reading() {
     let refused = |header: &str, rows: Vec<String>| {
         let contradiction = read_in_two(header, &rows, 200).1.unwrap_err();
-        (contradiction.line - 1, contradiction.code)
+        let place = contradiction.location().unwrap();
+        (place.line.unwrap() - 1, contradiction.code())
     };
     let header = "t_ms,ax,ay,az,gx,gy,gz";
     let unsigned_then_signed = counts(|i, v| {
@@ -193,7 +194,7 @@ fn rows_that_cannot_be_read_alike_end_the_reading() {
     let ended = read_in_two(header_of_two, &other_sensor, 200)
         .1
         .unwrap_err();
-    assert!(ended.message.contains("no row in the next 100 rows"));
+    assert!(ended.message().contains("no row in the next 100 rows"));
     assert_eq!(refused(header_of_two, other_sensor), (1, "sensor-ended"));
     let pose = &six_faces(3)[..FACE_ROWS];
     let other_unit: Vec<String> = (0..400)

@@ -186,18 +186,6 @@ fn resolution_above_noise_is_no_motion() {
 }
 
 #[test]
-fn a_constant_recording_rests() {
-    let rests = Recording::new(1, 20.0, 0.03, |_| [0.1, 0.2, 9.8], |_| [0.01; 3]).rests(false);
-    assert_eq!(
-        rests,
-        vec![Range {
-            start: 0,
-            end: 2000
-        }]
-    );
-}
-
-#[test]
 fn false_rests_and_splits_are_rare() {
     let split = (0..40).filter(|seed| {
         Recording::new(*seed, 60.0, 0.03, |_| [0.0, 0.0, 9.8], |_| [0.0; 3])
@@ -274,27 +262,6 @@ fn three_channels_suffice() {
     let mut recording = poses(3, 0.03);
     recording.rate.clear();
     assert_eq!(recording.rests(false).len(), 10);
-}
-
-#[test]
-fn statistics_are_what_they_say() {
-    assert_eq!(quantile(vec![3.0, 1.0, 2.0], 0.5), 2.0);
-    assert_eq!(quantile(Vec::new(), 0.5), 0.0);
-    let step = resolution((0..1000).map(|i| 0.05 * f64::from((i * 7919) % 23)));
-    assert!((step - 0.05).abs() < 1e-12);
-    let recording = poses(1, 0.03);
-    let channels = Channels {
-        time_s: &recording.time_s,
-        force_mps2: &recording.force,
-        rate_rad_s: &[],
-        period_s: 0.01,
-        pieces: &[0..100, 100..250],
-        resolution: [0.0; 6],
-    };
-    let found = blocks(&channels, &(10..250), 40);
-    let starts: Vec<usize> = found.iter().map(|b| b.span.start).collect();
-    assert_eq!(starts, [10, 50, 100, 140, 180]);
-    assert!((found[0].total_variance(0) / (3.0 * 0.03 * 0.03) - 1.0).abs() < 0.4);
 }
 
 proptest! {

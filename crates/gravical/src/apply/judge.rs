@@ -8,6 +8,8 @@ use gravical_recording::judge::{self, Quiet};
 
 use crate::calibration_file::{Applied, CalibrationFile};
 use crate::poses::gyro_unit;
+use crate::poses::rests::find_rests;
+use crate::poses::turns::motions;
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Origin, ReadOptions, Recording,
 };
@@ -131,7 +133,7 @@ fn is_about_unit(finding: &Finding) -> bool {
 }
 
 /// The unit of the gyroscope, if it is to be calibrated: by the rule of [`gyro_unit`], without
-/// turns, since only the head is known.
+/// turns where only the head is known.
 fn gyroscope(
     calibration: &CalibrationFile,
     recording: &Recording,
@@ -145,8 +147,14 @@ fn gyroscope(
     ) else {
         return Ok(None);
     };
-    let mut evidence = gyro_unit::Evidence::default();
-    evidence.add_rest(gyro, std::slice::from_ref(&(0..recording.rows())));
+    let evidence = if recording.gyro_file.is_some() {
+        let rests = find_rests(recording).spans;
+        gyro_unit::Evidence::of(recording, &rests, &motions(recording, &rests))
+    } else {
+        let mut evidence = gyro_unit::Evidence::default();
+        evidence.add_rest(gyro, std::slice::from_ref(&(0..recording.rows())));
+        evidence
+    };
     let claims = gyro_unit::Claims {
         file: &recording.name,
         scale,

@@ -359,7 +359,7 @@ pub(crate) fn decide(
                 tell(Finding::new(
                     FindingKind::GyroUnitUnverified,
                     format!(
-                        "the gyroscope is read in {}, the unit of the calibration: the recording does not name one, and no rotation between static intervals verifies it",
+                        "the gyroscope is read in {}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals",
                         wanted
                     ),
                 ));
@@ -395,7 +395,7 @@ pub(crate) fn decide(
     }
     let what = match claimed.unit {
         GyroUnit::Unknown => {
-            "the unit of the gyroscope is unknown: the file does not state it, and there is no rotation between static intervals that would show it; give --gyro-unit".to_owned()
+            "the unit of the gyroscope is unknown: neither the file nor a rotation between static intervals tells it; give --gyro-unit".to_owned()
         }
         GyroUnit::Counts if claimed.nominal().is_none() => {
             let sheet = if evidence.turns > 0 {
@@ -406,7 +406,7 @@ pub(crate) fn decide(
             format!("the gyroscope is in counts of unknown scale{sheet}; give --gyro-range, or record turns between static intervals")
         }
         unit => format!(
-            "the gyroscope is read in {}{}; no rotation between static intervals verifies it{}",
+            "the gyroscope is read in {}{}, not verified by a rotation between static intervals{}",
             unit,
             if header.is_some() { ", as the header says" } else { "" },
             // One wrong unit in a header makes the other doubtful.

@@ -48,9 +48,10 @@ pub struct PoseMean {
 ///
 /// `step` is what the values of each axis are rounded to, in their unit; σ is at
 /// least that of rounding, and an axis counts for VIF only as far as its noise shows
-/// through: a few flips in a thousand rows say nothing of correlation.
+/// through: a few flips in a thousand rows say nothing of correlation. A row may be the
+/// mean of several `samples`, which are what is rounded.
 #[must_use]
-pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3]) -> PoseNoise {
+pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3], samples: f64) -> PoseNoise {
     let mut squares = [0.0_f64; 3];
     let mut freedom = [0.0_f64; 3];
     // Residuals of every pose and axis, and what they count for.
@@ -69,13 +70,13 @@ pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3]) -> PoseNoise {
             freedom[axis] += rows - 1.0;
             if own > 0.0 {
                 // Each axis counts alike, whatever its noise, as far as that shows.
-                let weight = rows / own * rounding::shown(own / rows, step[axis]);
+                let weight = rows / own * rounding::shown(samples * own / rows, step[axis]);
                 series.push((residuals, weight));
             }
         }
     }
     let variance: [f64; 3] = std::array::from_fn(|i| squares[i] / freedom[i].max(1.0));
-    let samples: usize = series.iter().map(|(residuals, _)| residuals.len()).sum();
+    let residuals: usize = series.iter().map(|(residuals, _)| residuals.len()).sum();
     let at_lag = |lag: usize| -> f64 {
         let product = |r: &[f64]| {
             r.iter()
@@ -89,13 +90,15 @@ pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3]) -> PoseNoise {
     let vif = 1.0
         + (1..=MAX_LAGS)
             .map(|lag| at_lag(lag) / whole)
-            .take_while(|r| *r >= 2.0 / (samples as f64).sqrt())
+            .take_while(|r| *r >= 2.0 / (residuals as f64).sqrt())
             .map(|r| 2.0 * r)
             .sum::<f64>();
     PoseNoise {
-        sigma: std::array::from_fn(|i| variance[i].max(rounding::floor(step[i])).sqrt()),
+        sigma: std::array::from_fn(|i| variance[i].max(rounding::floor(step[i]) / samples).sqrt()),
         vif: vif.max(1.0),
-        rounding: std::array::from_fn(|i| rounding::mean_variance(variance[i], step[i]).sqrt()),
+        rounding: std::array::from_fn(|i| {
+            rounding::mean_variance(samples * variance[i], step[i]).sqrt()
+        }),
     }
 }
 
@@ -238,7 +241,7 @@ mod tests {
         for _ in 0..runs {
             let x = red(&mut rng, 400, 0.7);
             let channels = [&x[..], &x[..], &x[..]];
-            let noise = pooled_noise(&[channels], [0.0; 3]);
+            let noise = pooled_noise(&[channels], [0.0; 3], 1.0);
             let pose = plain_mean(&channels, &noise, 100.0);
             covered += usize::from(pose.mean[0].abs() < 1.96 * pose.standard_error.unwrap()[0]);
         }
@@ -262,7 +265,7 @@ mod tests {
                     })
                     .collect();
                 let slices: Vec<[&[f64]; 3]> = poses.iter().map(|h| [&h.1[..]; 3]).collect();
-                let noise = pooled_noise(&slices, [step; 3]);
+                let noise = pooled_noise(&slices, [step; 3], 1.0);
                 assert!(noise.vif < 5.0, "{noise:?}");
                 for (pose, slices) in poses.iter().zip(&slices) {
                     let found = robust_mean(slices, &noise, 100.0);

@@ -230,19 +230,6 @@ mod tests {
         row
     }
 
-    #[test]
-    fn what_shakes_throughout_is_no_rest_however_evenly() {
-        let shaken = |mps2: f64| {
-            let add = |i: usize| -> [f64; 6] {
-                let row = at_rest(i);
-                std::array::from_fn(|c| row[c] + noise(i + 50, c) * if c < 3 { mps2 } else { 0.0 })
-            };
-            found((0..2000).map(add), true)
-        };
-        assert_eq!(shaken(0.0).first(), Some(&(0..2000)));
-        assert_eq!(shaken(0.9), []);
-    }
-
     /// A turn about the vertical leaves gravity where it is, and is too smooth for a block to show.
     #[test]
     fn a_slow_turn_about_the_vertical_parts_two_rests() {

@@ -210,20 +210,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_its_line() {
-        let error = |text: &str| parse_sections(text.as_bytes()).unwrap_err();
-        let torn = error("label,start,end\nx_p,540,1271\ny_p,12\n");
-        assert_eq!(
-            (torn.code(), torn.location().unwrap().line),
-            ("sections-syntax", Some(3))
-        );
-        assert_eq!(error("x_p,10,abc").code(), "sections-syntax");
-        assert_eq!(error("x_p,10,10").code(), "sections-order");
-        assert_eq!(error("x_p,-1,10").code(), "sections-syntax");
-        assert_eq!(error("x_p,1.5,10").code(), "sections-syntax");
-        assert_eq!(error("{\"x_p\": 3}").code(), "sections-syntax");
-        assert_eq!(error("{").code(), "sections-syntax");
-        assert_eq!(error("  \n").code(), "sections-empty");
-        assert_eq!(error("[]").code(), "sections-empty");
+    fn an_empty_list_is_refused() {
+        for text in ["  \n", "[]"] {
+            assert_eq!(
+                parse_sections(text.as_bytes()).unwrap_err().code(),
+                "sections-empty"
+            );
+        }
     }
 }

@@ -1,10 +1,13 @@
 //! Samples that differ from their neighbours: transmission errors, not motion.
 
-use crate::stats::{SortedWindow, median};
+use crate::stats::median;
 
 /// Neighbours on either side that a sample is compared with: what lasts longer than these
 /// is motion, and the blocks of a mean leave it out ([`super::mean`]).
 const REACH: usize = 5;
+const WIDTH: usize = 2 * REACH + 1;
+/// Fewer neighbourhoods are not enough for a scale, if there are as many.
+const NEIGHBOURHOODS: usize = 20;
 /// A sample further from the median of its neighbourhood than this many robust standard
 /// deviations is a spike: normal noise has one in 5·10⁸.
 const SPIKE: f64 = 6.0;
@@ -25,15 +28,7 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
     let rows = channels[0].len();
     let mut spike = vec![false; rows];
     for (channel, step) in channels.iter().zip(step) {
-        let local = neighbourhoods(channel);
-        let mut spreads: Vec<f64> = local.iter().map(|[_, spread]| *spread).collect();
-        spreads.retain(|v| v.is_finite());
-        // 1.4826 makes the median deviation that of a normal distribution.
-        let scale = 1.4826 * median(&mut spreads).unwrap_or(0.0);
-        let limit = SPIKE * scale.max(step);
-        for (flag, [off, _]) in spike.iter_mut().zip(local) {
-            *flag |= limit > 0.0 && off.abs() > limit;
-        }
+        mark(channel, step, &mut spike);
     }
     let count = spike.iter().filter(|s| **s).count();
     let [least, most] = SHARE.map(|share| share * rows as f64);
@@ -48,90 +43,42 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
     count
 }
 
-/// Of each sample its deviation from the median of its neighbourhood, and the median absolute
-/// deviation of the neighbourhood. The latter and not the former gives the scale: behind a
-/// low-pass most samples are the median of their neighbours, but not all neighbours are alike.
-fn neighbourhoods(channel: &[f64]) -> Vec<[f64; 2]> {
+/// Marks the spikes of a channel. The median deviation within neighbourhoods gives the scale, not that of
+/// samples from the median of theirs: behind a low-pass most samples are the median of their neighbours,
+/// but not all neighbours are alike.
+fn mark(channel: &[f64], step: f64, spike: &mut [bool]) {
     let rows = channel.len();
-    if rows < WIDTH + LANES || !channel.iter().all(|v| v.is_finite()) {
-        return one_by_one(channel);
-    }
-    // Only those at the ends are narrower.
-    let mut all = one_by_one(&channel[..2 * REACH])[..REACH].to_vec();
-    all.reserve_exact(rows - REACH);
-    let mut from = 0;
-    while from + WIDTH + LANES - 1 <= rows {
-        let near: [[f64; LANES]; WIDTH] =
-            std::array::from_fn(|k| std::array::from_fn(|lane| channel[from + k + lane]));
-        let median = middle(&near);
-        let spread = middle(
-            &near.map(|values| std::array::from_fn(|lane| (values[lane] - median[lane]).abs())),
-        );
-        all.extend((0..LANES).map(|lane| [near[REACH][lane] - median[lane], spread[lane]]));
-        from += LANES;
-    }
-    // The last ones by a window that begins early enough for the first of them.
-    all.extend(&one_by_one(&channel[from..])[REACH..]);
-    all
-}
-
-/// Values of a neighbourhood, and how many of these are evaluated side by side.
-const WIDTH: usize = 2 * REACH + 1;
-const LANES: usize = 4;
-
-/// The middle of eleven finite values: of more than half of them and one, neither the least nor the
-/// greatest is the middle, whatever the others are. Both go and one of the others comes, until none
-/// is left.
-#[inline]
-fn middle(values: &[[f64; LANES]; WIDTH]) -> [f64; LANES] {
-    let mut some = [[0.0; LANES]; REACH + 2];
-    some.copy_from_slice(&values[..REACH + 2]);
-    extremes::<7>(&mut some);
-    some[0] = values[7];
-    extremes::<6>(&mut some);
-    some[0] = values[8];
-    extremes::<5>(&mut some);
-    some[0] = values[9];
-    extremes::<4>(&mut some);
-    some[0] = values[10];
-    extremes::<3>(&mut some);
-    some[1]
-}
-
-/// Puts the least of the first `COUNT` values first, and the greatest of them last.
-#[inline]
-fn extremes<const COUNT: usize>(some: &mut [[f64; LANES]; REACH + 2]) {
-    let mut order = |low: usize, high: usize| {
-        for lane in 0..LANES {
-            let (a, b) = (some[low][lane], some[high][lane]);
-            some[low][lane] = if a < b { a } else { b };
-            some[high][lane] = if a < b { b } else { a };
-        }
+    let mut values = Vec::with_capacity(WIDTH);
+    let mut near = |row: usize| -> Option<[f64; 2]> {
+        let rows = row.saturating_sub(REACH)..(row + REACH + 1).min(rows);
+        values.clear();
+        values.extend(channel[rows].iter().filter(|v| v.is_finite()));
+        let middle = median(&mut values)?;
+        values.iter_mut().for_each(|v| *v = (*v - middle).abs());
+        Some([middle, median(&mut values)?])
     };
-    (1..COUNT).for_each(|i| order(0, i));
-    (1..COUNT - 1).for_each(|i| order(i, COUNT - 1));
-}
-
-/// The same one after the other, of channels with empty cells, too.
-fn one_by_one(channel: &[f64]) -> Vec<[f64; 2]> {
-    let first = channel.iter().copied().take(REACH);
-    let mut near = SortedWindow::new(first.filter(|v| v.is_finite()));
-    let rows = 0..channel.len();
-    rows.map(|row| {
-        let next = channel.get(row + REACH).filter(|v| v.is_finite());
-        let past = row.checked_sub(REACH + 1).map(|past| channel[past]);
-        if let Some(next) = next {
-            near.insert(*next);
+    let every = (rows / NEIGHBOURHOODS).clamp(1, WIDTH);
+    let spreads = (0..rows).step_by(every).filter_map(&mut near);
+    let mut spreads: Vec<f64> = spreads.map(|[_, spread]| spread).collect();
+    // 1.4826 makes the median deviation that of a normal distribution.
+    let limit = SPIKE * (1.4826 * median(&mut spreads).unwrap_or(0.0)).max(step);
+    if limit <= 0.0 {
+        return;
+    }
+    for from in (0..rows).step_by(WIDTH) {
+        let end = (from + WIDTH).min(rows);
+        let around = &channel[from.saturating_sub(REACH)..(end + REACH).min(rows)];
+        let low = around.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = around.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        // What lies so near to each other has no spike.
+        if high - low <= limit {
+            continue;
         }
-        if let Some(past) = past.filter(|v| v.is_finite()) {
-            near.remove(past);
+        for row in from..end {
+            spike[row] |=
+                near(row).is_some_and(|[middle, _]| (channel[row] - middle).abs() > limit);
         }
-        match near.median() {
-            Some(median) => [channel[row] - median, near.median_deviation(median)],
-            None => [f64::NAN; 2],
-        }
-    })
-    .collect()
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use gravical_core::strapdown::{from_rotation_vector, rotate};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::recording::Recording;
 use crate::recording::units::GyroScale;
@@ -173,7 +173,8 @@ pub(super) fn residual_deg(steps: &[[f64; 3]], motion: &Motion, nominal: f64) ->
 /// A direction fixed in space, seen from a sensor that turns by `step` (rad): it turns the
 /// other way.
 fn rotate_back(v: [f64; 3], step: [f64; 3]) -> [f64; 3] {
-    rotate(&from_rotation_vector(&step.map(|s| -s)), &v)
+    let turn = UnitQuaternion::from_scaled_axis(-Vector3::from(step));
+    (turn * Vector3::from(v)).into()
 }
 
 /// Integral of the angular rate over `rows`, less the bias that the rests show,

@@ -7,10 +7,10 @@ use std::path::Path;
 use gravical_recording as new;
 use gravical_recording::{Batch, CopiedText, Format, Later, Readings, Role, bytes, cwa, open_text};
 
-use super::foreign::refused;
+use super::foreign::in_file;
 use super::ledger::Ledger;
 use super::open::{Input, peek};
-use super::reading::{of_input, of_judged};
+use super::reading::of_judged;
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, foreign};
 use crate::finding::{Finding, FindingKind};
@@ -70,12 +70,33 @@ impl BatchReader {
         wants_stamps: bool,
         copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
     ) -> Result<Self> {
-        let TextReader {
-            format,
-            mut batches,
-            start,
-            input,
-        } = TextReader::open(input, name, options, copied)?;
+        Self::open_head(input, name, options, HEAD_BATCHES, wants_stamps, copied)
+    }
+
+    /// The same of a recording that is judged, and held, as a whole: its channels may be changed
+    /// before the first rows are taken.
+    ///
+    /// # Errors
+    ///
+    /// As [`read_samples`](super::read_samples).
+    pub fn open_whole(
+        input: Input,
+        name: &str,
+        options: &ReadOptions,
+        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
+    ) -> Result<Self> {
+        Self::open_head(input, name, options, usize::MAX, false, copied)
+    }
+
+    fn open_head(
+        mut input: Input,
+        name: &str,
+        options: &ReadOptions,
+        head_batches: usize,
+        wants_stamps: bool,
+        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
+    ) -> Result<Self> {
+        let (format, mut batches) = open_batches(&mut input, name, options, copied)?;
         let here = Path::new(name);
         let (mut head, mut held) = (Batch::default(), VecDeque::new());
         let is_time = |c: &usize| format.columns[*c].role == Role::Time;
@@ -83,10 +104,10 @@ impl BatchReader {
         let stamps = times
             .next()
             .filter(|_| wants_stamps && times.next().is_none());
-        while held.len() < HEAD_BATCHES
+        while held.len() < head_batches
             && let Some(batch) = batches.next()
         {
-            let mut batch = batch.map_err(|e| unreadable(e, &start, here))?;
+            let mut batch = batch.map_err(|e| in_file(e, here))?;
             held.push_back(Batch {
                 text: std::mem::take(&mut batch.text),
                 lines: batch.lines.clone(),
@@ -97,9 +118,10 @@ impl BatchReader {
                 ..Batch::default()
             });
             head.append(batch);
+            head.check_size().map_err(|e| in_file(e, here))?;
         }
         let (aside, rows) = (head.aside.clone(), head.rows());
-        let (judged, later) = Later::judge(&format, head).map_err(|e| refused(e, &start, here))?;
+        let (judged, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
         let head_lines = judged.lines.clone();
         let judged_aside = judged.aside.clone();
         Ok(BatchReader {
@@ -139,18 +161,14 @@ impl BatchReader {
             return Ok(None);
         };
         let here = Path::new(&self.name);
-        let mut batch = batch.map_err(|e| unreadable(e, &[], here))?;
+        let mut batch = batch.map_err(|e| in_file(e, here))?;
         self.rows += batch.rows();
         self.judged_aside.append(batch.aside.clone());
         self.aside.append(std::mem::take(&mut batch.aside));
         self.findings
             .extend(batch.notes.drain(..).map(Finding::from));
-        let readings = self.later.read(&mut batch).map_err(|c| {
-            let line = c.line;
-            Error::contradiction(c.code, c.message)
-                .at(here, Some(line))
-                .with_hint(split_hint(line))
-        })?;
+        let readings = self.later.read(&mut batch);
+        let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {
             stamps: self.stamps.map(|c| std::mem::take(&mut batch.columns[c])),
             text: batch.text,
@@ -200,12 +218,12 @@ impl BatchReader {
     pub fn finish(mut self, written: usize) -> (Recording, Ledger, Vec<Finding>) {
         let mut findings = self.findings;
         if self.input.is_cut_off() {
-            let text = format!(
-                "the packed file is damaged or ends in the middle; {} rows could be unpacked",
-                self.rows
-            );
-            findings.push(Finding::new(FindingKind::TruncatedFile, text));
+            findings.push(truncated(self.rows));
         }
+        if self.input.is_gzip {
+            self.recording.description.insert_str(0, "gzip, ");
+        }
+        self.recording.sha256 = self.input.sha256();
         findings.extend(self.later.notes().into_iter().map(Finding::from));
         if written < self.rows {
             self.aside = self.judged_aside;
@@ -215,86 +233,35 @@ impl BatchReader {
     }
 }
 
-/// Text of the columns that are copied, and the line of each row.
-type TextOfRows = (CopiedText, Vec<u32>);
-
-/// A recording that was opened, with the text of columns that are copied.
-pub(crate) struct TextReader {
-    pub format: Format,
-    batches: Batches,
-    /// The beginning of a text.
-    start: Vec<u8>,
-    input: Input,
+/// Opens a recording. `copied` says which columns keep their text.
+fn open_batches(
+    input: &mut Input,
+    name: &str,
+    options: &ReadOptions,
+    copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
+) -> Result<(Format, Batches)> {
+    options.validate()?;
+    let here = Path::new(name);
+    let io = |e| Error::io(here, e);
+    let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
+    let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(io)?;
+    let read = text_options(options, false);
+    if cwa::is_one(&magic) {
+        let (format, samples) = cwa::open(reader, &read).map_err(|e| in_file(e, here))?;
+        let batches = samples.with_text(&copied(&format));
+        return Ok((format, Box::new(batches)));
+    }
+    let mut text = bytes::utf8(reader).map_err(io)?;
+    foreign::refuse(text.fill_buf().map_err(io)?, here)?;
+    let file = here.file_name().unwrap_or_default().to_string_lossy();
+    let (format, text) = open_text(text, &file, &read).map_err(|e| in_file(e, here))?;
+    let batches = format.batches(text).with_text(&copied(&format));
+    Ok((format, Box::new(batches)))
 }
 
-impl TextReader {
-    /// Opens a recording. `copied` says which columns keep their text; `name` is used in messages.
-    ///
-    /// # Errors
-    ///
-    /// Those of reading its head.
-    pub fn open(
-        mut input: Input,
-        name: &str,
-        options: &ReadOptions,
-        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-    ) -> Result<Self> {
-        options.validate()?;
-        let here = Path::new(name);
-        let io = |e| Error::io(here, e);
-        let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
-        let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(io)?;
-        let read = text_options(options, false);
-        let mut start = Vec::new();
-        let (format, batches): (_, Batches);
-        if cwa::is_one(&magic) {
-            let samples;
-            (format, samples) = cwa::open(reader, &read).map_err(|e| refused(e, &start, here))?;
-            batches = Box::new(samples.with_text(&copied(&format)));
-        } else {
-            let mut text = bytes::utf8(reader).map_err(io)?;
-            start = text.fill_buf().map_err(io)?.to_vec();
-            foreign::refuse_calibration(&start, here)?;
-            let file = here.file_name().unwrap_or_default().to_string_lossy();
-            let opened = open_text(text, &file, &read).map_err(|e| refused(e, &start, here))?;
-            format = opened.0;
-            batches = Box::new(format.batches(opened.1).with_text(&copied(&format)));
-        }
-        Ok(TextReader {
-            format,
-            batches,
-            start,
-            input,
-        })
-    }
-
-    /// The recording, and the text and the lines of its rows as they are in the file.
-    ///
-    /// # Errors
-    ///
-    /// As [`read_samples`](super::read_samples).
-    pub fn collect(self, name: &str) -> Result<(Recording, Vec<TextOfRows>)> {
-        let mut texts = Vec::new();
-        let batches = self.batches.map(|batch| {
-            let mut batch = batch?;
-            texts.push((std::mem::take(&mut batch.text), batch.lines.clone()));
-            Ok(batch)
-        });
-        let judged = new::Recording::collect(&self.format, batches);
-        let judged = judged.map_err(|e| refused(e, &self.start, Path::new(name)))?;
-        Ok((of_input(judged, &self.input, name), texts))
-    }
-}
-
-/// What to do about rows that cannot be read with those before them.
-pub(crate) fn split_hint(line: u64) -> String {
-    format!("split the file before line {line} and read the parts separately")
-}
-
-/// An error of reading that may be one of the text.
-fn unreadable(error: io::Error, start: &[u8], here: &Path) -> Error {
-    match error.downcast::<new::Error>() {
-        Ok(error) => refused(error, start, here),
-        Err(error) => Error::io(here, error),
-    }
+/// A packed file that is damaged.
+pub(super) fn truncated(rows: usize) -> Finding {
+    let text =
+        format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked");
+    Finding::new(FindingKind::TruncatedFile, text)
 }

@@ -7,8 +7,8 @@ pub use gravical_recording::{Form, LinesRead};
 
 use super::reading::of_judged;
 use super::text_options::text_options;
-use super::{ReadOptions, Recording, foreign};
-use crate::{Error, Result};
+use super::{ReadOptions, Recording};
+use crate::Result;
 
 /// Reads a recording while it grows, and holds its last rows.
 pub struct Following {
@@ -43,7 +43,7 @@ impl Following {
     /// Those of reading, once enough lines show that it is no recording.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<new::Sample>> {
         let read = self.follow.push(bytes);
-        read.map_err(|e| self.refused(e))
+        read.map_err(|e| e.in_file(Path::new(&self.name)))
     }
 
     /// The rows that are held up to this line, judged as a file; `None` before the format is known.
@@ -55,7 +55,7 @@ impl Following {
     pub fn recording(&self, last_line: u32) -> Option<Result<Recording>> {
         let judged = self.follow.recording(last_line)?;
         let recording = judged.map(|judged| of_judged(judged, &self.name));
-        Some(recording.map_err(|e| self.refused(e)))
+        Some(recording.map_err(|e| e.in_file(Path::new(&self.name))))
     }
 
     /// Detects the format from the lines so far if they hold so many rows: because the recording ends,
@@ -66,7 +66,7 @@ impl Following {
     /// Those of reading: so far the lines are no recording.
     pub fn settle(&mut self, min_rows: usize) -> Result<Vec<new::Sample>> {
         let settled = self.follow.settle(min_rows);
-        settled.map_err(|e| self.refused(e))
+        settled.map_err(|e| e.in_file(Path::new(&self.name)))
     }
 
     /// What became of the lines that were read since the last call; nothing before the format is
@@ -85,9 +85,5 @@ impl Following {
     pub(crate) fn is_calibrated_by_board(&self) -> bool {
         let board = self.follow.board();
         board.is_some_and(|board| board.is_calibrated())
-    }
-
-    fn refused(&self, error: new::Error) -> Error {
-        foreign::refused(error, &[], Path::new(&self.name))
     }
 }

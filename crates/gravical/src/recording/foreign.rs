@@ -11,42 +11,51 @@ use crate::{Error, Result};
 pub use gravical_recording::is_prose;
 
 /// Files of other tools by their first bytes, what they are, and how their samples become a table.
-const CONTAINERS: [(&str, &str, &str); 5] = [
+const CONTAINERS: [(&[u8], &str, &str); 5] = [
     (
-        "#ROSBAG",
+        b"#ROSBAG",
         "this is a bag of ROS 1, not a table",
         "`rostopic echo -b FILE.bag -p /TOPIC > imu.csv` writes the messages of sensor_msgs/Imu: %time, field.angular_velocity.x … and field.linear_acceleration.x … are read",
     ),
     (
-        "SQLite format 3",
+        b"SQLite format 3",
         "this is a database (.db3 is a bag of ROS 2), not a table",
         "`ros2 topic echo --csv /TOPIC > imu.csv` beside `ros2 bag play FOLDER` writes the messages of sensor_msgs/Imu: stamp, angular velocity and linear acceleration are read",
     ),
     (
-        "MCAP0",
+        b"\x89MCAP0",
         "this is an MCAP file (a bag of ROS 2), not a table",
         "`ros2 topic echo --csv /TOPIC > imu.csv` beside `ros2 bag play FILE` writes the messages of sensor_msgs/Imu; PlotJuggler exports CSV with __time, angular_velocity/x … and linear_acceleration/x …: both are read",
     ),
     (
-        "ULog",
+        b"ULog\x01\x12\x35",
         "this is a log of PX4 (ULog), not a table",
         "`ulog2csv FILE.ulg` (pyulog) writes FILE_sensor_combined_0.csv: timestamp, gyro_rad[0] … and accelerometer_m_s2[0] … are read",
     ),
     (
-        "H Product:Blackbox",
+        b"H Product:Blackbox",
         "this is a log of Betaflight or INAV (Blackbox), not a table",
         "`blackbox_decode FILE.bbl` writes FILE.01.csv: time (us), gyroADC[0] … and accSmooth[0] … are read",
     ),
 ];
 
-/// Refuses a calibration file.
+/// Refuses a calibration file and the files of other tools.
 ///
 /// # Errors
 ///
-/// `is-a-calibration` with the commands that take one.
-pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
+/// `is-a-calibration`, `no-rows`, with the commands that take one or make a table of it.
+pub(super) fn refuse(head: &[u8], file: &Path) -> Result<()> {
+    let container = CONTAINERS
+        .iter()
+        .find(|(magic, ..)| head.starts_with(magic));
+    if let Some((_, what, hint)) = container {
+        return Err(Error::input("no-rows", *what)
+            .at(file, None)
+            .with_hint(*hint));
+    }
     let has = |word: &[u8]| memchr::memmem::find(head, word).is_some();
-    let is_one = content(head).first() == Some(&b'{')
+    let content = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let is_one = content.trim_ascii_start().first() == Some(&b'{')
         && (has(b"\"gravical-calibration/") || has(b"\"K_a\"") && has(b"\"b_a\""));
     if !is_one {
         return Ok(());
@@ -62,61 +71,16 @@ pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
     )))
 }
 
-/// The error of the text as one of this crate.
-pub(super) fn refused(error: gravical_recording::Error, head: &[u8], here: &Path) -> Error {
-    let (code, message) = (error.code(), error.to_string());
-    let (line, hint, option) = (error.line(), error.hint(), error.option());
-    let is_table = !message.starts_with("no table");
-    if code == "no-rows" && !is_table {
-        let what = message.rsplit(": ").next().unwrap_or_default();
-        return no_table(head, here, what);
+/// An error of reading with the file; of one axis, the two others may lie beside it.
+pub(super) fn in_file(error: impl Into<Error>, file: &Path) -> Error {
+    let error = error.into().in_file(file);
+    match axes::group_of(file).filter(|_| error.code() == "no-rows") {
+        Some(group) => error.with_hint(format!(
+            "it holds one axis; {} reads the three files as one recording",
+            path_word(&group)
+        )),
+        None => error,
     }
-    if let Some(io) = error.into_io() {
-        return Error::io(here, io);
-    }
-    let refused = match option {
-        Some(option) => Error::usage(code, message).of_option(option),
-        None => Error::input(code, message),
-    };
-    let refused = refused.at(here, line.map(|l| l as u64));
-    match hint {
-        Some(hint) => refused.with_hint(hint),
-        None => refused,
-    }
-}
-
-/// `no-rows` for a file without a table of samples; `what` is there instead.
-pub(super) fn no_table(head: &[u8], file: &Path, what: &str) -> Error {
-    let start = &head[..head.len().min(32)];
-    let is_one =
-        |(magic, ..): &&(&str, &str, &str)| memchr::memmem::find(start, magic.as_bytes()).is_some();
-    if let Some((_, what, hint)) = CONTAINERS.iter().find(is_one) {
-        return Error::input("no-rows", *what)
-            .at(file, None)
-            .with_hint(*hint);
-    }
-    let what = match content(head) {
-        [b'{' | b'[', ..] => "this is JSON; no table of samples was found in it".to_owned(),
-        [b'<', ..] => "this is HTML or XML; no table of samples was found in it".to_owned(),
-        _ => format!("no table of samples was found: {what}"),
-    };
-    let error = Error::input("no-rows", what).at(file, None);
-    if let Some(group) = axes::group_of(file) {
-        let group = path_word(&group);
-        return error.with_hint(format!(
-            "it holds one axis; {group} reads the three files as one recording"
-        ));
-    }
-    error.with_hint(
-        "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",
-    )
-}
-
-/// Without a byte order mark and white space.
-fn content(head: &[u8]) -> &[u8] {
-    head.strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(head)
-        .trim_ascii_start()
 }
 
 #[cfg(test)]
@@ -161,7 +125,7 @@ mod tests {
                 "this is an MCAP file",
             ),
             (
-                "ULog\u{1}\u{12}5".to_owned(),
+                "ULog\u{1}\u{12}\u{35}".to_owned(),
                 "no-rows",
                 "this is a log of PX4",
             ),

@@ -51,19 +51,3 @@ impl Ledger {
         text
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn counts_balance_and_are_listed() {
-        let ledger = Ledger {
-            lines: 4,
-            rows: 2,
-            aside: vec![(Reason::Header, 1), (Reason::TornLine, 1)],
-        };
-        assert!(ledger.balances());
-        assert_eq!(ledger.sum(), "4 lines = 2 rows + 1 header + 1 torn-line");
-    }
-}

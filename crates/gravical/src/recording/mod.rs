@@ -39,7 +39,6 @@ pub mod open;
 pub(crate) mod range_end;
 pub(crate) mod reading;
 mod text_options;
-mod unpacking;
 
 use std::ops::Range;
 
@@ -353,6 +352,14 @@ impl Recording {
         self.ledger.rows > self.rows() as u64
     }
 
+    /// Samples that each row is the mean of, one where a row of any recording is a sample.
+    pub(crate) fn samples_of_rows(recordings: &[Recording]) -> f64 {
+        let each = recordings
+            .iter()
+            .map(|r| r.ledger.rows as f64 / r.rows().max(1) as f64);
+        each.fold(f64::INFINITY, f64::min).clamp(1.0, 1e6)
+    }
+
     /// Refuses means of samples; `hint`: what to do instead.
     ///
     /// # Errors
@@ -451,32 +458,4 @@ impl Recording {
 
     /// Sampling rate assumed for window lengths if it is unknown, Hz.
     pub const ASSUMED_RATE_HZ: f64 = 100.0;
-}
-
-#[cfg(test)]
-mod tests {
-    use super::ReadOptions;
-
-    #[test]
-    fn options_out_of_range_are_refused() {
-        for wrong in [0.0, -1.0, 1e-300, 1e300, f64::INFINITY, f64::NAN] {
-            let rate = ReadOptions {
-                rate_hz: Some(wrong),
-                ..ReadOptions::default()
-            };
-            assert!(rate.validate().is_err(), "{wrong}");
-        }
-        for (offset, fits) in [
-            (32768.0, true),
-            (-5.5, true),
-            (1e300, false),
-            (f64::NAN, false),
-        ] {
-            let options = ReadOptions {
-                zero_offset: Some(offset),
-                ..ReadOptions::default()
-            };
-            assert_eq!(options.validate().is_ok(), fits, "{offset}");
-        }
-    }
 }

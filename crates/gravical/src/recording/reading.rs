@@ -6,17 +6,18 @@ use std::path::Path;
 use gravical_recording as new;
 use gravical_recording::{bytes, cwa};
 
-use super::foreign::refused;
+use super::batches::truncated;
+use super::foreign::in_file;
 use super::ledger::Ledger;
 use super::open::{HEAD, Input, Source, open, peek};
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, TableColumn, foreign, metadata};
-use crate::finding::{Finding, FindingKind};
+use crate::finding::Finding;
 use crate::{Error, Result};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
-/// A `.cwa` file of more than 2²⁰ samples is read as means of neighbouring samples, at 5 Hz or
+/// A `.cwa` file of more than 2²⁰ samples is read as means of neighbouring samples, at 2.5 Hz or
 /// faster: see [`Recording::is_averaged`].
 ///
 /// # Errors
@@ -83,7 +84,7 @@ fn read_by(
     source: &Source<'_>,
     name: &str,
     options: &ReadOptions,
-    read_device: fn(Box<dyn Read>, &new::ReadOptions) -> Result<new::Recording, new::Error>,
+    read_device: fn(Box<dyn Read>, &new::ReadOptions) -> Result<new::Recording>,
 ) -> Result<Recording> {
     options.validate()?;
     let mut input = source.open(options)?;
@@ -94,7 +95,7 @@ fn read_by(
     if !cwa::is_one(&magic) {
         return read_text(reader, &input, name, &options);
     }
-    let judged = read_device(reader, &options).map_err(|e| refused(e, &[], here))?;
+    let judged = read_device(reader, &options).map_err(|e| in_file(e, here))?;
     Ok(of_input(judged, &input, name))
 }
 
@@ -130,10 +131,10 @@ fn read_text(
     let mut head = Vec::new();
     let read = text.by_ref().take(HEAD_BYTES).read_to_end(&mut head);
     read.map_err(|e| Error::io(here, e))?;
-    foreign::refuse_calibration(&head, here)?;
+    foreign::refuse(&head, here)?;
     let file = here.file_name().unwrap_or_default().to_string_lossy();
-    let text = Cursor::new(head.clone()).chain(text);
-    let judged = new::Recording::read(text, &file, options).map_err(|e| refused(e, &head, here))?;
+    let text = Cursor::new(head).chain(text);
+    let judged = new::Recording::read(text, &file, options).map_err(|e| in_file(e, here))?;
     Ok(of_input(judged, input, name))
 }
 
@@ -145,11 +146,7 @@ pub(super) fn of_input(judged: new::Recording, input: &Input, name: &str) -> Rec
     }
     recording.sha256 = input.sha256();
     if input.is_cut_off() {
-        let rows = recording.rows();
-        let text = format!(
-            "the packed file is damaged or ends in the middle; {rows} rows could be unpacked"
-        );
-        let finding = Finding::new(FindingKind::TruncatedFile, text);
+        let finding = truncated(recording.rows());
         recording.findings.push(finding.in_file(name));
     }
     recording
@@ -164,7 +161,7 @@ pub(super) fn of_table(
 ) -> Result<Recording> {
     let options = text_options(options, false);
     let judged = new::Recording::from_table(names, columns, &options)
-        .map_err(|e| refused(e, b"", Path::new(name)))?;
+        .map_err(|e| e.in_file(Path::new(name)))?;
     Ok(of_judged(judged, name))
 }
 
@@ -176,7 +173,7 @@ pub(super) fn table_fields(
     options: &ReadOptions,
 ) -> Result<Vec<(&'static str, usize)>> {
     new::table_channels(names, columns, &text_options(options, false))
-        .map_err(|e| refused(e, b"", Path::new(name)))
+        .map_err(|e| e.in_file(Path::new(name)))
 }
 
 /// A judged recording with the name of its file, and its notes as findings.

@@ -1,7 +1,8 @@
 //! What columns and lines tell.
 
+use crate::escape::shell_word;
 use crate::judge;
-use crate::note::{Note, NoteKind, shell_word};
+use crate::note::{Note, NoteKind};
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason};
 
@@ -149,21 +150,11 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Note> {
     let regular = marks.regular_blanks(rows.rows());
     let mut notes = Vec::new();
     for (reason, aside) in &rows.aside.reasons {
-        let kind = match reason {
-            Reason::NamedGap => NoteKind::NamedGap,
-            Reason::Blank if regular == 0 => NoteKind::BlankRows,
-            Reason::RepeatedHeader => NoteKind::RepeatedHeader,
-            Reason::OtherSensor => NoteKind::OtherSensor,
-            Reason::TornLine => NoteKind::TornLine,
-            Reason::TooManyFields => NoteKind::TooManyFields,
-            Reason::NotANumber => NoteKind::NotANumber,
-            Reason::Zeros => NoteKind::ZeroRows,
-            Reason::Hung => NoteKind::SensorHung,
-            Reason::Slipped => NoteKind::ShiftedColumns,
-            Reason::CorruptBlock => NoteKind::CorruptBlock,
-            Reason::RepeatedBlock => NoteKind::RepeatedBlock,
-            Reason::LateBlock => NoteKind::LateBlock,
-            _ => continue,
+        // Kinds have the names of the reasons.
+        let mut kinds = NoteKind::ALL.iter().copied();
+        let kind = kinds.find(|kind| kind.name() == reason.name());
+        let Some(kind) = kind.filter(|kind| *kind != NoteKind::BlankRows || regular == 0) else {
+            continue;
         };
         let example = match reason {
             Reason::NamedGap | Reason::TornLine | Reason::TooManyFields | Reason::NotANumber => {

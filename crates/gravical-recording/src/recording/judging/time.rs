@@ -161,7 +161,7 @@ impl JudgedTime {
             say(NoteKind::MissingSamples, text, &[]);
         }
         self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
-        self.timing.unit = unit.or(Some(TimeUnit::Second));
+        self.timing.unit = unit;
         self.timing.median_rate_hz = Some(clock.rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);

@@ -154,15 +154,3 @@ fn without_temperatures_drift_is_reported_but_not_subtracted() {
         ["temperature-unit", "temperature-not-applied"]
     );
 }
-
-#[test]
-fn without_a_model_there_is_no_correction() {
-    let text = ride(&["25", "35", "90"]);
-    let (summary, rows) = run(false, &text);
-    assert!(
-        rows.iter()
-            .all(|r| r[1] == "0.400000" && r[3] == "9.800000")
-    );
-    assert_eq!(kinds(&summary), [""; 0]);
-    assert!(summary.temperature.is_none());
-}

@@ -198,23 +198,3 @@ fn breaks_at_a_repeated_header_stay_breaks() {
         [20]
     );
 }
-
-#[test]
-fn kept_columns_get_names_of_their_own() {
-    let options = ApplyOptions {
-        keep_raw: true,
-        ..options()
-    };
-    let mut text = still("t_ms,ax,ay,az", 40, |i| {
-        format!("{},0.1,0.{},9.8", 10 * i, i % 3)
-    });
-    for times in 1..=3 {
-        let (out, _) = run_with(&si(), text.as_bytes(), &options).unwrap();
-        let names: Vec<&str> = out.lines().next().unwrap().split(',').collect();
-        let mut once = names.clone();
-        once.sort_unstable();
-        once.dedup();
-        assert_eq!(names.len(), once.len(), "{times}: {names:?}");
-        text = out.clone();
-    }
-}

@@ -132,52 +132,6 @@ fn the_unit_of_the_gyroscope_is_checked() {
     );
 }
 
-#[test]
-fn a_labelled_recording_in_counts_with_imucals_calibration() {
-    let cal = CalibrationFile::parse(
-        serde_json::json!({
-            "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "a.u.", "from_gyr_unit": "a.u.",
-            "K_a": [[208.5, 0.0, 0.0], [0.0, 208.0, 0.0], [0.0, 0.0, 214.7]],
-            "R_a": [[0.99, 0.01, -0.01], [-0.01, 0.99, 0.02], [0.02, -0.01, 0.99]],
-            "b_a": [-6.0, -48.2, -28.9],
-            "K_g": [[16.6, 0.0, 0.0], [0.0, 16.1, 0.0], [0.0, 0.0, 16.2]],
-            "R_g": [[-0.99, 0.01, 0.01], [0.01, -0.99, -0.03], [-0.01, 0.03, -0.99]],
-            "K_ga": [[0.002, -0.016, 0.018], [0.013, 0.005, -0.008], [-0.009, 0.008, -0.003]],
-            "b_g": [1.9, -4.4, -3.6], "cal_type": "Ferraris", "_format_version": "2.0",
-        })
-        .to_string()
-        .as_bytes(),
-    )
-    .unwrap();
-    let text = still(
-        "n_samples,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,part",
-        60,
-        |i| format!("{i},-10,-50,{},2,-4,{},x_p", 2078 + i % 5, i % 3),
-    );
-    let (out, summary) = run(&cal, &text);
-    assert!(
-        out.starts_with("n_samples,ax_mps2,ay_mps2,az_mps2,gx_rad_s,gy_rad_s,gz_rad_s,part\n"),
-        "{out}"
-    );
-    assert!(out.lines().skip(1).all(|l| l.ends_with(",x_p")));
-    let line: Vec<&str> = out.lines().nth(1).unwrap().split(',').collect();
-    let got: Vec<f64> = line[1..7].iter().map(|v| v.parse().unwrap()).collect();
-    let a = cal
-        .accelerometer_calibration()
-        .apply([-10.0, -50.0, 2078.0]);
-    let w = cal
-        .gyroscope_calibration()
-        .unwrap()
-        .apply([2.0, -4.0, 0.0], a);
-    for (got, expected) in got.iter().zip(a.iter().chain(&w)) {
-        assert!((got - expected).abs() < 0.6e-6);
-    }
-    assert_eq!(
-        summary.gyroscope,
-        GyroscopeOutcome::Calibrated(GyroUnit::Counts)
-    );
-}
-
 /// Longer than the head in m/s², then twice as long in g: two concatenated files.
 fn two_units(i: usize) -> String {
     let unit = if i < 12_000 { 1.0 } else { 1.0 / 9.80665 };

@@ -1,0 +1,111 @@
+//! Text that is safe where it is written: for a terminal, in JSON, as a word of a command line.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+/// A character that controls a terminal or the direction of text: C0 except tab, DEL, C1,
+/// bidirectional marks, and Unicode line separators.
+fn is_control(c: char) -> bool {
+    (c.is_control() && c != '\t')
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) -> Cow<'_, str> {
+    let is_escaped = |c: char| is_control(c) && !stays(c);
+    if text.is_ascii() && !text.bytes().any(|b| is_escaped(char::from(b)))
+        || !text.contains(is_escaped)
+    {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match is_escaped(c) {
+            true => out.push_str(&write(c)),
+            false => out.push(c),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// Text that is safe for a terminal, whatever recordings, file names and calibrations it
+/// contains: characters that control the terminal are written as `\u{1b}`. Line ends are kept.
+/// All text output passes through this function.
+#[must_use]
+pub fn shown(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| c == '\n', |c| c.escape_unicode().to_string())
+}
+
+/// The same for a part of a line, such as a file name or a label: line ends are escaped too.
+#[must_use]
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    escaped(text, |_| false, |c| c.escape_unicode().to_string())
+}
+
+/// The path as text of one line.
+#[must_use]
+pub fn path_text(path: &Path) -> String {
+    one_line(&path.to_string_lossy()).into_owned()
+}
+
+/// Equivalent JSON with such characters escaped; they can only occur in strings.
+#[must_use]
+pub fn shown_json(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| c == '\n', |c| format!("\\u{:04x}", u32::from(c)))
+}
+
+/// A word of a command line for a shell, with quotes if necessary.
+#[must_use]
+pub fn shell_word(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        return text.to_owned();
+    }
+    // Double quotes work in every shell if nothing inside is special.
+    if text.contains(['"', '$', '`', '\\', '!']) {
+        return format!("'{}'", text.replace('\'', "'\\''"));
+    }
+    format!("\"{text}\"")
+}
+
+/// The path as a word of a command line for a shell; `./` is added if it begins with a dash, so that it is not an option.
+#[must_use]
+pub fn path_word(path: &Path) -> String {
+    let text = path_text(path);
+    match text.strip_prefix('-') {
+        Some(rest) if !rest.is_empty() => shell_word(&format!("./{text}")),
+        _ => shell_word(&text),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_characters_are_escaped() {
+        let text = "a\tb\n\u{1b}[31m\r\u{9b}1m\u{202e}x\u{7f}é";
+        let expected = "a\tb\n\\u{1b}[31m\\u{d}\\u{9b}1m\\u{202e}x\\u{7f}é";
+        assert_eq!(shown(text), expected);
+        assert_eq!(one_line(text), expected.replace('\n', "\\u{a}"));
+        assert!(matches!(shown("plain\n"), Cow::Borrowed(_)));
+        let json = serde_json::to_string(text).unwrap();
+        let safe = shown_json(&json);
+        assert_eq!(serde_json::from_str::<String>(&safe).unwrap(), text);
+        assert!(!safe.contains(is_control));
+    }
+
+    #[test]
+    fn words_are_quoted_for_a_shell() {
+        for (text, word) in [
+            ("cal.json", "cal.json"),
+            ("my file.csv", "\"my file.csv\""),
+            ("-x", "-x"),
+            ("it's $5", "'it'\\''s $5'"),
+            ("", "\"\""),
+        ] {
+            assert_eq!(shell_word(text), word);
+        }
+        assert_eq!(path_word(Path::new("-x.csv")), "./-x.csv");
+        assert_eq!(path_word(Path::new("-")), "-");
+    }
+}
