@@ -25,12 +25,12 @@
 //! ```
 //! use gravical::calibrate::{CalibrateOptions, calibrate};
 //! use gravical::recording::{ReadOptions, read};
-//! use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
+//! use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate_to};
 //!
 //! // Six static poses of a virtual sensor, one file each …
 //! let folder = tempfile::tempdir()?;
 //! let options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions::default()));
-//! let files = write(&simulate(&options)?, folder.path(), false)?;
+//! let (_, files) = simulate_to(&options, folder.path(), false)?;
 //!
 //! // … read and calibrated.
 //! let mut session = Vec::new();
@@ -50,9 +50,6 @@ pub mod check;
 pub mod compare;
 pub mod convert;
 pub mod denoise;
-mod error;
-#[doc(hidden)]
-pub mod escape;
 #[doc(hidden)]
 pub mod export;
 pub mod finding;
@@ -83,12 +80,14 @@ pub mod utc;
 /// Name and version of the program, as results state it.
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
 
-pub use error::{Category, Error, Location, Result};
 /// The part that runs on a microcontroller, too: calibrations and filters of one sample, attitude,
 /// closed-form estimation.
 pub use gravical_core as core;
 /// The estimation: numbers only; what it says of a calibration stands in its file, too.
 pub use gravical_fit as fit;
+#[doc(hidden)]
+pub use gravical_recording::escape;
+pub use gravical_recording::{Category, Error, Location, Result};
 
 /// The programs of the README.
 #[cfg(doctest)]
