@@ -1,7 +1,5 @@
 //! Poses in, M and b with their covariance out.
 
-use std::fmt;
-
 use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 
@@ -53,18 +51,6 @@ pub struct Undetermined {
     /// Its standard deviation there, m/s²; infinite if nothing limits it.
     pub sd_mps2: f64,
 }
-
-impl fmt::Display for Undetermined {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [x, y, z] = self.direction;
-        write!(
-            f,
-            "the poses do not determine the parameters along ({x:.2}, {y:.2}, {z:.2})"
-        )
-    }
-}
-
-impl std::error::Error for Undetermined {}
 
 /// What became of a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]

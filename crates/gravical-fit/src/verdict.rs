@@ -1,5 +1,7 @@
 //! How good a fit is: the numbers that decide, and the grade by them.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::fit::Fit;
@@ -49,16 +51,14 @@ pub enum Grade {
     Poor,
 }
 
-impl Grade {
-    /// Name in messages.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
+impl fmt::Display for Grade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
             Grade::Good => "good",
             Grade::Fair => "fair",
             Grade::NotVerifiable => "not verifiable",
             Grade::Poor => "poor",
-        }
+        })
     }
 }
 

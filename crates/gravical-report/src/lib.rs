@@ -10,13 +10,13 @@
 //! ```
 //! use gravical::calibrate::{CalibrateOptions, calibrate};
 //! use gravical::recording::{ReadOptions, read};
-//! use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
+//! use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate_to};
 //! use gravical_report::document::Detail;
 //! use gravical_report::{figure, report};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions::default()));
-//! let files = write(&simulate(&options)?, folder.path(), false)?;
+//! let (_, files) = simulate_to(&options, folder.path(), false)?;
 //! let mut session = Vec::new();
 //! for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "csv")) {
 //!     session.push(read(path, &ReadOptions::default())?);

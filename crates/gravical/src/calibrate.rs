@@ -41,6 +41,7 @@ use crate::calibration_file::{
     AccelerometerSection, CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource,
     SensorInfo, TemperatureRange, creation_time,
 };
+use crate::finding::{after, after_losses};
 use crate::gravity::Gravity;
 use crate::poses::{SegmentOptions, Segmentation, segment};
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity, common_serial};
@@ -167,8 +168,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
 
     // Where did the sensor lie still, and which face was up?
-    let lost =
-        |error: Error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings)));
+    let lost = |error| after_losses(error, recordings.iter().map(|r| (&*r.name, &*r.findings)));
     let mut segmentation = segment(recordings, &options.segment).map_err(lost)?;
     // Does the joint fit tell the drift with temperature, or what lay still while it changed?
     let drift = options.thermal.is_empty()
@@ -190,7 +190,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             drift,
         };
         accelerometer(&session, &options.estimate)
-            .map_err(|error| error.after(&segmentation.findings, FindingKind::NoStaticInterval))
+            .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
             .map_err(lost)
     };
     let mut estimate = estimated(&segmentation, drift)?;

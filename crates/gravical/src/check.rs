@@ -22,8 +22,10 @@ use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
+use crate::finding::after_losses;
 use crate::gravity::Gravity;
-use crate::later::{SAME_GRAVITY, sensor, singular};
+use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
+use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
 use crate::poses::face::{AxisMap, Face};
 use crate::poses::{Pose, Selection};
 use crate::recording::board::why_calibrated;
@@ -31,7 +33,7 @@ use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
 
 use intervals::static_intervals;
 
-pub use crate::later::{Cause, Explanation, Judgement, Reason, Verdict};
+pub use crate::later::{Cause, Explanation, Judgement, Verdict};
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias wanders by as
 /// much from one minute to the next.
@@ -101,6 +103,8 @@ pub struct CheckReport {
     pub untested_axes: Vec<&'static str>,
     /// Axes that pointed up or down only: bias and scale are not distinguished there.
     pub one_way_axes: Vec<&'static str>,
+    /// The calibration was fitted to all intervals that count.
+    pub only_fitted: bool,
     /// The gyroscope at rest; null where file or recording has none.
     pub gyroscope: Option<GyroscopeCheck>,
     /// What is odd.
@@ -197,7 +201,7 @@ pub fn check(
 ) -> Result<CheckReport> {
     let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
     let mut intervals = static_intervals(recordings, options, &mut findings)
-        .map_err(|error| error.after_losses(recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
+        .map_err(|e| after_losses(e, recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
     intervals::at_reference(calibration, &mut intervals, &mut findings);
     keep_longest(&mut intervals, &mut findings);
     let gravity = options.gravity.unwrap_or(Gravity {
@@ -265,6 +269,7 @@ pub fn check(
         },
         untested_axes,
         one_way_axes,
+        only_fitted: is_own,
         gyroscope,
         findings,
         verdict: Verdict {
@@ -272,14 +277,22 @@ pub fn check(
             reasons: Vec::new(),
         },
     };
-    report.verdict.reasons = reasons(&report, calibration, &gravity, is_own);
+    report.verdict.reasons = reasons(&report, calibration, &gravity);
     Ok(report)
+}
+
+/// True if the covariance says something of every parameter.
+fn has_covariance(calibration: &CalibrationFile) -> bool {
+    calibration
+        .accelerometer
+        .covariance_of_parameters()
+        .is_some()
 }
 
 fn judgement(calibration: &CalibrationFile, result: &later::Check, is_own: bool) -> Judgement {
     if result.p < SIGNIFICANCE {
         Judgement::DoesNotFit
-    } else if is_own || calibration.accelerometer.covariance.is_none() {
+    } else if is_own || !has_covariance(calibration) {
         // What it was fitted to agrees with it; what is assumed is no proof.
         Judgement::Undecided
     } else {
@@ -288,50 +301,95 @@ fn judgement(calibration: &CalibrationFile, result: &later::Check, is_own: bool)
 }
 
 /// Is it still good? Where not, what explains it? What was not tested?
-fn reasons(
-    report: &CheckReport,
-    calibration: &CalibrationFile,
-    gravity: &Gravity,
-    is_own: bool,
-) -> Vec<Reason> {
-    let mut reasons = vec![Reason::Errors {
-        rms_mps2: report.rms_mps2,
-        predicted_rms_mps2: report.predicted_rms_mps2,
-        is_assumed: calibration.accelerometer.covariance.is_none(),
-    }];
-    if is_own {
-        reasons.push(Reason::Fitted);
-    }
+fn reasons(report: &CheckReport, calibration: &CalibrationFile, gravity: &Gravity) -> Vec<String> {
+    let expected = if has_covariance(calibration) {
+        let predicted = mg(report.predicted_rms_mps2);
+        format!("its uncertainty predicts {predicted} mg rms")
+    } else {
+        let assumed = mg(ASSUMED_ERROR_MPS2);
+        format!("the file has no covariance, so {assumed} mg are assumed")
+    };
+    let off = mg(report.rms_mps2);
+    let mut reasons = vec![format!("‖a‖ is off by {off} mg rms; {expected}")];
+    let is_change = report.verdict.judgement.is_change();
     // Agreement with what it was fitted to has no probability, and tests no axis.
-    let is_tested = !is_own || report.verdict.judgement.is_change();
-    if is_tested {
-        reasons.push(Reason::Chance {
-            p_value: report.p_value,
-            all: report.test,
-        });
-    }
-    for explanation in &report.explanations {
-        let share = explanation.cause == Cause::Share;
-        let there = gravity.value_mps2 * (1.0 + explanation.change);
-        reasons.push(Reason::Explained(*explanation, share.then_some(there)));
-    }
-    if report.verdict.judgement.is_change() && report.explanations.is_empty() {
-        reasons.push(Reason::Unexplained);
+    let is_tested = !report.only_fitted || is_change;
+    if report.only_fitted {
+        reasons.push(
+            "the calibration was fitted to these static intervals, which therefore cannot test it"
+                .to_owned(),
+        );
     }
     if is_tested {
-        reasons.push(Reason::Untested {
-            untested: report.untested_axes.clone(),
-            one_way: report.one_way_axes.clone(),
-        });
+        reasons.push(format!(
+            "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} (all errors together: {})",
+            probability(report.p_value),
+            chi_square(&report.test)
+        ));
+    }
+    let causes = report.explanations.iter();
+    reasons.extend(causes.map(|e| explain(e, gravity.value_mps2)));
+    if is_change && report.explanations.is_empty() {
+        reasons
+            .push("neither a changed scale nor a changed bias of one axis explains it".to_owned());
+    }
+    if is_tested {
+        reasons.push(untested(&report.untested_axes, &report.one_way_axes));
     }
     if gravity.source == GravitySource::Standard {
-        reasons.push(Reason::GravityAssumed(2.0 * gravity.uncertainty_mps2()));
+        reasons.push(format!(
+            "gravity is assumed, which hides an error of scale of up to {:.0} mg; the latitude is enough to know it",
+            milli_g(2.0 * gravity.uncertainty_mps2())
+        ));
     }
     reasons.extend(report.gyroscope.as_ref().map(|g| {
         let largest = g.rate_deg_s.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
-        Reason::Gyroscope(g.judgement, largest, g.limit_deg_s)
+        let limit = g.limit_deg_s;
+        match g.judgement {
+            Judgement::Undecided => format!("gyroscope: too short or unsteady to test its bias against {limit} °/s"),
+            Judgement::DoesNotFit => format!("gyroscope: its bias has changed, the rate at rest is up to {largest:.2} °/s (limit {limit} °/s); it changes with every power-up"),
+            _ => format!("gyroscope: its bias fits, the rate at rest is {largest:.2} °/s at most (limit {limit} °/s)"),
+        }
     }));
     reasons
+}
+
+/// A single change that explains the errors, in words.
+#[must_use]
+pub fn explain(explanation: &Explanation, gravity_mps2: f64) -> String {
+    let (what, factor, unit) = match explanation.cause {
+        Cause::Share => ("common scale error", 100.0, "%"),
+        Cause::BiasX => ("changed bias of x", 1.0, "m/s²"),
+        Cause::BiasY => ("changed bias of y", 1.0, "m/s²"),
+        Cause::BiasZ => ("changed bias of z", 1.0, "m/s²"),
+    };
+    let sd = factor * explanation.sd;
+    let n = decimals_for(sd);
+    let (change, sd) = (signed(factor * explanation.change, n), fixed(sd, n));
+    let text = format!("a {what} explains it: {change} ± {sd} {unit}");
+    if explanation.cause != Cause::Share {
+        return text;
+    }
+    let there = gravity_mps2 * (1.0 + explanation.change);
+    format!("{text}; so would a local gravity of {there:.4} m/s²")
+}
+
+fn untested(none: &[&str], one_way: &[&str]) -> String {
+    let mut parts = Vec::new();
+    if !none.is_empty() {
+        let axes = if none.len() == 1 { "axis" } else { "axes" };
+        parts.push(format!("does not test the {} {axes}", none.join(" and ")));
+    }
+    if !one_way.is_empty() {
+        parts.push(format!(
+            "{} pointed one way only, where bias and scale are not distinguished",
+            one_way.join(" and ")
+        ));
+    }
+    if parts.is_empty() {
+        return "every axis was tested in both directions".to_owned();
+    }
+    parts.join("; ")
 }
 
 /// The findings of a recording, with its name.
@@ -351,22 +409,13 @@ fn keep_longest(intervals: &mut Vec<Pose>, findings: &mut Vec<Finding>) {
     if all <= MAX_INTERVALS {
         return;
     }
-    let counts: Vec<usize> = intervals.iter().map(|r| r.count).collect();
-    let longest = indices_of_largest(&counts, MAX_INTERVALS);
-    *intervals = longest.into_iter().map(|i| intervals[i].clone()).collect();
+    intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
+    intervals.truncate(MAX_INTERVALS);
+    intervals.sort_by_key(|p| (p.recording, p.lines));
     findings.push(Finding::new(
         FindingKind::IntervalsLeftOut,
         format!("{all} static intervals; the longest {MAX_INTERVALS} are compared"),
     ));
-}
-
-/// Indices of the `max` largest counts in order; of equal ones the first.
-fn indices_of_largest(counts: &[usize], max: usize) -> Vec<usize> {
-    let mut indices: Vec<usize> = (0..counts.len()).collect();
-    indices.sort_by_key(|i| std::cmp::Reverse(counts[*i]));
-    indices.truncate(max);
-    indices.sort_unstable();
-    indices
 }
 
 /// Is every recording in the unit of the calibration?
@@ -402,7 +451,7 @@ fn judge_units(
 fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, intervals: &[Pose]) {
     let is_known = (calibration.drift_model().is_some() || calibration.temperature_c.is_some())
         && intervals.iter().all(|r| r.temperature_c.is_some());
-    if is_known || calibration.accelerometer.covariance.is_none() {
+    if is_known || !has_covariance(calibration) {
         return;
     }
     let drift = UNKNOWN_TEMPERATURE_C * DRIFT_MPS2_PER_C;
@@ -599,15 +648,4 @@ fn temperature(calibration: &CalibrationFile, intervals: &[Pose]) -> Option<Find
     );
     let outside = (least - low).max(high - most) > TEMPERATURE_MARGIN_C;
     outside.then(|| Finding::new(FindingKind::TemperatureOutside, text))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::indices_of_largest;
-
-    #[test]
-    fn the_longest_are_kept_in_order_and_of_equal_ones_the_first() {
-        assert_eq!(indices_of_largest(&[3, 9, 3, 3, 7], 3), [0, 1, 4]);
-        assert_eq!(indices_of_largest(&[1, 2], 3), [0, 1]);
-    }
 }

@@ -14,11 +14,12 @@ use gravical_fit::{Sensor, Test};
 use serde::Serialize;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};
-use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, sensor, singular};
+use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, chi_square, probability, sensor, singular};
+use crate::numfmt::{decimals_for, fixed, signed, unit};
 use crate::recording::{AccelUnit, Finding, FindingKind};
 use crate::{Error, Result};
 
-pub use crate::later::{Judgement, ParameterDifference, Part, Reason, Verdict};
+pub use crate::later::{Judgement, ParameterDifference, Verdict};
 
 /// Scales within this fraction of each other are of one unit and range: far beyond any sensor, far
 /// below the next range.
@@ -68,6 +69,8 @@ pub struct Comparison {
     pub orientation: Option<OrientationDifference>,
     /// Bias and scale of the gyroscopes; null unless both files have one.
     pub gyroscope: Option<GyroscopeDifference>,
+    /// Names or types, where the files are of two sensors.
+    pub two_sensors: Option<[String; 2]>,
     /// What has to be known to read the result.
     pub findings: Vec<Finding>,
     /// The judgement of both parts together.
@@ -165,6 +168,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         gravity_mps2: pair.map(|f| f.gravity_mps2),
         temperature_c: pair.map(|f| f.temperature_c),
         gyroscope: gyroscope(a, b),
+        two_sensors: two_sensors(pair),
         verdict: evidence.verdict(pair, &magnitude, orientation.as_ref(), &parameters),
         parameters,
         magnitude,
@@ -191,7 +195,9 @@ impl Evidence {
         let shared = if is_same { None } else { shared(a, b) };
         findings.extend(shared.clone());
         Evidence {
-            has_covariances: x.covariance.is_some() && y.covariance.is_some(),
+            has_covariances: [x, y]
+                .iter()
+                .all(|s| s.covariance_of_parameters().is_some()),
             is_same,
             is_shared: shared.is_some(),
             is_oriented: [x, y].iter().all(|s| s.fit.is_none_or(|fit| fit.oriented)),
@@ -262,54 +268,90 @@ impl Evidence {
             // The rotation may be a convention; ‖a‖ does not depend on it.
             magnitude.judgement
         };
-        let mut reasons = vec![self.part(Part::Magnitude, magnitude.judgement, magnitude.test)];
+        let named = ["bias, scale and misalignment", "differ", "agree"];
+        let mut reasons = vec![self.part(named, magnitude.judgement, magnitude.test)];
         if magnitude.judgement.is_change() {
-            reasons.extend(most(&parameters[..9]).map(Reason::Most));
+            reasons.extend(most(&parameters[..9]));
         }
-        reasons.push(orientation.map_or(Reason::Mirrored, |o| {
-            self.part(Part::Orientation, o.judgement, o.test)
-        }));
+        reasons.push(match orientation {
+            None => "the orientation of the axes differs: one is the mirror image of the other"
+                .to_owned(),
+            Some(o) => {
+                let named = [
+                    "the orientation of the axes in the case",
+                    "differs",
+                    "agrees",
+                ];
+                self.part(named, o.judgement, o.test)
+            }
+        });
         if judgement.is_change() {
             reasons.extend(circumstance(pair));
         }
         Verdict { judgement, reasons }
     }
 
-    fn part(&self, part: Part, judgement: Judgement, test: Option<Test>) -> Reason {
-        let why = if self.is_same {
-            "both files contain the same parameters"
-        } else if !self.has_covariances {
-            "one of the files has no covariance"
-        } else if part == Part::Orientation && !self.is_oriented {
-            "one of the sessions has faces on less than two axes"
-        } else {
-            "both were made from the same recordings"
+    /// What came of a part, which is `named` with its verbs.
+    fn part(&self, named: [&str; 3], judgement: Judgement, test: Option<Test>) -> String {
+        let [part, differs, agrees] = named;
+        let Some(test) = test.filter(|_| judgement != Judgement::Undecided) else {
+            let why = if self.is_same {
+                "both files contain the same parameters"
+            } else if !self.has_covariances {
+                "one of the files has no covariance"
+            } else if self.is_shared {
+                "both were made from the same recordings"
+            } else {
+                "one of the sessions has faces on less than two axes"
+            };
+            return format!("{part}: not tested, {why}");
         };
-        match test.filter(|_| judgement != Judgement::Undecided) {
-            Some(test) => Reason::Part(part, judgement, test),
-            None => Reason::NotTested(part, why),
-        }
+        let verb = match judgement {
+            Judgement::Differ => format!("{differs} by more than"),
+            _ => format!("{agrees} within"),
+        };
+        let p = probability(test.p_value);
+        format!(
+            "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({})",
+            chi_square(&test)
+        )
     }
 }
 
-fn most(parameters: &[ParameterDifference]) -> Option<ParameterDifference> {
-    let known = parameters.iter().filter(|p| p.z.is_some());
-    let size = |p: &ParameterDifference| p.z.map_or(0.0, f64::abs);
-    known.max_by(|p, q| size(p).total_cmp(&size(q))).cloned()
+fn most(parameters: &[ParameterDifference]) -> Option<String> {
+    let size = |p: &ParameterDifference| Some(p.z?.abs());
+    let each = parameters.iter().filter_map(|p| Some((p, size(p)?)));
+    let (p, _) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (name, sigma) = (p.name.replace('_', " "), p.sigma.unwrap_or(0.0));
+    let n = decimals_for(sigma);
+    let (change, sigma) = (signed(p.difference, n), fixed(sigma, n));
+    Some(format!(
+        "most of all {name}, by {change} ± {sigma} {}",
+        unit(p.unit)
+    ))
 }
 
-/// What may be behind a difference, beside a change of the sensor.
-fn circumstance([a, b]: [&CalibrationFile; 2]) -> Option<Reason> {
+/// Names or types, where the files are of two sensors.
+fn two_sensors([a, b]: [&CalibrationFile; 2]) -> Option<[String; 2]> {
     let differ = |x: &Option<String>, y: &Option<String>| {
         let both = x.clone().zip(y.clone());
         both.filter(|(x, y)| x != y).map(|(x, y)| [x, y])
     };
-    let sensors = differ(&a.sensor.id, &b.sensor.id);
-    if let Some(two) = sensors.or_else(|| differ(&a.sensor.model, &b.sensor.model)) {
-        return Some(Reason::TwoSensors(two));
+    differ(&a.sensor.id, &b.sensor.id).or_else(|| differ(&a.sensor.model, &b.sensor.model))
+}
+
+/// What may be behind a difference, beside a change of the sensor.
+fn circumstance(pair: [&CalibrationFile; 2]) -> Option<String> {
+    if let Some([a, b]) = two_sensors(pair) {
+        return Some(format!("these are two sensors, \"{a}\" and \"{b}\""));
     }
-    let (x, y) = a.temperature_c.zip(b.temperature_c)?;
-    ((y.mean - x.mean).abs() > TEMPERATURE_STEP_C).then_some(Reason::Temperatures([x, y]))
+    let [a, b] = pair.map(|f| f.temperature_c.map(|range| range.mean));
+    let (a, b) = a
+        .zip(b)
+        .filter(|(a, b)| (b - a).abs() > TEMPERATURE_STEP_C)?;
+    Some(format!(
+        "the sessions were at {a:.1} °C and {b:.1} °C; the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainties do not include"
+    ))
 }
 
 fn parameters(found: &later::Compare, has_covariances: bool) -> Vec<ParameterDifference> {

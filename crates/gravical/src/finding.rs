@@ -3,7 +3,12 @@
 
 mod kinds;
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::escape::path_word;
 
 pub use gravical_recording::{LineSpans, format_spans};
 pub use kinds::FindingKind;
@@ -104,6 +109,45 @@ impl From<gravical_recording::Note> for Finding {
         let kind = FindingKind::of_name(note.kind.name()).unwrap_or(FindingKind::Other);
         Finding::new(kind, note.message).at_lines(&note.lines)
     }
+}
+
+/// Adds the findings of `kind` to an error: a file that was left out can be its cause.
+#[must_use]
+pub(crate) fn after(error: Error, findings: &[Finding], kind: FindingKind) -> Error {
+    let of_kind = findings.iter().filter(|f| f.kind == kind);
+    of_kind.fold(error, |error, finding| {
+        let file = finding.file.as_deref().unwrap_or("-");
+        error.and(&format!("; {file}: {}", finding.message))
+    })
+}
+
+/// Adds to an error what reading `recordings` lost, each with its findings: too few poses can be too few rows.
+#[must_use]
+pub(crate) fn after_losses<'a>(
+    error: Error,
+    recordings: impl IntoIterator<Item = (&'a str, &'a [Finding])>,
+) -> Error {
+    let losses = |findings: &[Finding]| -> Vec<String> {
+        let lost = findings.iter().filter(|f| f.kind.is_loss());
+        lost.map(|f| format!("{} {}", f.count.max(1), f.kind))
+            .collect()
+    };
+    let mut damaged = recordings
+        .into_iter()
+        .map(|(name, all)| (name, losses(all)));
+    let Some((name, losses)) = damaged.find(|(_, losses)| !losses.is_empty()) else {
+        return error;
+    };
+    let file = path_word(Path::new(name));
+    let look = format!("`gravical inspect {file}` shows the damaged lines");
+    let hint = match error.hint() {
+        Some(hint) => format!("{look}; {hint}"),
+        None => look,
+    };
+    let losses = losses.join(", ");
+    error
+        .and(&format!("; reading {name} lost samples: {losses}"))
+        .with_hint(hint)
 }
 
 #[cfg(test)]

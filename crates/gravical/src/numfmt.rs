@@ -62,10 +62,11 @@ pub fn digits(value: f64, digits: i32) -> String {
     fixed(value, decimals_of(value, digits))
 }
 
-/// As [`digits`], with a power of ten for small values.
+/// As [`digits`], with a power of ten for values of which six decimals would not show the digits.
 #[must_use]
 pub fn small(value: f64, count: i32) -> String {
-    if value != 0.0 && value.is_finite() && value.abs() < 1e-4 {
+    let limit = 10_f64.powi(count - 8).max(1e-4);
+    if value != 0.0 && value.is_finite() && value.abs() < limit {
         let precision = usize::try_from(count - 1).unwrap_or(0);
         return format!("{value:.precision$e}");
     }
@@ -94,6 +95,15 @@ pub fn unit(name: &str) -> String {
     match name {
         "deg" => "°".to_owned(),
         _ => name.replace("m/s^2", "m/s²"),
+    }
+}
+
+/// A value of an enum in words: its name in JSON with spaces.
+#[must_use]
+pub fn words(value: &impl serde::Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name.replace('-', " "),
+        _ => String::new(),
     }
 }
 

@@ -1,8 +1,6 @@
 //! E and β from motions: first by Cauchy's loss, then by least squares of the motions that agree.
 
-use gravical_core::matrix3;
-use gravical_core::strapdown::{matrix, normalize, quat_mul, step};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
 use super::FittedMotion;
 use super::rest::unexplained;
@@ -59,19 +57,18 @@ impl Linear {
     /// A small change of the parameters turns the result by ψ = Σ w A (δE (y − β) − E δβ), seen from the
     /// start, w being the weights of the trapezoid and A the attitudes: dr = C (v₀ × ψ).
     fn new(motion: &Path, x: &Parameters) -> Linear {
-        let e: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| x[3 * r + c]));
-        let (attitude, sums) = turned(&motion.samples, &e, [x[9], x[10], x[11]]);
-        // nalgebra's arrays are columns: this is the transpose already.
-        let rotation = Matrix3::from(attitude);
+        let e = Matrix3::from_fn(|r, c| x[3 * r + c]);
+        let (attitude, sums) = turned(&motion.samples, &e, Vector3::new(x[9], x[10], x[11]));
+        let rotation = attitude.transpose();
         let before = Vector3::from(motion.gravity[0]);
         let by_turn = rotation * before.cross_matrix();
-        let by_bias = matrix3::mul(&sums.map(|row| row.map(|s| s[3])), &e);
+        let by_bias = Matrix3::from_fn(|k, r| sums[k][r][3]) * e;
         let jacobian = SMatrix::from_fn(|i, p| match p {
             0..9 => (0..3)
                 .map(|k| by_turn[(i, k)] * sums[k][p / 3][p % 3])
                 .sum(),
             _ => -(0..3)
-                .map(|k| by_turn[(i, k)] * by_bias[k][p - 9])
+                .map(|k| by_turn[(i, k)] * by_bias[(k, p - 9)])
                 .sum::<f64>(),
         });
         Linear {
@@ -86,42 +83,38 @@ impl Linear {
 }
 
 /// Attitude (sensor at the end to sensor at the start) and Σ w A_kr (y − β)_c, with Σ w A_kr as the fourth
-/// c. Over one sample the rate is a straight line.
+/// c. Over one sample the rate is a straight line: it turns by h (ω₀ + ω₁)/2 + h²/12 ω₀ × ω₁ (Magnus' series).
 fn turned(
     samples: &[[f64; 4]],
-    e: &[[f64; 3]; 3],
-    bias: [f64; 3],
-) -> ([[f64; 3]; 3], [[[f64; 4]; 3]; 3]) {
+    e: &Matrix3<f64>,
+    bias: Vector3<f64>,
+) -> (Matrix3<f64>, [[[f64; 4]; 3]; 3]) {
     let mut sums = [[[0.0; 4]; 3]; 3];
-    let mut q = [1.0, 0.0, 0.0, 0.0];
-    let mut attitude = matrix3::identity();
-    let mut before: Option<([f64; 3], f64)> = None;
-    for sample in samples {
-        let y = [
-            sample[0] - bias[0],
-            sample[1] - bias[1],
-            sample[2] - bias[2],
-        ];
-        let rate = matrix3::mul_vec(e, &y);
-        // 0 in the last sample.
-        let to_next = sample[3];
-        let from_last = before.map_or(0.0, |(_, h)| h);
+    let mut q = UnitQuaternion::identity();
+    let mut attitude = Matrix3::identity();
+    let mut before: Option<(Vector3<f64>, f64)> = None;
+    for &[x, y, z, to_next] in samples {
+        let y = Vector3::new(x, y, z) - bias;
+        let rate = e * y;
+        let mut weight = 0.5 * to_next; // 0 in the last sample
         if let Some((last, h)) = before {
-            q = quat_mul(&q, &step(&last, &rate, h));
-            attitude = matrix(&q);
+            let turn = 0.5 * h * (last + rate) + h * h / 12.0 * last.cross(&rate);
+            q *= UnitQuaternion::from_scaled_axis(turn);
+            attitude = q.to_rotation_matrix().into_inner();
+            weight += 0.5 * h;
         }
-        let weight = 0.5 * (from_last + to_next);
         let weighted = [weight * y[0], weight * y[1], weight * y[2], weight];
         for k in 0..3 {
             for r in 0..3 {
                 for c in 0..4 {
-                    sums[k][r][c] += attitude[k][r] * weighted[c];
+                    sums[k][r][c] += attitude[(k, r)] * weighted[c];
                 }
             }
         }
         before = Some((rate, to_next));
     }
-    (matrix(&normalize(&q)), sums)
+    q.renormalize();
+    (q.to_rotation_matrix().into_inner(), sums)
 }
 
 /// The motions at one state.

@@ -193,78 +193,25 @@ fn intervals_of_95_percent_hold_the_truth() {
 #[test]
 #[ignore = "slow: 6000 sessions"]
 fn study() {
-    let slow = [0.05 * DEG, 20.0];
-    let quick = [0.05 * DEG, 5.0];
-    for (name, world) in [
-        ("noise", CHEAP),
-        (
-            "8 motions",
-            World {
-                motions: 8,
-                ..CHEAP
-            },
-        ),
-        (
-            "40 motions",
-            World {
-                motions: 40,
-                ..CHEAP
-            },
-        ),
-        (
-            "accelerometer 1 mg",
-            World {
-                accel_sd: 0.01,
-                ..CHEAP
-            },
-        ),
-        (
-            "drift 5 s",
-            World {
-                drift: quick,
-                ..CHEAP
-            },
-        ),
-        (
-            "drift 20 s",
-            World {
-                drift: slow,
-                ..CHEAP
-            },
-        ),
-        (
-            "drift 20 s, 40 motions",
-            World {
-                motions: 40,
-                drift: slow,
-                ..CHEAP
-            },
-        ),
-        (
-            "accelerometer 0.05 %",
-            World {
-                accel_error: 0.0005,
-                ..CHEAP
-            },
-        ),
-        (
-            "all of it, 8 motions",
-            World {
-                motions: 8,
-                accel_error: 0.0005,
-                drift: quick,
-                ..CHEAP
-            },
-        ),
-        (
-            "all of it",
-            World {
-                accel_error: 0.0005,
-                drift: quick,
-                ..CHEAP
-            },
-        ),
+    for (name, motions, accel_sd, accel_error, drift_deg_s, drift_s) in [
+        ("noise", 17, 0.002, 0.0, 0.0, 1.0),
+        ("8 motions", 8, 0.002, 0.0, 0.0, 1.0),
+        ("40 motions", 40, 0.002, 0.0, 0.0, 1.0),
+        ("accelerometer 1 mg", 17, 0.01, 0.0, 0.0, 1.0),
+        ("drift 5 s", 17, 0.002, 0.0, 0.05, 5.0),
+        ("drift 20 s", 17, 0.002, 0.0, 0.05, 20.0),
+        ("drift 20 s, 40 motions", 40, 0.002, 0.0, 0.05, 20.0),
+        ("accelerometer 0.05 %", 17, 0.002, 0.0005, 0.0, 1.0),
+        ("all of it, 8 motions", 8, 0.002, 0.0005, 0.05, 5.0),
+        ("all of it", 17, 0.002, 0.0005, 0.05, 5.0),
     ] {
+        let world = World {
+            motions,
+            accel_sd,
+            accel_error,
+            drift: [drift_deg_s * DEG, drift_s],
+            ..CHEAP
+        };
         println!("{name:26} {:.3?}", coverage(world, 600));
     }
 }

@@ -1,6 +1,6 @@
 //! Do later readings at rest fit a calibration?
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use serde::Serialize;
 
 use super::propagated;
@@ -61,15 +61,6 @@ pub struct Explanation {
     pub sd: f64,
 }
 
-/// A change that might explain errors.
-struct Candidate {
-    explanation: Explanation,
-    /// The change alone.
-    test: Test,
-    /// The errors once it is taken off.
-    left: Test,
-}
-
 /// A calibration held against later readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
@@ -119,8 +110,9 @@ pub fn check(
     let lengths = (0..means.len()).map(length).collect();
     let errors = errors.select_rows(&counted);
     let covariance = covariance.select_rows(&counted).select_columns(&counted);
-    let test = consistent(&errors, &covariance);
+    let whole = consistent(&errors, &covariance);
     let root = covariance.cholesky();
+    // A cause, the chance of its change, and the chance of what is left.
     let candidate = |cause: Cause| {
         let effect = |k: &usize| match cause {
             Cause::Share => gravity,
@@ -130,32 +122,33 @@ pub fn check(
         };
         let effect = DVector::from_iterator(counted.len(), counted.iter().map(effect));
         let is_seen = cause == Cause::Share || effect.amax() >= MIN_COSINE;
-        explain(
-            cause,
-            &errors,
-            root.as_ref().filter(|_| is_seen)?,
-            &effect,
-            test,
-        )
+        // Generalised least squares of one change.
+        let weighted = root.as_ref().filter(|_| is_seen)?.solve(&effect);
+        let information = weighted.dot(&effect);
+        let change = weighted.dot(&errors) / information;
+        let explained = change * change * information;
+        let sd = information.sqrt().recip();
+        let freedom = whole.degrees_of_freedom.saturating_sub(1);
+        (information > 0.0 && change.is_finite()).then(|| {
+            let left = Test::new(whole.chi2 - explained, freedom);
+            let explanation = Explanation { cause, change, sd };
+            (explanation, Test::new(explained, 1).p_value, left.p_value)
+        })
     };
     let causes = [Cause::Share, Cause::BiasX, Cause::BiasY, Cause::BiasZ];
-    let candidates: Vec<Candidate> = causes.into_iter().filter_map(candidate).collect();
-    let faults: Vec<f64> = candidates.iter().map(|c| c.test.p_value).collect();
-    let likeliest = faults.iter().copied().reduce(f64::min);
+    let candidates: Vec<_> = causes.into_iter().filter_map(candidate).collect();
+    let likeliest = candidates.iter().map(|c| c.1).reduce(f64::min);
     let p = match likeliest.filter(|_| counted.len() > 1) {
-        Some(fault) => (2.0 * test.p_value.min(fault * faults.len() as f64)).min(1.0),
+        Some(fault) => (2.0 * whole.p_value.min(fault * candidates.len() as f64)).min(1.0),
         // One length has one test.
-        None => test.p_value,
+        None => whole.p_value,
     };
+    let explains = |c: &&(Explanation, f64, f64)| c.1 < SIGNIFICANCE && c.2 >= SIGNIFICANCE;
     Some(Check {
         lengths,
-        test,
+        test: whole,
         p,
-        explanations: candidates
-            .iter()
-            .filter(|c| c.test.p_value < SIGNIFICANCE && c.left.p_value >= SIGNIFICANCE)
-            .map(|c| c.explanation)
-            .collect(),
+        explanations: candidates.iter().filter(explains).map(|c| c.0).collect(),
     })
 }
 
@@ -193,31 +186,4 @@ fn covariance_of_the_rest(
         let own = if i == j { noise(i) } else { 0.0 };
         of_gravity + model_error(i, j) + own
     }))
-}
-
-/// One change whose effect on the errors is known, by generalised least squares with the root of their
-/// covariance. None where the effect is zero. `whole` is the test of the errors.
-fn explain(
-    cause: Cause,
-    errors: &DVector<f64>,
-    root: &Cholesky<f64, Dyn>,
-    effect: &DVector<f64>,
-    whole: Test,
-) -> Option<Candidate> {
-    let weighted = root.solve(effect);
-    let information = weighted.dot(effect);
-    let change = weighted.dot(errors) / information;
-    let explained = change * change * information;
-    (information > 0.0 && change.is_finite()).then(|| Candidate {
-        explanation: Explanation {
-            cause,
-            change,
-            sd: information.sqrt().recip(),
-        },
-        test: Test::new(explained, 1),
-        left: Test::new(
-            whole.chi2 - explained,
-            whole.degrees_of_freedom.saturating_sub(1),
-        ),
-    })
 }

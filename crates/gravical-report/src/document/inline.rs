@@ -66,34 +66,3 @@ fn option(text: &str) -> Option<(&str, usize)> {
     name.starts_with(|c: char| c.is_ascii_lowercase())
         .then(|| (&text[..end + 2], end + 2))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn commands_and_options_are_found() {
-        use Part::{Code, Words};
-        for (text, wanted) in [
-            (
-                "give --gravity, or (--latitude)",
-                vec![
-                    Words("give "),
-                    Code("--gravity"),
-                    Words(", or ("),
-                    Code("--latitude"),
-                    Words(")"),
-                ],
-            ),
-            ("`a --b` then", vec![Code("a --b"), Words(" then")]),
-            ("--force", vec![Code("--force")]),
-            (
-                "one ` alone, a -- b, x--y, `` ``",
-                vec![Words("one ` alone, a -- b, x--y, `` ``")],
-            ),
-            ("", vec![]),
-        ] {
-            assert_eq!(parts(text), wanted, "{text}");
-        }
-    }
-}

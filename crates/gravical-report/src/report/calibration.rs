@@ -11,7 +11,7 @@ use gravical::calibration_file::{
     ReferenceSource, Source,
 };
 use gravical::escape::path_word;
-use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed};
+use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words};
 use gravical::poses::face::in_words;
 
 use super::gyroscope::gyroscope;
@@ -87,7 +87,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         GravitySource::Standard => "assumed",
     };
     let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
-        let how = t.source.name();
+        let how = words(&t.source);
         format!(", tilt of the face poses {:.1}° ({how})", t.value)
     });
     let on_faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
@@ -157,7 +157,11 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
         conclusion: conclusion(file),
         figures: figures.into_iter().flatten().collect(),
         next: next(file, saved),
-        ..Verdict::new(grade, file.verdict.grade.name(), &file.verdict.reasons)
+        ..Verdict::new(
+            grade,
+            &file.verdict.grade.to_string(),
+            &file.verdict.reasons,
+        )
     }
 }
 
@@ -416,7 +420,7 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     let parts = budget.contributions.iter();
     let parts = parts.map(|part| {
         Row::from([
-            Cell::text(part.source.name()),
+            Cell::text(words(&part.source)),
             Cell::maybe(part.norm_mps2, mg),
             Cell::Text(basis(part.source, file)),
         ])

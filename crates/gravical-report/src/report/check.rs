@@ -2,8 +2,8 @@
 
 use crate::document::{Cell, Column, Document, Grade, Row, Section, Table, Verdict};
 use gravical::calibration_file::GravitySource;
-use gravical::check::{Cause, CheckReport, GyroscopeCheck, Judgement, Reason, StillCheck};
-use gravical::numfmt::{fixed, milli_g, signed};
+use gravical::check::{Cause, CheckReport, GyroscopeCheck, Judgement, StillCheck, explain};
+use gravical::numfmt::{fixed, milli_g, signed, words};
 
 use super::short_name;
 
@@ -30,6 +30,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         ],
         verdict: Some(Verdict {
             next: next(report),
+            conclusion: (report.explanations.first()).map(|e| explain(e, report.gravity_mps2)),
             ..judged(&report.verdict)
         }),
         ..Document::new(format!("Check of {calibration}"))
@@ -48,23 +49,14 @@ pub(super) fn judged(verdict: &gravical::check::Verdict) -> Verdict {
         Judgement::DoesNotFit | Judgement::Differ => Grade::Poor,
         Judgement::Undecided => Grade::Unknown,
     };
-    let reasons: Vec<String> = verdict.reasons.iter().map(ToString::to_string).collect();
-    let explained = |r: &&Reason| matches!(r, Reason::Explained(..));
-    Verdict {
-        conclusion: verdict
-            .reasons
-            .iter()
-            .find(explained)
-            .map(ToString::to_string),
-        ..Verdict::new(grade, verdict.judgement.name(), &reasons)
-    }
+    Verdict::new(grade, &words(&verdict.judgement), &verdict.reasons)
 }
 
 /// What to do about it.
 fn next(report: &CheckReport) -> Vec<String> {
     let causes: Vec<Cause> = report.explanations.iter().map(|e| e.cause).collect();
     let step = match report.verdict.judgement {
-        Judgement::Undecided if report.verdict.reasons.contains(&Reason::Fitted) => {
+        Judgement::Undecided if report.only_fitted => {
             "Record the sensor at rest again, and check with that recording"
         }
         Judgement::Undecided => {

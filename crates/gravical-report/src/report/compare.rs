@@ -1,7 +1,7 @@
 //! Report of a comparison of two calibrations.
 
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table, Verdict};
-use gravical::compare::{Comparison, GyroscopeDifference, Judgement, ParameterDifference, Reason};
+use gravical::compare::{Comparison, GyroscopeDifference, Judgement, ParameterDifference};
 use gravical::numfmt::{decimals_for, fixed, milli_g, signed, unit};
 
 use super::check::judged;
@@ -48,8 +48,7 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
 
 /// What to do about it.
 fn next(c: &Comparison) -> Vec<String> {
-    let is_of_two = |r: &Reason| matches!(r, Reason::TwoSensors(_));
-    let step = if c.verdict.reasons.iter().any(is_of_two) {
+    let step = if c.two_sensors.is_some() {
         "Use each calibration for its own sensor"
     } else if c.orientation.is_none() {
         "Find the session in which two poses were swapped or an axis had the wrong sign, and calibrate again"

@@ -2,6 +2,7 @@
 
 use crate::document::{Block, Cell, Column, Document, Section, Table};
 use gravical::calibration_file::InputFile;
+use gravical::numfmt::words;
 
 /// Program, command, time and inputs of a result.
 #[derive(Debug, Clone, Copy)]
@@ -43,7 +44,7 @@ fn files(files: &[InputFile]) -> Table {
     let row = |file: &InputFile| {
         [
             Cell::text(&file.path),
-            Cell::text(file.role.name()),
+            Cell::text(words(&file.role)),
             file.sha256.clone().map_or_else(Cell::none, Cell::Code),
         ]
         .into()

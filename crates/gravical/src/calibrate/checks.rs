@@ -77,26 +77,24 @@ pub(super) fn accelerometer(
     let mut findings = Vec::new();
     let axes = ["x", "y", "z"];
     if let Some(deviation) = section.scale_deviation_percent {
-        let off: Vec<String> = (0..3)
-            .filter(|&i| deviation[i].abs() > SCALE_NOTE_PERCENT)
-            .map(|i| format!("{} {:+.1} %", axes[i], deviation[i]))
-            .collect();
-        let worst = deviation.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-        if worst > SCALE_GATE_PERCENT {
+        let beyond = |limit: f64| -> Option<String> {
+            let off: Vec<String> = (0..3)
+                .filter(|&i| deviation[i].abs() > limit)
+                .map(|i| format!("{} {:+.1} %", axes[i], deviation[i]))
+                .collect();
+            (!off.is_empty()).then(|| off.join(", "))
+        };
+        if let Some(off) = beyond(SCALE_GATE_PERCENT) {
             findings.push(Finding::new(
                 FindingKind::ScaleOff,
                 format!(
-                    "the scale is off by more than {SCALE_GATE_PERCENT} % ({}): a data sheet allows 3; is the unit or the range right?",
-                    off.join(", ")
+                    "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
                 ),
             ));
-        } else if !off.is_empty() {
+        } else if let Some(off) = beyond(SCALE_NOTE_PERCENT) {
             findings.push(Finding::new(
                 FindingKind::ScaleHigh,
-                format!(
-                    "the scale is further from nominal than usual ({})",
-                    off.join(", ")
-                ),
+                format!("the scale is further from nominal than usual ({off})"),
             ));
         }
     }

@@ -12,7 +12,7 @@ use gravical_fit::model::{Covariance, DRIFT};
 use gravical_fit::propagate;
 use nalgebra::DVector;
 
-use crate::poses::face::{AXES, AxisMap, Face, angle_deg};
+use crate::poses::face::{AXES, AxisMap, Face};
 use crate::{Error, Result};
 
 pub(super) use faces::six_positions;
@@ -33,34 +33,12 @@ impl AccelerometerFit {
     /// cannot tell the two apart, so this bounds the tilt from above.
     #[must_use]
     pub fn face_angle_rms_deg(&self, faces: &Faces) -> f64 {
-        let k = &self.parameters.scale;
-        let squares: f64 = Face::all()
-            .into_iter()
-            .map(|face| {
-                let reading = faces.means[face.index()];
-                let channels: [f64; 3] =
-                    std::array::from_fn(|i| (reading[i] - self.parameters.bias[i]) / k[i]);
-                angle_deg(self.to_case(channels), face.direction()).powi(2)
-            })
-            .sum();
-        (squares / 6.0).sqrt()
-    }
-
-    /// Board channels in the order of the case's axes: each row of R says
-    /// which axis its channel measures.
-    fn to_case(&self, channels: [f64; 3]) -> [f64; 3] {
-        let mut out = channels;
-        for (channel, row) in self.parameters.orientation.iter().enumerate() {
-            let axis = (0..3).fold(0, |best, i| {
-                if row[i].abs() > row[best].abs() {
-                    i
-                } else {
-                    best
-                }
-            });
-            out[axis] = channels[channel] * row[axis].signum();
-        }
-        out
+        let AccelerometerParameters { scale, bias, .. } = &self.parameters;
+        let squares = faces.means.iter().map(|reading| {
+            let channels = std::array::from_fn(|i| (reading[i] - bias[i]) / scale[i]);
+            Face::nearest(channels).1.powi(2)
+        });
+        (squares.sum::<f64>() / 6.0).sqrt()
     }
 
     /// Covariance of M and b by the standard errors of the means and a tilt of the faces (standard

@@ -23,67 +23,38 @@ const CHANGES: [f64; 2] = [2e-3, 0.05];
 ///
 /// # Errors
 ///
-/// `sensors-differ`, at the recording that contradicts all others where they agree.
+/// `sensors-differ`, at the first recording that contradicts one before it.
 pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Options) -> Result<()> {
     let placements = &session.segmentation.poses;
     let fit_alone = |index: usize| {
         let of_recording = poses
             .iter()
             .zip(placements)
-            .filter(|(_, p)| p.recording == index)
-            .map(|(pose, _)| pose.clone());
-        let poses: Vec<Pose> = of_recording.collect();
+            .filter(|(_, p)| p.recording == index);
+        let poses: Vec<Pose> = of_recording.map(|(pose, _)| pose.clone()).collect();
         (poses.len() >= MIN_POSES).then(|| fit(&poses, options).ok())?
     };
-    let unit = session.scale();
-    let alone: Vec<(&str, Sensor)> = session
-        .recordings
-        .iter()
-        .enumerate()
-        .filter_map(|(index, recording)| Some((&*recording.name, sensor(&fit_alone(index)?, unit))))
-        .collect();
-    // Pairs that differ, both ways round, and how far they are apart.
-    let mut differ = Vec::new();
-    for (i, (_, a)) in alone.iter().enumerate() {
-        for (j, (_, b)) in alone.iter().enumerate().skip(i + 1) {
-            let Some(compared) = compare(a, b).filter(|c| c.magnitude.p_value < CHANCE) else {
+    let mut alone: Vec<(&str, Sensor)> = Vec::new();
+    for (index, recording) in session.recordings.iter().enumerate() {
+        let Some(fit) = fit_alone(index) else {
+            continue;
+        };
+        let sensor = sensor(&fit, session.scale());
+        for (other, before) in &alone {
+            let differ = compare(before, &sensor).filter(|c| c.magnitude.p_value < CHANCE);
+            let Some([scale, bias]) = differ.map(|c| apart(&c)) else {
                 continue;
             };
-            differ.extend([(i, j, apart(&compared)), (j, i, apart(&compared))]);
+            let name = &recording.name;
+            return Err(Error::input("sensors-differ", format!(
+                "{other} and {name} are of different sensors: fitted alone, their scales are {scale:.1} % and their biases {bias:.0} mg apart, more than one sensor changes"
+            ))
+            .at(name.as_ref(), None)
+            .with_hint("calibrate the recordings of each sensor alone"));
         }
+        alone.push((&recording.name, sensor));
     }
-    let of = |i: usize| differ.iter().filter(move |(one, ..)| *one == i);
-    let Some(worst) = (0..alone.len()).max_by_key(|&i| of(i).count()) else {
-        return Ok(());
-    };
-    let furthest = of(worst).max_by(|(.., a), (.., b)| (a[0] + a[1]).total_cmp(&(b[0] + b[1])));
-    let Some((_, with, [scale, bias])) = furthest else {
-        return Ok(());
-    };
-    let (name, with) = (alone[worst].0, alone[*with].0);
-    let others: Vec<&str> = of(worst).map(|(_, other, _)| alone[*other].0).collect();
-    let is_odd_one = alone.len() > 2 && (0..alone.len()).all(|i| i == worst || of(i).count() == 1);
-    let (prefix, rest, hint) = if is_odd_one {
-        (
-            "one recording does not belong to the others: ",
-            "the others".to_owned(),
-            format!("calibrate without {name}, and calibrate that one alone"),
-        )
-    } else {
-        (
-            "",
-            others.join(", "),
-            format!(
-                "calibrate the recordings of each sensor alone: {name} and {with} do not go together"
-            ),
-        )
-    };
-    let message = format!(
-        "{prefix}{name} and {rest} are of different sensors: fitted alone, their scales are {scale:.1} % and their biases {bias:.0} mg apart, more than one sensor changes"
-    );
-    Err(Error::input("sensors-differ", message)
-        .at(name.as_ref(), None)
-        .with_hint(hint))
+    Ok(())
 }
 
 /// The fit of a recording in nominal m/s², with what a sensor changes by from one recording to the next

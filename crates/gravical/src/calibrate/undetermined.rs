@@ -4,14 +4,10 @@ use gravical_core::matrix3;
 use gravical_fit::Undetermined;
 
 use crate::Error;
-use crate::numfmt::milli_g;
+use crate::numfmt::{count, milli_g};
 use crate::poses::face::{AXES, Face, in_words};
 
 use super::session::Session;
-
-/// Directions count as spanned when the poses lie this far out of the plane (or line) of the others,
-/// rms: sin 10°.
-const SPANNED: f64 = 0.17;
 
 /// The error for poses that leave the parameters open.
 pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
@@ -25,10 +21,7 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
         Error::input("no-poses", "no pose has a mean reading")
             .with_hint("`gravical inspect` shows what is in the recording")
     } else {
-        let poses = match directions.len() {
-            1 => "1 pose".to_owned(),
-            count => format!("{count} poses in {} directions", distinct(&directions)),
-        };
+        let poses = count(directions.len(), "pose");
         let mut message = format!("{poses}: {}", coverage(&directions));
         if open.sd_mps2.is_finite() {
             message.push_str(&format!(
@@ -65,46 +58,23 @@ fn uncovered(directions: &[[f64; 3]]) -> Vec<char> {
         .collect()
 }
 
-/// Directions that are further than 25° from every one counted before.
-fn distinct(directions: &[[f64; 3]]) -> usize {
-    let mut kept: Vec<[f64; 3]> = Vec::new();
-    for d in directions {
-        if kept
-            .iter()
-            .all(|k| crate::poses::face::angle_deg(*k, *d) > 25.0)
-        {
-            kept.push(*d);
-        }
-    }
-    kept.len()
-}
-
 /// Which axes the poses cover: `only x and y are covered; z is missing`.
 fn coverage(directions: &[[f64; 3]]) -> String {
-    let mut moment = nalgebra::Matrix3::zeros();
-    for n in directions {
-        let n = nalgebra::Vector3::from(*n);
-        moment += n * n.transpose() / directions.len() as f64;
-    }
-    let eigen = moment.symmetric_eigen().eigenvalues;
-    let spanned = eigen.iter().filter(|v| v.max(0.0).sqrt() > SPANNED).count();
     let missing = uncovered(directions);
     let covered: Vec<String> = AXES
         .iter()
         .filter(|axis| !missing.contains(axis))
         .map(char::to_string)
         .collect();
-    match (&missing[..], spanned) {
-        ([a, b], _) => format!(
+    match &missing[..] {
+        [a, b] => format!(
             "only the {} axis is covered; {a} and {b} are missing",
             covered.join("")
         ),
-        ([axis], _) => format!(
+        [axis] => format!(
             "only {} are covered; {axis} is missing",
             covered.join(" and ")
         ),
-        (_, 3) => "all three axes are covered, but parameters remain undetermined".to_owned(),
-        (_, 2) => "all poses lie in one plane".to_owned(),
-        _ => "all poses lie along one line".to_owned(),
+        _ => "all three axes are covered, but parameters remain undetermined".to_owned(),
     }
 }

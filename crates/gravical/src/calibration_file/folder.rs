@@ -78,7 +78,11 @@ pub fn find_calibration(
     recordings: &[Recording],
     origin: &RecordingOrigin,
 ) -> Result<FoundCalibration> {
-    let named = common_serial(recordings)?;
+    let named = match common_serial(recordings) {
+        // The user says that they are of one sensor.
+        Err(_) if origin.sensor_id.is_some() => None,
+        named => named?,
+    };
     if let (Some(named), Some(given)) = (&named, &origin.sensor_id)
         && named != given
     {

@@ -1,5 +1,6 @@
 //! Input files of a result.
 
+use crate::numfmt::words;
 use std::io::Read as _;
 use std::path::Path;
 
@@ -48,23 +49,6 @@ pub enum InputRole {
     /// A role of a later version.
     #[serde(other)]
     Other,
-}
-
-impl InputRole {
-    /// Name for messages.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            InputRole::Recording => "recording",
-            InputRole::Gyroscope => "gyroscope",
-            InputRole::Sections => "section list",
-            InputRole::Soak => "soak",
-            InputRole::Calibration => "calibration",
-            InputRole::Noise => "noise",
-            InputRole::Reference => "reference",
-            InputRole::Other => "other",
-        }
-    }
 }
 
 impl InputFile {
@@ -116,7 +100,7 @@ impl InputFile {
             .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
             .map_err(|e| Error::io(path, e))?;
         if bytes.len() as u64 > MOST_BYTES {
-            let what = format!("more than {} MiB: not a {}", MOST_BYTES >> 20, role.name());
+            let what = format!("more than {} MiB: not a {}", MOST_BYTES >> 20, words(&role));
             return Err(Error::input("too-large", what)
                 .at(path, None)
                 .with_hint("check the order of the arguments"));

@@ -154,21 +154,3 @@ pub enum Source {
     /// Change of temperature during the session.
     Temperature,
 }
-
-impl Source {
-    /// In tables and figures.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Source::Noise => "noise",
-            Source::Quantisation => "quantisation",
-            Source::ModelError => "model error",
-            Source::Nonlinearity => "nonlinearity",
-            Source::PoseTilt => "pose tilt",
-            Source::DataSheet => "data sheet",
-            Source::NoiseAndTilt => "noise and tilt",
-            Source::LocalGravity => "local gravity",
-            Source::Temperature => "temperature",
-        }
-    }
-}

@@ -34,7 +34,7 @@ pub struct CalibrationFile {
     pub temperature_c: Option<TemperatureRange>,
     /// Parameters of the accelerometer.
     pub accelerometer: AccelerometerSection,
-    /// Parameters of the gyroscope; null if there were no turns.
+    /// Parameters of the gyroscope; null without a gyroscope, or where its scale is not known.
     pub gyroscope: Option<GyroscopeSection>,
     /// The input files.
     pub inputs: Vec<InputFile>,
@@ -241,18 +241,6 @@ pub enum Method {
     Unknown,
 }
 
-impl Method {
-    /// As it is written in options and files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Method::Joint => "joint",
-            Method::Ferraris => "ferraris",
-            Method::Unknown => "unknown",
-        }
-    }
-}
-
 /// A symmetric matrix with the names of its rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -395,18 +383,6 @@ pub enum TiltSource {
     Estimated,
     /// The usual value for a box on a table.
     Assumed,
-}
-
-impl TiltSource {
-    /// As it is written.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            TiltSource::Given => "given",
-            TiltSource::Estimated => "estimated",
-            TiltSource::Assumed => "assumed",
-        }
-    }
 }
 
 /// Parameters of the gyroscope.

@@ -119,7 +119,7 @@ pub(super) fn include_slow_noise<'a>(
         .map(|a| a.each_ref().map(|v| &v[..]))
         .collect();
     // Averages come in no steps.
-    let slow = pooled_noise(&slices, [0.0; 3]);
+    let slow = pooled_noise(&slices, [0.0; 3], 1.0);
     for (group, rows, error) in errors {
         let groups = (rows / group).max(1) as f64;
         if let Some(error) = error {

@@ -225,9 +225,7 @@ fn describe(file: &CalibrationFile, target: &Target, notes: &[String]) -> Vec<St
         format!("Calibration{of}{}, {}", sensor.join(" "), file.created),
         format!(
             "by {}, verdict {}, for {}",
-            file.tool,
-            file.verdict.grade.name(),
-            target.name
+            file.tool, file.verdict.grade, target.name
         ),
         match a.nominal_per_mps2() {
             Some(nominal) if a.input_unit == AccelUnit::Counts => format!(

@@ -62,13 +62,3 @@ pub(super) fn page(title: &str, lead: &Markup, sections: &[Part<'_>]) -> String 
     .into_string();
     shown(&page).into_owned()
 }
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_script_is_small() {
-        let size = super::script().len();
-        // With linear and logarithmic axes.
-        assert!(size < 24_000, "{size}");
-    }
-}

@@ -2,7 +2,7 @@
 
 use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
 use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
-use gravical::numfmt::milli_g;
+use gravical::numfmt::{milli_g, words};
 
 use super::{Scale, norm_of, places};
 
@@ -139,7 +139,7 @@ pub(super) fn tilt(file: &CalibrationFile) -> Option<Figure> {
         Axis::new("tilt off the face", "°").including(&[0.0]),
     );
     if let Some(tilt) = a.pose_tilt_deg {
-        let how = format!("{}: standard deviation", tilt.source.name());
+        let how = format!("{}: standard deviation", words(&tilt.source));
         panel = panel.with(Series::rule(&how, Role::Reference, tilt.value));
     }
     let caption = if fitted {

@@ -5,18 +5,14 @@ use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::numfmt::milli_g;
 use gravical::recording::{ReadOptions, read, read_bytes};
 use gravical::simulate::{
-    PosesOptions, Scenario, SimulateOptions, SixPositionOptions, simulate, write,
+    PosesOptions, Scenario, SimulateOptions, SixPositionOptions, simulate_to,
 };
 
 fn session(scenario: Scenario) -> Vec<Recording> {
     let folder = tempfile::tempdir().unwrap();
-    let files = write(
-        &simulate(&SimulateOptions::new(scenario)).unwrap(),
-        folder.path(),
-        false,
-    );
+    let options = SimulateOptions::new(scenario);
+    let (_, files) = simulate_to(&options, folder.path(), false).unwrap();
     let csv = |p: &&std::path::PathBuf| p.extension().is_some_and(|e| e == "csv");
-    let files = files.unwrap();
     let read = |p: &std::path::PathBuf| read(p, &ReadOptions::default()).unwrap();
     files.iter().filter(csv).map(read).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 use gravical::calibration_file::CalibrationFile;
-use gravical::numfmt::{decimals_for, milli_g};
+use gravical::numfmt::{decimals_for, milli_g, words};
 
 use super::places;
 
@@ -12,7 +12,7 @@ pub(super) fn budget(file: &CalibrationFile) -> Option<Figure> {
     let known: Vec<_> = budget
         .contributions
         .iter()
-        .filter_map(|c| Some((c.source.name().to_owned(), milli_g(c.norm_mps2?))))
+        .filter_map(|c| Some((words(&c.source), milli_g(c.norm_mps2?))))
         .collect();
     if known.is_empty() {
         return None;

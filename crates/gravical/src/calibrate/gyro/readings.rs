@@ -57,6 +57,7 @@ impl Readings {
     pub fn new(recordings: &[Recording], session: &Segmentation) -> Readings {
         let mut readings = Readings::default();
         let (mut holds, mut step) = (Vec::new(), [0.0_f64; 3]);
+        let samples = Recording::samples_of_rows(recordings);
         for (index, recording) in recordings.iter().enumerate() {
             let Some(gyro) = &recording.gyro else {
                 continue;
@@ -72,7 +73,7 @@ impl Readings {
             }
         }
         let rates: Vec<[&[f64]; 3]> = holds.iter().map(|h| h.rates).collect();
-        readings.rounding = pooled_noise(&rates, step).rounding;
+        readings.rounding = pooled_noise(&rates, step, samples).rounding;
         readings.noise = std::array::from_fn(|axis| allan_noise(&holds, axis, step[axis]));
         readings
     }
