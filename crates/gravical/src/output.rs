@@ -273,23 +273,6 @@ mod tests {
     }
 
     #[test]
-    fn an_existing_file_is_kept_unless_forced() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.txt");
-        let put = |text: &'static str, force| {
-            write_atomic(&path, force, |w| {
-                w.write_all(text.as_bytes())
-                    .map_err(|e| Error::io(&path, e))
-            })
-        };
-        put("one", false).unwrap();
-        assert_eq!(put("two", false).unwrap_err().code(), "exists");
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "one");
-        put("two", true).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
-    }
-
-    #[test]
     #[cfg(unix)]
     fn a_device_is_written_to_and_not_replaced() {
         // A link, so that no harm is done if it is replaced.

@@ -256,7 +256,7 @@ fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
 pub fn is_something_else(error: &Error) -> bool {
     matches!(
         error.code(),
-        "no-rows" | "no-accelerometer" | "is-a-calibration"
+        "no-rows" | "no-accelerometer" | "gyroscope-alone" | "is-a-calibration"
     )
 }
 

@@ -5,9 +5,8 @@
 use core::f32::consts::TAU;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
-use gravical_core::filter::biquad::Cascade;
+use gravical_core::filter::biquad::{Biquad, settle, update};
 use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass};
-use gravical_core::filter::savgol::SavitzkyGolay;
 use gravical_core::six_position::{
     SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_gyroscope,
 };
@@ -96,51 +95,41 @@ pub extern "C" fn probe_apply_counts(
     *out = accelerometer.apply(counts.map(f32::from));
 }
 
-/// The filters of one channel.
+/// The filters of one channel: low-, high- and band-pass.
 pub struct Filters {
-    low: Cascade<f32, 2>,
-    high: Cascade<f32, 1>,
-    band: Cascade<f32, 2>,
-    smooth: SavitzkyGolay<f32, 5>,
+    low: [Biquad<f32>; 2],
+    high: [Biquad<f32>; 1],
+    band: [Biquad<f32>; 2],
 }
 
 /// Designs the filters of a channel at `rate_hz` and starts them at `first`; 0 when
 /// it worked.
 #[unsafe(no_mangle)]
-pub extern "C" fn probe_filter_design(
-    rate_hz: f32,
-    first: f32,
-    coefficients: &[f32; 5],
-    out: &mut Option<Filters>,
-) -> i32 {
-    let designed = (
-        low_pass(4, 20.0, rate_hz),
-        high_pass(2, 0.5, rate_hz),
-        band_pass(2, 5.0, 20.0, rate_hz),
-        SavitzkyGolay::new(coefficients),
-    );
-    let (Ok(mut low), Ok(mut high), Ok(mut band), Some(smooth)) = designed else {
-        return 1;
+pub extern "C" fn probe_filter_design(rate_hz: f32, first: f32, out: &mut Option<Filters>) -> i32 {
+    let mut filters = Filters {
+        low: [Biquad::default(); 2],
+        high: [Biquad::default(); 1],
+        band: [Biquad::default(); 2],
     };
-    low.settle(first);
-    high.settle(first);
-    band.settle(first);
-    *out = Some(Filters {
-        low,
-        high,
-        band,
-        smooth,
-    });
+    let designed = low_pass(4, 20.0, rate_hz, &mut filters.low)
+        .and_then(|()| high_pass(2, 0.5, rate_hz, &mut filters.high))
+        .and_then(|()| band_pass(2, 5.0, 20.0, rate_hz, &mut filters.band));
+    if designed.is_err() {
+        return 1;
+    }
+    settle(&mut filters.low, first);
+    settle(&mut filters.high, first);
+    settle(&mut filters.band, first);
+    *out = Some(filters);
     0
 }
 
 /// One sample through each filter.
 #[unsafe(no_mangle)]
-pub extern "C" fn probe_filter(filters: &mut Filters, sample: f32, out: &mut [f32; 4]) {
+pub extern "C" fn probe_filter(filters: &mut Filters, sample: f32, out: &mut [f32; 3]) {
     *out = [
-        filters.low.update(sample),
-        filters.high.update(sample),
-        filters.band.update(sample),
-        filters.smooth.update(sample),
+        update(&mut filters.low, sample),
+        update(&mut filters.high, sample),
+        update(&mut filters.band, sample),
     ];
 }

@@ -53,103 +53,64 @@ fn poor(folder: &Path, line: &str, kind: &str) {
     assert!(text.out.contains("Verdict: poor"), "{}", text.out);
 }
 
+/// A file, the code that it is refused with, and what is named.
+const ODD: &str = "\
+LICENSE.txt no-rows LICENSE
+empty.csv empty-file empty
+other.csv no-accelerometer other.csv
+five.csv columns-unknown five.csv
+zeros.csv all-zero 300";
+
 #[test]
-fn empty_file_and_file_without_numbers() {
+fn what_cannot_be_calibrated() {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "empty.csv", "");
-    write(folder.path(), "blank.csv", "\n \n\n");
+    let at = folder.path();
+    refused(at, "calibrate .", 3, "no-recordings", &["."]);
+    write(at, "LICENSE.txt", "Permission is hereby granted\n");
+    write(at, "empty.csv", "");
     write(
-        folder.path(),
-        "prose.txt",
-        "Dear reader,\nthis is no recording\n",
+        at,
+        "other.csv",
+        &("p,q,r\n".to_owned() + &"4,1,2\n".repeat(50)),
     );
-    write(folder.path(), "header.csv", "t,ax,ay,az\n");
-    for (name, code) in [
-        ("empty.csv", "empty-file"),
-        ("blank.csv", "empty-file"),
-        ("prose.txt", "no-rows"),
-        ("header.csv", "no-rows"),
-    ] {
-        refused(
-            folder.path(),
-            &format!("calibrate {name}"),
-            3,
-            code,
-            &[name],
-        );
-        let run = run_in(folder.path(), words(&format!("inspect {name} --json")));
-        assert_eq!(run.code, 3);
-        assert_eq!(run.json()["errors"][0]["code"], code);
+    write(at, "five.csv", &"1,2,3,4,5\n".repeat(50));
+    let zeros: String = (0..300).map(|i| format!("{},0,0,0\n", 10 * i)).collect();
+    write(at, "zeros.csv", &format!("t_ms,ax,ay,az\n{zeros}"));
+    for row in ODD.lines() {
+        let [file, code, named] = row.split(' ').collect::<Vec<_>>()[..] else {
+            panic!("{row}")
+        };
+        refused(at, &format!("calibrate {file}"), 3, code, &[named]);
     }
 }
 
-#[test]
-fn what_is_not_there() {
-    let folder = tempfile::tempdir().unwrap();
-    refused(
-        folder.path(),
-        "calibrate gone.csv",
-        3,
-        "not-found",
-        &["gone.csv"],
-    );
-}
+/// A list of sections, the code that it is refused with, and what is named.
+const LISTS: &str = "\
+x_p,0,400;z_a,400,3001 sections-range 3001
+label,start,end;x_p,500,0 sections-order list.csv:2
+x_p,0 sections-syntax list.csv:1
+{\"x_p\":{\"start\":0}} sections-syntax end
+{;\"x_p\":; sections-syntax list.csv:3";
 
 #[test]
-fn directory_without_recordings() {
-    let folder = tempfile::tempdir().unwrap();
-    refused(folder.path(), "calibrate .", 3, "no-recordings", &["."]);
-    write(folder.path(), "readme.md", "# nothing");
-    write(
-        folder.path(),
-        "LICENSE.txt",
-        "Permission is hereby granted\n",
-    );
-    refused(folder.path(), "calibrate .", 3, "no-recordings", &["."]);
-}
-
-#[test]
-fn a_file_of_zeros() {
-    let folder = tempfile::tempdir().unwrap();
-    let zeros: String = (0..300).map(|i| format!("{},0,0,0\n", 10 * i)).collect();
-    write(
-        folder.path(),
-        "zeros.csv",
-        &format!("t_ms,ax,ay,az\n{zeros}"),
-    );
-    refused(
-        folder.path(),
-        "calibrate zeros.csv",
-        3,
-        "all-zero",
-        &["zeros.csv", "300 rows"],
-    );
-}
-
-#[test]
-fn columns_of_nothing() {
+fn options_that_name_what_is_not_there() {
     let folder = six_files(&Sensor::default());
-    let path = folder.path().join("z_axis_pos.csv");
-    let text = std::fs::read_to_string(&path).unwrap();
-    let without: String = text
-        .lines()
-        .enumerate()
-        .map(|(i, l)| {
-            let mut cells: Vec<&str> = l.split(',').collect();
-            if i > 0 {
-                cells[2] = "NaN";
-            }
-            cells.join(",") + "\n"
-        })
-        .collect();
-    std::fs::write(&path, without).unwrap();
-    refused(
-        folder.path(),
-        "calibrate .",
-        3,
-        "no-values",
-        &["z_axis_pos.csv", "ay"],
-    );
+    let at = folder.path();
+    let columns = "calibrate . --columns ax=u,ay=v,az=w";
+    refused(at, columns, 2, "columns-missing", &["\"u\""]);
+    let sensor = "calibrate . --sensor right";
+    refused(at, sensor, 2, "sensor-unknown", &["right"]);
+    let one = "calibrate x_axis_pos.csv --sections list.csv";
+    for row in LISTS.lines() {
+        let [list, code, named] = row.split(' ').collect::<Vec<_>>()[..] else {
+            panic!("{row}")
+        };
+        write(at, "list.csv", &list.replace(';', "\n"));
+        refused(at, one, 3, code, &[named]);
+    }
+    write(at, "list.csv", "x_p,0,400\n");
+    let two = format!("{one} y_axis_pos.csv");
+    refused(at, &two, 2, "several-files", &[]);
 }
 
 /// All six holds one after the other, 500 rows each, and a section list.
@@ -170,29 +131,4 @@ fn one_file(folder: &Path, turns: bool) {
     }
     write(folder, "session.csv", &text);
     write(folder, "list.csv", &list);
-}
-
-#[test]
-fn a_recording_that_never_lies_still() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut noise = Noise::new(4);
-    let mut text = "t_ms,ax,ay,az\n".to_owned();
-    for i in 0..3000 {
-        let angle = f64::from(i) * 0.013;
-        text += &format!(
-            "{},{:.4},{:.4},{:.4}\n",
-            10 * i,
-            9.8 * angle.sin() + noise.normal(),
-            9.8 * angle.cos() + noise.normal(),
-            noise.normal()
-        );
-    }
-    write(folder.path(), "shaken.csv", &text);
-    refused(
-        folder.path(),
-        "calibrate shaken.csv",
-        3,
-        "never-static",
-        &["shaken.csv"],
-    );
 }

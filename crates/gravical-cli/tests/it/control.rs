@@ -97,109 +97,75 @@ fn hostile(value: &mut serde_json::Value) {
     }
 }
 
+/// L, N, U: recordings; C, B: calibrations; S: sections; R: a report; O: an output; H: hostile.
+const RUNS: &str = "\
+inspect L
+inspect N
+inspect U
+inspect O
+inspect .
+calibrate L --sensor-id H --report R --force
+calibrate L -o O --force --method ferraris
+calibrate L --sections S
+calibrate L --free-pose H --columns H
+apply C L -o O --force
+apply B L
+apply L L
+denoise L --filter mean:5 -o O --force
+denoise L --filter H
+motion L --calibration C -o O --force --report R
+motion L --causal -o O --force
+motion L -o O
+check C L
+compare C C
+compare C B
+export C --to gravical
+export B --to imucal
+log --port H -o O
+simulate line -o O H
+demo -o O
+ports H
+H";
+
 #[test]
 fn no_verb_passes_on_what_steers_a_terminal() {
     let folder = folder();
     let at = folder.path();
-    let [line, no, unknown, cal, bad, sections] = [
-        "line.csv",
-        "no.csv",
-        "unknown.csv",
-        "cal.json",
-        "bad.json",
-        "sections.json",
-    ]
-    .map(name);
-    let report = name("page.html");
-    let out = name("out");
-    let runs: &[&[&str]] = &[
-        &["inspect", &line],
-        &["inspect", &no],
-        &["inspect", &unknown],
-        &["inspect", &out],
-        &["inspect", "."],
-        &[
-            "calibrate",
-            &line,
-            "--sensor-id",
-            HOSTILE,
-            "--report",
-            &report,
-            "--force",
-        ],
-        &[
-            "calibrate",
-            &line,
-            "-o",
-            &out,
-            "--force",
-            "--method",
-            "ferraris",
-        ],
-        &["calibrate", &line, "--sections", &sections],
-        &[
-            "calibrate",
-            &line,
-            "--free-pose",
-            HOSTILE,
-            "--columns",
-            HOSTILE,
-        ],
-        &["apply", &cal, &line, "-o", &out, "--force"],
-        &["apply", &bad, &line],
-        &["apply", &line, &line],
-        &[
-            "denoise", &line, "--filter", "mean:5", "-o", &out, "--force",
-        ],
-        &["denoise", &line, "--filter", HOSTILE],
-        &[
-            "motion",
-            &line,
-            "--calibration",
-            &cal,
-            "-o",
-            &out,
-            "--force",
-            "--report",
-            &report,
-        ],
-        &["motion", &line, "--causal", "-o", &out, "--force"],
-        &["motion", &line, "-o", &out],
-        &["check", &cal, &line],
-        &["compare", &cal, &cal],
-        &["compare", &cal, &bad],
-        &["export", &cal, "--to", "gravical"],
-        &["export", &bad, "--to", "imucal"],
-        &["log", "--port", HOSTILE, "-o", &out],
-        &["simulate", "line", "-o", &out, HOSTILE],
-        &["demo", "-o", &out],
-        &["ports", HOSTILE],
-        &[HOSTILE],
-    ];
-    for words in runs {
-        for json in [&[][..], &["--json"][..]] {
-            let run = run_in(at, words.iter().chain(json));
-            let what = format!("{words:?} {json:?}");
+    let word = |short: &str| match short {
+        "L" => name("line.csv"),
+        "N" => name("no.csv"),
+        "U" => name("unknown.csv"),
+        "C" => name("cal.json"),
+        "B" => name("bad.json"),
+        "S" => name("sections.json"),
+        "R" => name("page.html"),
+        "O" => name("out"),
+        "H" => HOSTILE.to_owned(),
+        plain => plain.to_owned(),
+    };
+    for line in RUNS.lines() {
+        let words: Vec<String> = line.split(' ').map(word).collect();
+        for json in [None, Some("--json".to_owned())] {
+            let run = run_in(at, words.iter().chain(&json));
+            let what = format!("{line} {json:?}");
             harmless(&run.err, &what);
             harmless(&run.out, &what);
             // Nobody says in a line of its own that all is well.
-            assert!(
-                !run.err.lines().any(|l| l.starts_with("Verdict: goodline")),
-                "{what}"
-            );
+            let mut said = run.err.lines();
+            assert!(!said.any(|l| l.starts_with("Verdict: goodline")), "{what}");
         }
-        for page in [at.join(&report), at.join(&out)] {
-            check_page(&page, words);
+        for page in ["R", "O"].map(word) {
+            check_page(&at.join(page), line);
         }
     }
 }
 
-fn check_page(path: &Path, words: &[&str]) {
+fn check_page(path: &Path, what: &str) {
     let Ok(text) = fs::read_to_string(path) else {
         return;
     };
     // A table keeps its other columns byte for byte.
     if text.starts_with("<!DOCTYPE") || text.starts_with('{') {
-        harmless(&text, &format!("{words:?} wrote {}", path.display()));
+        harmless(&text, &format!("{what} wrote {}", path.display()));
     }
 }

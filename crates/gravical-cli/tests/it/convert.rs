@@ -47,121 +47,29 @@ fn a_table_in_si_or_in_g_with_breaks_and_labels() {
 }
 
 #[test]
-fn a_file_is_not_replaced_and_may_be_packed() {
+fn a_packed_table_reads_as_what_it_is() {
     let folder = folder();
-    let first = ["convert", "in.csv", "-o", "out.csv.gz", "--json"];
-    let run = run_in(folder.path(), first);
+    let run = run_in(folder.path(), words("convert in.csv -o out.csv.gz --json"));
     assert_eq!(run.code, 0, "{}", run.err);
-    let summary = run.json();
-    assert_eq!(summary["rows"], 26);
-    assert_eq!(summary["start_unix_s"], 1_709_280_000.0);
-    assert_eq!(summary["columns"][1], "ax_m_s2");
-    let again = run_in(folder.path(), first);
-    assert_eq!(
-        (again.code, again.json()["code"].as_str()),
-        (2, Some("exists"))
-    );
+    assert_eq!(run.json()["start_unix_s"], 1_709_280_000.0);
     let bytes = std::fs::read(folder.path().join("out.csv.gz")).unwrap();
     assert_eq!(bytes[..2], [0x1f, 0x8b]);
-    // It reads as what it is.
-    let read = run_in(folder.path(), ["convert", "out.csv.gz", "--quiet"]);
-    assert!(
-        read.out
-            .ends_with("9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n"),
-        "{}",
-        read.out
-    );
+    let read = run_in(folder.path(), words("convert out.csv.gz --quiet"));
+    let end = "9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n";
+    assert!(read.out.ends_with(end), "{}", read.out);
 }
 
 #[test]
 fn what_cannot_be_converted_is_said() {
     let folder = folder();
-    let rows: String = (0..100)
-        .map(|i| format!("{i},7,8,{}\n", 40 + i % 2))
-        .collect();
-    std::fs::write(
-        folder.path().join("counts.csv"),
-        format!("t_ms,ax,ay,az\n{rows}"),
-    )
-    .unwrap();
-    for (arguments, code) in [
-        (
-            &[
-                "convert",
-                "counts.csv",
-                "--accel-unit",
-                "counts",
-                "-o",
-                "out.csv",
-                "--json",
-            ][..],
-            "unit-unknown",
-        ),
-        (
-            &[
-                "convert",
-                "counts.csv",
-                "--accel-unit",
-                "g",
-                "--absolute-time",
-                "-o",
-                "out.csv",
-                "--json",
-            ],
-            "no-date",
-        ),
-    ] {
-        let run = run_in(folder.path(), arguments);
+    let rows = (0..100).map(|i| format!("{i},7,8,{}\n", 40 + i % 2));
+    let text = format!("t_ms,ax,ay,az\n{}", rows.collect::<String>());
+    write(folder.path(), "counts.csv", &text);
+    for (options, code) in [("counts", "unit-unknown"), ("g --absolute-time", "no-date")] {
+        let line = format!("convert counts.csv --accel-unit {options} -o out.csv --json");
+        let run = run_in(folder.path(), words(&line));
         assert_eq!(run.json()["code"], code, "{}", run.out);
         assert!(!folder.path().join("out.csv").exists());
-    }
-}
-
-#[test]
-fn a_cwa_file_converts_to_its_samples() {
-    let Some(data) = data() else { return };
-    for name in ["ax3", "ax6"] {
-        let folder = tempfile::tempdir().unwrap();
-        let path = data.join(format!("skdh-axivity/{name}_sample.cwa"));
-        let read = |path: &std::path::Path| {
-            gravical::recording::read(path, &gravical::recording::ReadOptions::default()).unwrap()
-        };
-        let own = read(&path);
-        for (unit, tolerance) in [("g", 0.0), ("m/s^2", 5.1e-10)] {
-            let out = folder.path().join(format!("{name}-{}.csv", &unit[..1]));
-            let run = run([
-                "convert".as_ref(),
-                path.as_os_str(),
-                "--output-unit".as_ref(),
-                unit.as_ref(),
-                "--absolute-time".as_ref(),
-                "-o".as_ref(),
-                out.as_os_str(),
-                "--quiet".as_ref(),
-            ]);
-            assert_eq!(run.code, 0, "{}", run.err);
-            let back = read(&out);
-            assert_eq!(back.rows(), own.rows());
-            let factor =
-                1.0 / own.accel_scale.nominal().unwrap() * back.accel_scale.nominal().unwrap();
-            for i in 0..own.rows() {
-                for axis in 0..3 {
-                    let (a, b) = (own.accel[axis][i] * factor, back.accel[axis][i]);
-                    assert!((a - b).abs() <= tolerance, "{name} row {i}: {a} and {b}");
-                }
-                if let (Some(a), Some(b)) = (&own.gyro, &back.gyro) {
-                    let per_degree = back.gyro_scale.unwrap().nominal().unwrap()
-                        / own.gyro_scale.unwrap().nominal().unwrap();
-                    let (a, b) = (a[1][i] * per_degree, b[1][i]);
-                    assert!((a - b).abs() <= tolerance, "{name} row {i}: {a} and {b}");
-                }
-                let t = |r: &gravical::recording::Recording| {
-                    r.time_s.as_ref().unwrap()[i] + r.time_origin_s.unwrap()
-                };
-                assert!((t(&own) - t(&back)).abs() < 1e-6, "{name} row {i}");
-            }
-            assert_eq!(own.temperature_c, back.temperature_c);
-        }
     }
 }
 

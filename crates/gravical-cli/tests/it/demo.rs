@@ -86,43 +86,18 @@ fn nothing_of_an_earlier_run_is_lost() {
     }
 }
 
-#[test]
-fn a_folder_that_cannot_be_made() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("file"), "x").unwrap();
-    let run = run_in(folder.path(), ["demo", "-o", "file/below"]);
-    assert_eq!(run.code, 2, "{}", run.err);
-    assert!(
-        run.err.contains("file/below") && run.err.contains("no-folder"),
-        "{}",
-        run.err
-    );
-}
-
 /// The README shows a figure of the demo. `GRAVICAL_BLESS=1` writes it anew.
 #[test]
 fn the_figure_of_the_readme_is_what_the_demo_draws() {
     let folder = tempfile::tempdir().unwrap();
-    let place = |name: &str| folder.path().join(name).display().to_string();
-    let demo = run_in(folder.path(), ["demo", "-o", "here", "--json"]);
-    assert_eq!(demo.code, 0, "{}", demo.err);
-    let (line, cal, out) = (
-        place("here/line/line.csv"),
-        place("here/calibration.json"),
-        place("figures"),
-    );
-    let run = run([
-        "motion",
-        &line,
-        "-c",
-        &cal,
-        "--figures",
-        &out,
-        "--json",
-        "--quiet",
-    ]);
-    assert_eq!(run.code, 0, "{}", run.err);
-    let drawn = fs::read_to_string(place("figures/position.svg")).unwrap();
+    for line in [
+        "demo -o here --json",
+        "motion here/line/line.csv -c here/calibration.json --figures figures --json --quiet",
+    ] {
+        let run = run_in(folder.path(), words(line));
+        assert_eq!(run.code, 0, "{}", run.err);
+    }
+    let drawn = fs::read_to_string(folder.path().join("figures/position.svg")).unwrap();
     let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/images/position.svg");
     if std::env::var_os("GRAVICAL_BLESS").is_some() {
         fs::write(&shown, &drawn).unwrap();

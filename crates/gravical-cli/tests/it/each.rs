@@ -201,47 +201,33 @@ fn check_and_apply_take_many() {
     assert!(read("out/unit-2.csv") != read("alone.csv"));
 }
 
+/// Calls that are refused before any session is read, each with what is said.
+const REFUSED: &str = "\
+calibrate fleet/unit-1.csv --summary s.csv: each-option
+check cal.json --each fleet --resume: each-option
+calibrate --each fleet --sensor-id x: each-option
+check cal.json --each fleet --sensor-id x: origin-unused
+apply . --each fleet -o out: origin-unused
+calibrate --each fleet --report r.html: each-option
+apply cal.json fleet/unit-1.csv fleet/unit-1.csv: each-option
+calibrate --each -: each-input
+calibrate --each fleet --summary cal.json: exists
+calibrate --each fleet --summary nowhere/s.csv: no-folder
+calibrate --each fleet -o cal.json: no-folder
+calibrate --each fleet --pose-tilt 50: option-range
+apply cal.json --each fleet -o fleet --force: target-is-input
+calibrate --each fleet --shard 3/2: the eight parts of a run
+calibrate --each @nowhere: not-found";
+
 #[test]
 fn what_cannot_be_done_is_said_before_the_work() {
     let folder = fleet(1);
     let at = folder.path();
     ends_with(at, "calibrate fleet/unit-1.csv -o cal.json", 0);
-    for (line, code) in [
-        ("calibrate fleet/unit-1.csv --summary s.csv", "each-option"),
-        ("check cal.json --each fleet --resume", "each-option"),
-        ("calibrate --each fleet --sensor-id x", "each-option"),
-        ("check cal.json --each fleet --sensor-id x", "origin-unused"),
-        ("apply . --each fleet -o out", "origin-unused"),
-        ("calibrate --each fleet --report r.html", "each-option"),
-        (
-            "apply cal.json fleet/unit-1.csv fleet/unit-1.csv",
-            "each-option",
-        ),
-        ("calibrate --each -", "each-input"),
-        ("calibrate --each fleet --summary cal.json", "exists"),
-        (
-            "calibrate --each fleet --summary nowhere/s.csv",
-            "no-folder",
-        ),
-        ("calibrate --each fleet -o cal.json", "no-folder"),
-        ("calibrate --each fleet --pose-tilt 50", "option-range"),
-        (
-            "apply cal.json --each fleet -o fleet --force",
-            "target-is-input",
-        ),
-        (
-            "calibrate --each fleet --shard 3/2",
-            "the eight parts of a run",
-        ),
-        ("calibrate --each @nowhere", "not-found"),
-    ] {
+    for row in REFUSED.lines() {
+        let (line, code) = row.split_once(": ").unwrap();
         let run = run_in(at, words(line));
-        assert!(
-            run.err.contains(code),
-            "{line}
-{}",
-            run.err
-        );
+        assert!(run.err.contains(code), "{line}\n{}", run.err);
         assert!([2, 3].contains(&run.code), "{line}");
     }
 }

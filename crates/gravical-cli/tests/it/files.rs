@@ -65,18 +65,6 @@ fn the_same_session_gives_the_same_bytes() {
 }
 
 #[test]
-fn a_target_that_cannot_be_written_is_said() {
-    let folder = six_files(&Sensor::default());
-    let run = run_in(
-        folder.path(),
-        words("calibrate . --gravity 9.81 -o no/such/folder/cal.json --json"),
-    );
-    assert_eq!((run.code, run.error_code().as_str()), (2, "no-folder"));
-    let message = run.json()["message"].as_str().unwrap().to_owned();
-    assert!(message.contains("no/such/folder/cal.json"), "{message}");
-}
-
-#[test]
 fn a_calibration_in_place_of_a_recording_is_named() {
     let folder = six_files(&Sensor::default());
     let path = folder.path();
@@ -127,56 +115,20 @@ fn broken_calibrations_are_refused_with_their_place() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for (text, code, place) in [
-        ("", "calibration-syntax", "cal.json"),
         ("{\n\"format\": \n", "calibration-syntax", "cal.json:3"),
-        ("{}", "calibration-format", "cal.json"),
-        ("[1, 2]", "calibration-format", "cal.json"),
         (
             "{\"format\": \"gravical-calibration/9\"}",
             "calibration-format",
             "/9",
         ),
-        (
-            "{\"format\": \"gravical-calibration/2\"}",
-            "calibration-syntax",
-            "cal.json",
-        ),
         ("{\"K_a\": 3}", "calibration-syntax", "cal.json"),
     ] {
         write(path, "cal.json", text);
         let run = run_in(path, words("export cal.json --to imucal"));
-        assert_eq!(run.code, 3, "{text}");
-        assert!(
-            run.err.contains(&format!("code: {code}")),
-            "{text}: {}",
-            run.err
-        );
+        assert!(run.code == 3 && run.out.is_empty(), "{text}");
+        assert!(run.err.contains(&format!("code: {code}")), "{}", run.err);
         assert!(run.err.contains(place), "{text}: {}", run.err);
-        assert!(run.out.is_empty());
     }
-    let run = run_in(path, words("export gone.json --to imucal"));
-    assert_eq!(run.code, 3);
-    assert!(run.err.contains("not-found"), "{}", run.err);
-}
-
-#[test]
-fn exported_and_converted_back_it_is_the_same_calibration() {
-    let folder = six_files(&Sensor::default());
-    let path = folder.path();
-    let file = calibrate(path, ". --gravity 9.81 -o cal.json", 0);
-    assert_eq!(
-        run_in(path, words("export cal.json --to imucal -o i.json")).code,
-        0
-    );
-    let back = run_in(path, words("export i.json --to gravical"));
-    let back = back.calibration();
-    for key in ["bias", "scale", "orientation"] {
-        assert_eq!(
-            back["accelerometer"][key], file["accelerometer"][key],
-            "{key}"
-        );
-    }
-    assert_eq!(back["accelerometer"]["input_unit"], "m/s^2");
 }
 
 #[test]

@@ -39,59 +39,31 @@ fn calibrated() -> tempfile::TempDir {
 fn the_last_of_the_sensor_before_the_recording_is_taken() {
     let folder = calibrated();
     let at = folder.path();
+    let done = |line: &str| gravical(at, line, 0);
+    let read = |name: &str| std::fs::read(at.join(name)).unwrap();
     for (options, expected) in [
-        (
-            "--sensor-id left --recorded 2026-04-15",
-            "cals/left-2026-03-01.json",
-        ),
-        (
-            "--sensor-id left --recorded 2026-06-01",
-            "cals/left-2026-05-01.json",
-        ),
-        ("--sensor-id left", "cals/left-2026-05-01.json"),
-        ("--sensor-id right", "cals/right-2026-04-01.json"),
+        ("left --recorded 2026-04-15", "left-2026-03-01"),
+        ("left --recorded 2026-06-01", "left-2026-05-01"),
+        ("left", "left-2026-05-01"),
+        ("right", "right-2026-04-01"),
     ] {
-        let applied = gravical(
-            at,
-            &format!("apply cals line/line.csv -o a.csv --force {options}"),
-            0,
-        );
-        assert!(
-            applied
-                .err
-                .contains(&format!("Calibration: {expected}, the last")),
-            "{}",
-            applied.err
-        );
-        let is_dated = options.contains("--recorded");
-        assert_eq!(
-            applied.err.contains("has no date"),
-            !is_dated,
-            "{}",
-            applied.err
-        );
-        gravical(
-            at,
-            &format!("apply {expected} line/line.csv -o b.csv --force"),
-            0,
-        );
-        let read = |name: &str| std::fs::read(at.join(name)).unwrap();
+        let line = format!("apply cals line/line.csv -o a.csv --force --sensor-id {options}");
+        let err = done(&line).err;
+        let said = format!("Calibration: cals/{expected}.json, the last");
+        assert!(err.contains(&said), "{err}");
+        let dated = options.contains("--recorded");
+        assert_ne!(err.contains("has no date"), dated, "{err}");
+        done(&format!(
+            "apply cals/{expected}.json line/line.csv -o b.csv --force"
+        ));
         assert!(read("a.csv") == read("b.csv"), "{options}");
     }
-    let moved = gravical(
-        at,
-        "motion line/line.csv -c cals --sensor-id left --recorded 2026-04-15 --json",
-        0,
-    );
+    let moved = done("motion line/line.csv -c cals --sensor-id left --recorded 2026-04-15 --json");
     assert_eq!(moved.json()["calibration"], "cals/left-2026-03-01.json");
-    gravical(at, "check cals s3/poses.csv --sensor-id right --json", 0);
+    done("check cals s3/poses.csv --sensor-id right --json");
     // Of one sensor no name is needed.
     std::fs::remove_file(at.join("cals/right-2026-04-01.json")).unwrap();
-    let applied = gravical(
-        at,
-        "apply cals line/line.csv -o a.csv --force --json --quiet",
-        0,
-    );
+    let applied = done("apply cals line/line.csv -o a.csv --force --json --quiet");
     assert_eq!(applied.json()["calibration"], "cals/left-2026-05-01.json");
 }
 
@@ -119,50 +91,26 @@ fn a_calibration_that_might_be_the_one_is_not_passed_over() {
     gravical(at, "apply unnamed line/line.csv -o b.csv", 0);
 }
 
+/// Calls, the code of each refusal, and what it names.
+const REFUSED: &str = "\
+apply cals line/line.csv -o a.csv | sensor-id-missing | right-2026-04-01.json: right
+apply cals line/line.csv -o a.csv --sensor-id foot | no-calibration | left-2026-03-01.json: left
+apply cals line/line.csv -o a.csv --sensor-id right --recorded 2026-01-01 | no-calibration | 2026-04-01
+motion raw/line.csv -c cals --sensor-id left | no-calibration | in counts, 16384 per g
+apply cals/left-2026-03-01.json line/line.csv -o a.csv --sensor-id left | origin-unused | this is a file
+apply line line/line.csv -o a.csv | no-calibration | no calibration is in this folder";
+
 #[test]
 fn what_fits_nothing_is_refused_with_what_is_there() {
     let folder = calibrated();
     let at = folder.path();
     gravical(at, "simulate line -o raw --seed 1 --rest 2 --raw -q", 0);
-    for (line, code, there) in [
-        (
-            "apply cals line/line.csv -o a.csv",
-            "sensor-id-missing",
-            "right-2026-04-01.json: right",
-        ),
-        (
-            "apply cals line/line.csv -o a.csv --sensor-id foot",
-            "no-calibration",
-            "left-2026-03-01.json: left",
-        ),
-        (
-            "apply cals line/line.csv -o a.csv --sensor-id right --recorded 2026-01-01",
-            "no-calibration",
-            "2026-04-01",
-        ),
-        (
-            "motion raw/line.csv -c cals --sensor-id left",
-            "no-calibration",
-            "the recording is in counts, 16384 per g",
-        ),
-        (
-            "apply cals/left-2026-03-01.json line/line.csv -o a.csv --sensor-id left",
-            "origin-unused",
-            "this is a file",
-        ),
-        (
-            "apply line line/line.csv -o a.csv",
-            "no-calibration",
-            "no calibration is in this folder",
-        ),
-    ] {
+    for row in REFUSED.lines() {
+        let [line, code, there] = row.split(" | ").collect::<Vec<_>>().try_into().unwrap();
         let run = run_in(at, words(line));
         assert!([2, 3].contains(&run.code), "{line}\n{}", run.err);
-        assert!(
-            run.err.contains(&format!("code: {code}")),
-            "{line}\n{}",
-            run.err
-        );
-        assert!(run.err.contains(there), "{line}\n{}", run.err);
+        for said in [format!("code: {code}"), there.to_owned()] {
+            assert!(run.err.contains(&said), "{line}\n{}", run.err);
+        }
     }
 }

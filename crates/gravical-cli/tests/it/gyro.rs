@@ -3,28 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibrate::gyro::of_session;
-use gravical::calibration_file::{CalibrationFile, GyroMethod};
-use gravical::poses::{SegmentOptions, Segmentation, segment};
-use gravical::recording::{ReadOptions, Recording, read};
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::calibration::GyroscopeCalibration;
 use serde_json::Value;
 
 use crate::support::*;
 
 fn xsens(folder: &Path) -> [PathBuf; 2] {
     ["xsens_acc.txt.gz", "xsens_gyro.txt.gz"].map(|n| folder.join("imu_tk-xsens").join(n))
-}
-
-/// Stills, and the accelerometer of a calibration for [`Recording::accel`].
-fn prepared(recording: &Recording, file: &CalibrationFile) -> (Segmentation, Calibration<f64>) {
-    let session = segment(std::slice::from_ref(recording), &SegmentOptions::default()).unwrap();
-    let a = &file.accelerometer;
-    let accelerometer = Calibration {
-        matrix: a.matrix,
-        bias: a.bias.map(|b| b - recording.zero_offset),
-    };
-    (session, accelerometer)
 }
 
 fn gyroscope_of(value: &Value) -> GyroscopeCalibration<f64> {
@@ -76,117 +61,6 @@ fn the_xsens_set_against_its_published_result() {
         section["motions"], section["leave_one_out_deg"]
     );
     assert!(residual < 0.2, "{residual}");
-}
-
-#[test]
-fn three_boards_turned_by_hand() {
-    let Some(folder) = data() else { return };
-    for name in ["imu0", "imu1", "imu2"] {
-        let file = folder.join(format!("mikoff-mpu9150/{name}.log"));
-        let run = run(words(&format!(
-            "calibrate {} --rate 100 --json",
-            file.display()
-        )));
-        let found = run.calibration();
-        let g = &found["gyroscope"];
-        println!(
-            "{name}: residual {}°, left out {}°, {}; K {} b {}",
-            g["residual_deg"], g["leave_one_out_deg"], g["motions"], g["scale"], g["bias"]
-        );
-        assert_eq!(g["method"], "motion", "{name}");
-        assert!(g["residual_deg"].as_f64().unwrap() < 0.25, "{name}");
-        assert!(g["leave_one_out_deg"].as_f64().unwrap() < 0.3, "{name}");
-        // The data sheet allows 3 %.
-        for k in numbers(&g["scale"]) {
-            close(k, 1.0, 0.03);
-        }
-    }
-}
-
-#[test]
-fn six_motions_that_were_not_too_fast_are_too_few() {
-    let Some(folder) = data() else { return };
-    let file = folder.join("tomisuarez-mpu6050/calibration.csv");
-    let run = run(words(&format!("calibrate {} --json", file.display())));
-    let found = run.calibration();
-    let clipped = finding(&found, "gyro-motion-clipped");
-    assert_eq!(clipped["count"], 18);
-    finding(&found, "gyro-undetermined");
-    let g = &found["gyroscope"];
-    assert_eq!(g["method"], "bias");
-    // The published result, within 0.08 °/s: this board's bias drifts.
-    for (b, published) in numbers(&g["bias"]).iter().zip([-427.46, 147.95, -80.72]) {
-        close(*b, published, 10.0);
-    }
-}
-
-#[test]
-fn imucals_session_by_motions_and_by_turns() {
-    let Some(folder) = data() else { return };
-    let folder = folder.join("imucal-ferraris");
-    let session = folder.join("example_ferraris_session.csv");
-    let list = folder.join("example_ferraris_session_list.json");
-    let line = format!(
-        "{} --sections {} --gravity 9.81 --rate 102.4",
-        session.display(),
-        list.display()
-    );
-    let turns = run(words(&format!("calibrate {line} --json"))).json();
-    assert_eq!(turns["gyroscope"]["method"], "turns");
-    let file: CalibrationFile = serde_json::from_value(turns.clone()).unwrap();
-    let recording = read(
-        &session,
-        &ReadOptions {
-            rate_hz: Some(102.4),
-            ..ReadOptions::default()
-        },
-    )
-    .unwrap();
-    let (cut, accelerometer) = prepared(&recording, &file);
-    let recordings = std::slice::from_ref(&recording);
-    let fit = of_session(recordings, &cut, &accelerometer);
-    let section = fit.section.unwrap();
-    assert_eq!(section.method, GyroMethod::Motion, "{:?}", fit.findings);
-    let by_turns = gyroscope_of(&turns["gyroscope"]);
-    println!(
-        "imucal: {:?}, K {:?}, {:?}°",
-        section.motions, section.scale, section.residual_deg
-    );
-    // A turn by hand is 360° but for a degree or two.
-    for i in 0..3 {
-        let scale = turns["gyroscope"]["scale"][i].as_f64().unwrap();
-        close(section.scale[i] / scale, 1.0, 0.02);
-        close(section.bias[i], by_turns.bias[i], 0.02);
-    }
-}
-
-#[test]
-fn a_second_file_that_does_not_fit_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let here = folder.path();
-    write_six_files(here, &Sensor::default());
-    write(here, "gyro.txt", "1 2 3\n2 3 4\n3 4 6\n");
-    let code = |line: &str, exit: i32| {
-        let run = run_in(here, words(&format!("{line} --json")));
-        assert_eq!(run.code, exit, "{line}\n{}{}", run.out, run.err);
-        run.error_code()
-    };
-    let two = "x_axis_pos.csv x_axis_neg.csv --gyro gyro.txt";
-    assert_eq!(code(&format!("calibrate {two}"), 2), "gyro-inputs");
-    assert_eq!(code(&format!("inspect {two}"), 2), "gyro-inputs");
-    write(
-        here,
-        "both.txt",
-        "ax,ay,az,gx,gy,gz\n0,0,9.8,1,2,3\n0,0,9.7,1,2,4\n0,1,9.8,1,2,3\n",
-    );
-    assert_eq!(code("calibrate both.txt --gyro gyro.txt", 2), "gyro-twice");
-    write(
-        here,
-        "acc.txt",
-        "ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n0,0.1,9.8\n",
-    );
-    assert_eq!(code("calibrate acc.txt --gyro gyro.txt", 3), "gyro-length");
-    assert_eq!(code("calibrate acc.txt --gyro nowhere.txt", 3), "not-found");
 }
 
 /// A simulated session in one file, and the same in two files without the other's columns.
@@ -242,22 +116,17 @@ fn apply_and_check_join_a_gyroscope() {
     assert_eq!(checked("accel.csv --gyro gyro.csv"), "fits");
     assert!(checked("accel.csv").is_null());
     // What cannot be joined.
-    let run = run_in(
-        path,
-        words("apply cal.json - --gyro gyro.csv --json -o x.csv"),
-    );
-    assert_eq!((run.code, run.error_code().as_str()), (2, "gyro-stdin"));
     let means = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n-y,0.46,-9.99,0.39\n\
                  +y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
     write(path, "means.csv", means);
     let line = "calibrate means.csv --method ferraris -o six.json --quiet";
     assert_eq!(run_in(path, words(line)).code, 0);
-    let run = run_in(
-        path,
-        words("apply six.json accel.csv --gyro gyro.csv --json -o x.csv"),
-    );
-    assert_eq!(
-        (run.code, run.error_code().as_str()),
-        (2, "gyro-not-calibrated")
-    );
+    for (line, code) in [
+        ("apply six.json accel.csv -o x.csv", "gyro-not-calibrated"),
+        ("calibrate accel.csv line/line.csv", "gyro-inputs"),
+        ("inspect accel.csv line/line.csv", "gyro-inputs"),
+    ] {
+        let run = run_in(path, words(&format!("{line} --gyro gyro.csv --json")));
+        assert_eq!((run.code, run.error_code().as_str()), (2, code), "{line}");
+    }
 }

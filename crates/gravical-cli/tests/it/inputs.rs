@@ -1,7 +1,6 @@
 //! The shapes in which a session is given to the program.
 
 use std::io::Write;
-use std::process::{Command, Stdio};
 
 use crate::support::*;
 
@@ -44,51 +43,6 @@ fn packed_files_are_read() {
     let file = calibrate(folder.path(), ". --gravity 9.81", 0);
     fits(&file, &sensor);
     assert_eq!(faces(&file).len(), 6);
-}
-
-#[test]
-fn standard_input_is_a_recording() {
-    let text = Sensor::default().file([0.0, 1.0, 0.0], 400, 2);
-    let mut child = Command::new(program())
-        .args(["inspect", "-", "--json"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    child
-        .stdin
-        .take()
-        .unwrap()
-        .write_all(text.as_bytes())
-        .unwrap();
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(0));
-    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let looked = &value["recordings"][0];
-    assert_eq!(looked["file"], "-");
-    assert_eq!(looked["row_counts"]["rows"], 400);
-    assert_eq!(looked["static_intervals"][0]["face"], "+y");
-}
-
-#[test]
-fn a_label_column_is_a_session() {
-    let sensor = Sensor::default();
-    let labels = ["x_p", "x_a", "y_p", "y_a", "z_p", "z_a"];
-    let mut text = "part,acc_x,acc_y,acc_z\n".to_owned();
-    for (i, ((_, up), label)) in FACES.iter().zip(labels).enumerate() {
-        for row in sensor.hold(*up, 300, i as u64) {
-            text += &format!("{label},{:.4},{:.4},{:.4}\n", row[0], row[1], row[2]);
-        }
-    }
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "labelled.csv", &text);
-    fits(
-        &calibrate(folder.path(), "labelled.csv --gravity 9.81", 0),
-        &sensor,
-    );
-    let looked = run_in(folder.path(), words("inspect labelled.csv --json")).json();
-    assert_eq!(looked["recordings"][0]["labels"][3][0], "y_a");
-    assert_eq!(looked["recordings"][0]["labels"][3][1], 300);
 }
 
 #[test]
@@ -139,54 +93,22 @@ fn six_files_with_a_wrong_header_are_a_session() {
 }
 
 #[test]
-fn gravity_from_latitude_and_by_default() {
-    let folder = six_files(&Sensor::default());
-    let file = calibrate(folder.path(), ". --latitude 30.0444 --altitude 23", 0);
-    close(file["gravity_mps2"].as_f64().unwrap(), 9.793211, 1e-6);
-    assert_eq!(file["gravity_source"], "latitude");
-    let file = calibrate(folder.path(), ".", 0);
-    assert_eq!(file["gravity_source"], "standard");
-    finding(&file, "gravity-assumed");
-}
-
-#[test]
 fn counts_about_a_zero_offset_keep_the_files_own_numbers() {
     let sensor = Sensor {
         unit: 16384.0 / 9.80665,
         decimals: 0,
         ..Sensor::default()
     };
-    let plain = six_files(&sensor);
-    let shifted = tempfile::tempdir().unwrap();
-    for (name, _) in FACES {
-        let text = std::fs::read_to_string(plain.path().join(format!("{name}.csv"))).unwrap();
-        let moved: String = text
-            .lines()
-            .enumerate()
-            .map(|(i, l)| {
-                if i == 0 {
-                    return format!("{l}\n");
-                }
-                let (t, rest) = l.split_once(',').unwrap();
-                let counts: Vec<String> = rest
-                    .split(',')
-                    .map(|c| (c.parse::<i64>().unwrap() + 1000).to_string())
-                    .collect();
-                format!("{t},{}\n", counts.join(","))
-            })
-            .collect();
-        write(shifted.path(), &format!("{name}.csv"), &moved);
-    }
-    let one = calibrate(plain.path(), ". --gravity 9.81", 0);
-    let other = calibrate(shifted.path(), ". --gravity 9.81 --zero-offset 1000", 0);
+    let shifted = Sensor {
+        bias: sensor.bias.map(|b| b + 1000.0 / sensor.unit),
+        ..sensor.clone()
+    };
+    let one = calibrate(six_files(&sensor).path(), ". --gravity 9.81", 0);
+    let line = ". --gravity 9.81 --zero-offset 1000";
+    let other = calibrate(six_files(&shifted).path(), line, 0);
     let (a, b) = (&one["accelerometer"], &other["accelerometer"]);
-    for i in 0..3 {
-        let (plain, moved) = (&a["bias"][i], &b["bias"][i]);
-        close(
-            moved.as_f64().unwrap(),
-            plain.as_f64().unwrap() + 1000.0,
-            1e-9,
-        );
+    for (plain, moved) in numbers(&a["bias"]).iter().zip(numbers(&b["bias"])) {
+        close(moved, plain + 1000.0, 1e-9);
     }
     assert_eq!(a["scale"], b["scale"]);
 }

@@ -44,36 +44,37 @@ fn refused(folder: &Path, line: &str, code: &str) {
     assert!(files(folder) == before, "{line}");
 }
 
+/// Calls whose outputs cannot be, each with its code.
+const REFUSED: &str = "\
+motion line.csv -o a.html --report a.html --force: same-target
+motion line.csv -o a.html --report ./a.html: same-target
+motion line.csv --report f.html --figures f.html: same-target
+calibrate d/poses/poses.csv -o c.html --report c.html: same-target
+motion line.csv -o figs/position.csv --figures figs --force: foreign-files
+motion line.csv -o t.csv --report nope/x.html: no-folder
+motion line.csv -o t.csv --figures a/b: no-folder
+calibrate d/poses/poses.csv -o no/such/c.json: no-folder
+calibrate d/poses/poses.csv -o c.json --report nope/x.html: no-folder
+motion line.csv -o t.csv --report d.html --force: is-folder
+motion line.csv -o t.csv --figures -: figures-target
+motion line.csv -o t.csv --report -: report-target
+calibrate d/poses/poses.csv --report page.pdf: report-target
+motion line.csv -o t.csv --report page.html.gz: report-target
+motion line.csv -o t.csv --report d/motion.html: exists
+motion line.csv -o t.csv --figures drawn: exists";
+
 #[test]
-fn two_results_never_share_a_file() {
+fn what_cannot_be_written_is_said_before_the_work() {
     let folder = folder();
     let at = folder.path();
-    refused(
-        at,
-        "motion line.csv -o a.html --report a.html --force",
-        "same-target",
-    );
-    refused(
-        at,
-        "motion line.csv -o a.html --report ./a.html",
-        "same-target",
-    );
-    refused(
-        at,
-        "motion line.csv --report f.html --figures f.html",
-        "same-target",
-    );
-    refused(
-        at,
-        "calibrate d/poses/poses.csv -o c.html --report c.html",
-        "same-target",
-    );
-    fs::create_dir(at.join("figs")).unwrap();
-    refused(
-        at,
-        "motion line.csv -o figs/position.csv --figures figs --force",
-        "foreign-files",
-    );
+    for name in ["figs", "d.html", "drawn"] {
+        fs::create_dir(at.join(name)).unwrap();
+    }
+    write(at, "drawn/position.svg", "mine");
+    for row in REFUSED.lines() {
+        let (line, code) = row.split_once(": ").unwrap();
+        refused(at, line, code);
+    }
 }
 
 /// Commands that end in the option of an output, each with what it reads.
@@ -205,6 +206,7 @@ fn results_in_an_input_folder_are_replaced_with_force() {
         "apply s line.csv -o s/line.csv",
         "apply s line.csv -o s/line.csv.gz",
         "motion line.csv -c s -o s/track.csv",
+        "convert line.csv -o s/si.csv",
     ] {
         fs::create_dir(at.join("s")).unwrap();
         fs::copy(at.join("cal.json"), at.join("s/sensor.json")).unwrap();
@@ -216,33 +218,6 @@ fn results_in_an_input_folder_are_replaced_with_force() {
         }
         fs::remove_dir_all(at.join("s")).unwrap();
     }
-}
-
-#[test]
-fn what_cannot_be_written_is_said_before_the_work() {
-    let folder = folder();
-    let at = folder.path();
-    refused(
-        at,
-        "motion line.csv -o t.csv --report nope/x.html",
-        "no-folder",
-    );
-    fs::create_dir(at.join("d.html")).unwrap();
-    refused(
-        at,
-        "motion line.csv -o t.csv --report d.html --force",
-        "is-folder",
-    );
-    refused(at, "motion line.csv -o t.csv --figures -", "figures-target");
-    refused(at, "motion line.csv -o t.csv --report -", "report-target");
-    refused(
-        at,
-        "calibrate d/poses/poses.csv -o c.json --report nope/x.html",
-        "no-folder",
-    );
-    fs::create_dir(at.join("figs")).unwrap();
-    fs::write(at.join("figs/position.svg"), "mine").unwrap();
-    refused(at, "motion line.csv -o t.csv --figures figs", "exists");
 }
 
 #[test]

@@ -5,37 +5,6 @@ use gravical::calibration_file::{InputFile, InputRole};
 
 use crate::support::*;
 
-fn session(path: &std::path::Path) {
-    let made = run_in(path, words("simulate six-position -o six --hold 2 -q"));
-    assert_eq!(made.code, 0, "{}", made.err);
-    let made = run_in(path, words("simulate line -o line -q"));
-    assert_eq!(made.code, 0, "{}", made.err);
-}
-
-#[test]
-fn it_stands_beside_the_other_output() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    session(path);
-    for line in ["calibrate six", "motion line/line.csv"] {
-        let page = path.join("page.html");
-        let plain = run_in(path, words(&format!("{line} --json")));
-        let with = run_in(
-            path,
-            words(&format!("{line} --json --report page.html --force")),
-        );
-        assert_eq!(with.code, plain.code, "{}", with.err);
-        assert!(with.err.contains("Report: page.html"), "{}", with.err);
-        let text = std::fs::read_to_string(&page).unwrap();
-        assert!(text.starts_with("<!DOCTYPE html>") && text.ends_with("</html>"));
-        assert!(text.contains(&format!("gravical {line} --json --report page.html")));
-        // 64 hexadecimal digits: the file that it is of.
-        assert!(text.contains("SHA-256") && !text.contains("<td class=\"hash\">–"));
-        let keys: Vec<String> = with.json().as_object().unwrap().keys().cloned().collect();
-        assert!(plain.json().as_object().unwrap().keys().eq(keys.iter()));
-    }
-}
-
 /// Each row of the table of files: path, what it was used as, SHA-256.
 fn files(page: &str) -> Vec<[String; 3]> {
     let table = page.split("id=\"provenance\"").nth(1).unwrap();
@@ -172,11 +141,11 @@ fn a_calibration_names_and_sums_everything_that_went_in() {
     assert!(run.code == 0 || run.code == 4, "{}{}", run.out, run.err);
     let file = run.calibration();
     let wanted = [
-        ("session.csv", "recording", "recording"),
-        ("list.csv", "sections", "section list"),
-        ("soak/static.csv", "soak", "soak"),
+        ("session.csv", "recording"),
+        ("list.csv", "sections"),
+        ("soak/static.csv", "soak"),
     ];
-    for (input, (name, role, _)) in file["inputs"].as_array().unwrap().iter().zip(wanted) {
+    for (input, (name, role)) in file["inputs"].as_array().unwrap().iter().zip(wanted) {
         assert_eq!(
             (&input["path"], &input["role"]),
             (&name.into(), &role.into())
@@ -187,7 +156,7 @@ fn a_calibration_names_and_sums_everything_that_went_in() {
     assert_eq!(file["temperature_model"]["inputs"][0]["role"], "soak");
     let page = std::fs::read_to_string(path.join("r.html")).unwrap();
     let shown =
-        wanted.map(|(name, _, role)| [name.to_owned(), role.to_owned(), sha256(&path.join(name))]);
+        wanted.map(|(name, role)| [name.to_owned(), role.to_owned(), sha256(&path.join(name))]);
     assert_eq!(files(&page), shown);
     // A list and a soak are no recordings of the session.
     assert!(page.contains("<title>Calibration of session.csv"));
@@ -260,40 +229,4 @@ fn every_verb_reports() {
     let run = run_in(path, words(line));
     assert_eq!((run.code, run.error_code().as_str()), (2, "foreign-files"));
     assert!(!path.join("n.csv").exists());
-}
-
-#[test]
-fn targets_are_judged_before_the_work() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    session(path);
-    std::fs::write(path.join("page.html"), "mine").unwrap();
-    for line in [
-        "calibrate six -o new.json",
-        "motion line/line.csv -o new.csv",
-    ] {
-        let run = run_in(path, words(&format!("{line} --report page.html --json")));
-        assert_eq!(
-            (run.code, run.error_code().as_str()),
-            (2, "exists"),
-            "{line}"
-        );
-        for target in ["-", "page.pdf", "page", "page.html.gz"] {
-            let run = run_in(path, words(&format!("{line} --report {target} --json")));
-            assert_eq!((run.code, run.error_code().as_str()), (2, "report-target"));
-            assert!(
-                run.out.contains(".html") && run.out.contains(".md"),
-                "{}",
-                run.out
-            );
-        }
-    }
-    assert_eq!(
-        std::fs::read_to_string(path.join("page.html")).unwrap(),
-        "mine"
-    );
-    assert!(!path.join("new.json").exists() && !path.join("new.csv").exists());
-    let quiet = run_in(path, words("calibrate six -q --report page.html --force"));
-    assert_eq!((quiet.out.as_str(), quiet.err.as_str()), ("", ""));
-    assert!(std::fs::metadata(path.join("page.html")).unwrap().len() > 50_000);
 }

@@ -1,7 +1,10 @@
 //! Folders with other things in them, files that are no placement, and hints
 //! followed to the letter.
 
+use std::path::Path;
+
 use crate::support::*;
+use serde_json::Value;
 
 const LICENCE: &str = "Permission is hereby granted, free of charge, to any person obtaining a copy\n\
     of this software, to deal in it without restriction, including 1, 2, 3, 4 and 5.\n\
@@ -9,15 +12,237 @@ const LICENCE: &str = "Permission is hereby granted, free of charge, to any pers
     IMPLIED.\n";
 
 fn gyroscope(rows: usize, from_ms: usize) -> String {
-    let mut text = "t_ms,gx,gy,gz\n".to_owned();
-    for i in 0..rows {
-        text += &format!(
+    let row = |i| {
+        format!(
             "{},{},0.002,-0.001\n",
             from_ms + 10 * i,
             0.001 * (i % 3) as f64
+        )
+    };
+    "t_ms,gx,gy,gz\n".to_owned() + &(0..rows).map(row).collect::<String>()
+}
+
+/// The one finding of a kind: its file and its message.
+fn only<'a>(value: &'a Value, kind: &str) -> (&'a str, &'a str) {
+    let all = value["findings"].as_array().unwrap().iter();
+    let found: Vec<&Value> = all.filter(|f| f["kind"] == kind).collect();
+    assert_eq!(found.len(), 1, "{kind}: {value}");
+    let file = found[0]["file"].as_str().unwrap_or("");
+    (file, found[0]["message"].as_str().unwrap())
+}
+
+/// The call is refused with this code; the message.
+fn refused(folder: &Path, line: &str, code: &str) -> String {
+    let run = run_in(folder, words(&format!("{line} --json")));
+    assert_eq!((run.code, run.error_code().as_str()), (3, code), "{line}");
+    run.json()["message"].as_str().unwrap().to_owned()
+}
+
+/// The names of the files fit what was up.
+fn names_fit(file: &Value) {
+    let is_of_names = |k: &String| k.starts_with("names-") || k == "orientation-mismatch";
+    assert!(!kinds(file).iter().any(is_of_names), "{file}");
+}
+
+#[test]
+fn acceleration_without_gravity_is_left_out_beside_that_with_it() {
+    let folder = six_files(&Sensor::default());
+    let at = folder.path();
+    let clean = calibrate(at, ". --gravity 9.81", 0);
+    let row = |i| format!("{},{},0.02,-0.01\n", 10 * i, 0.01 * f64::from(i % 7));
+    let rows: String = (0..500).map(row).collect();
+    write(
+        at,
+        "LinearAcceleration.csv",
+        &format!("t_ms,ax,ay,az\n{rows}"),
+    );
+    let file = calibrate(at, ". --gravity 9.81", 0);
+    same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
+    let (what, why) = only(&file, "no-recording");
+    assert!(
+        what.ends_with("LinearAcceleration.csv") && why.contains("gravity"),
+        "{why}"
+    );
+    // Alone it is refused.
+    assert_eq!(
+        run_in(at, words("calibrate LinearAcceleration.csv")).code,
+        3
+    );
+}
+
+#[test]
+fn serial_numbers_go_into_the_calibration_and_two_are_no_session() {
+    let folder = six_files(&Sensor::default());
+    let at = folder.path();
+    let name = |file: &str, serial: &str| {
+        let text = std::fs::read_to_string(at.join(file)).unwrap();
+        write(at, file, &format!("Serial Number: {serial}\n{text}"));
+    };
+    name("x_axis_pos.csv", "MOS2D12345678");
+    name("y_axis_pos.csv", "MOS2D12345678");
+    let file = calibrate(at, ". --gravity 9.81", 0);
+    assert_eq!(file["sensor"]["id"], "MOS2D12345678");
+    let seen = run_in(at, words("inspect x_axis_pos.csv --json")).json();
+    assert_eq!(seen["recordings"][0]["serial"], "MOS2D12345678");
+
+    name("z_axis_pos.csv", "MOS2D999");
+    let said = refused(at, "calibrate . --gravity 9.81", "sensors-differ");
+    assert!(
+        said.contains("MOS2D999") && said.contains("z_axis_pos.csv"),
+        "{said}"
+    );
+    // The hint, followed.
+    let file = calibrate(at, ". --gravity 9.81 --sensor-id 7", 0);
+    assert_eq!(file["sensor"]["id"], "7");
+}
+
+#[test]
+fn what_else_is_in_a_folder_costs_nothing() {
+    let sensor = Sensor::default();
+    let folder = six_files(&sensor);
+    let at = folder.path();
+    let clean = calibrate(at, ". --gravity 9.81 -o cal.json", 0);
+    write(at, "LICENSE.txt", LICENCE);
+    write(at, "README.txt", "Six poses, 1 Hz\n");
+    write(at, "gyro.csv", &gyroscope(500, 0));
+    std::fs::create_dir(at.join("older")).unwrap();
+    write_six_files(&at.join("older"), &sensor);
+    let file = calibrate(at, ". --gravity 9.81", 0);
+    same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
+    let left_out = kinds(&file).into_iter().filter(|k| k == "no-recording");
+    assert_eq!(left_out.count(), 2);
+    assert!(only(&file, "gyro-left-out").1.contains("--gyro"));
+    assert!(only(&file, "folder-left-out").0.ends_with("older"));
+    // The files by name, as a shell expands them.
+    let names = FACES.map(|(name, _)| format!("{name}.csv")).join(" ");
+    let listed = calibrate(at, &format!("{names} gyro.csv --gravity 9.81"), 0);
+    only(&listed, "gyro-left-out");
+    let seen = run_in(at, words("inspect . --json")).json();
+    assert_eq!(seen["recordings"].as_array().unwrap().len(), 6);
+}
+
+#[test]
+fn the_gyroscope_of_the_only_recording_is_joined() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(
+        at,
+        "session.csv",
+        &Sensor::default().file(FACES[4].1, 500, 3),
+    );
+    write(at, "gyro.csv", &gyroscope(500, 0));
+    // One placement is too few, whatever the gyroscope is.
+    refused(at, "calibrate .", "underdetermined");
+    let cal = six_files(&Sensor::default());
+    calibrate(cal.path(), ". --gravity 9.81 -o cal.json", 0);
+    let line = format!("check {} . --json", cal.path().join("cal.json").display());
+    only(&run_in(at, words(&line)).json(), "gyro-joined");
+    write(at, "gyro.csv", &gyroscope(500, 900_000));
+    let apart = run_in(at, words(&line)).json();
+    let (file, why) = only(&apart, "gyro-left-out");
+    assert!(
+        file.ends_with("gyro.csv") && why.contains("session.csv"),
+        "{why}"
+    );
+}
+
+#[test]
+fn a_session_with_the_signs_of_a_phone_is_mended_by_the_axes_that_it_names() {
+    let sensor = Sensor::default();
+    let phone = Sensor {
+        matrix: sensor.matrix.map(|row| row.map(|v| -v)),
+        ..Sensor::default()
+    };
+    let folder = six_files(&phone);
+    let at = folder.path();
+    let file = calibrate(at, ". --gravity 9.81", 0);
+    assert!(only(&file, "names-reversed").1.contains("--axes -x,-y,-z"));
+    let mended = calibrate(at, ". --gravity 9.81 --axes -x,-y,-z -o cal.json", 0);
+    names_fit(&mended);
+    // What points up reads +g now.
+    let run = run_in(at, words("apply cal.json z_axis_pos.csv -o up.csv"));
+    assert_eq!(run.code, 0, "{}", run.err);
+    let up = std::fs::read_to_string(at.join("up.csv")).unwrap();
+    let z = up.lines().nth(1).unwrap().split(',').nth(3).unwrap();
+    close(z.parse().unwrap(), 9.81, 0.2);
+    let bias = numbers(&mended["accelerometer"]["bias"]);
+    for (found, put) in bias.iter().zip(phone.bias) {
+        close(*found, put, 0.01);
+    }
+}
+
+#[test]
+fn names_of_a_turned_board_are_explained_by_the_axes_that_are_printed() {
+    // What is called x lies along the board's y, and y along its −x.
+    let folder = six_files(&Sensor::default());
+    let at = folder.path();
+    for (from, to) in [
+        ("x_axis_pos", "1"),
+        ("x_axis_neg", "2"),
+        ("y_axis_pos", "x_axis_pos"),
+        ("y_axis_neg", "x_axis_neg"),
+        ("1", "y_axis_neg"),
+        ("2", "y_axis_pos"),
+    ] {
+        let path = |name: &str| at.join(format!("{name}.csv"));
+        std::fs::rename(path(from), path(to)).unwrap();
+    }
+    let file = calibrate(at, ". --gravity 9.81", 0);
+    let (_, note) = only(&file, "names-turned");
+    let map = note.split("--axes ").nth(1).unwrap();
+    let map = map.split(' ').next().unwrap();
+    names_fit(&calibrate(at, &format!(". --gravity 9.81 --axes {map}"), 0));
+}
+
+#[test]
+fn names_with_a_dash_and_paths_with_a_space_do_as_they_are_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for ((_, up), name) in FACES.iter().zip(["+x", "-x", "+y", "-y", "+z", "-z"]) {
+        write(
+            at,
+            &format!("{name}.csv"),
+            &Sensor::default().file(*up, 500, 8),
         );
     }
-    text
+    for option in ["--face-pose", "--free-pose"] {
+        calibrate(at, &format!(". --gravity 9.81 {option} -x"), 0);
+    }
+    let said = run_in(at, ["calibrate", ".", "-o", "my cal.json"]).out;
+    assert!(said.contains("gravical apply \"my cal.json\" "), "{said}");
+}
+
+#[test]
+fn what_is_missing_is_named_with_its_cause() {
+    let folder = six_files(&Sensor::default());
+    // Put down for 0.4 s, and then turned over and over.
+    let mut swung = "t_ms,ax,ay,az\n".to_owned();
+    for i in 0..500 {
+        let (sine, cosine) = (0.05 * f64::from((i - 40).max(0))).sin_cos();
+        swung += &format!("{},{:.3},{:.3},0.4\n", 10 * i, 9.81 * sine, 9.81 * cosine);
+    }
+    write(folder.path(), "y_axis_pos.csv", &swung);
+    let said = refused(
+        folder.path(),
+        "calibrate . --method ferraris",
+        "missing-face",
+    );
+    let cause = "y_axis_pos.csv: y_axis_pos is never at rest in lines 2 to 501";
+    assert!(said.contains(cause), "{said}");
+}
+
+#[test]
+fn the_recording_of_another_sensor_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (seed, name) in [(1, "a"), (2, "b"), (1, "c")] {
+        let line = format!("simulate poses -o {name} --seed {seed} --hold 2 --free 4 -q");
+        assert_eq!(run_in(at, words(&line)).code, 0);
+    }
+    let said = refused(at, "calibrate a/poses.csv b/poses.csv", "sensors-differ");
+    assert!(said.contains("b/poses.csv"), "{said}");
+    // One sensor twice.
+    run_in(at, words("calibrate a/poses.csv c/poses.csv --json")).calibration();
 }
 
 /// Findings of a kind: file and message of each.
@@ -31,125 +256,6 @@ fn reported<'a>(value: &'a serde_json::Value, kind: &str) -> Vec<(&'a str, &'a s
             )
         })
         .collect()
-}
-
-#[test]
-fn acceleration_without_gravity_is_left_out_beside_that_with_it() {
-    let folder = six_files(&Sensor::default());
-    let clean = calibrate(folder.path(), ". --gravity 9.81", 0);
-    let mut text = "t_ms,ax,ay,az\n".to_owned();
-    for i in 0..500 {
-        text += &format!("{},{},0.02,-0.01\n", 10 * i, 0.01 * (i % 7) as f64);
-    }
-    write(folder.path(), "LinearAcceleration.csv", &text);
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
-    let [(what, why)] = reported(&file, "no-recording")[..] else {
-        panic!("{file}")
-    };
-    assert!(
-        what.ends_with("LinearAcceleration.csv") && why.contains("gravity"),
-        "{why}"
-    );
-    // Alone it is refused.
-    let run = run_in(
-        folder.path(),
-        words("calibrate LinearAcceleration.csv --json"),
-    );
-    assert_eq!(run.code, 3);
-}
-
-#[test]
-fn serial_numbers_go_into_the_calibration_and_two_are_no_session() {
-    let folder = six_files(&Sensor::default());
-    let name = |file: &str, serial: &str| {
-        let text = std::fs::read_to_string(folder.path().join(file)).unwrap();
-        write(
-            folder.path(),
-            file,
-            &format!("Serial Number: {serial}\n{text}"),
-        );
-    };
-    name("x_axis_pos.csv", "MOS2D12345678");
-    name("y_axis_pos.csv", "MOS2D12345678");
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    assert_eq!(file["sensor"]["id"], "MOS2D12345678");
-    let seen = run_in(folder.path(), words("inspect x_axis_pos.csv --json")).json();
-    assert_eq!(seen["recordings"][0]["serial"], "MOS2D12345678");
-
-    name("z_axis_pos.csv", "MOS2D999");
-    let run = run_in(folder.path(), words("calibrate . --gravity 9.81 --json"));
-    assert_eq!(
-        (run.code, run.error_code()),
-        (3, "sensors-differ".to_owned())
-    );
-    let said = run.json().to_string();
-    assert!(
-        said.contains("MOS2D999") && said.contains("z_axis_pos.csv"),
-        "{said}"
-    );
-    // The hint, followed.
-    let file = calibrate(folder.path(), ". --gravity 9.81 --sensor-id 7", 0);
-    assert_eq!(file["sensor"]["id"], "7");
-}
-
-#[test]
-fn what_else_is_in_a_folder_costs_nothing() {
-    let sensor = Sensor::default();
-    let folder = six_files(&sensor);
-    let clean = calibrate(folder.path(), ". --gravity 9.81 -o cal.json", 0);
-    write(folder.path(), "LICENSE.txt", LICENCE);
-    write(folder.path(), "README.txt", "Six poses, 1 Hz\n");
-    write(folder.path(), "gyro.csv", &gyroscope(500, 0));
-    std::fs::create_dir(folder.path().join("older")).unwrap();
-    write_six_files(&folder.path().join("older"), &sensor);
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
-    assert_eq!(reported(&file, "no-recording").len(), 2);
-    let [(_, why)] = reported(&file, "gyro-left-out")[..] else {
-        panic!("{file}")
-    };
-    assert!(why.contains("--gyro"), "{why}");
-    let [(what, _)] = reported(&file, "folder-left-out")[..] else {
-        panic!("{file}")
-    };
-    assert!(what.ends_with("older"), "{what}");
-    // The files by name, as a shell expands them.
-    let names = FACES.map(|(name, _)| format!("{name}.csv")).join(" ");
-    let listed = calibrate(
-        folder.path(),
-        &format!("{names} gyro.csv --gravity 9.81"),
-        0,
-    );
-    assert_eq!(reported(&listed, "gyro-left-out").len(), 1);
-    let seen = run_in(folder.path(), words("inspect . --json")).json();
-    assert_eq!(seen["recordings"].as_array().unwrap().len(), 6);
-}
-
-#[test]
-fn the_gyroscope_of_the_only_recording_is_joined() {
-    let folder = tempfile::tempdir().unwrap();
-    let hold = Sensor::default().file(FACES[4].1, 500, 3);
-    write(folder.path(), "session.csv", &hold);
-    write(folder.path(), "gyro.csv", &gyroscope(500, 0));
-    let at = |line: &str| run_in(folder.path(), words(line));
-    let error = at("calibrate . --json");
-    // One placement is too few, whatever the gyroscope is.
-    assert_eq!(error.error_code(), "underdetermined");
-    let cal = six_files(&Sensor::default());
-    calibrate(cal.path(), ". --gravity 9.81 -o cal.json", 0);
-    let line = format!("check {} . --json", cal.path().join("cal.json").display());
-    let joined = at(&line).json();
-    assert_eq!(reported(&joined, "gyro-joined").len(), 1, "{joined}");
-    write(folder.path(), "gyro.csv", &gyroscope(500, 900_000));
-    let apart = at(&line).json();
-    let [(file, why)] = reported(&apart, "gyro-left-out")[..] else {
-        panic!("{apart}")
-    };
-    assert!(
-        file.ends_with("gyro.csv") && why.contains("session.csv"),
-        "{why}"
-    );
 }
 
 #[test]
@@ -248,124 +354,6 @@ fn a_file_per_channel_is_one_recording_of_three() {
     assert!(message.contains("accel_Y.txt has 3 rows"), "{message}");
 }
 
-#[test]
-fn a_session_with_the_signs_of_a_phone_is_mended_by_the_axes_that_it_names() {
-    let sensor = Sensor::default();
-    let phone = Sensor {
-        matrix: sensor.matrix.map(|row| row.map(|v| -v)),
-        ..Sensor::default()
-    };
-    let folder = six_files(&phone);
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    let [(_, note)] = reported(&file, "names-reversed")[..] else {
-        panic!("{file}")
-    };
-    assert!(note.contains("--axes -x,-y,-z"), "{note}");
-    let mended = calibrate(
-        folder.path(),
-        ". --gravity 9.81 --axes -x,-y,-z -o cal.json",
-        0,
-    );
-    assert!(
-        !kinds(&mended)
-            .iter()
-            .any(|k| k.starts_with("names-") || k == "orientation-mismatch")
-    );
-    // What points up reads +g now.
-    let run = run_in(
-        folder.path(),
-        words("apply cal.json z_axis_pos.csv -o up.csv"),
-    );
-    assert_eq!(run.code, 0, "{}", run.err);
-    let up = std::fs::read_to_string(folder.path().join("up.csv")).unwrap();
-    let row: Vec<f64> = (up.lines().nth(1).unwrap().split(','))
-        .map(|v| v.parse().unwrap())
-        .collect();
-    close(row[3], 9.81, 0.2);
-    for i in 0..3 {
-        close(
-            numbers(&mended["accelerometer"]["bias"])[i],
-            phone.bias[i],
-            0.01,
-        );
-    }
-}
-
-#[test]
-fn names_of_a_turned_board_are_explained_by_the_axes_that_are_printed() {
-    // What is called x lies along the board's y, and y along its −x.
-    let folder = six_files(&Sensor::default());
-    let at = |name: &str| folder.path().join(name);
-    for (from, to) in [
-        ("x_axis_pos.csv", "1"),
-        ("x_axis_neg.csv", "2"),
-        ("y_axis_pos.csv", "x_axis_pos.csv"),
-        ("y_axis_neg.csv", "x_axis_neg.csv"),
-        ("1", "y_axis_neg.csv"),
-        ("2", "y_axis_pos.csv"),
-    ] {
-        std::fs::rename(at(from), at(to)).unwrap();
-    }
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    let [(_, note)] = reported(&file, "names-turned")[..] else {
-        panic!("{file}")
-    };
-    let map = note
-        .split("--axes ")
-        .nth(1)
-        .unwrap()
-        .split(' ')
-        .next()
-        .unwrap();
-    let mended = calibrate(folder.path(), &format!(". --gravity 9.81 --axes {map}"), 0);
-    assert!(
-        !kinds(&mended)
-            .iter()
-            .any(|k| k.starts_with("names-") || k == "orientation-mismatch")
-    );
-}
-
-#[test]
-fn names_with_a_dash_and_paths_with_a_space_do_as_they_are_printed() {
-    let folder = tempfile::tempdir().unwrap();
-    for ((_, up), name) in FACES.iter().zip(["+x", "-x", "+y", "-y", "+z", "-z"]) {
-        write(
-            folder.path(),
-            &format!("{name}.csv"),
-            &Sensor::default().file(*up, 500, 8),
-        );
-    }
-    for option in ["--face-pose", "--free-pose"] {
-        calibrate(folder.path(), &format!(". --gravity 9.81 {option} -x"), 0);
-    }
-    let run = run_in(folder.path(), ["calibrate", ".", "-o", "my cal.json"]);
-    assert!(
-        run.out.contains("gravical apply \"my cal.json\" "),
-        "{}",
-        run.out
-    );
-}
-
-#[test]
-fn what_is_missing_is_named_with_its_cause() {
-    let folder = six_files(&Sensor::default());
-    // Put down for 0.4 s, and then turned over and over.
-    let mut swung = "t_ms,ax,ay,az\n".to_owned();
-    for i in 0..500 {
-        let angle = 0.05 * f64::from((i - 40).max(0));
-        let (sine, cosine) = angle.sin_cos();
-        swung += &format!("{},{:.3},{:.3},0.4\n", 10 * i, 9.81 * sine, 9.81 * cosine);
-    }
-    write(folder.path(), "y_axis_pos.csv", &swung);
-    let run = run_in(folder.path(), words("calibrate . --method ferraris --json"));
-    assert_eq!((run.code, run.error_code().as_str()), (3, "missing-face"));
-    let message = run.json()["message"].as_str().unwrap().to_owned();
-    assert!(
-        message.contains("y_axis_pos.csv: y_axis_pos is never at rest in lines 2 to 501"),
-        "{message}"
-    );
-}
-
 /// What shakes throughout has no rest, however quiet its quietest part is beside the others.
 #[test]
 fn a_walk_is_never_at_rest_and_is_told_why() {
@@ -388,26 +376,4 @@ fn a_walk_is_never_at_rest_and_is_told_why() {
         .iter();
     let said = findings.find(|f| f["kind"] == "never-static").unwrap();
     assert!(said["message"].as_str().unwrap().contains(why), "{said}");
-}
-
-#[test]
-fn the_recording_of_another_sensor_is_named() {
-    let folder = tempfile::tempdir().unwrap();
-    for (seed, name) in [(1, "a"), (2, "b"), (1, "c")] {
-        let line = format!("simulate poses -o {name} --seed {seed} --hold 2 --free 4 -q");
-        assert_eq!(run_in(folder.path(), words(&line)).code, 0);
-    }
-    let run = run_in(
-        folder.path(),
-        words("calibrate a/poses.csv b/poses.csv --json"),
-    );
-    assert_eq!((run.code, run.error_code().as_str()), (3, "sensors-differ"));
-    let said = run.json().to_string();
-    assert!(said.contains("b/poses.csv"), "{said}");
-    // One sensor twice.
-    run_in(
-        folder.path(),
-        words("calibrate a/poses.csv c/poses.csv --json"),
-    )
-    .calibration();
 }

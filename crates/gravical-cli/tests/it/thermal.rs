@@ -170,33 +170,22 @@ fn a_model_of_a_soak_is_added_and_taken_off_again() {
 fn a_session_without_temperatures_counts_from_the_soaks_middle() {
     let folder = virtual_session(6);
     let at = folder.path();
-    for entry in std::fs::read_dir(at.join("six")).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_some_and(|e| e == "csv") {
-            let text = std::fs::read_to_string(&path).unwrap();
-            std::fs::write(&path, text.replace("Temp (C)", "spare")).unwrap();
-        }
+    for (name, _) in FACES {
+        let path = at.join(format!("six/{name}.csv"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, text.replace("Temp (C)", "spare")).unwrap();
     }
-    let made = calibrate(
-        at,
-        "six --method ferraris --thermal soak/static.csv -o cal.json",
-        0,
-    );
+    let line = "six --method ferraris --thermal soak/static.csv -o cal.json";
+    let made = calibrate(at, line, 0);
     assert_eq!(made["temperature_model"]["reference_source"], "soak");
     close(number(&made["temperature_model"]["reference_c"]), 25.0, 0.2);
-    let reported = finding(&made, "temperature-reference")["message"]
-        .as_str()
-        .unwrap();
-    assert!(
-        reported.contains("25.0 °C") && reported.contains("ax by up to 0.19"),
-        "{reported}"
-    );
+    let said = finding(&made, "temperature-reference")["message"].to_string();
+    for part in ["25.0 °C", "ax by up to 0.19"] {
+        assert!(said.contains(part), "{said}");
+    }
     // Nor can a ride without temperatures be corrected.
-    let run = run_in(
-        at,
-        words("apply cal.json six/x_axis_pos.csv -o out.csv --json"),
-    );
-    let summary = run.json();
+    let line = "apply cal.json six/x_axis_pos.csv -o out.csv --json";
+    let summary = run_in(at, words(line)).json();
     finding(&summary, "temperature-not-applied");
     assert!(summary["temperature"].is_null());
 }
@@ -231,33 +220,21 @@ fn placements_at_other_temperatures_are_brought_to_one() {
     let folder = virtual_session(9);
     let at = folder.path();
     // The same six placements while the part warms by 10 °C.
-    let sensor = "--seed 9 --decimals 6 --temperature-drift 1 -q --rate 50";
-    let run = run_in(
-        at,
-        words(&format!(
-            "simulate six-position -o warm --hold 10 --tilt 0 --temperature-rise 20 {sensor}"
-        )),
-    );
-    assert_eq!(run.code, 0, "{}", run.err);
-    let truth: Value =
-        serde_json::from_str(&std::fs::read_to_string(at.join("warm/truth.json")).unwrap())
-            .unwrap();
+    let line = "simulate six-position -o warm --hold 10 --tilt 0 --temperature-rise 20 --seed 9 \
+                --decimals 6 --temperature-drift 1 -q --rate 50";
+    assert_eq!(run_in(at, words(line)).code, 0);
+    let truth = std::fs::read(at.join("warm/truth.json")).unwrap();
+    let truth: Value = serde_json::from_slice(&truth).unwrap();
     let at_25 = numbers(&truth["accelerometer"]["bias_mps2"]);
     let drift = numbers(&truth["accelerometer"]["bias_drift_mps2_per_c"]);
-    let off = |made: &Value| {
-        let mean_c = number(&made["temperature_c"]["mean"]);
+    let off = |thermal: &str| {
+        let line = format!("warm --method ferraris --gravity 9.80665 {thermal}");
+        let made = calibrate(at, &line, 0);
+        let warmer = number(&made["temperature_c"]["mean"]) - 25.0;
         let bias = numbers(&made["accelerometer"]["bias"]);
-        (0..3)
-            .map(|i| (bias[i] - at_25[i] - drift[i] * (mean_c - 25.0)).abs())
-            .fold(0.0, f64::max)
+        let errors = (0..3).map(|i| (bias[i] - at_25[i] - drift[i] * warmer).abs());
+        errors.fold(0.0, f64::max)
     };
-    let plain = calibrate(at, "warm --method ferraris --gravity 9.80665", 0);
-    let brought = calibrate(
-        at,
-        "warm --method ferraris --gravity 9.80665 --thermal soak/static.csv",
-        0,
-    );
-    let (plain, brought) = (off(&plain), off(&brought));
-    assert!(plain > 0.02, "{plain}");
-    assert!(brought < 0.003, "{brought}");
+    let (plain, brought) = (off(""), off("--thermal soak/static.csv"));
+    assert!(plain > 0.02 && brought < 0.003, "{plain} {brought}");
 }

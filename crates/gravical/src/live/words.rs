@@ -94,7 +94,7 @@ pub(super) fn fit(fit: &Fit) -> String {
         "bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ at most {} (95 %); leave-one-out {}; {}",
         mg(fit.worst_mg),
         mg(fit.leave_one_out_mg),
-        fit.grade.name()
+        fit.grade
     )])
 }
 

@@ -260,14 +260,3 @@ fn a_steady_drift_is_told_from_a_random_walk() {
     assert!(wandering.fit.unwrap().drift_per_s.is_none());
     assert!(holds(wandering.k, 1e-4), "{:?}", wandering.k);
 }
-
-#[test]
-fn results_survive_their_file() {
-    let result = of(&csv(5000, |_, _| true));
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("noise.json");
-    std::fs::write(&path, serde_json::to_string(&result).unwrap()).unwrap();
-    assert_eq!(read_noise(&path).unwrap().0, result);
-    std::fs::write(&path, "{\"format\":\"gravical-noise/1\"}").unwrap();
-    assert_eq!(read_noise(&path).unwrap_err().code(), "not-noise");
-}

@@ -434,6 +434,9 @@ fn days_of_wear_in_a_file_calibrate_the_sensor() {
         "{:?}",
         file.verdict.reasons
     );
+    for kind in ["worn-sensor", "temperature-model"] {
+        assert!(file.findings.iter().any(|f| f.kind == kind), "{kind}");
+    }
     let drift = file.temperature_model.as_ref().unwrap();
     for i in 0..3 {
         let slope = drift.channels[i].coefficients[0];

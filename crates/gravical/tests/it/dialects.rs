@@ -1,8 +1,6 @@
 //! Text formats that the harness of writings does not draw.
 
-use std::io::Write;
-
-use gravical::recording::{AccelUnit, ReadOptions, Recording, TimeUnit, parse_columns};
+use gravical::recording::{ReadOptions, Recording, parse_columns};
 
 use crate::support::*;
 
@@ -26,52 +24,6 @@ fn reads_alike(bytes: &[u8], how: &str) -> Recording {
         recording.description
     );
     recording
-}
-
-#[test]
-fn quoted_fields() {
-    let quoted: String = text()
-        .lines()
-        .map(|l| {
-            let cells: Vec<String> = l.split(',').map(|c| format!("\"{c}\"")).collect();
-            cells.join(",") + "\n"
-        })
-        .collect();
-    reads_alike(quoted.as_bytes(), "comma");
-}
-
-#[test]
-fn a_truncated_gzip_file_is_read_up_to_its_end() {
-    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    gz.write_all(report_lines(HEADER, 5000).join("\n").as_bytes())
-        .unwrap();
-    let packed = gz.finish().unwrap();
-    let recording = read(&packed[..packed.len() * 2 / 3]);
-    assert!(recording.rows() > 1000, "{}", recording.rows());
-    finding(&recording, "truncated-file");
-}
-
-#[test]
-fn dates_as_stamps() {
-    let text: String = std::iter::once("time,ax,ay,az\n".to_owned())
-        .chain((0..200).map(|i| {
-            format!(
-                "2025-03-01T12:00:{:02}.{:03}Z,0.1,0.2,{}\n",
-                i / 50,
-                20 * (i % 50),
-                9.8 + 0.001 * f64::from(i % 7)
-            )
-        }))
-        .collect();
-    for form in [
-        text.clone(),
-        text.replace('T', " ").replace('Z', ""),
-        text.replace("2025-03-01T", "").replace('Z', ""),
-    ] {
-        let recording = read(form.as_bytes());
-        assert_eq!(recording.timing.unit, Some(TimeUnit::Second));
-        close(recording.timing.rate_hz().unwrap(), 50.0, 1e-3);
-    }
 }
 
 #[test]
@@ -144,31 +96,4 @@ fn one_of_two_sensors_in_two_header_rows_can_be_chosen() {
         close(accel_means(&given)[0], 9.7, 1e-9);
         assert!(!kinds(&given).contains(&"several-sensors"));
     }
-}
-
-#[test]
-fn every_unit_is_recognised() {
-    let sensor = |unit: f64, decimals| Sensor {
-        unit,
-        decimals,
-        ..Sensor::default()
-    };
-    for (unit, per_mps2, decimals) in [
-        (AccelUnit::MetrePerSecondSquared, 1.0, 4),
-        (AccelUnit::StandardGravity, 1.0 / 9.80665, 5),
-        (AccelUnit::Counts, 16384.0 / 9.80665, 0),
-    ] {
-        let text = sensor(per_mps2, decimals).file([0.0, 1.0, 0.0], 300, 1);
-        let recording = read(text.as_bytes());
-        assert_eq!(recording.accel_scale.unit, unit);
-        assert!(recording.findings.is_empty(), "{:?}", recording.findings);
-    }
-    // Numbers with decimals are no counts at 1024 per g; cm/s² would fit as well.
-    let text = sensor(1000.0 / 9.80665, 1).file([0.0, 1.0, 0.0], 300, 1);
-    finding(&read(text.as_bytes()), "unit-assumed");
-    let named = text.replace("ax,ay,az", "ax_mg,ay_mg,az_mg");
-    assert_eq!(
-        read(named.as_bytes()).accel_scale.unit,
-        AccelUnit::MilliGravity
-    );
 }

@@ -234,7 +234,7 @@ fn an_option_that_is_named_helps() {
 fn a_gyroscope_alone_is_read_with_the_option_that_is_named() {
     let rates = "ms,gx,gy,gz\n".to_owned() + &rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
     let (kind, words) = &said(rates.as_bytes(), "gyro.csv", &ReadOptions::default())[0];
-    assert_eq!(kind, "no-accelerometer");
+    assert_eq!(kind, "gyroscope-alone");
     assert!(words.contains("--gyro"), "{words}");
     let accel = "ms,ax,ay,az\n".to_owned() + &rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
     let options = ReadOptions::default();

@@ -72,7 +72,7 @@ fn has(findings: &[Finding], kind: &str) -> bool {
     findings.iter().any(|f| f.kind == kind)
 }
 
-fn says(reasons: &[gravical::check::Reason], words: &str) -> bool {
+fn says(reasons: &[String], words: &str) -> bool {
     reasons.iter().any(|r| r.to_string().contains(words))
 }
 
@@ -432,22 +432,6 @@ fn what_else_has_to_be_known_is_said() {
         "both files contain the same parameters"
     ));
     assert_eq!(same.verdict.judgement, Judgement::Undecided);
-}
-
-#[test]
-fn directions_without_variance_are_no_proof() {
-    let (mut a, mut b) = (file(1e-4), file(1e-4));
-    for f in [&mut a, &mut b] {
-        // As for poses without faces: nothing is said of the x bias.
-        if let Some(c) = &mut f.accelerometer.covariance {
-            c.values[9][9] = 0.0;
-        }
-    }
-    b.accelerometer.bias[0] += 0.5;
-    let result = compared(&a, &b);
-    let test = result.magnitude.test.unwrap();
-    assert_eq!(test.degrees_of_freedom, 8);
-    assert!(test.chi2 < 1e-9, "{test:?}");
 }
 
 #[test]

@@ -27,7 +27,6 @@ mod motion_stories;
 mod noise;
 mod properties;
 mod reader;
-mod rounding;
 mod session;
 mod support;
 mod truth;

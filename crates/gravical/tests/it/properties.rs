@@ -4,11 +4,9 @@ use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::CalibrationFile;
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::AxisMap;
-use gravical::recording::{AccelUnit, ReadOptions, Recording, read_bytes};
+use gravical::recording::{ReadOptions, Recording, read_bytes};
 
 use crate::support::*;
-
-const STANDARD: f64 = 9.80665;
 
 /// A clearly tilted session, so that interchanged poses are detected.
 fn tilted() -> Vec<Recording> {
@@ -85,67 +83,6 @@ fn the_orientation_of_the_board_only_rotates_the_result() {
     }
 }
 
-/// The session in another unit, from the same values.
-fn in_unit(session: &[Recording], per_mps2: f64) -> Vec<Recording> {
-    session
-        .iter()
-        .map(|r| {
-            let mut text = "t_ms,ax,ay,az\n".to_owned();
-            for row in 0..r.rows() {
-                let a = r.accel_at(row).map(|v| v * per_mps2);
-                text += &format!("{},{},{},{}\n", 10 * row, a[0], a[1], a[2]);
-            }
-            read_bytes(text.as_bytes(), &r.name, &ReadOptions::default()).unwrap()
-        })
-        .collect()
-}
-
-#[test]
-fn the_unit_of_the_recording_does_not_matter() {
-    let session = tilted();
-    let mps2 = fit(&session, &given_gravity()).accelerometer;
-    let g = fit(&in_unit(&session, 1.0 / STANDARD), &given_gravity()).accelerometer;
-    assert_eq!(
-        (mps2.input_unit, g.input_unit),
-        (AccelUnit::MetrePerSecondSquared, AccelUnit::StandardGravity)
-    );
-    let (one, other) = (
-        mps2.scale_deviation_percent.unwrap(),
-        g.scale_deviation_percent.unwrap(),
-    );
-    for i in 0..3 {
-        close(g.bias[i] * STANDARD, mps2.bias[i], 1e-9);
-        close(other[i], one[i], 1e-9);
-        for j in 0..3 {
-            close(g.matrix[i][j] / STANDARD, mps2.matrix[i][j], 1e-9);
-            close(g.orientation[i][j], mps2.orientation[i][j], 1e-9);
-        }
-    }
-    // Errors and their prediction are in m/s² for any input unit.
-    close(g.errors.unwrap().rms, mps2.errors.unwrap().rms, 1e-9);
-    close(
-        g.predicted_norm_error_mps2.unwrap(),
-        mps2.predicted_norm_error_mps2.unwrap(),
-        1e-9,
-    );
-}
-
-#[test]
-fn gravity_only_scales_the_result() {
-    let session = tilted();
-    let options = |g: f64| CalibrateOptions {
-        gravity: gravical::gravity::Gravity::given(g).unwrap(),
-        estimate: by_ferraris(None),
-        ..CalibrateOptions::default()
-    };
-    let one = fit(&session, &options(9.78)).accelerometer;
-    let other = fit(&session, &options(9.83)).accelerometer;
-    for i in 0..3 {
-        close(one.bias[i], other.bias[i], 1e-12);
-        close(one.scale[i] / other.scale[i], 9.83 / 9.78, 1e-12);
-    }
-}
-
 #[test]
 fn a_session_measured_twice_halves_the_variance() {
     let sensor = Sensor::default();
@@ -175,15 +112,15 @@ fn a_session_measured_twice_halves_the_variance() {
 fn the_gyroscope_is_rotated_with_the_board() {
     use gravical::calibrate::{CalibrateOptions, calibrate};
     use gravical::recording::{ReadOptions, read};
-    use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate, write};
+    use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate_to};
 
     let folder = tempfile::tempdir().unwrap();
     let session = SixPositionOptions {
         continuous: true,
         ..SixPositionOptions::default()
     };
-    let made = simulate(&SimulateOptions::new(Scenario::SixPosition(session))).unwrap();
-    let files = write(&made, folder.path(), false).unwrap();
+    let options = SimulateOptions::new(Scenario::SixPosition(session));
+    let (_, files) = simulate_to(&options, folder.path(), false).unwrap();
     let recording = [read(&files[0], &ReadOptions::default()).unwrap()];
     let with_axes = |axes: &str| {
         let mut options = CalibrateOptions::default();

@@ -7,14 +7,7 @@ mod stamps;
 mod units;
 
 use crate::support::*;
-use gravical::inspect::inspect;
-use gravical::poses::face::AxisMap;
-use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Reason, Recording, Severity, TimeUnit, read_bytes,
-};
-use gravical::simulate::{
-    FileFormat, Scenario, SimulateOptions, SixPositionOptions, simulate, write,
-};
+use gravical::recording::{AccelUnit, ReadOptions, Recording, Severity, read_bytes};
 
 const ROWS: usize = 600;
 
@@ -50,37 +43,11 @@ fn nearly_unharmed(recording: &Recording) {
 }
 
 #[test]
-fn a_latin_1_header_is_read() {
-    let mut bytes = Vec::new();
-    let header = HEADER.replace("rad/s", "°/s");
-    for c in header.chars() {
-        bytes.push(u8::try_from(c).unwrap());
-    }
-    bytes.push(b'\n');
-    bytes.extend(joined(&lines()[1..]));
-    let recording = read(&bytes);
-    assert_eq!(
-        recording.gyro_scale.unwrap().unit,
-        GyroUnit::DegreePerSecond
-    );
-    unharmed(&recording);
-}
-
-#[test]
 fn nul_bytes_before_the_header_are_removed() {
     let mut bytes = vec![0; 37];
     bytes.extend(joined(&lines()));
     let recording = read(&bytes);
     assert_eq!(finding(&recording, "nul-bytes").lines, [[1, 1]]);
-    unharmed(&recording);
-}
-
-#[test]
-fn nul_bytes_in_rows_are_removed() {
-    let mut lines = lines();
-    lines[40] = format!("\0\0{}", lines[40]);
-    let recording = read(&joined(&lines));
-    assert_eq!(finding(&recording, "nul-bytes").lines, [[41, 41]]);
     unharmed(&recording);
 }
 
@@ -125,47 +92,6 @@ fn blank_rows_are_breaks() {
 }
 
 #[test]
-fn metadata_before_the_header_is_set_aside() {
-    let mut all = vec![
-        "Device: MPU6050 on a board".to_owned(),
-        "Firmware,1.3".to_owned(),
-        String::new(),
-    ];
-    all.extend(lines());
-    let recording = read(&joined(&all));
-    assert_eq!(recording.ledger.lines_aside(Reason::Metadata), 3);
-    unharmed(&recording);
-}
-
-#[test]
-fn comments_between_rows_are_set_aside() {
-    let mut lines = lines();
-    lines.insert(100, "# the cat walked by".to_owned());
-    let recording = read(&joined(&lines));
-    unharmed(&recording);
-}
-
-#[test]
-fn a_named_gap_is_a_break_with_its_reason() {
-    let mut lines = lines();
-    lines.insert(
-        301,
-        "# gap: unplugged: 12 rows are missing, 0.1 s".to_owned(),
-    );
-    let recording = read(&joined(&lines));
-    let gap = finding(&recording, "named-gap");
-    assert_eq!((gap.lines.as_slice(), gap.count), (&[[302, 302]][..], 1));
-    assert!(
-        gap.message.contains("unplugged: 12 rows"),
-        "{}",
-        gap.message
-    );
-    assert_eq!(recording.findings.len(), 1);
-    assert_eq!(recording.breaks, [300]);
-    unharmed(&recording);
-}
-
-#[test]
 fn columns_without_a_header_are_assigned_by_values() {
     let recording = read(&joined(&lines()[1..]));
     let found = finding(&recording, "columns-guessed");
@@ -176,24 +102,6 @@ fn columns_without_a_header_are_assigned_by_values() {
     );
     assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
     unharmed(&recording);
-}
-
-#[test]
-fn gyroscope_columns_before_accelerometer_columns_are_recognised() {
-    let clean = clean();
-    let gyro = clean.gyro.as_ref().unwrap();
-    for header in ["gyr_x,gyr_y,gyr_z,acc_x,acc_y,acc_z\n", ""] {
-        let mut text = header.to_owned();
-        for row in 0..ROWS {
-            let a = clean.accel_at(row);
-            let g: [f64; 3] = std::array::from_fn(|i| gyro[i][row]);
-            text.push_str(&format!(
-                "{},{},{},{},{},{}\n",
-                g[0], g[1], g[2], a[0], a[1], a[2]
-            ));
-        }
-        unharmed(&read(text.as_bytes()));
-    }
 }
 
 #[test]
@@ -217,17 +125,6 @@ fn empty_cells_are_counted_and_not_in_means() {
     assert_eq!(recording.rows(), ROWS);
     assert!(recording.accel[2][49].is_nan() && recording.accel[0][59].is_nan());
     nearly_unharmed(&recording);
-}
-
-#[test]
-fn zero_rows_at_the_end_are_set_aside() {
-    let mut lines = lines();
-    for i in 0..40 {
-        lines.push(format!("{},0,0,0,0,0,0,0", 6120 + 10 * i));
-    }
-    let recording = read(&joined(&lines));
-    assert_eq!(finding(&recording, "zero-rows").lines, [[602, 641]]);
-    unharmed(&recording);
 }
 
 #[test]
@@ -270,33 +167,4 @@ fn a_frozen_axis_is_reported() {
     let found = finding(&recording, "frozen-axis");
     assert_eq!(found.lines, [[202, 351]]);
     assert!(found.message.starts_with("ay"), "{}", found.message);
-}
-
-#[test]
-fn line_counts_balance_with_all_faults_together() {
-    let mut lines = lines();
-    lines.insert(500, "500,1,2".to_owned());
-    lines.insert(400, HEADER.to_owned());
-    lines.insert(300, String::new());
-    lines.insert(200, "# note".to_owned());
-    lines.insert(100, "a,b,c,d,e,f,g,h".to_owned());
-    lines.insert(0, "Fs,100".to_owned());
-    let mut bytes = vec![0, 0];
-    bytes.extend(joined(&lines));
-    bytes.extend(b"6120,0,0,0,0,0,0,0\n6130,0,0,0,0,0,0,0\n61");
-    let recording = read(&bytes);
-    let sum = recording.ledger.sum();
-    for reason in [
-        "1 header",
-        "1 metadata-lines",
-        "1 comment-lines",
-        "1 blank-rows",
-        "1 repeated-header",
-        "2 torn-line",
-        "1 not-a-number",
-        "2 zero-rows",
-    ] {
-        assert!(sum.contains(reason), "{reason} in {sum}");
-    }
-    unharmed(&recording);
 }

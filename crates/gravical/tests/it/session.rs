@@ -37,21 +37,6 @@ fn named(name: &str, text: &str) -> Recording {
 }
 
 #[test]
-fn six_files_in_any_order() {
-    let sensor = Sensor::default();
-    let mut session = six_files(&sensor, 600);
-    fits(&session, &given_gravity(), &sensor);
-    let first = calibrated(&session, &given_gravity()).file;
-    for _ in 0..5 {
-        session.rotate_left(1);
-        session.swap(1, 4);
-        let again = calibrated(&session, &given_gravity()).file;
-        assert_eq!(again.accelerometer.matrix, first.accelerometer.matrix);
-        assert_eq!(again.accelerometer.bias, first.accelerometer.bias);
-    }
-}
-
-#[test]
 fn six_files_with_names_that_say_nothing() {
     let sensor = Sensor::default();
     let mut session = six_files(&sensor, 600);
@@ -59,38 +44,6 @@ fn six_files_with_names_that_say_nothing() {
         recording.name = format!("recording_0{i}.csv");
     }
     fits(&session, &given_gravity(), &sensor);
-}
-
-#[test]
-fn one_file_per_axis_with_blank_rows_between_the_directions() {
-    let sensor = Sensor::default();
-    let session: Vec<Recording> = ["x", "y", "z"]
-        .iter()
-        .enumerate()
-        .map(|(axis, name)| {
-            let mut text = String::new();
-            for (k, (_, up)) in FACES[2 * axis..2 * axis + 2].iter().enumerate() {
-                let file = sensor.file(*up, 500, 10 + (2 * axis + k) as u64);
-                let rows = file.split_once('\n').unwrap().1;
-                text += if k == 0 { "t_ms,ax,ay,az\n" } else { "\n\n\n" };
-                for line in rows.lines() {
-                    let (t, rest) = line.split_once(',').unwrap();
-                    let t: u64 = t.parse::<u64>().unwrap() + 20_000 * k as u64;
-                    text += &format!("{t},{rest}\n");
-                }
-            }
-            named(&format!("{name}_axis.csv"), &text)
-        })
-        .collect();
-    fits(&session, &given_gravity(), &sensor);
-    let file = calibrated(&session, &given_gravity()).file;
-    assert_eq!(file.accelerometer.poses.len(), 6);
-    // A pause of the logger is no gap to warn of, and nothing contradicts.
-    assert!(
-        file.findings
-            .iter()
-            .all(|f| f.kind != "orientation-mismatch")
-    );
 }
 
 /// All six holds in one file, and where they are.
@@ -157,36 +110,6 @@ fn one_file_with_a_label_column() {
 }
 
 #[test]
-fn one_file_with_sections_as_json_and_as_csv() {
-    let sensor = Sensor::default();
-    let (text, holds) = one_file(&sensor, None);
-    let session = [named("session.csv", &text)];
-    let mut csv = "label,start,end\n".to_owned();
-    let mut json = serde_json::Map::new();
-    for (label, hold) in LABELS.iter().zip(&holds) {
-        csv += &format!("{label},{},{}\n", hold.start, hold.end);
-        json.insert(
-            (*label).to_owned(),
-            serde_json::json!({"start": hold.start, "end": hold.end}),
-        );
-    }
-    let json = serde_json::Value::Object(json).to_string();
-    let mut files = Vec::new();
-    for list in [csv, json] {
-        let options = CalibrateOptions {
-            segment: SegmentOptions {
-                sections: Some(parse_sections(list.as_bytes()).unwrap()),
-                ..SegmentOptions::default()
-            },
-            ..given_gravity()
-        };
-        fits(&session, &options, &sensor);
-        files.push(calibrated(&session, &options).file.accelerometer);
-    }
-    assert_eq!(files[0], files[1]);
-}
-
-#[test]
 fn the_first_rows_only_as_the_report_takes_them() {
     let sensor = Sensor::default();
     let session = six_files(&sensor, 600);
@@ -214,62 +137,6 @@ fn a_bump_in_a_hold_does_not_move_the_mean() {
         *value += 4.0;
     }
     fits(&session, &given_gravity(), &sensor);
-}
-
-#[test]
-fn a_name_that_says_plus_while_minus_was_up_is_named_and_overruled() {
-    let sensor = Sensor::default();
-    let mut session = six_files(&sensor, 600);
-    session[4].name = "z_axis_neg.csv".to_owned();
-    session[5].name = "z_axis_pos.csv".to_owned();
-    let result = calibrate(&session, &given_gravity()).unwrap();
-    let reported: Vec<&str> = result
-        .file
-        .findings
-        .iter()
-        .filter(|f| f.kind == "orientation-mismatch")
-        .map(|f| f.message.as_str())
-        .collect();
-    assert_eq!(reported.len(), 2, "{reported:?}");
-    assert!(reported[0].contains("claims -z, but +z"), "{}", reported[0]);
-    close(result.file.accelerometer.bias[2], sensor.bias[2], 0.01);
-    // Two files swapped: no mounting does that.
-    assert_eq!(result.file.verdict.grade, Grade::Poor);
-}
-
-#[test]
-fn a_label_column_with_turns_needs_a_gyroscope() {
-    let sensor = Sensor::default();
-    let (text, _) = one_file(&sensor, Some(LABELS));
-    // The hand's rows are called turns.
-    let session = [named("session.csv", &text.replace(",move", ",x_rot"))];
-    let error = calibrate(&session, &given_gravity()).unwrap_err();
-    assert_eq!(error.code(), "missing-gyro");
-}
-
-#[test]
-fn several_continuous_recordings_give_all_their_stills() {
-    let sensor = Sensor::default();
-    let (text, holds) = one_file(&sensor, None);
-    let rows: Vec<&str> = text.lines().skip(1).collect();
-    let file =
-        |name: &str, rows: &[&str]| named(name, &format!("t_ms,ax,ay,az\n{}\n", rows.join("\n")));
-    let cut = holds[2].end;
-    let whole = calibrated(&[named("session.csv", &text)], &given_gravity()).file;
-    // What the files are called does not matter.
-    for names in [["first.csv", "second.csv"], ["x_up.csv", "z_axis.csv"]] {
-        let session = [file(names[0], &rows[..cut]), file(names[1], &rows[cut..])];
-        fits(&session, &given_gravity(), &sensor);
-        let result = calibrated(&session, &given_gravity());
-        assert_eq!(result.segmentation.poses.len(), 6, "{names:?}");
-        assert!(result.segmentation.poses.iter().all(|p| p.claim.is_none()));
-        let reported = |kind: &str| result.file.findings.iter().any(|f| f.kind == kind);
-        assert!(!reported("motion-left-out") && !reported("orientation-mismatch"));
-        for i in 0..3 {
-            let bias = result.file.accelerometer.bias[i];
-            close(bias, whole.accelerometer.bias[i], 1e-3);
-        }
-    }
 }
 
 #[test]

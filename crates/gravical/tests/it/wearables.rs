@@ -51,32 +51,6 @@ fn worn(hours: f64, turn: impl Fn([f64; 3]) -> [f64; 3]) -> gravical::Result<Cal
     Ok(calibrate(&[recording], &options)?.file)
 }
 
-fn has(file: &CalibrationFile, kind: &str) -> bool {
-    file.findings.iter().any(|f| f.kind.name() == kind)
-}
-
-#[test]
-fn days_of_wear_calibrate_a_sensor_and_its_drift() {
-    let file = worn(14.0, |n| n).unwrap();
-    assert!(has(&file, "worn-sensor") && has(&file, "temperature-model"));
-    assert_eq!(
-        file.verdict.grade,
-        Grade::Good,
-        "{:?}",
-        file.verdict.reasons
-    );
-    let drift = file.temperature_model.as_ref().unwrap();
-    let section = &file.accelerometer;
-    assert!(section.poses.len() >= 90, "{}", section.poses.len());
-    for i in 0..3 {
-        let slope = drift.channels[i].coefficients[0];
-        assert!((slope - DRIFT_G_PER_C[i]).abs() < 3e-5, "{slope}");
-        let bias = BIAS_G[i] + DRIFT_G_PER_C[i] * (drift.reference_c - 26.0);
-        assert!((section.bias[i] - bias).abs() < 2e-4, "{:?}", section.bias);
-        assert!((section.scale[i] * G - SCALE[i]).abs() < 4e-4);
-    }
-}
-
 #[test]
 fn orientations_that_wear_leaves_out_are_named() {
     let file = worn(14.0, |n| [n[0].abs() + 0.1, n[1], n[2]]).unwrap();

@@ -105,22 +105,3 @@ fn names_that_are_believed_speak_of_the_case() {
         &["+x up"],
     );
 }
-
-#[test]
-fn names_of_a_turned_board_are_no_mistake() {
-    // x → y, y → −x: a quarter turn about z, and every sign the other way round.
-    let quarter = swapped(&[
-        ("x_axis_pos", "y_axis_pos"),
-        ("x_axis_neg", "y_axis_neg"),
-        ("x_axis_pos", "x_axis_neg"),
-    ]);
-    let file = calibrate(quarter.path(), ". --gravity 9.81", 0);
-    finding(&file, "names-turned");
-    let reversed = swapped(&[
-        ("x_axis_pos", "x_axis_neg"),
-        ("y_axis_pos", "y_axis_neg"),
-        ("z_axis_pos", "z_axis_neg"),
-    ]);
-    let file = calibrate(reversed.path(), ". --gravity 9.81", 0);
-    assert_eq!(finding(&file, "names-reversed")["severity"], "note");
-}

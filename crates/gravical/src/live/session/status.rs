@@ -41,7 +41,7 @@ impl Session {
             state: self.state(),
             hint: self.hint(up, welcome).map(|h| words::sentences([&*h])),
             up,
-            attitude: self.attitude.q,
+            attitude: self.attitude.wxyz(),
             norm_g: finite(norm(&self.reading()) / nominal),
             noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter[0]))),
             limit_mg: last.filter(|_| known).map(|s| self.mg(s.max_scatter[0])),

@@ -34,26 +34,6 @@ fn impossible_temperatures_are_empty_cells() {
 }
 
 #[test]
-fn counts_of_a_thermometer_are_not_temperatures() {
-    let mut text = "t_ms,ax,ay,az,temp\n".to_owned();
-    for i in 0..300 {
-        writeln!(
-            text,
-            "{},0.0{},0.1,9.8{},{}",
-            10 * i,
-            i % 7,
-            i % 5,
-            -3200 - i % 3
-        )
-        .unwrap();
-    }
-    let recording = read(text.as_bytes());
-    assert!(recording.temperature_c.is_none());
-    finding(&recording, "temperature-unit");
-    assert!(!kinds(&recording).contains(&"empty-cells"));
-}
-
-#[test]
 fn a_missing_sensor_number_does_not_mix_two_sensors() {
     let mut text = "t_ms,I,AccX,AccY,AccZ\n".to_owned();
     for i in 0..200 {

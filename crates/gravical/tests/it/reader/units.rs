@@ -2,43 +2,6 @@
 
 use super::*;
 
-#[test]
-fn gravity_overrides_a_wrong_accelerometer_unit() {
-    let recording = read(&joined(&report_lines(&HEADER.replace("m/s^2", "g"), ROWS)));
-    let found = finding(&recording, "unit-mismatch");
-    assert!(
-        found.message.contains("the header gives g"),
-        "{}",
-        found.message
-    );
-    assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
-    unharmed(&recording);
-}
-
-#[test]
-fn turns_of_gravity_override_a_wrong_gyroscope_unit() {
-    // The header names g and °/s, the values are in m/s² and rad/s.
-    let mut options = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
-        continuous: true,
-        hold_s: 4.0,
-        ..Default::default()
-    }));
-    options.file.format = FileFormat::WrongHeader;
-    let folder = tempfile::tempdir().unwrap();
-    let paths = write(&simulate(&options).unwrap(), folder.path(), false).unwrap();
-    let recording = gravical::recording::read(&paths[0], &ReadOptions::default()).unwrap();
-    assert_eq!(
-        recording.gyro_scale.unwrap().unit,
-        GyroUnit::DegreePerSecond
-    );
-    let looked = inspect(&recording, &AxisMap::default());
-    assert_eq!(looked.gyroscope.unwrap().unit, GyroUnit::RadianPerSecond);
-    let mismatches = looked.findings.iter().filter(|f| f.kind == "unit-mismatch");
-    assert_eq!(mismatches.count(), 2, "accelerometer and gyroscope");
-    let turns: String = looked.turns.iter().map(|t| t.axis).collect();
-    assert_eq!(turns, "xyz");
-}
-
 /// Counts of an MPU6050 at ±`range` g, at rest with z up; with `clip`, a shock that exceeds the
 /// range.
 fn counts(range: f64, clip: bool) -> Vec<u8> {
