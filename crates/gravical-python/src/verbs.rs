@@ -16,7 +16,7 @@ use gravical::noise::NoiseOptions;
 use gravical::output::write_atomic;
 use gravical::recording::{Meter, ReadOptions, Recording as Rows, open};
 use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
-use gravical::simulate::{Scenario, SimulateChanges, SimulateOptions, simulate_to};
+use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 use pyo3::exceptions::PyRuntimeError;
@@ -199,20 +199,14 @@ pub fn apply(
         let inputs: Vec<PathBuf> = std::iter::once(&path).chain(&files.gyro).cloned().collect();
         check_targets(from_ref(&output), &inputs, force)?;
         options.read.hash = false;
-        let gyro = files.gyro.as_deref();
-        let joined = gyro.map(|gyro| read_file(&path, Some(gyro), &options.read));
-        let joined = joined.transpose()?;
-        if joined.is_some() {
-            options.read = options.read.beside_gyroscope_file();
-        }
         let name = path.display().to_string();
         let mut summary = None;
         write_atomic(&output, force, |out| {
             let input = open::open(&path, &options.read)?;
-            summary = Some(match &joined {
-                Some(joined) => gravical::apply::apply_with_gyroscope(
-                    &file, input, &name, out, &options, joined,
-                )?,
+            summary = Some(match &files.gyro {
+                Some(gyro) => {
+                    gravical::apply::apply_with_gyroscope(&file, input, &name, out, &options, gyro)?
+                }
                 None => gravical::apply::apply(&file, input, &name, out, &options)?,
             });
             Ok(())
@@ -367,13 +361,12 @@ pub fn simulate(
                 return Err(error.with_hint("one of six-position, poses, static, line"));
             }
         };
-        let options = SimulateOptions {
+        Ok(SimulateOptions {
             scenario,
             sensor: k.take()?,
             file: k.take()?,
             ..k.take()?
-        };
-        k.take::<SimulateChanges>()?.of(options)
+        })
     })?;
     let run = move || simulate_to(&options, &output, force);
     let (truth, paths) = task::run(py, &Meter::default(), run)?;

@@ -239,7 +239,7 @@ fn outcome(file: &CalibrationFile) -> Outcome {
         .filter_map(|input| input.sha256.as_deref());
     numbers.push(sums.collect::<Vec<_>>().join(" "));
     Outcome {
-        grade: file.verdict.grade.name().to_owned(),
+        grade: file.verdict.grade.to_string(),
         is_poor: file.verdict.grade == Grade::Poor,
         reasons: file.verdict.reasons.clone(),
         numbers,

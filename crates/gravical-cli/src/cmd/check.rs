@@ -1,5 +1,6 @@
 //! `gravical check`: test whether a calibration still fits.
 
+use gravical::numfmt::words;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -153,7 +154,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
         let (report, _) = compute(args, &calibration, path, &input, &read, &options)?;
         let reasons = report.verdict.reasons.iter();
         Ok(Outcome {
-            grade: report.verdict.judgement.name().to_owned(),
+            grade: words(&report.verdict.judgement),
             is_poor: report.verdict.judgement.is_change(),
             reasons: reasons.map(ToString::to_string).collect(),
             numbers: vec![

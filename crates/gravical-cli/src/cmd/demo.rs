@@ -16,8 +16,7 @@ use gravical::output::{check_target, make_folder};
 use gravical::poses::face::AxisMap;
 use gravical::recording::{ReadOptions, Recording, Severity, read};
 use gravical::simulate::{
-    FileFormat, FileOptions, LineOptions, PosesOptions, Scenario, SimulateOptions, Simulation,
-    simulate, write,
+    FileOptions, LineOptions, PosesOptions, Scenario, SimulateOptions, Truth, simulate_to,
 };
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -208,17 +207,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 /// Simulates a recording, writes it under a wrong header and reads it back.
-fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Simulation, Recording)> {
+fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Truth, Recording)> {
     let options = SimulateOptions {
         seed: SEED,
         file: FileOptions {
-            format: FileFormat::WrongHeader,
+            wrong_header: true,
             ..FileOptions::default()
         },
         ..SimulateOptions::new(scenario)
     };
-    let simulation = simulate(&options)?;
-    let written = write(&simulation, folder, force)?;
+    let (truth, written) = simulate_to(&options, folder, force)?;
     let path = written.first().map_or(folder, PathBuf::as_path);
     let recording = read(
         path,
@@ -227,7 +225,7 @@ fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Simulation,
             ..ReadOptions::default()
         },
     )?;
-    Ok((simulation, recording))
+    Ok((truth, recording))
 }
 
 /// Calibrates; writes the file and its report.
@@ -281,7 +279,7 @@ fn moved(
 
 fn summary(
     files: &Files,
-    simulation: &Simulation,
+    truth: &Truth,
     file: &CalibrationFile,
     moved: &Motion,
     classical: &Motion,
@@ -293,8 +291,7 @@ fn summary(
         (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt()
     };
     let raw = a.poses.iter().map(|p| norm(&p.raw) - g).collect();
-    let truth = simulation
-        .truth
+    let truth = truth
         .files
         .first()
         .and_then(|f| f.moves.first())
@@ -307,7 +304,7 @@ fn summary(
     let only = moved.result.moves.first();
     Summary {
         files: files.made(),
-        verdict: file.verdict.grade.name().to_owned(),
+        verdict: file.verdict.grade.to_string(),
         norm_error_uncalibrated_mps2: rms(raw),
         norm_error_left_out_mps2: a.leave_one_out_rms_mps2,
         true_displacement_m: truth,

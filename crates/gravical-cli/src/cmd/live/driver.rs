@@ -385,7 +385,7 @@ impl Driver<'_> {
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
-        let message = format!("{done}: {poses}, verdict {}", grade.name());
+        let message = format!("{done}: {poses}, verdict {grade}");
         self.end(EndReason::Finished, &message, hand)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),
