@@ -2,7 +2,8 @@
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::figure::Figure;
-use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
+use gravical::calibration_file::{CalibrationFile, FitErrors, Method, PoseKind, PoseResult};
+use gravical::core::matrix3::norm;
 use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed};
 use gravical::poses::face::in_words;
 
@@ -33,21 +34,39 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let section = Section::new("poses", "Poses").with(table).full(Block::note(
         "error: magnitude of calibrated − expected. left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
     ));
-    let Some(e) = a.errors else {
+    if !a.poses.iter().any(|p| p.fitted) {
         return section;
-    };
-    let value = |v: f64| Cell::number(fixed(v, 5));
-    let errors = Table::new("Errors at the fitted faces, m/s²")
-        .columns([Column::left("")])
-        .columns(["RMS", "maximum", "mean norm"].map(Column::number))
-        .row([
-            Cell::text("faces"),
-            value(e.rms),
-            value(e.max),
-            value(e.mean_norm),
-        ]);
+    }
     let note = "The parameters were fitted to these poses: the errors are no measure of accuracy.";
-    section.with(errors).with(Block::note(note))
+    section.with(errors(file)).with(Block::note(note))
+}
+
+/// Errors of the fitted poses by the nominal scale and with the calibration.
+fn errors(file: &CalibrationFile) -> Table {
+    let a = &file.accelerometer;
+    let row = |name: &str, value: &dyn Fn(&PoseResult) -> Option<[f64; 3]>| {
+        let fitted = a.poses.iter().filter(|p| p.fitted);
+        let values = fitted.map(|p| Some((p, value(p)?)));
+        let values: Vec<(&PoseResult, [f64; 3])> = values.collect::<Option<_>>()?;
+        let squares = values
+            .iter()
+            .map(|(_, v)| (norm(v) - file.gravity_mps2).powi(2));
+        let rms = (squares.sum::<f64>() / values.len() as f64).sqrt();
+        let faces = values.iter().filter(|(p, _)| p.kind == PoseKind::Face);
+        let errors = faces.map(|(p, v)| std::array::from_fn(|i| v[i] - p.expected[i]));
+        let e = FitErrors::of(&errors.collect::<Vec<_>>());
+        let e = e.map(|e| [e.rms, e.max, e.mean_norm]);
+        let cells = [Cell::text(name), Cell::number(fixed(milli_g(rms), 2))];
+        let e = (0..3).map(|i| Cell::maybe(e.map(|e| e[i]), |v| fixed(v, 5)));
+        Some(Row::from(cells.into_iter().chain(e)))
+    };
+    let before = row("before", &|p| a.nominally(p.raw));
+    let after = row("after", &|p| Some(p.calibrated));
+    let of_faces = |name| Column::number(name).below("vectors of the faces, m/s²");
+    Table::new("Errors at the fitted poses, before (nominal scale) and after the calibration")
+        .columns([Column::left(""), Column::number("‖a‖ − g: RMS, mg")])
+        .columns(["RMS", "maximum", "mean norm"].map(of_faces))
+        .rows(before.into_iter().chain(after))
 }
 
 fn row(p: &PoseResult, decimals: usize) -> Row {
