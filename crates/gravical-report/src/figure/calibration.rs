@@ -173,14 +173,7 @@ fn residuals(file: &CalibrationFile) -> Figure {
 
 /// Where the poses point, and where the next ones would help: two hemispheres.
 fn sphere(file: &CalibrationFile) -> Figure {
-    let next = if file.accelerometer.proposed_poses().is_empty() {
-        ""
-    } else {
-        " The best next pose is labelled next."
-    };
-    let caption = format!(
-        "Direction of specific force (up, in sensor axes) at each pose: two hemispheres in equal-area projection, circles at 30° and 60°.{next}"
-    );
+    let caption = "Direction of specific force (up, in sensor axes) at each pose: two hemispheres in equal-area projection, circles at 30° and 60°.";
     Figure::new("sphere", "Poses on the sphere", caption).beside([
         hemisphere(file, 1.0, "seen from +z"),
         hemisphere(file, -1.0, "seen from −z"),

@@ -225,7 +225,7 @@ fn column(out: &mut String, panels: &[Panel], width: f64, top: f64, titled: bool
         }
         y.length = match panel.equal {
             Some(aspect) => (length * aspect.clamp(0.1, 2.0)).round(),
-            None if width < WIDTH => (0.75 * length).round(),
+            None if width < WIDTH => 220.0,
             None if panels.len() > 1 => 130.0,
             None => 250.0,
         };
@@ -507,32 +507,24 @@ impl Plot<'_> {
     }
 
     fn line(&self, s: &Series) -> String {
-        let mut pen = Pen::default();
-        for (x, y) in s.x.iter().zip(&s.y) {
-            match self.place(*x, *y) {
-                Some(place) => pen.to(place),
-                None => pen.lift("h.01"),
-            }
-        }
-        pen.lift("h.01");
-        pen.path
+        path(s.x.iter().zip(&s.y).map(|(x, y)| self.place(*x, *y)))
     }
 
     fn band(&self, s: &Series) -> String {
-        let ends = s.low.iter().zip(&s.high);
-        let ends =
-            s.x.iter()
-                .zip(ends)
-                .map(|(x, (low, high))| Some([self.place(*x, *high)?, self.place(*x, *low)?]));
-        let ends: Vec<Option<[(f64, f64); 2]>> = ends.collect();
-        let mut pen = Pen::default();
-        for piece in ends.split(Option::is_none) {
-            let upper = piece.iter().flatten().map(|e| e[0]);
-            let lower = piece.iter().rev().flatten().map(|e| e[1]);
-            upper.chain(lower).for_each(|place| pen.to(place));
-            pen.lift("z");
-        }
-        pen.path
+        let ends = |i: usize| {
+            let upper = self.place(s.x[i], s.high[i])?;
+            Some((upper, self.place(s.x[i], s.low[i])?))
+        };
+        let ends: Vec<Option<_>> = (0..s.x.len()).map(ends).collect();
+        let pieces = ends
+            .split(Option::is_none)
+            .filter(|piece| !piece.is_empty());
+        let outline = |piece: &[Option<((f64, f64), (f64, f64))>]| {
+            let upper = piece.iter().map(|ends| Some(ends.as_ref()?.0));
+            let lower = piece.iter().rev().map(|ends| Some(ends.as_ref()?.1));
+            path(upper.chain(lower)) + "z"
+        };
+        pieces.map(outline).collect()
     }
 
     /// Columns of several series stand beside each other.
@@ -576,16 +568,25 @@ impl Plot<'_> {
             }
             out.push('>');
             let label = s.labels.get(i).map_or("", String::as_str);
-            if s.role == Role::Guide {
-                text(out, "minor halo", 0.0, 4.0, "middle", label);
-            } else {
+            let guide = s.role == Role::Guide;
+            if !guide {
                 out.push_str(&symbol(s, ""));
             }
-            if s.role != Role::Guide && !label.is_empty() {
+            if !label.is_empty() {
                 put!(out, "<title>{}</title>", escape(label));
-                let few = s.labels.len() <= MAX_LABELLED;
-                if let Some((x, y, anchor)) = self.beside(label, px, py, taken).filter(|_| few) {
-                    text(out, "halo", x, y, anchor, label);
+                let (places, class) = if guide {
+                    (&ON[..], "minor halo")
+                } else {
+                    (&BESIDE[..], "halo")
+                };
+                // Poses of one name lie at one place.
+                let again = !guide && s.labels[..i].iter().any(|l| l == label);
+                let few = s.labels.len() <= MAX_LABELLED && !again;
+                let place = few
+                    .then(|| self.free(label, (px, py), places, taken))
+                    .flatten();
+                if let Some((x, y, anchor)) = place {
+                    text(out, class, x, y, anchor, label);
                 }
             }
             out.push_str("</g>");
@@ -593,85 +594,72 @@ impl Plot<'_> {
         bars
     }
 
-    /// What symbols and the texts of guides cover.
+    /// What the symbols of points cover.
     fn symbols(&self) -> Vec<[f64; 4]> {
-        let mut boxes = Vec::new();
-        for s in self.panel.series.iter().filter(|s| s.mark == Mark::Points) {
-            for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
-                let text = s.labels.get(i).filter(|_| s.role == Role::Guide);
-                let half = text.map_or(4.0, |text| width_of(text) / 2.0);
-                let place = self.place(*x, *y);
-                boxes.extend(place.map(|(x, y)| [x - half, y - 5.0, x + half, y + 5.0]));
-            }
-        }
-        boxes
+        let points = self.panel.series.iter();
+        let points = points.filter(|s| s.mark == Mark::Points && s.role != Role::Guide);
+        let places = points.flat_map(|s| s.x.iter().zip(&s.y));
+        let places = places.filter_map(|(x, y)| self.place(*x, *y));
+        places
+            .map(|(x, y)| [x - 4.0, y - 5.0, x + 4.0, y + 5.0])
+            .collect()
     }
 
-    /// Where a text beside a point covers nothing, if there is such a place: about the point.
-    fn beside(
+    /// The first of the places of a text about a point where it covers nothing; there it covers
+    /// what others must not.
+    fn free(
         &self,
         label: &str,
-        x: f64,
-        y: f64,
+        (x, y): (f64, f64),
+        places: &[Place],
         taken: &mut Vec<[f64; 4]>,
     ) -> Option<(f64, f64, &'static str)> {
-        let wide = width_of(label);
-        let right = (7.0, 4.0, "start", 0.0);
-        let left = (-7.0, 4.0, "end", wide);
-        let [above, below] = [-8.0, 16.0].map(|dy| (0.0, dy, "middle", wide / 2.0));
-        let covered = |(dx, dy, _, before): (f64, f64, &str, f64)| {
-            let from = x + dx - before;
-            [from, y + dy - 9.0, from + wide, y + dy + 2.0]
-        };
-        let free = |[x0, y0, x1, y1]: [f64; 4]| {
+        places.iter().find_map(|(dx, dy, anchor, before)| {
+            let from = x + dx - before * width_of(label);
+            let [x0, y0, x1, y1] = [from, y + dy - 9.0, from + width_of(label), y + dy + 2.0];
             let inside = x0 >= 0.0 && y0 >= 0.0 && x1 <= self.x.length && y1 <= self.y.length;
-            inside
-                && taken
-                    .iter()
-                    .all(|t| x1 <= t[0] || x0 >= t[2] || y1 <= t[1] || y0 >= t[3])
-        };
-        let place = [right, left, above, below]
-            .into_iter()
-            .find(|p| free(covered(*p)))?;
-        taken.push(covered(place));
-        Some((place.0, place.1, place.2))
+            let apart = |t: &[f64; 4]| x1 <= t[0] || x0 >= t[2] || y1 <= t[1] || y0 >= t[3];
+            let free = inside && taken.iter().all(apart);
+            free.then(|| taken.push([x0, y0, x1, y1]))?;
+            Some((*dx, *dy, *anchor))
+        })
     }
 }
+
+/// A text about a point: right and down by, anchor, and what part of it lies before that.
+type Place = (f64, f64, &'static str, f64);
+
+const ON: [Place; 1] = [(0.0, 4.0, "middle", 0.5)];
+const BESIDE: [Place; 4] = [
+    (7.0, 4.0, "start", 0.0),
+    (-7.0, 4.0, "end", 1.0),
+    (0.0, -8.0, "middle", 0.5),
+    (0.0, 16.0, "middle", 0.5),
+];
 
 /// It has something to draw.
 fn shows(s: &Series) -> bool {
     s.y.iter().chain(&s.low).any(|v| v.is_finite())
 }
 
-/// A path with steps from point to point: half as long as with places. Steps are differences of
-/// rounded places, so that errors do not add up.
-#[derive(Default)]
-struct Pen {
-    path: String,
-    /// Where it is, hundredths of a dot, and whether the piece has one point only.
-    last: Option<([i64; 2], bool)>,
-}
-
-impl Pen {
-    fn to(&mut self, (x, y): (f64, f64)) {
-        let place = [x, y].map(|v| (100.0 * v).round() as i64);
-        let (command, [from_x, from_y]) = match self.last {
-            None => ('M', [0, 0]),
-            Some((last, _)) => ('l', last),
-        };
-        let [x, y] = [place[0] - from_x, place[1] - from_y].map(|v| v as f64 / 100.0);
-        put!(self.path, "{command}{x} {y}");
-        self.last = Some((place, self.last.is_none()));
-    }
-
-    /// Ends a piece. A lone point is drawn as `dot`.
-    fn lift(&mut self, end: &str) {
-        if let Some((_, alone)) = self.last.take()
-            && (alone || end == "z")
-        {
-            self.path.push_str(end);
+/// A line through places; it breaks where there is none. A lone place is a dot. Steps are half as
+/// long to write as places; they lead from one rounded place to the next, so errors do not add up.
+fn path(places: impl Iterator<Item = Option<(f64, f64)>>) -> String {
+    let (mut path, mut last, mut length) = (String::new(), (0.0, 0.0), 0);
+    for place in places.chain([None]) {
+        if let Some((x, y)) = place.map(|(x, y)| (r(x), r(y))) {
+            if length == 0 {
+                put!(path, "M{x} {y}");
+            } else {
+                put!(path, "l{} {}", r(x - last.0), r(y - last.1));
+            }
+            (last, length) = ((x, y), length + 1);
+        } else {
+            path.push_str(if length == 1 { "h.01" } else { "" });
+            length = 0;
         }
     }
+    path
 }
 
 /// Ways from the lowest to the highest value above which a line is a zigzag.

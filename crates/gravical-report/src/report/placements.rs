@@ -23,21 +23,26 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
         .columns([Column::left("pose")])
         .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
         .columns(Column::axes("calibrated, m/s²"))
+        .columns(exact.then(|| Column::number("error, m/s²")))
         .columns([
-            only(exact, Column::number("error, m/s²")),
             only(!exact, Column::number("‖a‖ − g, mg")),
             only(!exact, Column::number("left out, mg")),
             Column::number("tilt, °"),
             Column::number("rows").full(),
         ])
-        .rows(rows.map(|p| row(p, decimals)));
-    let section = Section::new("poses", "Poses").with(table).full(Block::note(
-        "error: magnitude of calibrated − expected. left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
-    ));
+        .rows(rows.map(|p| row(p, decimals, exact)));
+    let error = if exact {
+        "error: magnitude of calibrated − expected. "
+    } else {
+        ""
+    };
+    let section = Section::new("poses", "Poses").with(table).full(Block::note(format!(
+        "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
+    )));
     if !a.poses.iter().any(|p| p.fitted) {
         return section;
     }
-    let note = "The parameters were fitted to these poses: the errors are no measure of accuracy.";
+    let note = "The parameters were fitted to these poses: the errors are no measure of accuracy. Those of the vectors contain the tilt of the faces.";
     section.with(errors(file)).with(Block::note(note))
 }
 
@@ -63,18 +68,20 @@ fn errors(file: &CalibrationFile) -> Table {
     let before = row("before", &|p| a.nominally(p.raw));
     let after = row("after", &|p| Some(p.calibrated));
     let of_faces = |name| Column::number(name).below("vectors of the faces, m/s²");
-    Table::new("Errors at the fitted poses, before (nominal scale) and after the calibration")
+    let by = if before.is_some() {
+        ", before: by the nominal scale"
+    } else {
+        ""
+    };
+    Table::new(format!("Errors at the fitted poses{by}"))
         .columns([Column::left(""), Column::number("‖a‖ − g: RMS, mg")])
         .columns(["RMS", "maximum", "mean norm"].map(of_faces))
         .rows(before.into_iter().chain(after))
 }
 
-fn row(p: &PoseResult, decimals: usize) -> Row {
+fn row(p: &PoseResult, decimals: usize, exact: bool) -> Row {
     let mg = |v: f64| signed(milli_g(v), 2);
-    let label = match p.fitted {
-        true => p.label.clone(),
-        false => format!("{} (not used)", p.label),
-    };
+    let label = format!("{}{}", p.label, if p.fitted { "" } else { " (not used)" });
     let tilt_sd = p
         .tilt_sd_deg
         .filter(|sd| sd.is_finite())
@@ -82,8 +89,8 @@ fn row(p: &PoseResult, decimals: usize) -> Row {
     let mut cells = vec![Cell::Text(label)];
     cells.extend(Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)));
     cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
+    cells.extend(exact.then(|| Cell::number(fixed(p.error_norm, 4))));
     cells.extend([
-        Cell::number(fixed(p.error_norm, 4)),
         Cell::maybe(p.magnitude_error_mps2, mg),
         Cell::maybe(p.left_out_error_mps2, mg),
         Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
