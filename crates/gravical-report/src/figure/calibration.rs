@@ -420,7 +420,7 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
     for (axis, (name, _)) in XYZ.into_iter().enumerate() {
         let line = track.line("raw", Role::Raw, factor, |r| r.accel.get(axis));
         let mut panel = Panel::new(name, track.axis.clone(), Axis::new("", unit));
-        panel.shaded = ("used", windows.clone());
+        panel = panel.with(Series::intervals("used", &windows));
         // The names of few windows, above the line.
         if axis == 0 && windows.len() <= 12 {
             let (low, high) = extent(line.y.iter().copied());
@@ -487,25 +487,8 @@ fn temperature(file: &CalibrationFile, track: Option<&Track<'_>>) -> Option<Figu
     let drifts = sensors
         .into_iter()
         .filter_map(|(title, channels)| drift(model?, title, channels));
-    let drifts: Vec<Panel> = drifts.collect();
-    let what = [
-        (
-            over_time.is_some(),
-            "Temperature of the sensor while it was recorded.",
-        ),
-        (
-            !drifts.is_empty(),
-            "Drift of the channels that temperature predicts, which is corrected; zero at the reference temperature.",
-        ),
-    ];
-    let what = what
-        .into_iter()
-        .filter_map(|(shown, what)| shown.then_some(what));
-    let figure = Figure::new(
-        "temperature",
-        "Temperature",
-        what.collect::<Vec<_>>().join(" "),
-    );
+    let caption = "Temperature while the sensor was recorded; with a temperature model the drift of each channel over it, which is corrected (zero at the reference temperature).";
+    let figure = Figure::new("temperature", "Temperature", caption);
     let figure = figure.beside(over_time.into_iter().chain(drifts));
     (!figure.panels.is_empty()).then_some(figure)
 }
@@ -606,8 +589,7 @@ mod tests {
         );
         let combined = a.budget.as_ref().unwrap().combined_mps2;
         assert_eq!(*shown("budget", 0, "combined"), [milli_g(combined)]);
-        let captures = figures.iter().find(|f| f.name == "captures").unwrap();
-        assert_eq!(captures.panels[0].shaded.1.len(), 6);
+        assert_eq!(series(&figures, "captures", 0, "used").x.len(), 12);
         // One recording after the other, with a break before each.
         let x = &series(&figures, "captures", 1, "raw").x;
         assert!(x.iter().filter(|x| x.is_finite()).is_sorted());

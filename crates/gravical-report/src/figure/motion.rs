@@ -168,12 +168,9 @@ impl Motion<'_> {
         let axes = XYZ.into_iter().enumerate();
         let figure = axes.fold(figure, |figure, (axis, (name, _))| {
             let panel = Panel::new(name, Axis::new("time", "s"), Axis::new("", unit));
-            let (shaded, series) = (("at rest", rests.clone()), series(axis));
-            figure.with(Panel {
-                shaded,
-                series,
-                ..panel
-            })
+            let mut panel = panel.with(Series::intervals("at rest", &rests));
+            panel.series.extend(series(axis));
+            figure.with(panel)
         });
         let mut series = figure.panels.iter().flat_map(|p| &p.series);
         let known = series.any(|s| s.y.iter().any(|v| v.is_finite()));
@@ -553,10 +550,8 @@ mod tests {
         );
         let band = series(&figures, "position", 1, "± 2σ");
         assert_eq!(band.high.last(), Some(&(last + 2.0 * sigma)));
-        assert_eq!(
-            figures[0].panels[0].shaded.1.len(),
-            motion.result.rests.len()
-        );
+        let rests = series(&figures, "position", 0, "at rest").x.len();
+        assert_eq!(rests, 2 * motion.result.rests.len());
         let reference = motion.reference.as_ref().unwrap().t_s.len();
         assert_eq!(
             series(&figures, "position", 2, "reference").y.len(),

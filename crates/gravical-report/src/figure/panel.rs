@@ -28,8 +28,6 @@ pub struct Panel {
     pub y: Axis,
     /// A unit is as long on both axes, in a plot of this height over width.
     pub equal: Option<f64>,
-    /// Shaded intervals of the x axis, and what they are.
-    pub shaded: (&'static str, Vec<[f64; 2]>),
     /// What is drawn, the first at the bottom.
     pub series: Vec<Series>,
 }
@@ -81,6 +79,8 @@ pub enum Role {
     Y,
     /// Along z.
     Z,
+    /// Intervals of the x axis.
+    Interval,
     /// Helps the eye: thin and pale, not in the legend. Its points are texts without a symbol.
     Guide,
 }
@@ -98,6 +98,8 @@ pub enum Mark {
     Columns,
     /// A horizontal line right across at each y.
     Rule,
+    /// The height of the panel from each first to each second x.
+    Shade,
 }
 
 /// Values of one name. All columns are equally long or empty.
@@ -164,7 +166,6 @@ impl Panel {
             x,
             y,
             equal: None,
-            shaded: ("", Vec::new()),
             series: Vec::new(),
         }
     }
@@ -321,6 +322,13 @@ impl Series {
     #[must_use]
     pub fn rule(name: &str, role: Role, y: f64) -> Self {
         Series::new(name, role, Mark::Rule, Vec::new(), vec![y])
+    }
+
+    /// Shaded intervals of the x axis.
+    #[must_use]
+    pub fn intervals(name: &str, intervals: &[[f64; 2]]) -> Self {
+        let x = intervals.as_flattened().to_vec();
+        Series::new(name, Role::Interval, Mark::Shade, x, Vec::new())
     }
 
     /// With bars of ± `half` at the points; a half that is not finite draws none.

@@ -8,7 +8,6 @@
 //!   g.panel[data-plot="x y w h"][data-view="x0 x1 y0 y1"][data-x][data-xu][data-y][data-yu]
 //!     rect.frame, g.grid, g.ticks.tx, g.ticks.ty, text.lx, text.ly, text.panel-title
 //!     svg.plot                clips to the plot; its own units are dots from its corner
-//!       g.segments[data-name] > g.data > path.stretch
 //!       g.series.ROLE[data-name][data-mark]
 //!         g.data              scaled when zooming: paths with class s (stroke) or f (fill)
 //!         g.at[data-x][data-y]   symbols and texts, which keep their size; in dots
@@ -41,9 +40,9 @@ const MAX_LABELLED: usize = 40;
 /// Colours are those of Okabe and Ito (2008), which the colour blind can tell apart; dashes and
 /// symbols differ too, for print in grey.
 pub const STYLE: &str = "\
-.gv{font:12px system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
+.gv{font-size:12px;font-family:system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
 .gv .minor{fill:#444;font-size:11px}.gv .panel-title,.gv .title{font-weight:bold}.gv .title{font-size:15px}\
-.gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .grid path{fill:none;stroke:#e3e3e3}.gv .stretch{fill:#e7eef4}\
+.gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .grid path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#e7eef4}\
 .gv .s{fill:none;stroke-width:1.6;stroke-linejoin:round;vector-effect:non-scaling-stroke}\
 .gv .band{fill-opacity:.22}.gv .column{fill-opacity:.85}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
@@ -58,7 +57,7 @@ pub const STYLE: &str = "\
 /// The same hues on a dark page, lighter where they would be too dark.
 pub const DARK: &str = "\
 .gv text{fill:#e6e6e6}.gv .minor{fill:#b4b9bf}.gv .paper,.gv .hollow{fill:#16191d}.gv .halo{stroke:#16191d}\
-.gv .frame{stroke:#7d858d}.gv .grid path{stroke:#30363c}.gv .stretch{fill:#2c3a47}.gv .guide .s{stroke:#4a5057}\
+.gv .frame{stroke:#7d858d}.gv .grid path{stroke:#30363c}.gv .interval .f{fill:#2c3a47}.gv .guide .s{stroke:#4a5057}\
 .gv .raw .s{stroke:#a8a8a8}.gv .raw .f{fill:#a8a8a8}.gv .reference .s{stroke:#f0f0f0}.gv .reference .f{fill:#f0f0f0}\
 .gv .calibrated .s,.gv .z .s{stroke:#56B4E9}.gv .calibrated .f,.gv .z .f{fill:#56B4E9}\
 .gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}.gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}";
@@ -84,6 +83,7 @@ fn look(role: Role) -> (&'static str, &'static str, bool) {
         Role::X => ("x", CIRCLE, false),
         Role::Y => ("y", SQUARE, false),
         Role::Z => ("z", TRIANGLE, false),
+        Role::Interval => ("interval", DOT, false),
         Role::Guide => ("guide", DOT, false),
     }
 }
@@ -154,7 +154,7 @@ fn drawings(figure: &Figure) -> (f64, Vec<(String, f64)>) {
     (width, panels.chunks(together).map(draw).collect())
 }
 
-/// Names of series and shaded intervals, each once, and where their lines end.
+/// Names of series, each once, and where their lines end.
 fn legend(figure: &Figure, width: f64) -> (String, f64) {
     let mut out = String::from("<g class=\"legend\">");
     let (mut x, mut y) = (16.0, 18.0);
@@ -179,12 +179,6 @@ fn legend(figure: &Figure, width: f64) -> (String, f64) {
                 entry(&s.name, look(s.role).0, &swatch(s, &panel.series[..i]));
             }
         }
-        let (name, intervals) = &panel.shaded;
-        if !intervals.is_empty() && !names.contains(name) {
-            names.push(name);
-            let swatch = "<path class=\"stretch\" d=\"M0-10h24v12H0z\"/>";
-            entry(name, "shade", swatch);
-        }
     }
     let bottom = if names.is_empty() { 4.0 } else { y + 6.0 };
     (out + "</g>", bottom)
@@ -197,6 +191,7 @@ fn swatch(s: &Series, below: &[Series]) -> String {
         Mark::Line | Mark::Rule => format!("<path class=\"{}\" d=\"M0-4h24\"/>", line_class(s)),
         Mark::Points => symbol(s, "translate(12 -4)"),
         Mark::Columns => format!("<path class=\"f column\" d=\"{BOX}\"/>"),
+        Mark::Shade => format!("<path class=\"f\" d=\"{BOX}\"/>"),
         // A narrow band lies on a wide one and is darker there.
         Mark::Band => {
             let alike = |o: &&Series| o.mark == Mark::Band && o.role == s.role;
@@ -269,17 +264,10 @@ struct View {
 
 impl View {
     fn of_x(panels: &[Panel], length: f64) -> View {
-        let points = |p: &Panel| p.series.iter().any(|s| s.mark == Mark::Points);
-        let pad = if panels.iter().any(|p| p.equal.is_some()) {
-            0.06
-        } else if panels.iter().any(points) {
-            0.04
-        } else {
-            0.0
-        };
-        let series = panels.iter().flat_map(|p| &p.series).flat_map(|s| &s.x);
-        let shaded = panels.iter().flat_map(|p| p.shaded.1.as_flattened());
-        let view = View::new(&panels[0].x, series.chain(shaded), pad);
+        let series = || panels.iter().flat_map(|p| &p.series);
+        let points = series().any(|s| s.mark == Mark::Points);
+        let pad = if points { 0.04 } else { 0.0 };
+        let view = View::new(&panels[0].x, series().flat_map(|s| &s.x), pad);
         View { length, ..view }
     }
 
@@ -402,7 +390,6 @@ impl Plot<'_> {
             out,
             "<svg class=\"plot\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" overflow=\"hidden\">"
         );
-        self.intervals(out);
         let mut taken = self.symbols();
         let shown = || panel.series.iter().filter(|s| shows(s));
         shown().for_each(|s| self.series(out, s, &mut taken));
@@ -458,24 +445,6 @@ impl Plot<'_> {
         );
     }
 
-    /// Shaded intervals; one of a single sample is seen, too.
-    fn intervals(&self, out: &mut String) {
-        let (name, intervals) = &self.panel.shaded;
-        if intervals.is_empty() {
-            return;
-        }
-        put!(
-            out,
-            "<g class=\"segments\" data-name=\"{name}\"><title>{name}</title><g class=\"data\"><path class=\"stretch\" d=\""
-        );
-        for [from, to] in intervals {
-            let [from, to] = [from, to].map(|x| self.x.at(*x).clamp(0.0, self.x.length));
-            let wide = r((to - from).max(0.8));
-            put!(out, "M{} 0h{wide}v{}h-{wide}z", r(from), self.y.length);
-        }
-        out.push_str("\"/></g></g>");
-    }
-
     /// Dots of the plot, in which y runs down.
     fn place(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         // Far outside a point only says where its line leaves the plot.
@@ -498,6 +467,7 @@ impl Plot<'_> {
                 let rules = levels.map(|(_, y)| format!("M0 {}h{}", r(y), r(self.x.length)));
                 ("rule", line_class(s), rules.collect())
             }
+            Mark::Shade => ("shade", "f", self.intervals(s)),
         };
         put!(
             out,
@@ -508,6 +478,17 @@ impl Plot<'_> {
 
     fn line(&self, s: &Series) -> String {
         path(s.x.iter().zip(&s.y).map(|(x, y)| self.place(*x, *y)))
+    }
+
+    /// One of a single sample is seen, too.
+    fn intervals(&self, s: &Series) -> String {
+        let interval = |ends: &[f64]| {
+            let at = |x: &f64| self.x.at(*x).clamp(0.0, self.x.length);
+            let (from, to) = (at(&ends[0]), ends.last().map_or(0.0, at));
+            let (from, wide, height) = (r(from), r((to - from).max(0.8)), self.y.length);
+            format!("M{from} 0h{wide}v{height}h-{wide}z")
+        };
+        s.x.chunks(2).map(interval).collect()
     }
 
     fn band(&self, s: &Series) -> String {
@@ -639,7 +620,8 @@ const BESIDE: [Place; 4] = [
 
 /// It has something to draw.
 fn shows(s: &Series) -> bool {
-    s.y.iter().chain(&s.low).any(|v| v.is_finite())
+    let shade = s.mark == Mark::Shade && !s.x.is_empty();
+    shade || s.y.iter().chain(&s.low).any(|v| v.is_finite())
 }
 
 /// A line through places; it breaks where there is none. A lone place is a dot. Steps are half as

@@ -321,7 +321,7 @@ class Drawing {
     set(this.rubber, r);
   }
 
-  shown(p) { return p.series.filter(s => !s.g.hasAttribute("hidden") && !s.guide); }
+  shown(p) { return p.series.filter(s => !s.g.hasAttribute("hidden") && !s.guide && s.mark !== "shade"); }
   // Every point that can be picked.
   spots(p) {
     const some = this.shown(p).filter(s => s.mark !== "rule" && s.mark !== "band");
