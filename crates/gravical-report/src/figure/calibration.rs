@@ -206,14 +206,8 @@ fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
         let poses = a.poses.iter().filter(move |p| p.fitted == fitted);
         poses.map(|p| (unit_vector(p.calibrated), p.label.clone()))
     };
-    let mut next = a
-        .proposed_poses()
-        .iter()
-        .enumerate()
-        .map(|(i, pose)| match i {
-            0 => (pose.direction, "next".to_owned()),
-            _ => (pose.direction, format!("next but {i}")),
-        });
+    let next = a.proposed_poses().iter().enumerate();
+    let mut next = next.map(|(i, pose)| (pose.direction, format!("next {}", i + 1)));
     panel
         .with(axes.labelled(names))
         .with(points("pose", Role::Calibrated, &mut poses(true)))

@@ -42,7 +42,7 @@ const MAX_LABELLED: usize = 40;
 pub const STYLE: &str = "\
 .gv{font-size:12px;font-family:system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
 .gv .minor{fill:#444;font-size:11px}.gv .panel-title,.gv .title{font-weight:bold}.gv .title{font-size:15px}\
-.gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .grid path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#e7eef4}\
+.gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .grid path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#5b7c99;fill-opacity:.15}\
 .gv .s{fill:none;stroke-width:1.6;stroke-linejoin:round;vector-effect:non-scaling-stroke}\
 .gv .band{fill-opacity:.22}.gv .column{fill-opacity:.85}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
@@ -57,7 +57,7 @@ pub const STYLE: &str = "\
 /// The same hues on a dark page, lighter where they would be too dark.
 pub const DARK: &str = "\
 .gv text{fill:#e6e6e6}.gv .minor{fill:#b4b9bf}.gv .paper,.gv .hollow{fill:#16191d}.gv .halo{stroke:#16191d}\
-.gv .frame{stroke:#7d858d}.gv .grid path{stroke:#30363c}.gv .interval .f{fill:#2c3a47}.gv .guide .s{stroke:#4a5057}\
+.gv .frame{stroke:#7d858d}.gv .grid path{stroke:#30363c}.gv .interval .f{fill-opacity:.3}.gv .guide .s{stroke:#4a5057}\
 .gv .raw .s{stroke:#a8a8a8}.gv .raw .f{fill:#a8a8a8}.gv .reference .s{stroke:#f0f0f0}.gv .reference .f{fill:#f0f0f0}\
 .gv .calibrated .s,.gv .z .s{stroke:#56B4E9}.gv .calibrated .f,.gv .z .f{fill:#56B4E9}\
 .gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}.gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}";
@@ -394,6 +394,12 @@ impl Plot<'_> {
         let shown = || panel.series.iter().filter(|s| shows(s));
         shown().for_each(|s| self.series(out, s, &mut taken));
         out.push_str("</svg>");
+        if panel.x.scale != Scale::Hidden {
+            put!(
+                out,
+                "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>"
+            );
+        }
         if shown().next().is_none() {
             let (x, y) = (left + width / 2.0, top + height / 2.0 + 4.0);
             text(out, "minor", x, y, "middle", "no values");
@@ -428,9 +434,7 @@ impl Plot<'_> {
         }
         put!(
             out,
-            "<g class=\"grid\">{grid}</g><rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{}\"/>\
-             <g class=\"ticks tx\">{along}</g><g class=\"ticks ty\">{up}</g>",
-            y.length
+            "<g class=\"grid\">{grid}</g><g class=\"ticks tx\">{along}</g><g class=\"ticks ty\">{up}</g>"
         );
         let name = axis_name(&panel.x);
         if self.last && !name.is_empty() {
@@ -494,15 +498,15 @@ impl Plot<'_> {
     fn band(&self, s: &Series) -> String {
         let ends = |i: usize| {
             let upper = self.place(s.x[i], s.high[i])?;
-            Some((upper, self.place(s.x[i], s.low[i])?))
+            Some([upper, self.place(s.x[i], s.low[i])?])
         };
-        let ends: Vec<Option<_>> = (0..s.x.len()).map(ends).collect();
+        let ends: Vec<Option<[(f64, f64); 2]>> = (0..s.x.len()).map(ends).collect();
         let pieces = ends
             .split(Option::is_none)
             .filter(|piece| !piece.is_empty());
-        let outline = |piece: &[Option<((f64, f64), (f64, f64))>]| {
-            let upper = piece.iter().map(|ends| Some(ends.as_ref()?.0));
-            let lower = piece.iter().rev().map(|ends| Some(ends.as_ref()?.1));
+        let outline = |piece: &[Option<[(f64, f64); 2]>]| {
+            let upper = piece.iter().map(|ends| Some(ends.as_ref()?[0]));
+            let lower = piece.iter().rev().map(|ends| Some(ends.as_ref()?[1]));
             path(upper.chain(lower)) + "z"
         };
         pieces.map(outline).collect()
@@ -841,6 +845,13 @@ mod tests {
         }
         assert!(drawn(vec![f64::NAN; 3]).contains("no values"));
         assert!(standalone(&Figure::new("e", "E", "")).ends_with("</svg>\n"));
+    }
+
+    #[test]
+    fn a_drawing_says_what_it_is() {
+        let text = drawn(vec![0.0, 1.0]);
+        let said = "aria-labelledby=\"e-title e-desc\"><title id=\"e-title\">&quot;E&quot; &amp; more</title><desc id=\"e-desc\">";
+        assert!(text.contains(said), "{text}");
     }
 
     #[test]

@@ -380,7 +380,7 @@ impl FitErrors {
     #[must_use]
     pub fn of(errors: &[[f64; 3]]) -> Option<Self> {
         let components = errors.as_flattened();
-        let norms = errors.iter().map(|e| gravical_core::matrix3::norm(e));
+        let norms = errors.iter().map(gravical_core::matrix3::norm);
         (!errors.is_empty()).then(|| FitErrors {
             rms: (components.iter().map(|e| e * e).sum::<f64>() / components.len() as f64).sqrt(),
             max: components.iter().fold(0.0, |m, e| m.max(e.abs())),
