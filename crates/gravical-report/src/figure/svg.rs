@@ -159,25 +159,24 @@ fn legend(figure: &Figure, width: f64) -> (String, f64) {
     let mut out = String::from("<g class=\"legend\">");
     let (mut x, mut y) = (16.0, 18.0);
     let mut names: Vec<&str> = Vec::new();
-    let mut entry = |name: &'_ str, class: &str, swatch: &str| {
-        let needs = 50.0 + width_of(name);
-        if x > 16.0 && x + needs > width {
-            (x, y) = (16.0, y + 18.0);
-        }
-        let name = escape(name);
-        put!(
-            out,
-            "<g class=\"entry {class}\" data-name=\"{name}\" transform=\"translate({} {y})\"><g>{swatch}</g><text x=\"32\">{name}</text></g>",
-            r(x)
-        );
-        x += needs;
-    };
     for panel in &figure.panels {
         for (i, s) in panel.series.iter().enumerate().filter(|(_, s)| shows(s)) {
-            if s.role != Role::Guide && !names.contains(&s.name.as_str()) {
-                names.push(&s.name);
-                entry(&s.name, look(s.role).0, &swatch(s, &panel.series[..i]));
+            if s.role == Role::Guide || names.contains(&s.name.as_str()) {
+                continue;
             }
+            names.push(&s.name);
+            let needs = 50.0 + width_of(&s.name);
+            if x > 16.0 && x + needs > width {
+                (x, y) = (16.0, y + 18.0);
+            }
+            let (role, ..) = look(s.role);
+            let (name, swatch) = (escape(&s.name), swatch(s, &panel.series[..i]));
+            put!(
+                out,
+                "<g class=\"entry {role}\" data-name=\"{name}\" transform=\"translate({} {y})\"><g>{swatch}</g><text x=\"32\">{name}</text></g>",
+                r(x)
+            );
+            x += needs;
         }
     }
     let bottom = if names.is_empty() { 4.0 } else { y + 6.0 };
