@@ -56,6 +56,7 @@ fn the_tables_that_people_read_carry_the_same_numbers() {
         "-0.130",
         "1.001552",
         "1.018669",
+        "before 37.09 0.41695 0.92000 0.66199",
         "0.01338 0.02931 0.01785",
         "1.001552 +0.16",
         "Verdict: not verifiable",

@@ -50,17 +50,15 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
 fn errors(file: &CalibrationFile) -> Table {
     let a = &file.accelerometer;
     let row = |name: &str, value: &dyn Fn(&PoseResult) -> Option<[f64; 3]>| {
-        let fitted = a.poses.iter().filter(|p| p.fitted);
-        let values = fitted.map(|p| Some((p, value(p)?)));
+        let values = a.poses.iter().map(|p| Some((p, value(p)?)));
         let values: Vec<(&PoseResult, [f64; 3])> = values.collect::<Option<_>>()?;
-        let squares = values
-            .iter()
-            .map(|(_, v)| (norm(v) - file.gravity_mps2).powi(2));
-        let rms = (squares.sum::<f64>() / values.len() as f64).sqrt();
+        let fitted: Vec<_> = values.iter().filter(|(p, _)| p.fitted).collect();
+        let off = |v: &[f64; 3]| norm(v) - file.gravity_mps2;
+        let squares: f64 = fitted.iter().map(|(_, v)| off(v).powi(2)).sum();
+        let rms = (squares / fitted.len() as f64).sqrt();
         let faces = values.iter().filter(|(p, _)| p.kind == PoseKind::Face);
         let errors = faces.map(|(p, v)| std::array::from_fn(|i| v[i] - p.expected[i]));
-        let e = FitErrors::of(&errors.collect::<Vec<_>>());
-        let e = e.map(|e| [e.rms, e.max, e.mean_norm]);
+        let e = FitErrors::of(&errors.collect::<Vec<_>>()).map(|e| [e.rms, e.max, e.mean_norm]);
         let cells = [Cell::text(name), Cell::number(fixed(milli_g(rms), 2))];
         let e = (0..3).map(|i| Cell::maybe(e.map(|e| e[i]), |v| fixed(v, 5)));
         Some(Row::from(cells.into_iter().chain(e)))
