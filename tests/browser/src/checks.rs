@@ -304,6 +304,17 @@ pub async fn structure(browser: &Browser) {
     assert_eq!(wrong, json!([]));
 }
 
+/// A wide page shows every table whole.
+pub async fn tables_fit(browser: &Browser) {
+    let wide = browser
+        .eval(
+            "return [...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth + 1)
+               .map(e => [e.getAttribute('aria-label'), e.scrollWidth, e.clientWidth])",
+        )
+        .await;
+    assert_eq!(wide, json!([]));
+}
+
 pub async fn nothing_overflows(browser: &Browser) {
     let wide = browser
         .eval(

@@ -50,6 +50,7 @@ async fn look(browser: &Browser, page: &Page) {
     browser.open(&page.path).await;
     checks::series_are_all_there(browser).await;
     checks::nothing_overlaps(browser, "1280").await;
+    checks::tables_fit(browser).await;
     checks::zoom_and_reset(browser).await;
     checks::a_box_is_zoomed_into(browser).await;
     checks::toggles_hide(browser).await;

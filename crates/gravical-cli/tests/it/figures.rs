@@ -36,7 +36,7 @@ fn drawings(folder: &Path) -> Vec<String> {
         let document = roxmltree::Document::parse(&text).unwrap();
         let series = document
             .descendants()
-            .filter(|n| n.attribute("data-samples").is_some());
+            .filter(|n| n.attribute("data-mark").is_some());
         assert!(series.count() > 0, "{name}");
         assert!(
             !text.contains("NaN") && !text.contains("no values"),

@@ -3,7 +3,7 @@ use crate::figure::{Axis, Figure, Panel, Role, Series};
 
 fn figure() -> Figure {
     let line = Series::line("a", Role::Raw, vec![0.0, 1.0], vec![0.0, 1.0]);
-    let panel = Panel::new(Axis::new("t", "s"), Axis::new("y", "m")).with(line);
+    let panel = Panel::new("", Axis::new("t", "s"), Axis::new("y", "m")).with(line);
     Figure::new("norm", "A figure", "What it shows.").with(panel)
 }
 
@@ -217,7 +217,7 @@ fn a_drawing_that_does_not_fit_is_named() {
     let x: Vec<f64> = (0..40_000).map(f64::from).collect();
     let y: Vec<f64> = x.iter().map(|v| (v * 0.7).sin()).collect();
     let line = Series::line("a", Role::Raw, x, y);
-    let panel = Panel::new(Axis::new("t", "s"), Axis::new("y", "m")).with(line);
+    let panel = Panel::new("", Axis::new("t", "s"), Axis::new("y", "m")).with(line);
     let figures: Vec<Figure> = (0..20)
         .map(|i| Figure::new(&format!("f{i}"), "F", "").with(panel.clone()))
         .collect();

@@ -305,13 +305,14 @@ fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
         .full(Block::paragraph(how(file.accelerometer.method)))
         .full(Block::List(assumptions(file)));
     let rejected = rejected(file);
-    let section = match rejected.is_empty() {
-        true => section.full(Block::paragraph("All poses were used in the fit.")),
-        false => section
+    let section = if rejected.is_empty() {
+        section.full(Block::paragraph("All poses were used in the fit."))
+    } else {
+        section
             .full(Block::Heading("Poses not used"))
-            .full(Block::List(rejected)),
-    }
-    .figures(figures);
+            .full(Block::List(rejected))
+    };
+    let section = section.figures(figures);
     match budget(file) {
         Some(table) => section.with(table),
         None => section,

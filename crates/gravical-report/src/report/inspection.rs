@@ -87,12 +87,13 @@ fn time(inspection: &Inspection) -> String {
     parts.join(", ")
 }
 
-fn origin(origin: Origin) -> &'static str {
+/// How a unit is known.
+pub(super) fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Given => "given",
         Origin::Data => "from the data",
         Origin::Header => "from the header",
-        Origin::Assumed => "unknown",
+        Origin::Assumed => "assumed",
     }
 }
 

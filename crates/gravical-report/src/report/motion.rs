@@ -9,8 +9,9 @@ use crate::document::{
 use crate::figure::Figure;
 use gravical::motion::{MotionJudgement, MotionResult, Span};
 use gravical::numfmt::{decimals_by, digits, fixed, words};
-use gravical::recording::{Origin, Recording};
+use gravical::recording::Recording;
 
+use super::inspection::origin;
 use super::moves::{budget, end, largest, moves};
 use super::truth::truth;
 use super::{named, short_name};
@@ -155,12 +156,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         Some(_) => "; with a gyroscope",
         None => "; no gyroscope",
     };
-    let origin = match recording.accel_scale.origin {
-        Origin::Given => "given",
-        Origin::Data => "from the data",
-        Origin::Header => "from the header",
-        Origin::Assumed => "assumed",
-    };
+    let origin = origin(recording.accel_scale.origin);
     let unit = recording.accel_scale.unit;
     fact("unit", format!("accelerometer {unit} ({origin}){gyro}"));
     let none = "none, nominal scale".to_owned();
@@ -254,9 +250,10 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let table = Table::new("Rests, s")
         .columns([Column::left("rest")])
         .columns(columns);
-    let section = match result.rests.is_empty() {
-        true => section.full(Block::paragraph("No rest was found.")),
-        false => section.full(table.rows(spans)),
+    let section = if result.rests.is_empty() {
+        section.full(Block::paragraph("No rest was found."))
+    } else {
+        section.full(table.rows(spans))
     };
     let visible = result.visible_moves.iter().map(|v| {
         Row::from([

@@ -22,9 +22,10 @@ pub(super) fn largest(value: [f64; 3]) -> f64 {
 
 /// As [`fixed`]; beyond [`ROUND`] with two digits.
 fn far(v: f64, decimals: usize) -> String {
-    match v.abs() < ROUND || !v.is_finite() {
-        true => fixed(v, decimals),
-        false => format!("{v:.1e}"),
+    if v.abs() < ROUND || !v.is_finite() {
+        fixed(v, decimals)
+    } else {
+        format!("{v:.1e}")
     }
 }
 
@@ -114,10 +115,7 @@ fn one_move(i: usize, m: &Move, plain: bool) -> Row {
     if m.stances > 0 {
         notes.push(gravical::numfmt::count(m.stances, "stance"));
     }
-    match notes.is_empty() {
-        true => row,
-        false => row.noted(notes.join("; ")),
-    }
+    row.noted(notes.join("; "))
 }
 
 pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
@@ -195,9 +193,10 @@ pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         let mm = factor * 1e3 * total;
         Row::from([Cell::text(name), Cell::number(far(mm, n)), share]).sum()
     };
-    let of = match only {
-        true => "the displacement".to_owned(),
-        false => format!("move {number}, the least certain one"),
+    let of = if only {
+        "the displacement".to_owned()
+    } else {
+        format!("move {number}, the least certain one")
     };
     let table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ"))
         .columns([Column::left("source")])

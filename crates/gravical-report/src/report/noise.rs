@@ -42,19 +42,11 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     let reading = Section::new("reading", "How it was read").opening();
     document = document.with(reading.with(Block::Facts(facts)));
     let mut section = Section::new("noise", "Noise");
-    for (letter, sensor) in [('a', "accelerometer"), ('g', "gyroscope")] {
-        let own: Vec<&ChannelNoise> = result
-            .channels
-            .iter()
-            .filter(|c| c.channel.starts_with(letter))
-            .collect();
-        if own.is_empty() {
-            continue;
-        }
+    for (sensor, channels) in &sensors(result) {
         section = section
-            .with(parameters(sensor, &own))
-            .full(intervals(sensor, &own));
-        let missing = missing(&own);
+            .with(parameters(sensor, channels))
+            .full(intervals(sensor, channels));
+        let missing = missing(channels);
         if !missing.is_empty() {
             section = section.with(Block::List(missing));
         }
@@ -75,26 +67,28 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     document.with(curves).with_findings(&result.findings, false)
 }
 
+/// The sensors of which channels could be analysed.
+fn sensors(result: &NoiseResult) -> Vec<(&'static str, Vec<&ChannelNoise>)> {
+    let sensors = [("accelerometer", 'a'), ("gyroscope", 'g')].map(|(sensor, letter)| {
+        let channels = result.channels.iter();
+        let channels = channels.filter(|c| c.channel.starts_with(letter));
+        (sensor, channels.collect::<Vec<_>>())
+    });
+    let known = |(_, channels): &(_, Vec<_>)| !channels.is_empty();
+    sensors.into_iter().filter(known).collect()
+}
+
 /// One sentence.
 fn conclusion(result: &NoiseResult) -> String {
-    let sensors = [('a', "accelerometer"), ('g', "gyroscope")];
-    let parts = sensors.iter().filter_map(|(letter, sensor)| {
-        let own: Vec<&ChannelNoise> = result
-            .channels
-            .iter()
-            .filter(|c| c.channel.starts_with(*letter))
-            .collect();
-        if own.is_empty() {
-            return None;
-        }
-        let terms = Term::ALL.map(|term| span(term, *letter == 'g', &own));
-        Some(format!("{sensor} {}", terms.join(", ")))
-    });
-    let parts: Vec<String> = parts.collect();
-    match parts.is_empty() {
-        true => "no channel could be analysed".to_owned(),
-        false => parts.join("; "),
+    let sensors = sensors(result);
+    let part = |(sensor, channels): &(&str, Vec<&ChannelNoise>)| {
+        let terms = Term::ALL.map(|term| span(term, *sensor == "gyroscope", channels));
+        format!("{sensor} {}", terms.join(", "))
+    };
+    if sensors.is_empty() {
+        return "no channel could be analysed".to_owned();
     }
+    sensors.iter().map(part).collect::<Vec<_>>().join("; ")
 }
 
 /// A term of all axes: `N 330 to 480 µg/√Hz`.
@@ -120,42 +114,54 @@ fn span(term: Term, gyroscope: bool, own: &[&ChannelNoise]) -> String {
     format!("{} {range} {name}{of}", term.symbol())
 }
 
-/// The terms, each with its usual unit.
-fn terms(gyroscope: bool) -> [(Term, Unit); 3] {
-    Term::ALL.map(|term| (term, Unit::of(term, gyroscope)))
-}
-
-fn of_channels(caption: String, own: &[&ChannelNoise]) -> Table {
+fn table(caption: String, channels: &[&ChannelNoise]) -> Table {
     Table::new(caption)
         .columns([Column::left("")])
-        .columns(own.iter().map(|c| Column::number(&c.channel)))
+        .columns(channels.iter().map(|c| Column::number(&c.channel)))
 }
 
-fn parameters(sensor: &str, own: &[&ChannelNoise]) -> Table {
+/// A cell for each channel.
+fn row(label: String, channels: &[&ChannelNoise], cell: impl Fn(&ChannelNoise) -> Cell) -> Row {
+    let cells = channels.iter().map(|c| cell(c));
+    std::iter::once(Cell::text(label)).chain(cells).into()
+}
+
+fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
     let gyroscope = sensor == "gyroscope";
-    let mut table = of_channels(sensor.to_owned(), own);
-    for (term, Unit { name, factor }) in terms(gyroscope) {
+    let terms = Term::ALL.map(|term| {
+        let Unit { name, factor } = Unit::of(term, gyroscope);
         let label = format!("{}, {name}", term.symbol());
-        let values = own.iter().map(|c| value(c, term, factor));
-        table = table.row(std::iter::once(Cell::text(label)).chain(values));
-    }
-    table = table
-        .row(in_si(own, gyroscope))
-        .row(by_density(own, gyroscope));
-    match own.iter().any(|c| c.data_sheet.is_some()) {
-        true => table.row(by_data_sheet(own, gyroscope)),
-        false => table,
-    }
+        row(label, channels, |c| value(c, term, factor))
+    });
+    let Unit { name, factor } = Unit::of(Term::N, gyroscope);
+    // In SI units, which code needs.
+    let si = row(
+        format!("N, {}", Unit::si(Term::N, gyroscope)),
+        channels,
+        |c| Cell::maybe(c.n.map(|n| n.value), |n| format!("{n:.2e}")),
+    );
+    let density = row(format!("N by density, {name}"), channels, |c| {
+        let known = c.density.filter(|_| c.n.is_some());
+        Cell::maybe(known.map(|d| d.n), |n| small(factor * n, 3))
+    });
+    let sheet = row(format!("N by data sheet, {name}"), channels, |c| {
+        Cell::maybe(c.data_sheet.as_ref().map(|s| s.n), |n| small(factor * n, 3))
+    });
+    let sheet = channels
+        .iter()
+        .any(|c| c.data_sheet.is_some())
+        .then_some(sheet);
+    let rows = terms.into_iter().chain([si, density]).chain(sheet);
+    table(sensor.to_owned(), channels).rows(rows)
 }
 
-fn intervals(sensor: &str, own: &[&ChannelNoise]) -> Table {
-    let mut table = of_channels(format!("{sensor}: 95 % intervals"), own);
-    for (term, Unit { name, factor }) in terms(sensor == "gyroscope") {
+fn intervals(sensor: &str, channels: &[&ChannelNoise]) -> Table {
+    let rows = Term::ALL.map(|term| {
+        let Unit { name, factor } = Unit::of(term, sensor == "gyroscope");
         let label = format!("{}, {name}", term.symbol());
-        let values = own.iter().map(|c| interval(c.estimate(term), factor));
-        table = table.row(std::iter::once(Cell::text(label)).chain(values));
-    }
-    table
+        row(label, channels, |c| interval(c.estimate(term), factor))
+    });
+    table(format!("{sensor}: 95 % intervals"), channels).rows(rows)
 }
 
 fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
@@ -186,45 +192,17 @@ fn interval(estimate: Option<&Estimate>, factor: f64) -> Cell {
     }
 }
 
-/// N in SI units, which code needs.
-fn in_si(own: &[&ChannelNoise], gyroscope: bool) -> Row {
-    let n = own
-        .iter()
-        .map(|c| Cell::maybe(c.n.map(|n| n.value), |n| format!("{n:.2e}")));
-    let label = format!("N, {}", Unit::si(Term::N, gyroscope));
-    std::iter::once(Cell::text(label)).chain(n).into()
-}
-
-fn by_density(own: &[&ChannelNoise], gyroscope: bool) -> Row {
-    let Unit { name, factor } = Unit::of(Term::N, gyroscope);
-    let n = own.iter().map(|c| {
-        let known = c.density.filter(|_| c.n.is_some());
-        Cell::maybe(known.map(|d| d.n), |n| small(factor * n, 3))
-    });
-    let label = format!("N by density, {name}");
-    std::iter::once(Cell::text(label)).chain(n).into()
-}
-
-fn by_data_sheet(own: &[&ChannelNoise], gyroscope: bool) -> Row {
-    let Unit { name, factor } = Unit::of(Term::N, gyroscope);
-    let n = own.iter().map(|c| {
-        let sheet = c.data_sheet.as_ref();
-        Cell::maybe(sheet.map(|s| s.n), |n| small(factor * n, 3))
-    });
-    let label = format!("N by data sheet, {name}");
-    std::iter::once(Cell::text(label)).chain(n).into()
-}
-
 /// Why terms are missing; axes with one reason together.
 fn missing(own: &[&ChannelNoise]) -> Vec<String> {
     let mut all: Vec<(String, Vec<&str>)> = Vec::new();
     for channel in own {
         for missing in &channel.not_observable {
-            let text = format!("{} is {}", missing.term, missing.reason);
-            let text = match missing.reason.starts_with("not ") {
-                true => text,
-                false => format!("{}: {}", missing.term, missing.reason),
+            let verb = if missing.reason.starts_with("not ") {
+                " is"
+            } else {
+                ":"
             };
+            let text = format!("{}{verb} {}", missing.term, missing.reason);
             match all.iter_mut().find(|(known, _)| *known == text) {
                 Some((_, channels)) => channels.push(&channel.channel),
                 None => all.push((text, vec![&channel.channel])),

@@ -2,7 +2,8 @@
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use crate::figure::Figure;
-use gravical::calibration_file::{CalibrationFile, Method, PoseResult};
+use gravical::calibration_file::{CalibrationFile, FitErrors, Method, PoseKind, PoseResult};
+use gravical::core::matrix3::norm;
 use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed};
 use gravical::poses::face::in_words;
 
@@ -22,40 +23,63 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
         .columns([Column::left("pose")])
         .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
         .columns(Column::axes("calibrated, m/s²"))
+        .columns(exact.then(|| Column::number("error, m/s²")))
         .columns([
-            only(exact, Column::number("error, m/s²")),
             only(!exact, Column::number("‖a‖ − g, mg")),
             only(!exact, Column::number("left out, mg")),
             Column::number("tilt, °"),
             Column::number("rows").full(),
         ])
-        .rows(rows.map(|p| row(p, decimals)));
-    let section = Section::new("poses", "Poses").with(table).full(Block::note(
-        "error: magnitude of calibrated − expected. left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
-    ));
-    let Some(e) = a.errors else {
-        return section;
+        .rows(rows.map(|p| row(p, decimals, exact)));
+    let error = if exact {
+        "error: magnitude of calibrated − expected. "
+    } else {
+        ""
     };
-    let value = |v: f64| Cell::number(fixed(v, 5));
-    let errors = Table::new("Errors at the fitted faces, m/s²")
-        .columns([Column::left("")])
-        .columns(["RMS", "maximum", "mean norm"].map(Column::number))
-        .row([
-            Cell::text("faces"),
-            value(e.rms),
-            value(e.max),
-            value(e.mean_norm),
-        ]);
-    let note = "The parameters were fitted to these poses: the errors are no measure of accuracy.";
-    section.with(errors).with(Block::note(note))
+    let section = Section::new("poses", "Poses").with(table).full(Block::note(format!(
+        "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face.",
+    )));
+    if !a.poses.iter().any(|p| p.fitted) {
+        return section;
+    }
+    let note = "The parameters were fitted to these poses: the errors are no measure of accuracy. Those of the vectors contain the tilt of the faces.";
+    section.with(errors(file)).with(Block::note(note))
 }
 
-fn row(p: &PoseResult, decimals: usize) -> Row {
-    let mg = |v: f64| signed(milli_g(v), 2);
-    let label = match p.fitted {
-        true => p.label.clone(),
-        false => format!("{} (not used)", p.label),
+/// Errors of the fitted poses by the nominal scale and with the calibration.
+fn errors(file: &CalibrationFile) -> Table {
+    let a = &file.accelerometer;
+    let row = |name: &str, value: &dyn Fn(&PoseResult) -> Option<[f64; 3]>| {
+        let values = a.poses.iter().map(|p| Some((p, value(p)?)));
+        let values: Vec<(&PoseResult, [f64; 3])> = values.collect::<Option<_>>()?;
+        let fitted: Vec<_> = values.iter().filter(|(p, _)| p.fitted).collect();
+        let off = |v: &[f64; 3]| norm(v) - file.gravity_mps2;
+        let squares: f64 = fitted.iter().map(|(_, v)| off(v).powi(2)).sum();
+        let rms = (squares / fitted.len() as f64).sqrt();
+        let faces = values.iter().filter(|(p, _)| p.kind == PoseKind::Face);
+        let errors = faces.map(|(p, v)| std::array::from_fn(|i| v[i] - p.expected[i]));
+        let e = FitErrors::of(&errors.collect::<Vec<_>>()).map(|e| [e.rms, e.max, e.mean_norm]);
+        let cells = [Cell::text(name), Cell::number(fixed(milli_g(rms), 2))];
+        let e = (0..3).map(|i| Cell::maybe(e.map(|e| e[i]), |v| fixed(v, 5)));
+        Some(Row::from(cells.into_iter().chain(e)))
     };
+    let before = row("before", &|p| a.nominally(p.raw));
+    let after = row("after", &|p| Some(p.calibrated));
+    let of_faces = |name| Column::number(name).below("vectors of the faces, m/s²");
+    let by = if before.is_some() {
+        ", before: by the nominal scale"
+    } else {
+        ""
+    };
+    Table::new(format!("Errors at the fitted poses{by}"))
+        .columns([Column::left(""), Column::number("‖a‖ − g: RMS, mg")])
+        .columns(["RMS", "maximum", "mean norm"].map(of_faces))
+        .rows(before.into_iter().chain(after))
+}
+
+fn row(p: &PoseResult, decimals: usize, exact: bool) -> Row {
+    let mg = |v: f64| signed(milli_g(v), 2);
+    let label = format!("{}{}", p.label, if p.fitted { "" } else { " (not used)" });
     let tilt_sd = p
         .tilt_sd_deg
         .filter(|sd| sd.is_finite())
@@ -63,8 +87,8 @@ fn row(p: &PoseResult, decimals: usize) -> Row {
     let mut cells = vec![Cell::Text(label)];
     cells.extend(Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)));
     cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
+    cells.extend(exact.then(|| Cell::number(fixed(p.error_norm, 4))));
     cells.extend([
-        Cell::number(fixed(p.error_norm, 4)),
         Cell::maybe(p.magnitude_error_mps2, mg),
         Cell::maybe(p.left_out_error_mps2, mg),
         Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),

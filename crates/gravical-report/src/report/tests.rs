@@ -329,14 +329,12 @@ fn names_are_no_markup() {
     motion.result.findings.push(finding);
     motion.result.frame = evil.to_owned();
     motion.result.moves[0].unusable = Some(evil.to_owned());
-    let panel = Panel::new(Axis::new(evil, "s"), Axis::new("y", evil))
-        .titled(evil)
-        .with(Series::line(
-            evil,
-            Role::Raw,
-            vec![0.0, 1.0],
-            vec![0.0, 1.0],
-        ));
+    let panel = Panel::new(evil, Axis::new(evil, "s"), Axis::new("y", evil)).with(Series::line(
+        evil,
+        Role::Raw,
+        vec![0.0, 1.0],
+        vec![0.0, 1.0],
+    ));
     let figures = [Figure::new("velocity", evil, evil).with(panel)];
     let input = InputFile {
         path: evil.to_owned(),

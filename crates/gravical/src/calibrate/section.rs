@@ -87,7 +87,8 @@ fn by_ferraris(
     covariance: Option<&ParameterCovariance>,
     gravity: &Gravity,
 ) -> AccelerometerSection {
-    let errors = fit_errors(&section.poses);
+    let faces = section.poses.iter().filter(|p| p.kind == PoseKind::Face);
+    let errors = FitErrors::of(&faces.map(|p| p.error).collect::<Vec<_>>());
     let sensor = section.parameters().zip(covariance);
     let sensor = sensor.map(|(parameters, covariance)| Sensor {
         parameters,
@@ -234,18 +235,4 @@ pub(super) fn poses(
         }
     };
     placements.iter().enumerate().map(one).collect()
-}
-
-/// RMS over all components, largest component and mean norm of the errors of the faces.
-fn fit_errors(poses: &[PoseResult]) -> Option<FitErrors> {
-    let faces: Vec<&PoseResult> = poses.iter().filter(|p| p.kind == PoseKind::Face).collect();
-    if faces.is_empty() {
-        return None;
-    }
-    let components: Vec<f64> = faces.iter().flat_map(|p| p.error).collect();
-    Some(FitErrors {
-        rms: (components.iter().map(|e| e * e).sum::<f64>() / components.len() as f64).sqrt(),
-        max: components.iter().fold(0.0, |m, e| m.max(e.abs())),
-        mean_norm: faces.iter().map(|p| p.error_norm).sum::<f64>() / faces.len() as f64,
-    })
 }

@@ -16,7 +16,9 @@ impl AccelerometerSection {
     }
 
     /// Input units per m/s² by definition, or by the deviation that the file gives.
-    pub(crate) fn nominal_per_mps2(&self) -> Option<f64> {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn nominal_per_mps2(&self) -> Option<f64> {
         match self.input_unit {
             AccelUnit::MetrePerSecondSquared => Some(1.0),
             AccelUnit::StandardGravity => Some(1.0 / STANDARD_GRAVITY_MPS2),
@@ -30,9 +32,22 @@ impl AccelerometerSection {
     }
 
     /// The offset of unsigned counts, where the bias shows that it contains one.
-    pub(crate) fn zero_offset(&self) -> f64 {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn zero_offset(&self) -> f64 {
         let counts = self.input_unit == AccelUnit::Counts;
         unsigned_offset(self.bias, counts)
+    }
+
+    /// A raw reading in m/s² without the calibration, by the nominal scale. None if that is
+    /// unknown, or zero is: a bias beyond 4 g is an offset of the counts.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn nominally(&self, raw: [f64; 3]) -> Option<[f64; 3]> {
+        let (nominal, offset) = (self.nominal_per_mps2()?, self.zero_offset());
+        let values = |v: [f64; 3]| v.map(|v| (v - offset) / nominal);
+        let zero_known = values(self.bias).iter().all(|b| b.abs() < 40.0);
+        zero_known.then(|| values(raw))
     }
 }
 

@@ -362,6 +362,21 @@ pub struct FitErrors {
     pub mean_norm: f64,
 }
 
+impl FitErrors {
+    /// Of the errors of these faces; none without any.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn of(errors: &[[f64; 3]]) -> Option<Self> {
+        let components = errors.as_flattened();
+        let norms = errors.iter().map(gravical_core::matrix3::norm);
+        (!errors.is_empty()).then(|| FitErrors {
+            rms: (components.iter().map(|e| e * e).sum::<f64>() / components.len() as f64).sqrt(),
+            max: components.iter().fold(0.0, |m, e| m.max(e.abs())),
+            mean_norm: norms.sum::<f64>() / errors.len() as f64,
+        })
+    }
+}
+
 /// Tilt of the poses and its source.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

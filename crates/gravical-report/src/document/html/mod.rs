@@ -9,7 +9,7 @@ use super::inline::{self, Part};
 use super::{
     Block, Cell, Column, DRAWINGS, Detail, Document, Grade, Remark, Row, Snippet, Table, Verdict,
 };
-use crate::figure::{Arrangement, Figure, svg};
+use crate::figure::{Figure, svg};
 
 impl Document<'_> {
     /// The whole document as a page. Tables have at most [`ROWS`](super::ROWS) rows, all figures
@@ -206,13 +206,12 @@ fn figure(f: &Figure, room: &mut usize) -> Markup {
     let size: usize = drawings.iter().map(String::len).sum();
     let fits = size <= *room;
     *room -= if fits { size } else { 0 };
-    let beside = f.arrangement == Arrangement::Beside && drawings.len() > 1;
     let id = format!("figure-{}", f.name);
     html! {
         figure id=(id) aria-labelledby={ (id) "-h" } {
             figcaption { h3 id={ (id) "-h" } { (f.title) } p { (f.caption) } }
             @if fits {
-                div.drawings.beside[beside] {
+                div.drawings.beside[drawings.len() > 1] {
                     @for drawing in &drawings { div.drawing { (PreEscaped(drawing)) } }
                 }
             } @else {

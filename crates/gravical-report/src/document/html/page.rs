@@ -26,7 +26,7 @@ pub(super) type Part<'a> = (&'a str, &'a str, Markup);
 pub(super) fn page(title: &str, lead: &Markup, sections: &[Part<'_>]) -> String {
     let dark = format!(
         "@media screen and (prefers-color-scheme:dark){{{}}}",
-        svg::dark_rules()
+        svg::DARK
     );
     let page = html! {
         (DOCTYPE)
@@ -39,7 +39,10 @@ pub(super) fn page(title: &str, lead: &Markup, sections: &[Part<'_>]) -> String 
                 // Prevents a request for /favicon.ico.
                 link rel="icon" href="data:,";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(dark)) }
+                style { (PreEscaped(STYLE)) }
+                // Of its own: a figure that is saved takes it along.
+                style id="figures" { (PreEscaped(svg::STYLE)) }
+                style { (PreEscaped(dark)) }
             }
             body {
                 a.skip href="#main" { "Skip to the report" }

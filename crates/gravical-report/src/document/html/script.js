@@ -86,9 +86,7 @@ class Panel {
   below(w) {
     const label = this.g.dataset.x ? 22 : 6;
     if (this.hidden) return 8;
-    if (!this.names) return 38;
-    const longest = Math.min(160, Math.max(0, ...this.names.map(width)));
-    return this.hang(w) ? 14 + label + .8 * longest : 18 + label;
+    return this.hang(w) ? 14 + label + .8 * Math.min(160, Math.max(...this.names.map(width))) : 16 + label;
   }
   // Dots of the drawing as it was made → units, and units → dots of now.
   ux(px) { return this.full.x0 + px / this.drawn.w * (this.full.x1 - this.full.x0); }
@@ -114,10 +112,8 @@ class Panel {
     }
     if (this.hidden) return;
     const grid = g.querySelector(".grid"), along = g.querySelector(".tx"), up = g.querySelector(".ty");
-    const line = d => make("path", { d, stroke: "#e3e3e3", "stroke-width": 1, fill: "none" }, grid);
-    const text = (parent, content, at) => {
-      make("text", { class: "minor", fill: "#444", "font-size": 11, ...at }, parent).textContent = content;
-    };
+    const line = d => make("path", { d }, grid);
+    const text = (parent, content, at) => { make("text", { class: "minor", ...at }, parent).textContent = content; };
     for (const e of [grid, along, up]) e.replaceChildren();
     const hang = this.hang(w);
     const most = Math.max(2, Math.min(8, Math.floor(w / 80)));
@@ -213,7 +209,8 @@ class Drawing {
       p.draw();
       bottom = p.at.y + h + (i + 1 === this.panels.length ? p.below(inner) : 0);
     });
-    this.svg.setAttribute("viewBox", `0 0 ${w} ${Math.ceil(bottom + 4)}`);
+    const height = Math.ceil(bottom + 4);
+    set(this.svg, { width: w, height, viewBox: `0 0 ${w} ${height}` });
     this.mark();
   }
   redraw() { this.panels.forEach(p => p.draw()); this.mark(); }
@@ -324,7 +321,7 @@ class Drawing {
     set(this.rubber, r);
   }
 
-  shown(p) { return p.series.filter(s => !s.g.hasAttribute("hidden") && !s.guide); }
+  shown(p) { return p.series.filter(s => !s.g.hasAttribute("hidden") && !s.guide && s.mark !== "shade"); }
   // Every point that can be picked.
   spots(p) {
     const some = this.shown(p).filter(s => s.mark !== "rule" && s.mark !== "band");
@@ -438,9 +435,10 @@ class Drawing {
 
 // One light picture of the drawings as they were made, two in a row, below a title.
 function picture(title, drawings) {
-  const svg = make("svg", { xmlns: "http://www.w3.org/2000/svg", "font-family": "system-ui, sans-serif" });
-  make("rect", { width: "100%", height: "100%", fill: "#fff" }, svg);
-  make("text", { x: 16, y: 22, "font-size": 15, "font-weight": "bold" }, svg).textContent = title;
+  const svg = make("svg", { xmlns: "http://www.w3.org/2000/svg", class: "gv" });
+  make("style", {}, svg).textContent = document.getElementById("figures").textContent;
+  make("rect", { class: "paper", width: "100%", height: "100%" }, svg);
+  make("text", { class: "title", x: 16, y: 22 }, svg).textContent = title;
   let x = 0, y = 30, row = 0, wide = 0;
   drawings.forEach((d, i) => {
     const [, , width, height] = numbers(d.getAttribute("viewBox"));
@@ -504,11 +502,8 @@ class Figure {
   toggle(entry, element, tools) {
     const name = entry.dataset.name;
     const b = html("button", { ariaPressed: "true" }, tools);
-    const swatch = entry.querySelector("g"), box = make("svg", { width: 26, height: 12, class: "gv " + entry.getAttribute("class"), "aria-hidden": "true" }, b);
-    const text = entry.querySelector("text");
-    // A swatch lies 32 left of its text and 4 above the line that the text stands on.
-    const g = make("g", { transform: `translate(${33 - +text.getAttribute("x")} ${10 - +text.getAttribute("y")})`, class: entry.getAttribute("class") }, box);
-    g.append(swatch.cloneNode(true));
+    const kind = entry.getAttribute("class"), box = make("svg", { width: 26, height: 12, class: "gv", "aria-hidden": "true" }, b);
+    make("g", { class: kind, transform: "translate(1 10)" }, box).append(entry.querySelector("g").cloneNode(true));
     b.append(name);
     b.onclick = () => {
       const on = b.ariaPressed !== "true";

@@ -1,243 +1,152 @@
-//! The way in space, seen obliquely from above.
+//! The path in space, seen obliquely from above.
 
-use crate::figure::svg::ticks::{label, ticks};
-use crate::figure::thin::{self, Times};
-use crate::figure::{Axis, Figure, Panel, Role, Series, Symbol};
-
-use super::{AXES, Extent, Motion, ends, result_name, seconds, times};
+use super::{Motion, Path, ends, extents, is_known, longest, spot};
+use crate::figure::panel::{Axis, Figure, Panel, Role, Series, XYZ};
+use crate::figure::svg::{CIRCLE, DIAMOND, DOT, ticks};
 
 /// Directions of x, y and z in the picture (a dimetric view).
 const VIEW: [[f64; 2]; 3] = [[0.87, 0.38], [-0.87, 0.38], [0.0, 0.92]];
 
-/// Sides of the box that are shorter than this share of the longest are widened.
-const THIN: f64 = 0.25;
-
-/// The uncalibrated way is shown up to this many times the size of the other.
+/// The uncalibrated path is shown up to this many times the size of the other.
 const WITHIN: f64 = 3.0;
 
-/// Marks of time along the way.
-const MARKS: usize = 10;
-
-fn project(p: &[f64; 3]) -> (f64, f64) {
-    let along = |k: usize| (0..3).map(|i| p[i] * VIEW[i][k]).sum();
-    (along(0), along(1))
+fn project(p: [f64; 3]) -> [f64; 2] {
+    [0, 1].map(|k| (0..3).map(|i| p[i] * VIEW[i][k]).sum())
 }
 
-/// Position in space with time marked along the way.
+/// Position in space with time marked along the path.
 pub(super) fn position_3d(motion: &Motion<'_>) -> Option<Figure> {
-    let track = &motion.track;
-    let own = Extent::of(&track.position_m)?;
-    let plain = track.uncalibrated.as_ref().map(|u| &u.position_m[..]);
-    let plain = plain.filter(|p| {
-        let size = Extent::of(*p).map_or(f64::INFINITY, |e| e.largest());
-        size <= WITHIN * own.largest()
-    });
-    let reference = motion.reference;
-    let others = [
-        plain.and_then(Extent::of),
-        reference.and_then(|r| Extent::of(&r.position_m)),
+    let position = &motion.track.position_m;
+    let size = longest(&extents(position)?);
+    let mut paths = motion.positions();
+    let near = |p: &Path<'_>| extents(p.values).is_some_and(|e| longest(&e) <= WITHIN * size);
+    paths.retain(|p| p.role != Role::Raw || near(p));
+    let sides = sides(extents(paths.iter().flat_map(|p| p.values))?)?;
+    let mut series = frame(&sides);
+    let ground = Path {
+        name: "on the ground",
+        role: Role::Guide,
+        ..motion.result(position)
+    };
+    series.push(ground.line(|_, [x, y, _]| project([x, y, sides[2][0]])));
+    series.extend(paths.iter().map(|p| p.line(|_, at| project(at))));
+    series.push(time_marks(motion, 0.03 * longest(&sides)));
+    if let Some([start, end]) = ends(position) {
+        series.push(spot("start", Role::Calibrated, project(start), CIRCLE));
+        series.push(spot("end", Role::Calibrated, project(end), DIAMOND));
+    }
+    let [[x0, x1], [y0, y1], [z0, z1]] = sides;
+    let room = 0.13 * longest(&sides);
+    let x = [
+        project([x0, y1, z0])[0] - room,
+        project([x1, y0, z0])[0] + room,
     ];
-    let others = others.into_iter().flatten();
-    let all = others.fold(own, |all, e| all.with(&e.low).with(&e.high));
-    let frame = Frame::around(&all)?;
-    let mut panel = frame.draw();
-    let name = result_name(motion);
-    let floor = frame.low[2];
-    panel = panel.with(way("on the ground", Role::Guide, times(track), |i| {
-        track.position_m.get(i).map(|p| [p[0], p[1], floor])
-    }));
-    if let Some(plain) = plain {
-        let line = way("uncalibrated", Role::Raw, times(track), |i| {
-            plain.get(i).copied()
-        });
-        panel = panel.with(line);
-    }
-    if let Some(r) = reference {
-        let line = way("reference", Role::Reference, Times::from(&r.t_s), |i| {
-            r.position_m.get(i).copied()
-        });
-        panel = panel.with(line);
-    }
-    let line = way(name, Role::Calibrated, times(track), |i| {
-        track.position_m.get(i).copied()
-    });
-    panel = panel.with(line).with(marks(motion, &frame));
-    if let Some((start, end)) = ends(&track.position_m) {
-        let mark = |name: &str, p: &[f64; 3], symbol| {
-            let (x, y) = project(p);
-            Series::points(name, Role::Calibrated, vec![x], vec![y]).drawn_as(symbol)
-        };
-        panel = panel.with(mark("start", &start, Symbol::Circle)).with(mark(
-            "end",
-            &end,
-            Symbol::Diamond,
-        ));
-    }
-    let figure = Figure::new(
-        "position-3d",
-        "Position in space",
-        "The path in perspective from above, with its projection on the ground and time marks.",
-    );
-    Some(figure.with(panel))
+    let y = [project([x0, y0, z0])[1] - room, project([x1, y1, z1])[1]];
+    let aspect = ((y[1] - y[0]) / (x[1] - x[0])).clamp(0.5, 0.9);
+    let mut panel = Panel::new("", Axis::hidden(x), Axis::hidden(y)).equal(aspect);
+    panel.series = series;
+    let caption =
+        "The path in perspective from above, with its projection on the ground and time marks.";
+    Some(Figure::new("position-3d", "Position in space", caption).with(panel))
 }
 
-fn way(name: &str, role: Role, t: Times<'_>, at: impl Fn(usize) -> Option<[f64; 3]>) -> Series {
-    thin::line(name, role, t, |i| {
-        at(i).map_or((f64::NAN, f64::NAN), |p| project(&p))
-    })
+/// A box around the path, no side shorter than a quarter of the longest; none for a path of no
+/// length.
+fn sides(around: [[f64; 2]; 3]) -> Option<[[f64; 2]; 3]> {
+    let size = longest(&around);
+    let widen = |[low, high]: [f64; 2]| {
+        let lacking = (0.25 * size - (high - low)).max(0.0);
+        [low - lacking / 2.0, high + lacking / 2.0]
+    };
+    (size > 0.0 && size.is_finite()).then(|| around.map(widen))
 }
 
-/// Dots at every tenth of the duration, where it has moved since the last one.
-fn marks(motion: &Motion<'_>, frame: &Frame) -> Series {
-    let track = &motion.track;
-    let (mut x, mut y, mut labels) = (Vec::new(), Vec::new(), Vec::new());
-    let span = track.t_s.first().zip(track.t_s.last());
-    let mut last = ends(&track.position_m).map(|e| e.0);
-    for k in 1..MARKS {
+/// Floor and walls behind with lines at the ticks, which are numbered along the edges in front.
+fn frame(sides: &[[f64; 2]; 3]) -> Vec<Series> {
+    let [[x0, x1], [y0, y1], [z0, z1]] = *sides;
+    let size = longest(sides);
+    let line = |points: &[[f64; 3]]| {
+        let (x, y) = points
+            .iter()
+            .map(|p| <(f64, f64)>::from(project(*p)))
+            .unzip();
+        Series::line("box", Role::Guide, x, y)
+    };
+    let mut series = vec![
+        line(&[
+            [x0, y0, z0],
+            [x1, y0, z0],
+            [x1, y1, z0],
+            [x0, y1, z0],
+            [x0, y0, z0],
+        ]),
+        line(&[
+            [x1, y0, z0],
+            [x1, y0, z1],
+            [x1, y1, z1],
+            [x0, y1, z1],
+            [x0, y1, z0],
+        ]),
+        line(&[[x1, y1, z0], [x1, y1, z1]]),
+    ];
+    let (mut texts, mut labels) = (Vec::new(), Vec::new());
+    let mut write = |at: [f64; 3], [right, up]: [f64; 2], label: String| {
+        let [x, y] = project(at);
+        texts.push((x + right * size, y + up * size));
+        labels.push(label);
+    };
+    for (axis, [low, high]) in sides.iter().enumerate() {
+        // One distance of ticks for all sides, as one unit is.
+        let most = (5.0 * (high - low) / size).round().max(1.0) as usize;
+        for (v, label) in ticks(*low, *high, most) {
+            let (points, side) = match axis {
+                0 => ([[v, y0, z0], [v, y1, z0], [v, y1, z1]], [0.045, -0.045]),
+                1 => ([[x0, v, z0], [x1, v, z0], [x1, v, z1]], [-0.045, -0.045]),
+                _ => ([[x0, y1, v], [x1, y1, v], [x1, y0, v]], [-0.054, 0.0]),
+            };
+            series.push(line(&points));
+            write(points[0], side, label);
+        }
+    }
+    let middle = |[low, high]: [f64; 2]| (low + high) / 2.0;
+    let names = [
+        ([middle(sides[0]), y0, z0], [0.11, -0.11]),
+        ([x0, middle(sides[1]), z0], [-0.11, -0.11]),
+        ([x0, y1, z1], [0.0, 0.055]),
+    ];
+    for ((at, side), (name, _)) in names.into_iter().zip(XYZ) {
+        write(at, side, format!("{name}, m"));
+    }
+    let (x, y) = texts.into_iter().unzip();
+    series.push(Series::points("axes", Role::Guide, x, y).labelled(labels));
+    series
+}
+
+/// Dots at every tenth of the duration, where it has moved by `least` since the last one.
+fn time_marks(motion: &Motion<'_>, least: f64) -> Series {
+    let (t_s, position) = (&motion.track.t_s, &motion.track.position_m);
+    let (mut points, mut labels) = (Vec::new(), Vec::new());
+    let mut last = ends(position).map(|[start, _]| start);
+    let span = t_s.first().zip(t_s.last());
+    for k in 1..10 {
         let Some((first, end)) = span else { break };
-        let t = first + (end - first) * k as f64 / MARKS as f64;
-        let i = track.t_s.partition_point(|s| *s < t);
-        let Some(p) = track
-            .position_m
-            .get(i)
-            .filter(|p| p.iter().all(|v| v.is_finite()))
-        else {
+        let duration_s = end - first;
+        let t = first + duration_s * f64::from(k) / 10.0;
+        let row = t_s.partition_point(|s| *s < t);
+        let Some(p) = position.get(row).filter(is_known) else {
             continue;
         };
-        let near = last.is_some_and(|l| {
-            let moved = (0..3).map(|i| (l[i] - p[i]).powi(2)).sum::<f64>().sqrt();
-            moved < 0.03 * frame.longest()
-        });
-        if !near {
-            let at = project(p);
-            x.push(at.0);
-            y.push(at.1);
-            labels.push(seconds(t, end - first));
+        let moved = |l: [f64; 3]| (0..3).map(|i| (l[i] - p[i]).powi(2)).sum::<f64>().sqrt();
+        if last.is_none_or(|l| moved(l) >= least) {
+            points.push(<(f64, f64)>::from(project(*p)));
+            // 3.25 s is 3.3 s, 120.4 s is 120 s.
+            let decimals = usize::from(duration_s < 100.0) + usize::from(duration_s < 1.0);
+            labels.push(format!("{t:.decimals$} s").replace('-', "−"));
             last = Some(*p);
         }
     }
+    let (x, y) = points.into_iter().unzip();
     Series::points("time", Role::Calibrated, x, y)
         .labelled(labels)
-        .drawn_as(Symbol::Dot)
-}
-
-/// The box around the way, its sides at ticks.
-struct Frame {
-    low: [f64; 3],
-    high: [f64; 3],
-    ticks: [(Vec<f64>, usize); 3],
-}
-
-impl Frame {
-    /// None for a way of no length.
-    fn around(extent: &Extent) -> Option<Self> {
-        let longest = extent.largest();
-        if !(longest > 0.0 && longest.is_finite()) {
-            return None;
-        }
-        let mut frame = Frame {
-            low: extent.low,
-            high: extent.high,
-            ticks: Default::default(),
-        };
-        for i in 0..3 {
-            let lacking = THIN * longest - (extent.high[i] - extent.low[i]);
-            if lacking > 0.0 {
-                frame.low[i] -= lacking / 2.0;
-                frame.high[i] += lacking / 2.0;
-            }
-            // One distance of ticks for all sides, as one unit is.
-            let most = (5.0 * (frame.high[i] - frame.low[i]) / longest).round();
-            let (values, decimals) = ticks(frame.low[i], frame.high[i], most.max(1.0) as usize);
-            frame.ticks[i] = (values, decimals);
-        }
-        Some(frame)
-    }
-
-    fn longest(&self) -> f64 {
-        (0..3)
-            .map(|i| self.high[i] - self.low[i])
-            .fold(0.0, f64::max)
-    }
-
-    fn draw(&self) -> Panel {
-        let [l, h] = [self.low, self.high];
-        let line = |points: &[[f64; 3]]| {
-            let (x, y) = points.iter().map(project).unzip();
-            Series::line("box", Role::Guide, x, y)
-        };
-        let mut all = vec![
-            // The floor, then the walls behind.
-            line(&[
-                [l[0], l[1], l[2]],
-                [h[0], l[1], l[2]],
-                [h[0], h[1], l[2]],
-                [l[0], h[1], l[2]],
-                [l[0], l[1], l[2]],
-            ]),
-            line(&[
-                [h[0], l[1], l[2]],
-                [h[0], l[1], h[2]],
-                [h[0], h[1], h[2]],
-                [l[0], h[1], h[2]],
-                [l[0], h[1], l[2]],
-            ]),
-            line(&[[h[0], h[1], l[2]], [h[0], h[1], h[2]]]),
-        ];
-        for &x in &self.ticks[0].0 {
-            all.push(line(&[[x, l[1], l[2]], [x, h[1], l[2]], [x, h[1], h[2]]]));
-        }
-        for &y in &self.ticks[1].0 {
-            all.push(line(&[[l[0], y, l[2]], [h[0], y, l[2]], [h[0], y, h[2]]]));
-        }
-        for &z in &self.ticks[2].0 {
-            all.push(line(&[[l[0], h[1], z], [h[0], h[1], z], [h[0], l[1], z]]));
-        }
-        all.extend([self.names(), self.numbers()]);
-        let (lowest, highest) = (project(&[l[0], l[1], l[2]]), project(&h));
-        let (left, right) = (project(&[l[0], h[1], l[2]]), project(&[h[0], l[1], l[2]]));
-        let room = 0.13 * self.longest();
-        let x = [left.0 - room, right.0 + room];
-        let y = [lowest.1 - room, highest.1];
-        let aspect = (y[1] - y[0]) / (x[1] - x[0]);
-        let panel = Panel::new(Axis::hidden().including(&x), Axis::hidden().including(&y))
-            .equal(aspect.clamp(0.5, 0.9));
-        all.into_iter().fold(panel, Panel::with)
-    }
-
-    /// Values of the ticks along the edges in front and on the left.
-    fn numbers(&self) -> Series {
-        let [l, h] = [self.low, self.high];
-        let off = 0.045 * self.longest();
-        let (mut x, mut y, mut labels) = (Vec::new(), Vec::new(), Vec::new());
-        for (axis, (values, decimals)) in self.ticks.iter().enumerate() {
-            for &v in values {
-                let (p, side) = match axis {
-                    0 => ([v, l[1], l[2]], [off, -off]),
-                    1 => ([l[0], v, l[2]], [-off, -off]),
-                    _ => ([l[0], h[1], v], [-1.2 * off, 0.0]),
-                };
-                let at = project(&p);
-                x.push(at.0 + side[0]);
-                y.push(at.1 + side[1]);
-                labels.push(label(v, *decimals));
-            }
-        }
-        Series::points("numbers", Role::Guide, x, y).labelled(labels)
-    }
-
-    fn names(&self) -> Series {
-        let [l, h] = [self.low, self.high];
-        let off = 0.11 * self.longest();
-        let middle = |i: usize| (l[i] + h[i]) / 2.0;
-        let places = [
-            (project(&[middle(0), l[1], l[2]]), [off, -off]),
-            (project(&[l[0], middle(1), l[2]]), [-off, -off]),
-            (project(&[l[0], h[1], h[2]]), [0.0, 0.5 * off]),
-        ];
-        let x = places.iter().map(|(p, side)| p.0 + side[0]).collect();
-        let y = places.iter().map(|(p, side)| p.1 + side[1]).collect();
-        let labels = AXES.iter().map(|a| format!("{a}, m")).collect();
-        Series::points("axes", Role::Guide, x, y).labelled(labels)
-    }
+        .drawn_as(DOT)
 }

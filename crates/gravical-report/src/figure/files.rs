@@ -93,8 +93,8 @@ fn is_figure(name: &str) -> bool {
     })
 }
 
-/// Writes each figure to `folder` as NAME.svg, each in one step. Makes the folder where it is absent. Figures
-/// of an earlier run that this one does not draw are taken away, which `force` allows.
+/// Writes each figure to `folder` as NAME.svg, and makes the folder where it is absent. Figures of an
+/// earlier run that this one does not draw are taken away, which `force` allows.
 ///
 /// # Errors
 ///
@@ -111,8 +111,7 @@ pub fn write_figures<'a>(
     }
     for figure in figures {
         let path = folder.join(format!("{}.svg", figure.name));
-        let drawing = svg::standalone(figure);
-        write_text(&path, force, &drawing)?;
+        write_text(&path, force, &svg::standalone(figure))?;
         earlier.retain(|p| *p != path);
     }
     for path in earlier {
@@ -122,4 +121,39 @@ pub fn write_figures<'a>(
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    fn draw(names: &[&str], folder: &Path) -> Result<()> {
+        let figures: Vec<Figure> = names
+            .iter()
+            .map(|n| Figure::new(n, "A figure", ""))
+            .collect();
+        write_figures(&figures, folder, true)
+    }
+
+    #[test]
+    fn nothing_foreign_is_touched() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        for name in ["notes.txt", "mine.svg", "norm.svg.bak", "norm.SVG", "norm"] {
+            draw(&["norm"], path).unwrap();
+            std::fs::write(path.join(name), "mine").unwrap();
+            let error = draw(&["tilt"], path).unwrap_err();
+            assert_eq!(error.code(), "foreign-files", "{name}");
+            assert!(error.to_string().contains(name), "{error}");
+            assert!(path.join("norm.svg").is_file() && !path.join("tilt.svg").exists());
+            std::fs::remove_file(path.join(name)).unwrap();
+        }
+        // A folder that is called like a figure is none; nor is a link.
+        std::fs::remove_file(path.join("norm.svg")).unwrap();
+        std::fs::create_dir(path.join("norm.svg")).unwrap();
+        assert_eq!(draw(&["tilt"], path).unwrap_err().code(), "foreign-files");
+        #[cfg(unix)]
+        {
+            std::fs::remove_dir(path.join("norm.svg")).unwrap();
+            std::os::unix::fs::symlink("/nowhere", path.join("norm.svg")).unwrap();
+            assert_eq!(draw(&["norm"], path).unwrap_err().code(), "foreign-files");
+        }
+    }
+}

@@ -1,0 +1,595 @@
+//! Figures of a motion.
+
+mod space;
+
+use std::f64::consts::PI;
+
+use gravical::core::matrix3::norm;
+use gravical::motion::{MotionResult, Move, ReferenceTrack, Track};
+use gravical::numfmt::decimals_for;
+
+use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
+use super::svg::{CIRCLE, DIAMOND, extent};
+
+/// Names of all figures that a motion can have, in the order of a report.
+pub(super) const NAMES: [&str; 8] = [
+    "position",
+    "trajectory",
+    "position-3d",
+    "velocity",
+    "acceleration",
+    "motion-acceleration",
+    "moves",
+    "budget",
+];
+
+/// Rests that are shaded at most; a walk has thousands.
+const MAX_SHADED: usize = 2000;
+
+/// Moves that are shown at most.
+const MAX_MOVES: usize = 400;
+
+/// The uncalibrated path has a panel beside it where it reaches so many times further than the
+/// calibrated one: in one picture nothing else could be seen.
+const FAR: f64 = 5.0;
+
+/// What is drawn.
+struct Motion<'a> {
+    result: &'a MotionResult,
+    track: Track,
+    reference: Option<&'a ReferenceTrack>,
+    /// What the result is called beside the uncalibrated one.
+    name: &'static str,
+}
+
+/// All figures that a result allows. Where nothing moved there is the acceleration; what is not
+/// known is left out.
+#[must_use]
+pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
+    let name = match motion.result.calibration {
+        Some(_) => "calibrated",
+        None => "without a calibration",
+    };
+    let motion = &Motion {
+        result: &motion.result,
+        track: motion.track(),
+        reference: motion.reference.as_ref(),
+        name,
+    };
+    if motion.result.moves.is_empty() {
+        return acceleration(motion).into_iter().collect();
+    }
+    let all = [
+        position(motion),
+        trajectory(motion),
+        space::position_3d(motion),
+        velocity(motion),
+        acceleration(motion),
+        motion_acceleration(motion),
+        moves(motion),
+        budget(motion),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// Smallest and largest along each axis of the positions that are known; none without any.
+fn extents<'a>(positions: impl IntoIterator<Item = &'a [f64; 3]>) -> Option<[[f64; 2]; 3]> {
+    let mut all = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for p in positions.into_iter().filter(is_known) {
+        for (a, v) in all.iter_mut().zip(p) {
+            *a = [a[0].min(*v), a[1].max(*v)];
+        }
+    }
+    (all[0][0] <= all[0][1]).then_some(all)
+}
+
+/// Length of the longest side.
+fn longest(extents: &[[f64; 2]; 3]) -> f64 {
+    extents
+        .iter()
+        .map(|[low, high]| high - low)
+        .fold(0.0, f64::max)
+}
+
+fn is_known(p: &&[f64; 3]) -> bool {
+    p.iter().all(|v| v.is_finite())
+}
+
+/// First and last that is known.
+fn ends(positions: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
+    let first = positions.iter().find(is_known)?;
+    Some([*first, *positions.iter().rfind(is_known)?])
+}
+
+/// Vectors over time under one name.
+struct Path<'a> {
+    name: &'static str,
+    role: Role,
+    t_s: &'a [f64],
+    /// Rows before which others are missing.
+    breaks: &'a [usize],
+    values: &'a [[f64; 3]],
+}
+
+impl Path<'_> {
+    /// A line through the places that `point` gives for time and vector.
+    fn line(&self, point: impl Fn(f64, [f64; 3]) -> [f64; 2]) -> Series {
+        let rows = self.t_s.len().min(self.values.len());
+        let point = |i: usize| point(self.t_s[i], self.values[i]);
+        Series::long_line(self.name, self.role, (rows, self.breaks), point)
+    }
+}
+
+impl Motion<'_> {
+    fn path<'a>(&'a self, values: &'a [[f64; 3]], name: &'static str, role: Role) -> Path<'a> {
+        let Track { t_s, breaks, .. } = &self.track;
+        Path {
+            name,
+            role,
+            t_s,
+            breaks,
+            values,
+        }
+    }
+
+    fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
+        self.path(values, self.name, Role::Calibrated)
+    }
+
+    fn uncalibrated<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
+        self.path(values, "uncalibrated", Role::Raw)
+    }
+
+    /// Positions uncalibrated, of the result, and of the reference.
+    fn positions(&self) -> Vec<Path<'_>> {
+        let plain = self.track.uncalibrated.as_ref();
+        let plain = plain.map(|plain| self.uncalibrated(&plain.position_m));
+        let reference = self.reference.map(|r| Path {
+            name: "reference",
+            role: Role::Reference,
+            t_s: &r.t_s,
+            breaks: &[],
+            values: &r.position_m,
+        });
+        let result = self.result(&self.track.position_m);
+        plain.into_iter().chain([result]).chain(reference).collect()
+    }
+
+    /// A figure of a panel over time for each axis, with the rests shaded; none where it shows
+    /// nothing.
+    fn over_time(
+        &self,
+        figure: Figure,
+        unit: &str,
+        series: impl Fn(usize) -> Vec<Series>,
+    ) -> Option<Figure> {
+        let rests = self.result.rests.iter().take(MAX_SHADED);
+        let rests: Vec<[f64; 2]> = rests.map(|s| [s.start_s, s.end_s]).collect();
+        let axes = XYZ.into_iter().enumerate();
+        let figure = axes.fold(figure, |figure, (axis, (name, _))| {
+            let panel = Panel::new(name, Axis::new("time", "s"), Axis::new("", unit));
+            let mut panel = panel.with(Series::intervals("at rest", &rests));
+            panel.series.extend(series(axis));
+            figure.with(panel)
+        });
+        let mut series = figure.panels.iter().flat_map(|p| &p.series);
+        let known = series.any(|s| s.y.iter().any(|v| v.is_finite()));
+        known.then_some(figure)
+    }
+}
+
+/// Specific force raw and calibrated, along the axes of the sensor.
+fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
+    let Track {
+        t_s,
+        breaks,
+        raw_mps2,
+        force_mps2,
+        ..
+    } = &motion.track;
+    let raw = ("raw", Role::Raw, raw_mps2);
+    let force = (motion.name, Role::Calibrated, force_mps2);
+    let (columns, both) = match motion.result.calibration {
+        Some(_) => (vec![raw, force], ": nominal scale and calibrated"),
+        None => (vec![force], ""),
+    };
+    let caption =
+        format!("Specific force in sensor axes, including gravity{both}. Rests are shaded.");
+    let figure = Figure::new("acceleration", "Acceleration", caption);
+    motion.over_time(figure, "m/s²", |axis| {
+        let line = |(name, role, columns): &(&str, Role, &[Vec<f64>; 3])| {
+            let rows = (t_s.len().min(columns[axis].len()), &breaks[..]);
+            Series::long_line(name, *role, rows, |i| [t_s[i], columns[axis][i]])
+        };
+        columns.iter().map(line).collect()
+    })
+}
+
+/// Acceleration without gravity in the frame of the result.
+fn motion_acceleration(motion: &Motion<'_>) -> Option<Figure> {
+    let frame = &motion.result.frame;
+    let caption = format!("Acceleration without gravity, in the frame of the result ({frame}).");
+    let figure = Figure::new("motion-acceleration", "Acceleration of the motion", caption);
+    let values = motion.result(&motion.track.acceleration_mps2);
+    motion.over_time(figure, "m/s²", |axis| {
+        vec![values.line(|t, v| [t, v[axis]])]
+    })
+}
+
+/// Velocity along each axis.
+fn velocity(motion: &Motion<'_>) -> Option<Figure> {
+    let track = &motion.track;
+    let plain = track.uncalibrated.as_ref();
+    let plain = plain.map(|plain| motion.uncalibrated(&plain.velocity_mps));
+    let result = motion.result(&track.velocity_mps);
+    let paths: Vec<Path<'_>> = plain.into_iter().chain([result]).collect();
+    let figure = Figure::new(
+        "velocity",
+        "Velocity",
+        "Velocity in the frame of the result.",
+    );
+    banded(motion, figure, "m/s", &paths, &track.sigma_velocity_mps)
+}
+
+/// Position along each axis, with the reference where there is one.
+fn position(motion: &Motion<'_>) -> Option<Figure> {
+    let figure = Figure::new(
+        "position",
+        "Position",
+        "Position in the frame of the result.",
+    );
+    let sigma = &motion.track.sigma_position_m;
+    banded(motion, figure, "m", &motion.positions(), sigma)
+}
+
+/// Vectors over time, the result with bands of once and twice its uncertainty.
+fn banded(
+    motion: &Motion<'_>,
+    figure: Figure,
+    unit: &str,
+    paths: &[Path<'_>],
+    sigma: &[[f64; 3]],
+) -> Option<Figure> {
+    let result = paths.iter().find(|p| p.role == Role::Calibrated)?;
+    let mut figure = motion.over_time(figure, unit, |axis| {
+        let band = |(name, k): (&str, f64)| {
+            let rows = sigma.len().min(result.values.len()).min(result.t_s.len());
+            let ends = |i: usize| {
+                let (value, half) = (result.values[i][axis], k * sigma[i][axis]);
+                [value - half, value + half]
+            };
+            Series::long_band(
+                name,
+                Role::Calibrated,
+                (&result.t_s[..rows], result.breaks),
+                ends,
+            )
+        };
+        let bands = [("± 2σ", 2.0), ("± 1σ", 1.0)].map(band).into_iter();
+        bands
+            .chain(paths.iter().map(|p| p.line(|t, v| [t, v[axis]])))
+            .collect()
+    })?;
+    if sigma.is_empty() {
+        return Some(figure);
+    }
+    figure
+        .caption
+        .push_str(" Bands are the predicted standard uncertainty, once and twice.");
+    // In view is what the lines reach, and one and a half times as much on either side: bands that
+    // dwarf them would leave nothing else to see.
+    let mut cut = false;
+    for panel in &mut figure.panels {
+        let (low, high) = extent(panel.series.iter().flat_map(|s| &s.y).copied());
+        let room = 1.5 * (high - low);
+        if room > 0.0 {
+            panel.y.within = Some([low - room, high + room]);
+            let mut bands = panel.series.iter().flat_map(|s| s.low.iter().zip(&s.high));
+            cut |= bands.any(|(l, h)| *l < low - room || *h > high + room);
+        }
+    }
+    if cut {
+        let cut = " Where they are much wider than the motion they are cut off.";
+        figure.caption.push_str(cut);
+    }
+    Some(figure)
+}
+
+/// The path seen from above; where it goes up more than along, from the side.
+fn trajectory(motion: &Motion<'_>) -> Option<Figure> {
+    let paths = motion.positions();
+    let around = extents(&motion.track.position_m)?;
+    let plane = plane_of(&around);
+    let plain = paths
+        .iter()
+        .find(|p| p.role == Role::Raw)
+        .and_then(|p| extents(p.values));
+    let far = plain.is_some_and(|plain| longest(&plain) > FAR * longest(&around));
+    // An ellipse much larger than the path would be all that is seen.
+    let sigma = ends(&motion.track.sigma_position_m).map(|[_, sigma]| sigma);
+    let drawn = sigma.filter(|s| plane.iter().all(|&i| s[i] <= longest(&around)));
+    let uncertainty = match (sigma, drawn) {
+        (None, _) => String::new(),
+        (_, Some(_)) => ", the ellipse ± 1σ of its position".to_owned(),
+        (Some(sigma), None) => {
+            let [a, b] = plane.map(|i| {
+                let decimals = decimals_for(sigma[i]);
+                format!("{:.decimals$} m along {}", sigma[i], XYZ[i].0)
+            });
+            format!("; 1σ of its position is {a} and {b}, more than the picture shows")
+        }
+    };
+    let [x, y] = plane.map(|i| XYZ[i].0);
+    let seen = match plane {
+        [0, 1] => "seen from above".to_owned(),
+        _ => format!("in the plane of {x} and {y}, where it reaches furthest"),
+    };
+    let caption = format!(
+        "The path {seen}, equal scale on both axes. Circle: start, diamond: end{uncertainty}."
+    );
+    let figure = Figure::new("trajectory", "Trajectory", caption);
+    let panel = |title: &str, roles: &[Role]| Panel {
+        series: in_plane(&paths, roles, plane, drawn),
+        ..Panel::new(title, Axis::new(x, "m"), Axis::new(y, "m"))
+    };
+    let [result, all] = [
+        &[Role::Calibrated, Role::Reference][..],
+        &[Role::Raw, Role::Calibrated, Role::Reference],
+    ];
+    if far {
+        let panels = [panel(motion.name, result), panel("and uncalibrated", all)];
+        return Some(figure.beside(panels.map(|p| p.equal(1.0))));
+    }
+    // As high as the path needs, within reason.
+    let panel = panel("", all);
+    let span = |column: fn(&Series) -> &Vec<f64>| {
+        let (low, high) = extent(panel.series.iter().flat_map(column).copied());
+        high - low
+    };
+    let aspect = span(|s| &s.y) / span(|s| &s.x);
+    let aspect = if aspect.is_nan() {
+        0.6
+    } else {
+        aspect.clamp(0.35, 0.8)
+    };
+    Some(figure.with(panel.equal(aspect)))
+}
+
+/// The two axes to show: x and y, unless z reaches further than both.
+fn plane_of(extents: &[[f64; 2]; 3]) -> [usize; 2] {
+    let [x, y, z] = extents.map(|[low, high]| high - low);
+    if z <= x.max(y) {
+        [0, 1]
+    } else if x >= y {
+        [0, 2]
+    } else {
+        [1, 2]
+    }
+}
+
+fn spot(name: &str, role: Role, at: [f64; 2], symbol: &'static str) -> Series {
+    Series::points(name, role, vec![at[0]], vec![at[1]]).drawn_as(symbol)
+}
+
+/// Paths of these roles with their ends; about that of the result an ellipse of `sigma`.
+fn in_plane(
+    paths: &[Path<'_>],
+    roles: &[Role],
+    plane: [usize; 2],
+    sigma: Option<[f64; 3]>,
+) -> Vec<Series> {
+    let flat = |v: [f64; 3]| plane.map(|i| v[i]);
+    let paths = || paths.iter().filter(|p| roles.contains(&p.role));
+    let mut series: Vec<Series> = paths().map(|p| p.line(|_, v| flat(v))).collect();
+    for path in paths() {
+        let Some([start, end]) = ends(path.values).map(|ends| ends.map(flat)) else {
+            continue;
+        };
+        match path.role {
+            Role::Raw => series.push(spot("end, uncalibrated", path.role, end, DIAMOND)),
+            Role::Calibrated => {
+                series.extend(sigma.map(|sigma| ellipse(end, flat(sigma))));
+                series.push(spot("start", path.role, start, CIRCLE));
+                series.push(spot("end", path.role, end, DIAMOND));
+            }
+            _ => {}
+        }
+    }
+    series
+}
+
+/// The area within one standard uncertainty of the end.
+fn ellipse([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Series {
+    let turn = || (0..=72).map(|k| f64::sin_cos(PI * f64::from(k) / 72.0));
+    let side = |b: f64| turn().map(|(sine, _)| y + b * sine).collect();
+    let x = turn().map(|(_, cosine)| x - a * cosine).collect();
+    Series::band("± 1σ at the end", Role::Calibrated, x, side(-b), side(b))
+}
+
+/// Displacement of each move; none for a single one.
+fn moves(motion: &Motion<'_>) -> Option<Figure> {
+    let moves = motion.result.moves.iter().enumerate();
+    let usable: Vec<(usize, &Move)> = moves.filter(|(_, m)| m.displacement_m.is_some()).collect();
+    if usable.len() < 2 {
+        return None;
+    }
+    let shown = &usable[..usable.len().min(MAX_MOVES)];
+    let names = || Axis::names("move", shown.iter().map(|(i, _)| (i + 1).to_string()));
+    let panel = |(axis, (title, _)): (usize, (&str, _))| {
+        let column = |value: &dyn Fn(&Move) -> Option<[f64; 3]>| -> Vec<f64> {
+            let values = shown.iter().map(|(_, m)| value(m));
+            values.map(|v| v.map_or(f64::NAN, |v| v[axis])).collect()
+        };
+        let points = |name, role, value: &dyn Fn(&Move) -> Option<[f64; 3]>| {
+            Series::over_names(name, role, column(value))
+        };
+        let result = points(motion.name, Role::Calibrated, &|m| m.displacement_m);
+        Panel::new(title, names(), Axis::new("", "m").including(&[0.0]))
+            .with(points("uncalibrated", Role::Raw, &|m| m.uncalibrated_m))
+            .with(result.plus_minus(&column(&|m| m.sigma_m)))
+            .with(points("reference", Role::Reference, &|m| {
+                reference(motion, m)
+            }))
+    };
+    let more = match usable.len() - shown.len() {
+        0 => String::new(),
+        n => format!(" {n} more are not shown."),
+    };
+    let caption = format!("Displacement of each move; bars are ± 1σ.{more}");
+    let figure = Figure::new("moves", "Moves", caption);
+    Some(
+        XYZ.into_iter()
+            .enumerate()
+            .map(panel)
+            .fold(figure, Figure::with),
+    )
+}
+
+/// Displacement of a move by the reference.
+fn reference(motion: &Motion<'_>, m: &Move) -> Option<[f64; 3]> {
+    let truth = motion.result.truth.as_ref()?;
+    let same = truth.moves.iter().find(|o| o.start_s == m.start_s)?;
+    let moved = m.displacement_m?;
+    Some(std::array::from_fn(|i| moved[i] - same.end_error_m[i]))
+}
+
+/// Parts of the uncertainty of the move that is least certain.
+fn budget(motion: &Motion<'_>) -> Option<Figure> {
+    let (number, budget) = motion.result.largest_budget()?;
+    let parts = [&budget.noise, &budget.calibration, &budget.attitude].map(norm);
+    let combined = norm(&parts);
+    if !(combined > 0.0 && combined.is_finite()) {
+        return None;
+    }
+    let (unit, factor) = if combined < 0.5 {
+        ("mm", 1e3)
+    } else {
+        ("m", 1.0)
+    };
+    let names = vec!["noise", "calibration", "attitude"];
+    let y = Axis::new("standard uncertainty", unit);
+    let panel = super::contributions(
+        names,
+        parts.map(|v| factor * v).to_vec(),
+        factor * combined,
+        y,
+    );
+    let what = match motion.result.moves.len() {
+        1 => "the displacement".to_owned(),
+        _ => format!("the displacement of move {number}, the least certain one"),
+    };
+    let caption = format!(
+        "Contributions to the standard uncertainty of {what}, all three axes; combined: root sum of squares."
+    );
+    Some(Figure::new("budget", "Uncertainty of the displacement", caption).with(panel))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::svg;
+    use gravical::motion::truth::{add_comparison, read_reference};
+    use gravical::motion::{MotionOptions, motion};
+    use gravical::recording::{ReadOptions, read, read_bytes};
+    use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
+
+    fn drawable(figures: &[Figure]) {
+        for figure in figures {
+            assert!(NAMES.contains(&figure.name.as_str()));
+            let text = svg::standalone(figure);
+            roxmltree::Document::parse(&text).unwrap();
+            assert!(!text.contains("NaN"), "{text}");
+        }
+    }
+
+    fn series<'a>(figures: &'a [Figure], name: &str, panel: usize, series: &str) -> &'a Series {
+        let figure = figures.iter().find(|f| f.name == name).unwrap();
+        let all = figure.panels[panel].series.iter();
+        all.into_iter().find(|s| s.name == series).unwrap()
+    }
+
+    #[test]
+    fn a_line_has_the_figures_of_its_track_and_of_a_reference() {
+        let folder = tempfile::tempdir().unwrap();
+        let line = simulate(&SimulateOptions::new(
+            Scenario::Line(LineOptions::default()),
+        ));
+        let files = write(&line.unwrap(), folder.path(), false).unwrap();
+        let csv = files
+            .iter()
+            .find(|p| p.extension().is_some_and(|e| e == "csv"))
+            .unwrap();
+        let recording = read(csv, &ReadOptions::default()).unwrap();
+        let mut motion = motion(&recording, None, &MotionOptions::default()).unwrap();
+        let track = motion.track();
+        let truth = folder.path().join("truth.csv");
+        let rows = track.t_s.iter().zip(&track.position_m).step_by(10);
+        let rows: String = rows
+            .map(|(t, [x, y, z])| format!("{t},{x},{y},{z}\n"))
+            .collect();
+        std::fs::write(&truth, format!("t_s,px_m,py_m,pz_m\n{rows}")).unwrap();
+        let reference = read_reference(&truth, &recording, csv).unwrap();
+        add_comparison(&mut motion, &reference).unwrap();
+
+        let figures = figures(&motion);
+        drawable(&figures);
+        // One move: nothing to compare.
+        let names: Vec<&str> = figures.iter().map(|f| &f.name[..]).collect();
+        assert_eq!(
+            names,
+            NAMES
+                .into_iter()
+                .filter(|n| *n != "moves")
+                .collect::<Vec<_>>()
+        );
+        let shown = series(&figures, "position", 1, "without a calibration");
+        assert!(shown.y.iter().eq(track.position_m.iter().map(|p| &p[1])));
+        let (last, sigma) = (
+            shown.y.last().unwrap(),
+            track.sigma_position_m.last().unwrap()[1],
+        );
+        let band = series(&figures, "position", 1, "± 2σ");
+        assert_eq!(band.high.last(), Some(&(last + 2.0 * sigma)));
+        let rests = series(&figures, "position", 0, "at rest").x.len();
+        assert_eq!(rests, 2 * motion.result.rests.len());
+        let reference = motion.reference.as_ref().unwrap().t_s.len();
+        assert_eq!(
+            series(&figures, "position", 2, "reference").y.len(),
+            reference
+        );
+        let end = series(&figures, "trajectory", 0, "end");
+        let at = motion.result.r#final.position_m.unwrap();
+        assert_eq!((end.x[0], end.y[0]), (at[0], at[1]));
+        let (_, parts) = motion.result.largest_budget().unwrap();
+        let noise = series(&figures, "budget", 0, "part").y[0];
+        assert!(
+            [1.0, 1e3]
+                .map(|factor| factor * norm(&parts.noise))
+                .contains(&noise)
+        );
+    }
+
+    #[test]
+    fn tiny_and_constant_recordings_have_at_most_their_acceleration() {
+        for rows in [2, 40, 1000] {
+            let text: String = (0..rows)
+                .map(|i| format!("{},0,0,9.81\n", 10 * i))
+                .collect();
+            let text = format!("t_ms,ax,ay,az\n{text}");
+            let recording = read_bytes(text.as_bytes(), "c.csv", &ReadOptions::default()).unwrap();
+            if let Ok(motion) = motion(&recording, None, &MotionOptions::default()) {
+                let figures = figures(&motion);
+                drawable(&figures);
+                assert!(figures.iter().all(|f| f.name == "acceleration"));
+            }
+        }
+    }
+
+    #[test]
+    fn the_plane_is_where_it_moves() {
+        let plane = |high: [f64; 3]| plane_of(&high.map(|h| [0.0, h]));
+        assert_eq!(plane([1.0, 2.0, 1.5]), [0, 1]);
+        assert_eq!(plane([1.0, 2.0, 70.0]), [1, 2]);
+        assert_eq!(plane([1.0, 0.0, 70.0]), [0, 2]);
+    }
+}

@@ -1,0 +1,446 @@
+//! Figure, panel, axis, series: what is drawn, in the units of the result.
+
+/// A plot: one or several panels under one title.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Name of its file and anchor in a page: lower case, words joined by `-`.
+    pub name: String,
+    /// Title.
+    pub title: String,
+    /// What it shows and what to look for, in a sentence or two. Screen readers read it in place
+    /// of the picture.
+    pub caption: String,
+    /// Panels stand side by side, each with axes of its own; else one below the other over one
+    /// x axis, which is labelled once.
+    pub beside: bool,
+    /// The panels.
+    pub panels: Vec<Panel>,
+}
+
+/// One pair of axes and what is drawn in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// Title above it; empty for none.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// A unit is as long on both axes, in a plot of this height over width.
+    pub equal: Option<f64>,
+    /// What is drawn, the first at the bottom.
+    pub series: Vec<Series>,
+}
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Name of the quantity.
+    pub label: String,
+    /// Its unit; empty for none.
+    pub unit: String,
+    /// What stands along it.
+    pub scale: Scale,
+    /// Values that must be in view, besides the series'.
+    pub include: Vec<f64>,
+    /// At most this is in view: what reaches beyond is cut off.
+    pub within: Option<[f64; 2]>,
+}
+
+/// What stands along an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Scale {
+    /// Numbers.
+    Linear,
+    /// Positive numbers, of which series have the decimal logarithms.
+    Log,
+    /// Names at 0, 1, 2, …; of an x axis only.
+    Names(Vec<String>),
+    /// Nothing: both axes of a map, such as a sphere.
+    Hidden,
+}
+
+/// What a series is, which decides its colour, dash and symbol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Without the calibration.
+    Raw,
+    /// With it.
+    Calibrated,
+    /// What is true or expected.
+    Reference,
+    /// Wants attention.
+    Warning,
+    /// Is wrong.
+    Bad,
+    /// Along x.
+    X,
+    /// Along y.
+    Y,
+    /// Along z.
+    Z,
+    /// Intervals of the x axis.
+    Interval,
+    /// Helps the eye: thin and pale, not in the legend. Its points are texts without a symbol.
+    Guide,
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// A line; it breaks where a value is not finite.
+    Line,
+    /// The area between `low` and `high`; it breaks likewise.
+    Band,
+    /// Points, with bars from `low` to `high` where these are given.
+    Points,
+    /// Columns from 0 to y.
+    Columns,
+    /// A horizontal line right across at each y.
+    Rule,
+    /// The height of the panel from each first to each second x.
+    Shade,
+}
+
+/// Values of one name. All columns are equally long or empty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Name in the legend: series of one name in several panels are one entry.
+    pub name: String,
+    /// What it is.
+    pub role: Role,
+    /// How it is drawn.
+    pub mark: Mark,
+    /// Horizontal coordinates; empty for a rule.
+    pub x: Vec<f64>,
+    /// Vertical coordinates; empty for a band.
+    pub y: Vec<f64>,
+    /// Lower ends of a band or of bars.
+    pub low: Vec<f64>,
+    /// Upper ends.
+    pub high: Vec<f64>,
+    /// A text for each point.
+    pub labels: Vec<String>,
+    /// Symbol of points as a path about 0, 0; none for that of the role.
+    pub symbol: Option<&'static str>,
+}
+
+/// The three axes of a vector with the roles of their series.
+pub(super) const XYZ: [(&str, Role); 3] = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
+
+impl Figure {
+    /// A figure without panels.
+    #[must_use]
+    pub fn new(name: &str, title: &str, caption: impl Into<String>) -> Self {
+        Figure {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            caption: caption.into(),
+            beside: false,
+            panels: Vec::new(),
+        }
+    }
+
+    /// With one more panel.
+    #[must_use]
+    pub fn with(mut self, panel: Panel) -> Self {
+        self.panels.push(panel);
+        self
+    }
+
+    /// With these panels, side by side.
+    #[must_use]
+    pub fn beside(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
+        self.beside = true;
+        self.panels.extend(panels);
+        self
+    }
+}
+
+impl Panel {
+    /// An empty panel.
+    #[must_use]
+    pub fn new(title: &str, x: Axis, y: Axis) -> Self {
+        Panel {
+            title: title.to_owned(),
+            x,
+            y,
+            equal: None,
+            series: Vec::new(),
+        }
+    }
+
+    /// With axes of equal units in a plot of this height over width.
+    #[must_use]
+    pub fn equal(mut self, aspect: f64) -> Self {
+        self.equal = Some(aspect);
+        self
+    }
+
+    /// With one more series.
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+}
+
+impl Axis {
+    /// An axis of numbers; `unit` may be empty.
+    #[must_use]
+    pub fn new(label: &str, unit: &str) -> Self {
+        Axis {
+            label: label.to_owned(),
+            unit: unit.to_owned(),
+            scale: Scale::Linear,
+            include: Vec::new(),
+            within: None,
+        }
+    }
+
+    /// An axis of positive numbers, of which series have the decimal logarithms.
+    #[must_use]
+    pub fn log(label: &str, unit: &str) -> Self {
+        Axis {
+            scale: Scale::Log,
+            ..Axis::new(label, unit)
+        }
+    }
+
+    /// An axis of names, which stand at 0, 1, 2, …
+    #[must_use]
+    pub fn names(label: &str, names: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        let scale = Scale::Names(names.into_iter().map(Into::into).collect());
+        Axis {
+            scale,
+            ..Axis::new(label, "")
+        }
+    }
+
+    /// An axis that is not drawn, over these values at least.
+    #[must_use]
+    pub fn hidden(include: [f64; 2]) -> Self {
+        Axis {
+            scale: Scale::Hidden,
+            ..Axis::new("", "").including(&include)
+        }
+    }
+
+    /// With these values in view whatever the series are.
+    #[must_use]
+    pub fn including(mut self, values: &[f64]) -> Self {
+        self.include.extend_from_slice(values);
+        self
+    }
+}
+
+impl Series {
+    fn new(name: &str, role: Role, mark: Mark, x: Vec<f64>, y: Vec<f64>) -> Self {
+        Series {
+            name: name.to_owned(),
+            role,
+            mark,
+            x,
+            y,
+            low: Vec::new(),
+            high: Vec::new(),
+            labels: Vec::new(),
+            symbol: None,
+        }
+    }
+
+    /// A line through all points.
+    #[must_use]
+    pub fn line(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
+        Series::new(name, role, Mark::Line, x, y)
+    }
+
+    /// A line through `rows` points, thinned if they are many. It breaks where a value is not
+    /// finite and at `breaks`: the rows, in order, before which samples are missing.
+    #[must_use]
+    pub fn long_line(
+        name: &str,
+        role: Role,
+        (rows, breaks): (usize, &[usize]),
+        point: impl Fn(usize) -> [f64; 2],
+    ) -> Self {
+        let kept = kept(rows, breaks, &point);
+        let points = kept.into_iter().map(|i| i.map_or([f64::NAN; 2], &point));
+        let (x, y) = points.map(<(f64, f64)>::from).unzip();
+        Series::line(name, role, x, y)
+    }
+
+    /// An area between two curves.
+    #[must_use]
+    pub fn band(name: &str, role: Role, x: Vec<f64>, low: Vec<f64>, high: Vec<f64>) -> Self {
+        Series {
+            low,
+            high,
+            ..Series::new(name, role, Mark::Band, x, Vec::new())
+        }
+    }
+
+    /// The area between two curves over the times `t`, as [`Series::long_line`].
+    #[must_use]
+    pub fn long_band(
+        name: &str,
+        role: Role,
+        (t, breaks): (&[f64], &[usize]),
+        ends: impl Fn(usize) -> [f64; 2],
+    ) -> Self {
+        let kept = kept(t.len(), breaks, &ends);
+        let x = kept.iter().map(|i| i.map_or(f64::NAN, |i| t[i])).collect();
+        let ends = kept.into_iter().map(|i| i.map_or([f64::NAN; 2], &ends));
+        let (low, high) = ends.map(<(f64, f64)>::from).unzip();
+        Series::band(name, role, x, low, high)
+    }
+
+    /// Points.
+    #[must_use]
+    pub fn points(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
+        Series::new(name, role, Mark::Points, x, y)
+    }
+
+    /// Points at 0, 1, 2, …, where names stand; what is not finite is left out.
+    #[must_use]
+    pub fn over_names(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
+        let y: Vec<f64> = y.into_iter().collect();
+        let x = (0..y.len()).map(|i| i as f64).collect();
+        Series::points(name, role, x, y)
+    }
+
+    /// Columns from zero over names.
+    #[must_use]
+    pub fn columns(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
+        Series {
+            mark: Mark::Columns,
+            ..Series::over_names(name, role, y)
+        }
+    }
+
+    /// A horizontal line across the panel.
+    #[must_use]
+    pub fn rule(name: &str, role: Role, y: f64) -> Self {
+        Series::new(name, role, Mark::Rule, Vec::new(), vec![y])
+    }
+
+    /// Shaded intervals of the x axis.
+    #[must_use]
+    pub fn intervals(name: &str, intervals: &[[f64; 2]]) -> Self {
+        let x = intervals.as_flattened().to_vec();
+        Series::new(name, Role::Interval, Mark::Shade, x, Vec::new())
+    }
+
+    /// With bars of ± `half` at the points; a half that is not finite draws none.
+    #[must_use]
+    pub fn plus_minus(mut self, half: &[f64]) -> Self {
+        self.low = self.y.iter().zip(half).map(|(y, h)| y - h).collect();
+        self.high = self.y.iter().zip(half).map(|(y, h)| y + h).collect();
+        self
+    }
+
+    /// With this symbol in place of the role's.
+    #[must_use]
+    pub fn drawn_as(mut self, symbol: &'static str) -> Self {
+        self.symbol = Some(symbol);
+        self
+    }
+
+    /// With a text at each point.
+    #[must_use]
+    pub fn labelled(mut self, labels: Vec<String>) -> Self {
+        self.labels = labels;
+        self
+    }
+}
+
+/// Rows above which a series is thinned.
+const LIMIT: usize = 8000;
+
+/// Parts of equally many rows that a thinned series consists of: two to three for each dot of a
+/// plot that fills a page, so that zooming in shows more.
+const BUCKETS: usize = 2000;
+
+/// The rows of a series to draw, in order; none where it breaks. Of each part the rows with the
+/// smallest and the largest of either value stay, so that no spike is lost.
+fn kept(rows: usize, breaks: &[usize], value: impl Fn(usize) -> [f64; 2]) -> Vec<Option<usize>> {
+    let finite = |i: &usize| value(*i).iter().all(|v| v.is_finite());
+    let step = if rows > LIMIT {
+        rows.div_ceil(BUCKETS)
+    } else {
+        1
+    };
+    let mut kept: Vec<Option<usize>> = Vec::new();
+    for from in (0..rows).step_by(step) {
+        // Rows of the smallest, then of the largest values, with these.
+        let mut extremes: Option<[(usize, f64); 4]> = None;
+        for i in (from..rows.min(from + step)).filter(finite) {
+            let [a, b] = value(i);
+            let extremes = extremes.get_or_insert([(i, a), (i, b), (i, a), (i, b)]);
+            for (c, v) in [a, b].into_iter().enumerate() {
+                if v < extremes[c].1 {
+                    extremes[c] = (i, v);
+                }
+                if v > extremes[c + 2].1 {
+                    extremes[c + 2] = (i, v);
+                }
+            }
+        }
+        let mut extremes = extremes.map_or(Vec::new(), |e| e.map(|(i, _)| i).to_vec());
+        extremes.sort_unstable();
+        extremes.dedup();
+        for i in extremes {
+            if let Some(&Some(last)) = kept.last() {
+                let next = breaks.partition_point(|b| *b <= last);
+                let missing = breaks.get(next).is_some_and(|b| *b <= i);
+                if missing || !(last + 1..i).all(|k| finite(&k)) {
+                    kept.push(None);
+                }
+            }
+            kept.push(Some(i));
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_spike_among_a_million_stays() {
+        let t: Vec<f64> = (0..1_000_000).map(|i| f64::from(i) * 0.01).collect();
+        let spike = |i: usize| match i {
+            123_457 => 50.0,
+            765_431 => -60.0,
+            _ => (i as f64).sin(),
+        };
+        let s = Series::long_line("a", Role::Raw, (t.len(), &[]), |i| [t[i], spike(i)]);
+        assert!(s.x.len() <= 4 * BUCKETS && s.x.is_sorted());
+        assert!(s.y.contains(&50.0) && s.y.contains(&-60.0));
+        assert_eq!((s.x[0], s.x.last()), (0.0, t.last()));
+        let s = Series::long_band("b", Role::Raw, (&t, &[]), |i| [spike(i), spike(i) + 1.0]);
+        assert!(s.low.contains(&-60.0) && s.high.contains(&51.0));
+    }
+
+    #[test]
+    fn no_line_leads_over_what_is_missing() {
+        // The second is thinned; what is missing lies between the parts that are kept.
+        for rows in [100, 100_000] {
+            let missing = rows / 5 + 1..rows / 5 + rows / 20;
+            let value = |i: usize| {
+                let known = !missing.contains(&i);
+                [i as f64, if known { 1.0 } else { f64::NAN }]
+            };
+            let s = Series::long_line("a", Role::Raw, (rows, &[rows / 2]), value);
+            let gaps: Vec<usize> = (0..s.x.len()).filter(|i| s.x[*i].is_nan()).collect();
+            let ends: Vec<[f64; 2]> = gaps.iter().map(|&i| [s.x[i - 1], s.x[i + 1]]).collect();
+            let around = |from: usize, to: usize| [(from - 1) as f64, to as f64];
+            let expected = [
+                around(missing.start, missing.end),
+                around(rows / 2, rows / 2),
+            ];
+            assert_eq!(ends, expected);
+        }
+    }
+}
