@@ -33,7 +33,7 @@ use crate::options::GravityArgs;
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
-use connect::{Answer, Asking, Opened, Origin, can_choose};
+use connect::{Answer, Asking, Opened, Origin, Trouble};
 use driver::{Driver, Entry, Renderer};
 use journal::JournalFile;
 use plain::{EventLines, Plain};
@@ -288,26 +288,18 @@ impl Args {
         begins: impl Fn(),
     ) -> anyhow::Result<Option<Opened>> {
         loop {
-            let opened = self.open(origin, folder, resumes, asking.interrupted);
-            let waited = opened.and_then(|opened| {
-                let Some(opened) = opened else {
-                    return Ok(Answer::Interrupted);
-                };
+            let opened = self.open(origin, folder, resumes);
+            let answer = opened.map_err(Trouble::from).and_then(|opened| {
                 begins();
-                if opened.kind == SourceKind::Port {
-                    *origin = Origin::Port(Some(opened.name.clone()));
-                }
-                Ok(asking.first_rows(opened)?)
+                asking.first_rows(opened, self.board.wait)
             });
-            let answer = match waited {
-                Ok(answer) => answer,
-                Err(error) => {
-                    let Some(trouble) = self.question(&error) else {
-                        return Err(error);
-                    };
+            let answer = match answer {
+                Err(trouble) if self.is_seen() && trouble.can_choose() => {
                     begins();
-                    asking.choose(trouble, origin.port())?
+                    let tried = trouble.port.as_deref().or(origin.port());
+                    asking.choose(&trouble, tried)?
                 }
+                answer => answer.map_err(|trouble| trouble.error)?,
             };
             match answer {
                 Answer::Rows(opened) => return Ok(Some(opened)),
@@ -388,12 +380,9 @@ impl Args {
         }
     }
 
-    /// The error after which the user chooses a port, where there is a user. In a script it ends the
-    /// program.
-    fn question<'e>(&self, error: &'e anyhow::Error) -> Option<&'e Error> {
-        let is_seen = cfg!(feature = "live") && self.has_page() || stdin().is_terminal();
-        let error = error.downcast_ref::<Error>();
-        error.filter(|e| is_seen && can_choose(e))
+    /// A user sees what happens, and can choose a port. In a script an error ends the program.
+    fn is_seen(&self) -> bool {
+        cfg!(feature = "live") && self.has_page() || stdin().is_terminal()
     }
 
     fn read_options(&self) -> ReadOptions {
@@ -430,14 +419,8 @@ impl Args {
         })
     }
 
-    /// Opens the source; none when the user ended the waiting for a board.
-    fn open(
-        &self,
-        origin: &Origin,
-        folder: Option<&Path>,
-        resumes: bool,
-        interrupted: &AtomicBool,
-    ) -> anyhow::Result<Option<Opened>> {
+    /// Opens the source.
+    fn open(&self, origin: &Origin, folder: Option<&Path>, resumes: bool) -> Result<Opened> {
         let opened = |kind, name, source| Opened {
             kind,
             name,
@@ -445,36 +428,34 @@ impl Args {
             recorded: 0,
             first: Vec::new(),
         };
-        let mut opened = match (origin, folder) {
-            (Origin::Replay(file), _) => {
+        let folder = || {
+            let missing = || Error::usage("usage", "a session has a folder");
+            folder.ok_or_else(missing)
+        };
+        let mut opened = match origin {
+            Origin::Replay(file) => {
                 let name = file.display().to_string();
                 let replay = Replay::open(file, &self.read_options())?;
-                return Ok(Some(opened(SourceKind::Replay, name, Box::new(replay))));
+                return Ok(opened(SourceKind::Replay, name, Box::new(replay)));
             }
-            // Only a replay has none.
-            (_, None) => return Ok(None),
-            (Origin::Simulated(seed), Some(folder)) => {
-                make_folder(folder)?;
+            Origin::Simulated(seed) => {
+                make_folder(folder()?)?;
                 let seed = seed.unwrap_or_else(Simulated::draw_seed);
                 let name = format!("simulated MPU6050, seed {seed}");
-                let path = folder.join(RECORDING);
+                let path = folder()?.join(RECORDING);
                 let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
                 opened(SourceKind::Simulate, name, Box::new(simulated))
             }
-            (Origin::Port(name), Some(folder)) => {
+            Origin::Port(name) => {
                 let mut board = self.board.clone();
                 board.port.clone_from(name);
-                let Some(port) = PortSource::open(&board, folder, resumes, interrupted)? else {
-                    return Ok(None);
-                };
-                opened(SourceKind::Port, port.name(), Box::new(port))
+                let port = PortSource::open(&board, folder()?, resumes)?;
+                opened(SourceKind::Port, port.name().to_owned(), Box::new(port))
             }
         };
-        if let Some(folder) = folder {
-            let path = folder.join(RECORDING);
-            let size = std::fs::metadata(&path).map_err(|e| Error::io(&path, e))?;
-            opened.recorded = size.len();
-        }
-        Ok(Some(opened))
+        let path = folder()?.join(RECORDING);
+        let size = std::fs::metadata(&path).map_err(|e| Error::io(&path, e))?;
+        opened.recorded = size.len();
+        Ok(opened)
     }
 }

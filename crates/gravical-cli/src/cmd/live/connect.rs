@@ -13,6 +13,7 @@ use gravical::{Error, Result};
 
 use super::driver::{Entry, Renderer};
 use super::source::{Incoming, Source};
+use crate::device::no_rows::NoRows;
 use crate::device::ports::{Port, list, the_board};
 use crate::device::trouble::holders;
 
@@ -63,29 +64,53 @@ pub enum Answer {
     Interrupted,
 }
 
-/// Why no row arrives, where another port, or the same a moment later, may be the remedy.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Trouble {
-    /// Which port is the board is not clear, or it cannot be opened.
-    Port,
-    /// The port is open, and no row arrives.
-    Sketch,
+/// Why no row arrives.
+pub struct Trouble {
+    pub error: Error,
+    /// What arrives instead, where the port is open.
+    no_rows: Option<NoRows>,
+    /// The port.
+    pub port: Option<String>,
 }
 
-impl Trouble {
-    fn of(error: &Error) -> Option<Self> {
-        match error.code() {
-            "no-port" | "several-ports" | "no-such-port" | "port-busy" | "port-failed"
-            | "port-permission" => Some(Trouble::Port),
-            "board-silent" | "no-samples-from-board" | "settings-refused" => Some(Trouble::Sketch),
-            _ => None,
+impl From<Error> for Trouble {
+    fn from(error: Error) -> Self {
+        Trouble {
+            error,
+            no_rows: None,
+            port: None,
         }
     }
 }
 
-/// True where the user can choose another port.
-pub fn can_choose(error: &Error) -> bool {
-    Trouble::of(error).is_some()
+impl Trouble {
+    /// The port is open, and no row arrives.
+    fn no_rows(why: NoRows, port: &str) -> Self {
+        Trouble {
+            error: why.error(port),
+            no_rows: Some(why),
+            port: Some(port.to_owned()),
+        }
+    }
+
+    /// Whether another port, or the same a moment later, may be the remedy.
+    pub fn can_choose(&self) -> bool {
+        let is_of_port = matches!(
+            self.error.code(),
+            "no-port"
+                | "several-ports"
+                | "no-such-port"
+                | "port-busy"
+                | "port-failed"
+                | "port-permission"
+        );
+        is_of_port || self.needs_sketch()
+    }
+
+    /// Whether another sketch may be the remedy.
+    fn needs_sketch(&self) -> bool {
+        self.no_rows.is_some() || self.error.code() == "settings-refused"
+    }
 }
 
 /// What it needs to ask.
@@ -98,31 +123,49 @@ pub struct Asking<'a> {
 }
 
 impl Asking<'_> {
-    /// Waits for the first rows of a port. The user may choose another one meanwhile.
+    /// Waits for the first rows of a port, with `--wait` without end. The user may choose another one
+    /// meanwhile.
     ///
     /// # Errors
     ///
-    /// Those of the source.
-    pub fn first_rows(&mut self, mut opened: Opened) -> Result<Answer> {
+    /// Those of the source; no row arrives.
+    pub fn first_rows(&mut self, mut opened: Opened, waits: bool) -> Result<Answer, Trouble> {
         if opened.kind != SourceKind::Port {
             return Ok(Answer::Rows(opened));
         }
-        let text = format!("{} is open: waiting for its first rows.", opened.name);
-        let name = opened.name.clone();
-        self.show(Event::Connecting { name }, text)?;
         let answer = loop {
             match opened.source.next() {
                 Ok(Incoming::Bytes(bytes)) => {
                     opened.first = bytes;
                     return Ok(Answer::Rows(opened));
                 }
+                Ok(Incoming::Opened(name)) => {
+                    let text = format!("{name} is open: waiting for its first rows.");
+                    opened.name.clone_from(&name);
+                    self.show(Event::Connecting { name }, text)?;
+                }
+                Ok(Incoming::NoRows(why)) if waits => {
+                    self.warn(WarningKind::Rows, &why.message(&opened.name))?;
+                }
+                Ok(Incoming::NoRows(why)) => break Err(Trouble::no_rows(why, &opened.name)),
                 Ok(Incoming::Lost(Loss::Unplugged)) => {
                     let text = format!("{}: unplugged before the first row", opened.name);
-                    break Err(Error::device("no-such-port", text));
+                    let port = Some(opened.name.clone());
+                    let error = Error::device("no-such-port", text);
+                    break Err(Trouble {
+                        port,
+                        ..error.into()
+                    });
                 }
                 Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
                 Ok(Incoming::Lost(Loss::Silent) | Incoming::Nothing | Incoming::End) => {}
-                Err(error) => break Err(error),
+                Err(error) => {
+                    let port = Some(opened.name.clone());
+                    break Err(Trouble {
+                        port,
+                        ..error.into()
+                    });
+                }
             }
             let known = || ports(list().unwrap_or_default());
             if let Some(answer) = self.answer(known, Some(&opened.name))? {
@@ -133,22 +176,22 @@ impl Asking<'_> {
         answer
     }
 
-    /// What the user chooses after `error`. `tried`: the port that was opened, or could not be. A port
+    /// What the user chooses after `trouble`. `tried`: the port that was opened, or could not be. A port
     /// that was missing is taken as soon as it is there.
     ///
     /// # Errors
     ///
     /// Where the question cannot be shown.
-    pub fn choose(&mut self, error: &Error, tried: Option<&str>) -> Result<Answer> {
+    pub fn choose(&mut self, trouble: &Trouble, tried: Option<&str>) -> Result<Answer> {
         let mut shown = None;
         loop {
             let found = list().unwrap_or_default();
-            if let Some(name) = arrived(error, tried, &found) {
+            if let Some(name) = arrived(&trouble.error, tried, &found) {
                 return Ok(Answer::Chosen(Origin::Port(Some(name))));
             }
             let infos = ports(found);
             if shown.as_ref() != Some(&infos) {
-                let (event, text) = self.question(error, tried, infos.clone());
+                let (event, text) = self.question(trouble, tried, infos.clone());
                 self.show(event, text)?;
             }
             let known = shown.insert(infos);
@@ -163,14 +206,15 @@ impl Asking<'_> {
 
     fn question(
         &self,
-        error: &Error,
+        trouble: &Trouble,
         tried: Option<&str>,
         ports: Vec<PortInfo>,
     ) -> (Event, String) {
-        let (message, remedy) = words(error, tried.unwrap_or("the port"));
-        let flash = match Trouble::of(error) {
-            Some(Trouble::Sketch) => flash(tried.unwrap_or("PORT")),
-            _ => Vec::new(),
+        let remedy = remedy(trouble);
+        let flash = if trouble.needs_sketch() {
+            flash(tried.unwrap_or("PORT"))
+        } else {
+            Vec::new()
         };
         let event = Event::Ports {
             ports,
@@ -178,7 +222,7 @@ impl Asking<'_> {
             flash,
             simulate: self.can_simulate,
         };
-        (event, sentences([&*message, &*remedy]))
+        (event, sentences([trouble.error.message(), remedy]))
     }
 
     /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
@@ -253,44 +297,24 @@ fn arrived(error: &Error, tried: Option<&str>, ports: &[Port]) -> Option<String>
     }
 }
 
-/// What is wrong, and the remedy where the port is chosen while the program runs.
-fn words(error: &Error, port: &str) -> (String, String) {
-    const SKETCH: &str = "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor";
-    let message = error.message();
-    // The last line that arrived, in quotes.
-    let line = message.split_once("; the last: ").map(|(_, line)| line);
-    let is_text =
-        |line: &&str| !line.contains(char::REPLACEMENT_CHARACTER) && !line.contains("\\u{");
-    let (message, remedy) = match (error.code(), line.filter(is_text)) {
-        ("no-port", _) => (
-            message.to_owned(),
-            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen",
-        ),
-        ("no-such-port", _) => (
-            message.to_owned(),
-            "plug it in: it is opened when it is there; or choose another one",
-        ),
-        ("several-ports", _) => (message.to_owned(), "choose the one of your board"),
-        ("board-silent", _) => (
-            format!("{port} is open, but nothing arrives: does the board have a sketch?"),
-            SKETCH,
-        ),
-        ("no-samples-from-board", Some(line)) => (
-            format!("{port} sends text that is no row of a sensor: {line}"),
-            SKETCH,
-        ),
-        ("no-samples-from-board", None) => (
-            format!(
-                "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
-            ),
-            "begin again with its rate, as --baud 9600; flash a sketch, ours or any that prints numbers; or choose another port",
-        ),
-        _ => (
-            message.to_owned(),
-            error.hint().unwrap_or("choose another one"),
-        ),
-    };
-    (message, remedy.to_owned())
+/// The remedy where the port is chosen while the program runs.
+fn remedy(trouble: &Trouble) -> &str {
+    match (&trouble.no_rows, trouble.error.code()) {
+        (Some(NoRows::Nothing | NoRows::Text(_)), _) => {
+            "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor"
+        }
+        (Some(NoRows::Garbage), _) => {
+            "begin again with its rate, as --baud 9600; flash a sketch, ours or any that prints numbers; or choose another port"
+        }
+        (None, "no-port") => {
+            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen"
+        }
+        (None, "no-such-port") => {
+            "plug it in: it is opened when it is there; or choose another one"
+        }
+        (None, "several-ports") => "choose the one of your board",
+        (None, _) => trouble.error.hint().unwrap_or("choose another one"),
+    }
 }
 
 /// The commands that flash our sketch, from the folder of gravical.

@@ -186,7 +186,7 @@ impl Driver<'_> {
                     first_bytes = Some(Instant::now());
                     self.session.settle_format().unwrap_or_default()
                 }
-                Ok(Incoming::Nothing) => Vec::new(),
+                Ok(Incoming::Nothing | Incoming::Opened(_) | Incoming::NoRows(_)) => Vec::new(),
                 Ok(Incoming::Lost(why)) => self.session.lost(why),
                 Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message),
                 Ok(Incoming::End) => {

@@ -1,7 +1,10 @@
 //! Events of a recording, for people and for scripts.
 
-use gravical::recording::{AccelScale, Finding, GyroScale, Timing};
+use gravical::inspect::Inspection;
+use gravical::recording::{AccelScale, Finding};
 use serde::Serialize;
+
+use crate::device::no_rows::NoRows;
 
 /// One event. As JSON an object a line with its `type`.
 #[derive(Debug, Clone, Serialize)]
@@ -25,7 +28,7 @@ pub enum Event {
     Paused,
     /// The recording continues.
     Resumed,
-    /// Lines are no rows: how many since the last such event, and the first of them.
+    /// Lines are no rows: how many so far, and the first since the last such event.
     Rejected { count: u64, first: String },
     /// Rows are missing; the gap is named in the file.
     Gap(Gap),
@@ -37,6 +40,12 @@ pub enum Event {
     Lost { text: String },
     /// The board sends nothing.
     Silent { duration_s: f64 },
+    /// No row has arrived yet: what arrives instead.
+    NoRows {
+        text: String,
+        #[serde(skip)]
+        why: NoRows,
+    },
     /// The end.
     Ended(Box<Ended>),
 }
@@ -133,31 +142,9 @@ pub struct Ended {
     pub elapsed_s: f64,
     #[serde(flatten)]
     pub counts: Counts,
-    /// What the file holds; none if it cannot be read as a recording, or the user did not wait.
-    #[serde(flatten)]
-    pub content: Option<Content>,
-}
-
-/// What `inspect` says of the file.
-#[derive(Debug, Clone, Serialize)]
-pub struct Content {
-    /// Faces that were up at rest, and for how long.
-    pub poses: Vec<RecordedPose>,
-    /// Rests in which no axis was vertical.
-    pub free_poses: usize,
-    pub accelerometer: AccelScale,
-    pub gyroscope: Option<GyroScale>,
-    pub timing: Timing,
-    pub findings: Vec<Finding>,
-}
-
-/// A face that was up at rest.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RecordedPose {
-    /// `+x`
-    pub face: String,
-    /// Time at rest, s.
-    pub duration_s: f64,
+    /// What `inspect` says of the file; none if it cannot be read as a recording, or the user did not
+    /// wait.
+    pub inspection: Option<Inspection>,
 }
 
 /// The recording at one moment.

@@ -4,11 +4,9 @@
 use std::io::{self, IsTerminal as _};
 use std::process::ExitCode;
 
-use gravical::core::unit::STANDARD_GRAVITY_MPS2;
 use gravical::escape::{shown, shown_json};
-use gravical::numfmt;
 use gravical::poses::face::{AXES, Face};
-use gravical::recording::{AccelScale, AccelUnit};
+use gravical::recording::AccelScale;
 use serde::Serialize;
 
 use super::event::Event;
@@ -67,6 +65,11 @@ impl Reporter {
         {
             self.line(&text);
         }
+    }
+
+    /// Reports events, in order.
+    pub fn report_all(&mut self, events: &[Event]) {
+        events.iter().for_each(|event| self.report(event));
     }
 
     fn json(&mut self, event: &Event) {
@@ -164,10 +167,10 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
         Event::Started { .. } if keyboard => "recording; space pauses, q or Ctrl-C ends".to_owned(),
         Event::Started { .. } | Event::Resumed => "recording".to_owned(),
         Event::Paused => "paused; space resumes".to_owned(),
-        Event::Warning { text } => format!("! {text}"),
+        Event::Warning { text } | Event::NoRows { text, .. } => format!("! {text}"),
         Event::Rejected { count: 1, first } => format!("! a line is no row: {first:?}"),
         Event::Rejected { count, first } => {
-            format!("! {count} lines are no rows; the first: {first:?}")
+            format!("! {count} lines so far are no rows; one of them: {first:?}")
         }
         Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ")),
         Event::Finding(finding) => format!("! {}: {}", finding.kind, finding.message),
@@ -186,47 +189,34 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
 /// Columns of the status line.
 const MAX_COLUMNS: usize = 79;
 
-/// One line of at most 79 columns: parts of the lowest priority are left out where there is no room.
+/// One line of at most 79 columns: what is needed most comes first, and the rest where there is room.
 fn status_line(status: &Status) -> String {
-    let mut parts = Vec::new();
-    let mut add = |priority, text: Option<String>| parts.extend(text.map(|text| (priority, text)));
-    add(9, Some(format!("{:.1} s", status.elapsed_s)));
-    add(9, Some(format!("{} rows", status.rows)));
-    add(3, status.rate_hz.map(|rate| format!("{rate:.1} Hz")));
-    add(6, status.norm.map(|norm| norm_text(norm, status.accel)));
-    add(2, status.temperature_c.map(|t| format!("{t:.1} °C")));
-    let state = match (status.paused, status.still) {
-        (true, _) => Some("PAUSED"),
-        (_, Some(true)) => Some("at rest"),
-        (_, Some(false)) => Some("moving"),
+    let mut parts = vec![
+        format!("{:.1} s", status.elapsed_s),
+        format!("{} rows", status.rows),
+    ];
+    parts.extend(match (status.paused, status.still) {
+        (true, _) => Some("PAUSED".to_owned()),
+        (_, Some(true)) => Some("at rest".to_owned()),
+        (_, Some(false)) => Some("moving".to_owned()),
         (_, None) => None,
-    };
-    add(9, state.map(str::to_owned));
-    add(8, status.up.as_ref().map(|up| format!("up: {up}")));
-    if let Some(done) = &status.done {
-        let all = Face::all().map(Face::name);
-        let missing: Vec<_> = all
-            .into_iter()
-            .filter(|face| !done.contains(face))
-            .collect();
-        let missing = if missing.is_empty() {
+    });
+    parts.extend(status.up.as_ref().map(|up| format!("up: {up}")));
+    parts.extend(status.done.as_ref().map(|done| {
+        let mut missing = Face::all().map(Face::name).to_vec();
+        missing.retain(|face| !done.contains(face));
+        if missing.is_empty() {
             "all 6 done".to_owned()
         } else {
             format!("missing {}", shortened(&missing))
-        };
-        add(7, Some(missing));
-    }
-    let rejected = Some(status.rejected).filter(|n| *n > 0);
-    add(5, rejected.map(|n| format!("{n} rejected")));
-    loop {
-        let texts: Vec<&str> = parts.iter().map(|part| part.1.as_str()).collect();
-        let line = texts.join("  ");
-        let least = parts.iter().map(|part| part.0).min();
-        if line.chars().count() <= MAX_COLUMNS || least.is_none_or(|least| least >= 9) {
-            return line.chars().take(MAX_COLUMNS).collect();
         }
-        parts.retain(|part| Some(part.0) != least);
-    }
+    }));
+    parts.extend(status.norm.map(|norm| norm_text(norm, status.accel)));
+    parts.extend((status.rejected > 0).then(|| format!("{} rejected", status.rejected)));
+    parts.extend(status.rate_hz.map(|rate| format!("{rate:.1} Hz")));
+    parts.extend(status.temperature_c.map(|t| format!("{t:.1} °C")));
+    while parts.join("  ").chars().count() > MAX_COLUMNS && parts.pop().is_some() {}
+    parts.join("  ")
 }
 
 /// `+x -x -y` as `±x -y`.
@@ -242,24 +232,18 @@ fn shortened(faces: &[String]) -> String {
     axes.join(" ")
 }
 
-/// In the unit of the recording, once that is known; counts in g.
+/// In m/s², or as it stands in a file of unknown unit.
 fn norm_text(norm: f64, accel: Option<AccelScale>) -> String {
-    let Some(accel) = accel.filter(|accel| accel.unit != AccelUnit::Unknown) else {
-        return format!("‖a‖ {norm:.2}");
-    };
-    match (accel.unit, accel.nominal()) {
-        (AccelUnit::Counts, Some(lsb)) => {
-            format!("‖a‖ {:.3} g", norm / lsb / STANDARD_GRAVITY_MPS2)
-        }
-        (AccelUnit::StandardGravity, _) => format!("‖a‖ {norm:.3} g"),
-        (unit, _) => format!("‖a‖ {norm:.2} {}", numfmt::unit(unit.name())),
+    match accel.and_then(|accel| accel.nominal()) {
+        Some(per_mps2) => format!("‖a‖ {:.2} m/s²", norm / per_mps2),
+        None => format!("‖a‖ {norm:.2}"),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gravical::recording::Origin;
+    use gravical::recording::{AccelUnit, Origin};
 
     use crate::cmd::log::event::{Cause, Gap};
 
@@ -290,7 +274,7 @@ mod tests {
         };
         assert_eq!(
             status_line(&metric),
-            "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 9.81 m/s²  25.5 °C  at rest"
+            "1234.6 s  123456 rows  at rest  ‖a‖ 9.81 m/s²  100.0 Hz  25.5 °C"
         );
         let counts = Status {
             norm: Some(8201.0),
@@ -300,7 +284,7 @@ mod tests {
         };
         assert_eq!(
             status_line(&counts),
-            "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 1.001 g  25.5 °C  PAUSED"
+            "1234.6 s  123456 rows  PAUSED  ‖a‖ 9.82 m/s²  100.0 Hz  25.5 °C"
         );
         let empty = Status {
             rows: 5,
@@ -322,9 +306,9 @@ mod tests {
         };
         assert_eq!(
             poses(&["+x", "+y"]),
-            "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 9.81  at rest  up: -x  missing -x -y ±z"
+            "1234.6 s  123456 rows  at rest  up: -x  missing -x -y ±z  ‖a‖ 9.81  100.0 Hz"
         );
-        assert!(poses(&["+x", "-x", "+y", "-y", "+z", "-z"]).ends_with("up: -x  all 6 done"));
+        assert!(poses(&["+x", "-x", "+y", "-y", "+z", "-z"]).contains("up: -x  all 6 done  "));
     }
 
     #[test]

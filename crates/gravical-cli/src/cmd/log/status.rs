@@ -8,8 +8,9 @@ use gravical::poses::face::Face;
 use gravical::poses::rests::find_rests;
 use gravical::recording::{Finding, Recording, Severity};
 
+use super::POSE_S;
 use super::event::Status;
-use super::recorder::Recorder;
+use super::writing::Writing;
 
 /// The rate is that of the last seconds.
 const RATE_STATUSES: usize = 4;
@@ -17,8 +18,6 @@ const RATE_STATUSES: usize = 4;
 const RECENT_S: f64 = 0.5;
 /// A rest takes at least 1 s: before this time it is not known whether there is one, s.
 const FIRST_REST_S: f64 = 1.5;
-/// A rest of this length, stored, is a pose, s.
-const POSE_S: f64 = 2.0;
 
 /// Judges the last rows once a second.
 #[derive(Default)]
@@ -33,35 +32,35 @@ pub struct Monitor {
 
 impl Monitor {
     /// The state at `now_s`, and what may spoil the samples and was not returned before.
-    pub fn observe(&mut self, recorder: &Recorder, now_s: f64) -> (Status, Vec<Finding>) {
-        let counts = recorder.run.counts;
+    pub fn observe(&mut self, writing: &Writing, now_s: f64) -> (Status, Vec<Finding>) {
+        let counts = writing.counts;
         let mut status = Status {
             rows: counts.rows,
-            elapsed_s: recorder.elapsed_s(now_s),
-            paused: recorder.is_paused(),
+            elapsed_s: writing.elapsed_s(now_s),
+            paused: writing.is_paused(),
             rejected: counts.rejected,
             ..Status::default()
         };
-        self.arrived.push_back((now_s, recorder.run.arrived));
+        self.arrived.push_back((now_s, writing.arrived));
         while self.arrived.len() > RATE_STATUSES {
             self.arrived.pop_front();
         }
         let last = self.arrived.iter().rev().nth(1);
-        if last.is_some_and(|(_, rows)| *rows == recorder.run.arrived) {
+        if last.is_some_and(|(_, rows)| *rows == writing.arrived) {
             // No row has arrived for a second.
             return (status, Vec::new());
         }
         if let Some((from_s, rows)) = self.arrived.front().filter(|(from_s, _)| *from_s < now_s) {
-            status.rate_hz = Some((recorder.run.arrived - rows) as f64 / (now_s - from_s));
+            status.rate_hz = Some((writing.arrived - rows) as f64 / (now_s - from_s));
         }
-        let Some(Ok(recording)) = recorder.reader.recording(u32::MAX) else {
+        let Some(Ok(recording)) = writing.reader.recording(u32::MAX) else {
             return (status, Vec::new());
         };
-        self.observe_rows(&mut status, &recording, recorder);
+        self.observe_rows(&mut status, &recording, writing);
         (status, self.new_findings(recording.findings))
     }
 
-    fn observe_rows(&mut self, status: &mut Status, recording: &Recording, recorder: &Recorder) {
+    fn observe_rows(&mut self, status: &mut Status, recording: &Recording, writing: &Writing) {
         let rate_hz = recording.timing.rate_hz().or(status.rate_hz);
         let (rows, rate_hz) = (recording.rows(), rate_hz.unwrap_or(1.0));
         let recent = rows.saturating_sub((RECENT_S * rate_hz).ceil() as usize)..rows;
@@ -83,7 +82,7 @@ impl Monitor {
             });
             let (face, angle_deg) = Face::nearest(sum);
             let face = Some(face).filter(|_| angle_deg <= MAX_FACE_ANGLE_DEG);
-            let is_stored = |row: &usize| recorder.is_stored(recording.line(*row) as usize);
+            let is_stored = |row: &usize| writing.is_stored(recording.line(*row) as usize);
             let stored = rest.clone().filter(is_stored).count();
             if let Some(face) = face.filter(|_| stored as f64 >= POSE_S * rate_hz) {
                 self.done[face.index()] = true;
