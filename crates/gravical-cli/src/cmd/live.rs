@@ -34,7 +34,7 @@ use crate::options::GravityArgs;
 use crate::text::say;
 
 use connect::{Answer, Asking, Opened, Origin, Trouble};
-use driver::{Driver, Entry, Renderer};
+use driver::{Driver, Entry, Hand, Renderer};
 use journal::JournalFile;
 use plain::{EventLines, Plain};
 use source::{PortSource, Replay, Simulated};
@@ -232,7 +232,7 @@ impl Args {
         };
         let mut origin = self.origin(journal.as_ref(), goes_on);
         let place = (folder.as_deref(), journal.is_some());
-        let Some(mut opened) = self.connect(&mut origin, place, &mut asking, begins)? else {
+        let Some(opened) = self.connect(&mut origin, place, &mut asking, begins)? else {
             return Ok(ExitCode::from(failure::INTERRUPTED));
         };
         let options = self.options(&origin, journal.as_ref(), goes_on)?;
@@ -263,9 +263,8 @@ impl Args {
         };
         let driver = Driver {
             session,
-            source: opened.source.as_mut(),
-            first: opened.first,
-            recorded: opened.recorded,
+            opened,
+            resumes: journal.is_some(),
             renderers,
             journal: journal_file.transpose()?,
             folder: folder.clone(),
@@ -274,8 +273,9 @@ impl Args {
             speed: self.speed(),
             entries,
             interrupted,
+            hand: Hand::default(),
         };
-        driver.run(opened.kind, &opened.name, journal.is_some())
+        driver.run()
     }
 
     /// Opens the source, and asks the user where that fails or no row arrives; none when the user ended

@@ -152,7 +152,7 @@ fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
     let mut session = Session::open(args)?;
     let keys = Keys::new();
-    reporter.raw = keys.is_some();
+    reporter.screen.is_raw = keys.is_some();
     let mut done = Ok(());
     while done.is_ok() && session.recorder.end().is_none() && !interrupted.load(Ordering::SeqCst) {
         done = session.step().map(drop);
@@ -163,11 +163,9 @@ fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
         }
         reporter.report_all(&session.take_events());
     }
-    // The next one is for the summary.
-    interrupted.store(false, Ordering::SeqCst);
-    reporter.close();
+    reporter.screen.close();
     drop(keys);
-    end(args, session, done, reporter, &interrupted)
+    end(args, session, done, reporter)
 }
 
 /// Writes everything that waits, and reports the summary.
@@ -176,7 +174,6 @@ fn end(
     mut session: Session,
     done: Result<()>,
     reporter: &mut Reporter,
-    interrupted: &AtomicBool,
 ) -> anyhow::Result<ExitCode> {
     let is_unplugged = !session.is_plugged_in();
     let now_s = session.now_s();
@@ -191,7 +188,7 @@ fn end(
     let counts = recorder.counts();
     let has_content = counts.rows > 0 && path.is_file();
     let inspection = if has_content {
-        inspected(path, reporter, interrupted).unwrap_or_else(|error| {
+        inspected(path).unwrap_or_else(|error| {
             let text = format!("gravical inspect cannot read the file: {error}");
             reporter.report(&Event::Warning { text });
             None
@@ -212,7 +209,7 @@ fn end(
         inspection,
     };
     if has_content {
-        reporter.progress(&summary(&ended));
+        reporter.summary(&summary(&ended));
     } else if counts.rows == 0 {
         session.file.discard_empty();
     }

@@ -63,24 +63,29 @@ impl NoRows {
         }
     }
 
-    /// The error that it is where nobody waits for rows.
+    /// What to do at the command line.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            NoRows::Nothing => {
+                "is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)?"
+            }
+            NoRows::Text(_) => {
+                "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are"
+            }
+            NoRows::Garbage => {
+                "give the baud rate of the sketch: --baud 9600 or 57600, for example"
+            }
+        }
+    }
+
+    /// The error that it is where rows are not waited for.
     pub fn error(&self, port: &str) -> Error {
-        let (code, remedy) = match self {
-            NoRows::Nothing => (
-                "board-silent",
-                "is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)?",
-            ),
-            NoRows::Text(_) => (
-                "no-samples-from-board",
-                "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are.",
-            ),
-            NoRows::Garbage => (
-                "no-samples-from-board",
-                "give the baud rate of the sketch: --baud 9600, 57600 and 115200 are usual.",
-            ),
+        let code = match self {
+            NoRows::Nothing => "board-silent",
+            NoRows::Text(_) | NoRows::Garbage => "no-samples-from-board",
         };
-        Error::device(code, self.message(port))
-            .with_hint(format!("{remedy} --wait waits without end"))
+        let hint = format!("{}; --wait waits without end", self.remedy());
+        Error::device(code, self.message(port)).with_hint(hint)
     }
 }
 

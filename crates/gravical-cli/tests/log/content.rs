@@ -1,11 +1,9 @@
 //! What `gravical log` says of the rows is what `gravical inspect` says of the file.
 
-use std::fs;
-
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::board::{Board, HEADER, SETTINGS};
+use crate::board::{Board, SETTINGS};
 use crate::logger::{Logger, run};
 
 /// Unit, rate and findings of the event `ended` are those of `inspect`.
@@ -89,32 +87,6 @@ fn counts_and_their_range() {
     let lsb_per_g = &ended["inspection"]["accelerometer"]["lsb_per_g"];
     assert_eq!((code, lsb_per_g), (0, &16384.0.into()));
     agrees(folder.path(), &ended);
-}
-
-/// Reading a long file for the summary does not hold the user up.
-#[test]
-fn a_second_interrupt_skips_the_findings() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let mut text = format!("{SETTINGS}{HEADER}");
-    for i in 0..4_000_000_u64 {
-        let noise = i * 7919 % 61;
-        text += &format!("{},0.{noise:02},-0.02,9.81,25.50,0.1,0.2,0.3\n", 10 * i);
-    }
-    fs::write(folder.path().join("x.csv"), text).unwrap();
-    let line = format!("log -o x.csv --append --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
-    board.greet();
-    board.rows(50);
-    log.wait_for_rows(50);
-    log.signal(Signal::INT);
-    for _ in 0..4 {
-        log.signal(Signal::INT);
-        std::thread::sleep(std::time::Duration::from_millis(50));
-    }
-    let (_, ended) = log.ended();
-    assert_eq!(ended["rows"], 50, "{ended}");
-    assert!(ended["inspection"].is_null(), "200 MB read within 0.2 s");
 }
 
 /// Poses are in the status, in the summary, and found by `calibrate` in the folder.

@@ -54,6 +54,20 @@ pub struct Opened {
     pub first: Vec<u8>,
 }
 
+impl Opened {
+    /// What it has next; waits shortly.
+    ///
+    /// # Errors
+    ///
+    /// Those of the source.
+    pub fn next(&mut self) -> Result<Incoming> {
+        match std::mem::take(&mut self.first) {
+            first if first.is_empty() => self.source.next(),
+            first => Ok(Incoming::Bytes(first)),
+        }
+    }
+}
+
 /// What becomes of a source that is open, or of a question.
 pub enum Answer {
     /// Rows arrive.
@@ -134,7 +148,7 @@ impl Asking<'_> {
             return Ok(Answer::Rows(opened));
         }
         let answer = loop {
-            match opened.source.next() {
+            match opened.next() {
                 Ok(Incoming::Bytes(bytes)) => {
                     opened.first = bytes;
                     return Ok(Answer::Rows(opened));

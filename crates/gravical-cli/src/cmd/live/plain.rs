@@ -1,7 +1,7 @@
 //! Events for a terminal, and for scripts.
 
 use std::fs::File;
-use std::io::{self, IsTerminal as _};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use gravical::escape::{one_line, shown_json};
@@ -10,46 +10,39 @@ use gravical::{Error, Result};
 
 use super::driver::Renderer;
 use crate::outlet::{Outlet, Sink};
+use crate::screen::Screen;
 
 /// Cells of the bar of progress.
 const BAR: usize = 10;
 
 /// One line an event on standard error, and a status line that is overwritten.
 pub struct Plain {
-    out: Sink,
-    terminal: bool,
-    in_status: bool,
+    screen: Screen,
     last_hint: Option<String>,
 }
 
 impl Plain {
     /// For standard error; `real_time`: a session that waits for nobody.
     pub fn new(real_time: bool) -> Self {
+        let out = if real_time {
+            Sink::Queued(Outlet::new(io::stderr()))
+        } else {
+            Sink::Waiting(Box::new(io::stderr()))
+        };
         Plain {
-            out: if real_time {
-                Sink::Queued(Outlet::new(io::stderr()))
-            } else {
-                Sink::Waiting(Box::new(io::stderr()))
-            },
-            terminal: io::stderr().is_terminal(),
-            in_status: false,
+            screen: Screen::new(out),
             last_hint: None,
         }
     }
 
     fn line(&mut self, text: &str) {
-        let clear = if self.in_status { "\r\x1b[K" } else { "" };
-        self.in_status = false;
-        // A terminal that has gone stops no session.
-        let _ = self.out.send(format!("{clear}{}\n", one_line(text)));
+        self.screen.line(&one_line(text));
     }
 
     fn status(&mut self, message: &Message, status: &Status) {
-        if self.terminal {
-            let line = status_line(status, &message.text);
-            let _ = self.out.status(format!("\r{}\x1b[K", one_line(&line)));
-            self.in_status = true;
-        } else if let Some(hint) = &status.hint
+        let line = status_line(status, &message.text);
+        if !self.screen.status(&one_line(&line))
+            && let Some(hint) = &status.hint
             && status.hint != self.last_hint
         {
             // Without a terminal there is no status line; what hinders is said once.

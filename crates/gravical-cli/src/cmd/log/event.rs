@@ -142,8 +142,8 @@ pub struct Ended {
     pub elapsed_s: f64,
     #[serde(flatten)]
     pub counts: Counts,
-    /// What `inspect` says of the file; none if it cannot be read as a recording, or the user did not
-    /// wait.
+    /// What `inspect` says of the file; none of a long file, and of one that cannot be read as
+    /// a recording.
     pub inspection: Option<Inspection>,
 }
 
@@ -158,7 +158,7 @@ pub struct Status {
     pub paused: bool,
     /// Lines rejected so far.
     pub rejected: u64,
-    /// Rows a second over the last three seconds, by the computer's clock.
+    /// Rows a second, by their stamps.
     pub rate_hz: Option<f64>,
     /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
     pub norm: Option<f64>,

@@ -1,7 +1,7 @@
 //! Reports the events of a recording: JSON for scripts, messages and a status line for
 //! people.
 
-use std::io::{self, IsTerminal as _};
+use std::io;
 use std::process::ExitCode;
 
 use gravical::escape::{shown, shown_json};
@@ -12,7 +12,8 @@ use serde::Serialize;
 use super::event::Event;
 use super::event::Status;
 use crate::failure::RenderedError;
-use crate::outlet::Outlet;
+use crate::outlet::{Outlet, Sink};
+use crate::screen::Screen;
 
 /// Version of the events.
 const VERSION: u32 = 1;
@@ -28,13 +29,8 @@ struct Versioned<'a> {
 pub struct Reporter {
     json: bool,
     quiet: bool,
-    /// The terminal is raw: a line ends with carriage return and line feed.
-    pub raw: bool,
-    terminal: bool,
-    /// The cursor is in a status line.
-    in_status: bool,
     out: Outlet,
-    err: Outlet,
+    pub screen: Screen,
 }
 
 impl Reporter {
@@ -43,11 +39,8 @@ impl Reporter {
         Reporter {
             json,
             quiet,
-            raw: false,
-            terminal: io::stderr().is_terminal(),
-            in_status: false,
             out: Outlet::new(io::stdout()),
-            err: Outlet::new(io::stderr()),
+            screen: Screen::new(Sink::Queued(Outlet::new(io::stderr()))),
         }
     }
 
@@ -58,12 +51,14 @@ impl Reporter {
             self.json(event);
         }
         if let Event::Status(status) = event {
-            self.status(status);
+            if !self.quiet {
+                self.screen.status(&status_line(status));
+            }
         } else if !self.json
-            && let Some(text) = text(event, self.raw)
+            && let Some(text) = text(event, self.screen.is_raw)
             && (!self.quiet || text.starts_with('!'))
         {
-            self.line(&text);
+            self.screen.line(&shown(&text));
         }
     }
 
@@ -92,31 +87,13 @@ impl Reporter {
     fn object(&self, event: &Event) -> Vec<u8> {
         let event = Versioned { v: VERSION, event };
         let text = serde_json::to_string(&event).unwrap_or_default();
-        let end = if self.raw { "\r\n" } else { "\n" };
-        format!("{}{end}", shown_json(&text)).into_bytes()
+        format!("{}{}", shown_json(&text), self.screen.end()).into_bytes()
     }
 
-    /// One line on standard error.
-    pub fn line(&mut self, text: &str) {
-        let end = if self.raw { "\r\n" } else { "\n" };
-        let clear = if self.in_status { "\r\x1b[K" } else { "" };
-        self.in_status = false;
-        let text = shown(text.trim_end()).replace('\n', end);
-        self.err.send(format!("{clear}{text}{end}").into_bytes());
-    }
-
-    /// One line on standard error of what takes time, unless it is not wanted.
-    pub fn progress(&mut self, text: &str) {
+    /// The summary for people.
+    pub fn summary(&mut self, text: &str) {
         if !self.json && !self.quiet {
-            self.line(text);
-        }
-    }
-
-    fn status(&mut self, status: &Status) {
-        if self.terminal && !self.quiet {
-            let line = status_line(status);
-            self.err.status(format!("\r{line}\x1b[K").into_bytes());
-            self.in_status = true;
+            self.screen.line(&shown(text));
         }
     }
 
@@ -125,33 +102,22 @@ impl Reporter {
         let Some(error) = RenderedError::of(error) else {
             return ExitCode::SUCCESS;
         };
-        self.close();
-        let (outlet, text) = if self.json {
-            (
-                &mut self.out,
-                format!("{}\n", shown_json(&error.object.to_string())),
-            )
+        self.screen.close();
+        if self.json {
+            self.out.drain();
+            let line = format!("{}\n", shown_json(&error.object.to_string()));
+            self.out.send(line.into_bytes());
         } else {
-            (&mut self.err, error.text)
-        };
-        outlet.drain();
-        outlet.send(text.into_bytes());
-        ExitCode::from(error.exit)
-    }
-
-    /// Ends the status line.
-    pub fn close(&mut self) {
-        if std::mem::take(&mut self.in_status) {
-            let end = if self.raw { "\r\n" } else { "\n" };
-            self.err.send(end.into());
+            self.screen.drain();
+            self.screen.line(&error.text);
         }
-        self.raw = false;
+        ExitCode::from(error.exit)
     }
 
     /// Waits until everything is written, as long as somebody reads.
     pub fn drain(&mut self) {
         self.out.drain();
-        self.err.drain();
+        self.screen.drain();
     }
 }
 

@@ -1,6 +1,6 @@
 //! The state of the recording for the person who records: rate, magnitude, rest, poses.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::HashSet;
 
 use gravical::core::matrix3::norm;
 use gravical::poses::MAX_FACE_ANGLE_DEG;
@@ -12,8 +12,6 @@ use super::POSE_S;
 use super::event::Status;
 use super::writing::Writing;
 
-/// The rate is that of the last seconds.
-const RATE_STATUSES: usize = 4;
 /// The magnitude is a mean over this time, and a rest ends within it, s.
 const RECENT_S: f64 = 0.5;
 /// A rest takes at least 1 s: before this time it is not known whether there is one, s.
@@ -22,8 +20,8 @@ const FIRST_REST_S: f64 = 1.5;
 /// Judges the last rows once a second.
 #[derive(Default)]
 pub struct Monitor {
-    /// Times, s, and rows that had arrived.
-    arrived: VecDeque<(f64, u64)>,
+    /// Rows that had arrived.
+    arrived: u64,
     /// Of each of [`Face::all`], whether it was recorded as a pose.
     done: [bool; 6],
     /// Findings that were returned: their kinds, and their messages without numbers.
@@ -41,17 +39,9 @@ impl Monitor {
             rejected: counts.rejected,
             ..Status::default()
         };
-        self.arrived.push_back((now_s, writing.arrived));
-        while self.arrived.len() > RATE_STATUSES {
-            self.arrived.pop_front();
-        }
-        let last = self.arrived.iter().rev().nth(1);
-        if last.is_some_and(|(_, rows)| *rows == writing.arrived) {
+        if std::mem::replace(&mut self.arrived, writing.arrived) == writing.arrived {
             // No row has arrived for a second.
             return (status, Vec::new());
-        }
-        if let Some((from_s, rows)) = self.arrived.front().filter(|(from_s, _)| *from_s < now_s) {
-            status.rate_hz = Some((writing.arrived - rows) as f64 / (now_s - from_s));
         }
         let Some(Ok(recording)) = writing.reader.recording(u32::MAX) else {
             return (status, Vec::new());
@@ -61,8 +51,8 @@ impl Monitor {
     }
 
     fn observe_rows(&mut self, status: &mut Status, recording: &Recording, writing: &Writing) {
-        let rate_hz = recording.timing.rate_hz().or(status.rate_hz);
-        let (rows, rate_hz) = (recording.rows(), rate_hz.unwrap_or(1.0));
+        status.rate_hz = recording.timing.rate_hz();
+        let (rows, rate_hz) = (recording.rows(), status.rate_hz.unwrap_or(1.0));
         let recent = rows.saturating_sub((RECENT_S * rate_hz).ceil() as usize)..rows;
         let accel = |row: usize| recording.accel.each_ref().map(|axis| axis[row]);
         let norms: Vec<f64> = recent.clone().map(|row| norm(&accel(row))).collect();

@@ -1,10 +1,6 @@
 //! The summary at the end: what the file holds, as `inspect` reads it.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use gravical::Result;
 use gravical::escape::shell_word;
@@ -16,43 +12,21 @@ use gravical_report::document::Remark;
 
 use super::POSE_S;
 use super::event::Ended;
-use super::reporter::Reporter;
 
-/// Time after which it is said that the file is being read.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// Time between two looks at the flag of the user.
-const LOOK: Duration = Duration::from_millis(20);
+/// A longer file is not inspected: that takes a while, and `gravical inspect` does it at any time.
+const MAX_BYTES: u64 = 100_000_000;
 
-/// What `gravical inspect` says of the file; none if the user does not want to wait for it: a long
-/// file takes a while.
+/// What `gravical inspect` says of the file; none of a long one.
 ///
 /// # Errors
 ///
 /// Those of reading.
-pub fn inspected(
-    path: &Path,
-    reporter: &mut Reporter,
-    interrupted: &AtomicBool,
-) -> Result<Option<Inspection>> {
-    let (sender, result) = channel();
-    let file = path.to_owned();
-    thread::spawn(move || {
-        let recording = read(&file, &ReadOptions::default());
-        // Without a receiver nobody waits.
-        let _ = sender.send(recording.map(|recording| inspect(&recording, &AxisMap::default())));
-    });
-    let begun = Instant::now();
-    let mut is_said = false;
-    loop {
-        match result.recv_timeout(LOOK) {
-            Ok(inspection) => return inspection.map(Some),
-            Err(RecvTimeoutError::Timeout) if !interrupted.load(Ordering::SeqCst) => {}
-            Err(_) => return Ok(None),
-        }
-        if begun.elapsed() >= PATIENCE && !std::mem::replace(&mut is_said, true) {
-            reporter.progress("all rows are safe; reading them for the summary (Ctrl-C skips it)");
-        }
+pub fn inspected(path: &Path) -> Result<Option<Inspection>> {
+    if std::fs::metadata(path).is_ok_and(|m| m.len() > MAX_BYTES) {
+        return Ok(None);
     }
+    let recording = read(path, &ReadOptions::default())?;
+    Ok(Some(inspect(&recording, &AxisMap::default())))
 }
 
 /// Counts of rows and lines, the poses, and what the file holds, for people.
