@@ -2,6 +2,7 @@
 
 mod event;
 mod file;
+mod gaps;
 mod hold;
 mod keys;
 mod lines;

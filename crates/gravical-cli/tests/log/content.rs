@@ -117,7 +117,9 @@ fn poses_of_a_session_that_is_calibrated() {
         assert_eq!(status["still"], true);
         assert!(!status["done"].as_array().unwrap().is_empty(), "{status}");
         let rests = ended["inspection"]["static_intervals"].as_array().unwrap();
-        let faces: Vec<_> = rests.iter().map(|rest| rest["face"].as_str()).collect();
+        let faces = rests.iter().map(|rest| rest["face"].as_str());
+        let mut faces: Vec<_> = faces.collect();
+        faces.dedup();
         let [up, down] = [format!("+{name}"), format!("-{name}")];
         assert_eq!(faces, [Some(&*up), Some(&*down)], "{ended}");
         let elapsed_s = ended["elapsed_s"].as_f64().unwrap();

@@ -4,6 +4,7 @@ use gravical::inspect::Inspection;
 use gravical::recording::{AccelScale, Finding};
 use serde::Serialize;
 
+use super::gaps::Gap;
 use crate::device::no_rows::NoRows;
 
 /// One event. As JSON an object a line with its `type`.
@@ -48,62 +49,6 @@ pub enum Event {
     },
     /// The end.
     Ended(Box<Ended>),
-}
-
-/// Why rows are missing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Cause {
-    /// The port was lost: a cable was pulled, a hub was suspended.
-    Unplugged,
-    /// The clock of the board restarted.
-    Reset,
-    /// The board sent nothing for a while.
-    Silent,
-    /// The clock of the board jumped.
-    Lost,
-    /// The recording had ended and was continued.
-    Continued,
-}
-
-/// Rows that are missing, why, and how many.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Gap {
-    /// The first cause.
-    pub cause: Cause,
-    /// Rows that are missing by the clock of the board; none where it does not tell.
-    pub rows: Option<u64>,
-    /// Time without a row, s: by the clock of the board, else by that of the computer.
-    pub duration_s: f64,
-    /// The clock of the board restarted.
-    pub clock_restarts: bool,
-    /// No row arrived after it.
-    pub until_end: bool,
-}
-
-impl Gap {
-    /// The line of the file, without its end.
-    pub fn line(&self) -> String {
-        let cause = match self.cause {
-            Cause::Unplugged => "unplugged",
-            Cause::Reset => "the board was reset",
-            Cause::Silent => "the board sent nothing",
-            Cause::Lost => "rows were lost on the way from the board",
-            Cause::Continued => return "# gap: the recording was ended and continued".to_owned(),
-        };
-        let rows = match self.rows {
-            _ if self.until_end => "no row arrived until the end".to_owned(),
-            Some(1) => "1 row is missing".to_owned(),
-            Some(n) => format!("{n} rows are missing"),
-            None => "an unknown number of rows is missing".to_owned(),
-        };
-        let clock = if self.clock_restarts {
-            ", the clock of the board restarts"
-        } else {
-            ""
-        };
-        format!("# gap: {cause}: {rows}, {:.1} s{clock}", self.duration_s)
-    }
 }
 
 /// How many lines went where.

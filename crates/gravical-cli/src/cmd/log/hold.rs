@@ -9,8 +9,6 @@ use super::writing::reader;
 
 /// After this time the format of a slow board is detected from the lines that are there, s.
 const HOLD_S: f64 = 6.0;
-/// A board that names no columns is asked for its settings: one of ours answers within this time, s.
-const ASK_S: f64 = 1.5;
 /// A board that opening the port resets is silent for this time, and for so many usual steps, s.
 const RESET_SILENCE_S: f64 = 1.0;
 const RESET_SILENCE_STEPS: f64 = 4.5;
@@ -27,7 +25,8 @@ pub struct Hold {
     reader: Following,
     /// Lines at the last attempt to detect the format early, and rows that were wanted.
     tried: (usize, usize),
-    asked_until_s: Option<f64>,
+    /// The answer to a question is waited for until then, s.
+    pub asked_until_s: Option<f64>,
 }
 
 impl Hold {
@@ -73,18 +72,6 @@ impl Hold {
     /// Whether the format is known.
     pub fn is_known(&self) -> bool {
         self.reader.form().is_some()
-    }
-
-    /// Until when a board that names no columns may answer, s: none for one that does. The first call
-    /// asks it.
-    pub fn answers_until_s(&mut self, form: &Form, now_s: f64, ask: impl FnOnce()) -> Option<f64> {
-        let is_nameless = form.header_line == 0 && form.delimiter.is_some();
-        is_nameless.then(|| {
-            *self.asked_until_s.get_or_insert_with(|| {
-                ask();
-                now_s + ASK_S
-            })
-        })
     }
 
     /// Whether a board that was silent for so long was reset by opening its port: the rows before lack

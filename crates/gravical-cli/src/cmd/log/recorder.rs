@@ -6,7 +6,8 @@ use gravical::escape::shown;
 use gravical::recording::ColumnsSpec;
 use gravical::{Error, Result};
 
-use super::event::{Cause, Counts, End, Event};
+use super::event::{Counts, End, Event};
+use super::gaps::Cause;
 use super::hold::{Hold, Received};
 use super::lines::Splitter;
 use super::writing::Writing;
@@ -21,6 +22,8 @@ const SILENCE_S: f64 = 3.0;
 /// them then, and so many times again, s.
 const COMMAND_S: f64 = 2.5;
 const MAX_COMMANDS: u32 = 4;
+/// A board of ours answers a question within this time, s.
+const ASK_S: f64 = 1.5;
 /// Opening a port resets the board within this time, s.
 const RESET_S: f64 = 4.0;
 
@@ -187,7 +190,7 @@ impl Recorder {
         match &mut self.state {
             State::Writing(writing) => {
                 let done = writing.reject(now_s, &half, &mut self.out);
-                writing.miss(Cause::Unplugged);
+                writing.gaps.open(Cause::Unplugged);
                 self.check(done);
             }
             // Lines of another start of the board.
@@ -309,9 +312,15 @@ impl Recorder {
             return;
         };
         let commands = &mut self.out.commands;
-        let until_s = hold.answers_until_s(&form, now_s, || commands.push_str("?\n"));
-        if until_s.is_some_and(|until_s| now_s < until_s) && !is_last {
-            return;
+        if form.header_line == 0 && form.delimiter.is_some() && !is_last {
+            // A board that names no columns is asked for its settings.
+            let until_s = *hold.asked_until_s.get_or_insert_with(|| {
+                commands.push_str("?\n");
+                now_s + ASK_S
+            });
+            if now_s < until_s {
+                return;
+            }
         }
         let lines = std::mem::take(&mut hold.lines);
         match Writing::begun(&self.options, &form, lines, &mut self.out) {
@@ -401,7 +410,7 @@ impl Recorder {
             let duration_s = now_s - port.last_bytes_s.unwrap_or(port.opened_s);
             if duration_s >= writing.silence_s(SILENCE_S) {
                 port.is_silent = true;
-                writing.miss(Cause::Silent);
+                writing.gaps.open(Cause::Silent);
                 self.say(Event::Silent { duration_s });
             }
         }

@@ -211,7 +211,7 @@ mod tests {
     use super::*;
     use gravical::recording::{AccelUnit, Origin};
 
-    use crate::cmd::log::event::{Cause, Gap};
+    use crate::cmd::log::gaps::{Cause, Gap};
 
     fn status() -> Status {
         Status {

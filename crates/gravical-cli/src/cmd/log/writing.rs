@@ -9,16 +9,14 @@ use gravical::escape::shown;
 use gravical::recording::following::{Following, Form};
 use gravical::recording::{ColumnsSpec, ReadOptions};
 
-use super::event::{Cause, Counts, End, Event, Gap};
+use super::event::{Counts, End, Event};
+use super::gaps::{Cause, Gap, Gaps};
 use super::hold::Received;
-use super::lines::{Clock, Step};
 use super::recorder::{Options, Output};
 use super::rewrite::Rewrite;
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;
-/// Fewer rows than this are no gap: the reader counts them as missing.
-const MIN_MISSING: u64 = 4;
 /// Nothing for so many usual steps is a silence.
 const SILENT_STEPS: f64 = 4.5;
 /// At the end also after this time, s.
@@ -54,21 +52,16 @@ pub struct Writing {
     waiting: VecDeque<Line>,
     /// Lines that the reader has judged, so that the next is the first that waits.
     judged: usize,
-    clock: Clock,
+    pub gaps: Gaps,
     pub counts: Counts,
     /// Rows that arrived, stored or not.
     pub arrived: u64,
     /// Time of the first stored row, later by all pauses since, s.
     began_s: Option<f64>,
-    last_row_s: f64,
     paused_from_s: Option<f64>,
     /// Lines of the reader at which a pause begins, or ends.
     pauses: Vec<usize>,
-    /// Rows are missing since the last one, and the clock may have restarted.
-    gap: Option<Cause>,
-    has_restarted: bool,
-    /// Lines that were rejected since the last row, and the first since they were reported.
-    rejected_since_row: u64,
+    /// The first line that was rejected since they were reported.
     first_rejected: Option<String>,
     /// Rows are missing, or may be.
     pub is_incomplete: bool,
@@ -89,16 +82,12 @@ impl Writing {
             duration_s: options.duration_s.unwrap_or(f64::INFINITY),
             waiting: VecDeque::new(),
             judged: 0,
-            clock: Clock::default(),
+            gaps: Gaps::default(),
             counts: Counts::default(),
             arrived: 0,
             began_s: None,
-            last_row_s: 0.0,
             paused_from_s: None,
             pauses: Vec::new(),
-            gap: None,
-            has_restarted: false,
-            rejected_since_row: 0,
             first_rejected: None,
             is_incomplete: false,
             ends_in_gap: false,
@@ -117,7 +106,7 @@ impl Writing {
         reader.settle(1)?;
         let mut writing = Writing::new(options, reader, Rewrite::of_file(before));
         writing.judged = writing.reader.take_lines().count;
-        writing.gap = Some(Cause::Continued);
+        writing.gaps.open(Cause::Continued);
         Ok(writing)
     }
 
@@ -212,11 +201,6 @@ impl Writing {
         }
         let text = self.count_rejected(line);
         self.add(Line::plain(at_s, text), out)
-    }
-
-    /// Rows are missing from here on.
-    pub fn miss(&mut self, cause: Cause) {
-        self.gap.get_or_insert(cause);
     }
 
     /// The space bar. Three blank lines stand for a pause.
@@ -314,12 +298,11 @@ impl Writing {
 
     fn row(&mut self, line: &Line, stamp: f64, is_stored: bool, out: &mut Output) {
         self.arrived += 1;
-        let step = match &self.rewrite {
-            Some(rewrite) if rewrite.stamps() => Step::Unknown,
-            _ => self.clock.next(stamp),
-        };
-        let gap = self.gap_before(line.at_s, step, is_stored);
-        self.last_row_s = line.at_s;
+        // Times of arrival do not tell what is missing.
+        let is_stamped = self.rewrite.as_ref().is_some_and(Rewrite::stamps);
+        let stamp = if is_stamped { f64::NAN } else { stamp };
+        let rate_hz = self.rate_hz();
+        let gap = self.gaps.before_row(line.at_s, stamp, is_stored, rate_hz);
         if !is_stored {
             return;
         }
@@ -353,48 +336,10 @@ impl Writing {
         let text = String::from_utf8_lossy(line);
         let text = shown(text.trim());
         self.counts.rejected += 1;
-        self.rejected_since_row += 1;
+        self.gaps.reject();
         let quoted = || text.chars().take(QUOTED).collect();
         self.first_rejected.get_or_insert_with(quoted);
         format!("# rejected: {text}").into_bytes()
-    }
-
-    // Gaps.
-
-    /// The gap before a row. In a pause only a restart of the clock is kept for the next stored row.
-    fn gap_before(&mut self, at_s: f64, step: Step, is_stored: bool) -> Option<Gap> {
-        let rejected = std::mem::take(&mut self.rejected_since_row);
-        let missing = match step {
-            // Rejected lines were rows.
-            Step::Missing(rows) => Some(rows.saturating_sub(rejected)),
-            Step::Restart | Step::Unknown => None,
-        };
-        match missing {
-            Some(MIN_MISSING..) => self.miss(Cause::Lost),
-            // The board was silent, and no row is missing.
-            Some(_) if self.gap == Some(Cause::Silent) => self.gap = None,
-            _ if step == Step::Restart => {
-                self.has_restarted = true;
-                self.miss(Cause::Reset);
-            }
-            _ => {}
-        }
-        if !is_stored {
-            self.gap = self.gap.filter(|_| self.has_restarted);
-            return None;
-        }
-        let cause = self.gap.take()?;
-        let clock_restarts = std::mem::take(&mut self.has_restarted);
-        let rows = missing.filter(|_| !clock_restarts);
-        let by_clock = rows.zip(self.rate_hz());
-        let by_clock = by_clock.map(|(rows, hz)| (rows as f64 + 1.0) / hz);
-        Some(Gap {
-            cause,
-            rows,
-            duration_s: by_clock.unwrap_or(at_s - self.last_row_s),
-            clock_restarts,
-            until_end: false,
-        })
     }
 
     fn write_gap(&mut self, gap: Gap, out: &mut Output) {
@@ -406,22 +351,11 @@ impl Writing {
         out.events.push(Event::Gap(gap));
     }
 
-    /// Names the gap at the end: one that is open, or a silence.
     fn write_last_gap(&mut self, now_s: f64, out: &mut Output) {
-        let duration_s = now_s - self.last_row_s;
-        if duration_s > self.silence_s(SILENT_END_S) {
-            self.miss(Cause::Silent);
-        }
         let is_in_recording = self.counts.rows > 0 && !self.is_paused() && self.end.is_none();
-        if let Some(cause) = self.gap.take().filter(|_| is_in_recording) {
+        let gap = self.gaps.at_end(now_s, self.silence_s(SILENT_END_S));
+        if let Some(gap) = gap.filter(|_| is_in_recording) {
             self.ends_in_gap = true;
-            let gap = Gap {
-                cause,
-                rows: None,
-                duration_s,
-                clock_restarts: false,
-                until_end: true,
-            };
             self.write_gap(gap, out);
         }
     }
