@@ -2,8 +2,6 @@
 //! not clear the user chooses, on the page or in the terminal.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use gravical::escape::path_word;
@@ -11,11 +9,10 @@ use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, Warn
 use gravical::live::{Event, Message, sentences};
 use gravical::{Error, Result};
 
-use super::driver::{Entry, Renderer};
+use super::driver::{Console, Entry};
 use super::source::{Incoming, Source};
 use crate::device::no_rows::NoRows;
-use crate::device::ports::{Port, list, the_board};
-use crate::device::trouble::holders;
+use crate::device::ports::{list, list_with_holders, the_board};
 
 /// Time between two looks at the ports.
 const LOOK: Duration = Duration::from_millis(300);
@@ -129,9 +126,7 @@ impl Trouble {
 
 /// What it needs to ask.
 pub struct Asking<'a> {
-    pub renderers: &'a mut Vec<Box<dyn Renderer>>,
-    pub entries: &'a Receiver<Entry>,
-    pub interrupted: &'a AtomicBool,
+    pub console: &'a mut Console,
     /// A simulated sensor can take the place of the board.
     pub can_simulate: bool,
 }
@@ -181,7 +176,7 @@ impl Asking<'_> {
                     });
                 }
             }
-            let known = || ports(list().unwrap_or_default());
+            let known = || list().unwrap_or_default();
             if let Some(answer) = self.answer(known, Some(&opened.name))? {
                 break Ok(answer);
             }
@@ -199,16 +194,15 @@ impl Asking<'_> {
     pub fn choose(&mut self, trouble: &Trouble, tried: Option<&str>) -> Result<Answer> {
         let mut shown = None;
         loop {
-            let found = list().unwrap_or_default();
+            let found = list_with_holders().unwrap_or_default();
             if let Some(name) = arrived(&trouble.error, tried, &found) {
                 return Ok(Answer::Chosen(Origin::Port(Some(name))));
             }
-            let infos = ports(found);
-            if shown.as_ref() != Some(&infos) {
-                let (event, text) = self.question(trouble, tried, infos.clone());
+            if shown.as_ref() != Some(&found) {
+                let (event, text) = self.question(trouble, tried, found.clone());
                 self.show(event, text)?;
             }
-            let known = shown.insert(infos);
+            let known = shown.insert(found);
             for _ in 0..ASKED {
                 if let Some(answer) = self.answer(|| known.clone(), tried)? {
                     return Ok(answer);
@@ -247,11 +241,11 @@ impl Asking<'_> {
         tried: Option<&str>,
     ) -> Result<Option<Answer>> {
         let mut reason = EndReason::Interrupted;
-        while let Ok(entry) = self.entries.try_recv() {
+        while let Ok(entry) = self.console.entries.try_recv() {
             let command = match entry {
                 Entry::Typed(Ok(command)) => command,
                 Entry::Typed(Err(text)) => {
-                    self.renderers.iter_mut().for_each(|r| r.answer(&text));
+                    self.console.answer(&text);
                     continue;
                 }
                 #[cfg(feature = "live")]
@@ -269,7 +263,7 @@ impl Asking<'_> {
                 Command::Port { name } => format!("{name} is no port of this computer"),
                 Command::Cancel => {
                     reason = EndReason::Cancelled;
-                    self.interrupted.store(true, Ordering::SeqCst);
+                    self.console.interrupt();
                     break;
                 }
                 Command::Simulate => "this session is of another sensor".to_owned(),
@@ -277,7 +271,7 @@ impl Asking<'_> {
             };
             self.warn(WarningKind::Refused, &message)?;
         }
-        let is_interrupted = self.interrupted.load(Ordering::SeqCst);
+        let is_interrupted = self.console.is_interrupted();
         if is_interrupted {
             let event = Event::End {
                 reason,
@@ -294,13 +288,12 @@ impl Asking<'_> {
     }
 
     fn show(&mut self, event: Event, text: impl Into<String>) -> Result<()> {
-        let message = Message::new(0.0, event, text);
-        self.renderers.iter_mut().try_for_each(|r| r.show(&message))
+        self.console.show(&Message::new(0.0, event, text))
     }
 }
 
 /// The port that was waited for, if it is there now.
-fn arrived(error: &Error, tried: Option<&str>, ports: &[Port]) -> Option<String> {
+fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
     match (error.code(), tried) {
         ("no-port", _) => the_board(ports).ok().map(|port| port.name),
         ("no-such-port", Some(name)) => {
@@ -344,40 +337,21 @@ fn flash(port: &str) -> Vec<String> {
     ]
 }
 
-fn ports(found: Vec<Port>) -> Vec<PortInfo> {
-    found.into_iter().map(described).collect()
-}
-
-fn described(port: Port) -> PortInfo {
-    PortInfo {
-        open_in: holders(&port.name),
-        usb: port
-            .usb
-            .as_ref()
-            .map(|usb| format!("{:04x}:{:04x}", usb.vid, usb.pid)),
-        serial: port.usb.and_then(|usb| usb.serial),
-        name: port.name,
-        device: port.device,
-        board: port.board,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::ports::Usb;
+    use crate::cmd::live::driver::Renderer;
+    use std::sync::Arc;
     use std::sync::mpsc::sync_channel;
 
-    fn board(name: &str) -> Port {
-        Port {
+    fn board(name: &str) -> PortInfo {
+        PortInfo {
             name: name.to_owned(),
             device: Some("Arduino Uno".to_owned()),
-            usb: Some(Usb {
-                vid: 0x2341,
-                pid: 0x43,
-                serial: None,
-            }),
+            usb: Some("2341:0043".to_owned()),
+            serial: None,
             board: true,
+            open_in: Vec::new(),
         }
     }
 
@@ -391,7 +365,7 @@ mod tests {
         let two = [board("/dev/none1"), board("/dev/none2")];
         assert_eq!(arrived(&none, None, &two), None);
         let missing = Error::device("no-such-port", "");
-        let is = |name, ports: &[Port]| arrived(&missing, Some(name), ports);
+        let is = |name, ports: &[PortInfo]| arrived(&missing, Some(name), ports);
         assert_eq!(is("/dev/none2", &one), None);
         assert_eq!(is("/dev/none2", &two).as_deref(), Some("/dev/none2"));
         // One that is busy is not tried again and again.
@@ -412,15 +386,12 @@ mod tests {
     fn only_ports_that_are_there_can_be_chosen() {
         let (sender, entries) = sync_channel(8);
         let (to, seen) = std::sync::mpsc::channel();
-        let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Seen(to))];
+        let mut console = Console::new(vec![Box::new(Seen(to))], entries, Arc::default());
         let mut asking = Asking {
-            renderers: &mut renderers,
-            entries: &entries,
-            interrupted: &AtomicBool::new(false),
+            console: &mut console,
             can_simulate: true,
         };
-        let known = [described(board("/dev/none1"))];
-        assert_eq!(known[0].usb.as_deref(), Some("2341:0043"));
+        let known = [board("/dev/none1")];
         let mut ask = |name: &str, tried| {
             let name = name.to_owned();
             sender

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::io::{BufRead as _, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
@@ -61,6 +62,51 @@ pub enum Entry {
     Clicked(Command),
 }
 
+/// Who shows the events, and what the user wants.
+pub struct Console {
+    pub renderers: Vec<Box<dyn Renderer>>,
+    pub entries: Receiver<Entry>,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Console {
+    /// `interrupted` is set by Ctrl-C.
+    pub fn new(
+        renderers: Vec<Box<dyn Renderer>>,
+        entries: Receiver<Entry>,
+        interrupted: Arc<AtomicBool>,
+    ) -> Self {
+        Console {
+            renderers,
+            entries,
+            interrupted,
+        }
+    }
+
+    /// Shows an event.
+    ///
+    /// # Errors
+    ///
+    /// As [`Renderer::show`].
+    pub fn show(&mut self, message: &Message) -> Result<()> {
+        self.renderers.iter_mut().try_for_each(|r| r.show(message))
+    }
+
+    /// Shows an answer to what was typed.
+    pub fn answer(&mut self, text: &str) {
+        self.renderers.iter_mut().for_each(|r| r.answer(text));
+    }
+
+    /// The user ends the session.
+    pub fn interrupt(&self) {
+        self.interrupted.store(true, Ordering::SeqCst);
+    }
+
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::SeqCst)
+    }
+}
+
 /// Sends what is typed, a line each.
 pub fn typed(sender: SyncSender<Entry>) {
     std::thread::spawn(move || {
@@ -89,7 +135,7 @@ pub struct Driver<'a> {
     pub opened: Opened,
     /// There are rows already.
     pub resumes: bool,
-    pub renderers: &'a mut Vec<Box<dyn Renderer>>,
+    pub console: &'a mut Console,
     pub journal: Option<JournalFile>,
     pub folder: Option<PathBuf>,
     pub read: ReadOptions,
@@ -97,8 +143,6 @@ pub struct Driver<'a> {
     pub output: Option<PathBuf>,
     /// Times real time; 0 is as fast as possible.
     pub speed: f64,
-    pub entries: &'a Receiver<Entry>,
-    pub interrupted: &'a AtomicBool,
     pub hand: Hand,
 }
 
@@ -213,7 +257,7 @@ impl Driver<'_> {
     }
 
     fn step(&mut self) -> Result<Option<Ending>> {
-        if self.interrupted.load(Ordering::SeqCst) {
+        if self.console.is_interrupted() {
             return Ok(Some(Ending::Stopped(if self.session.is_cancelled() {
                 EndReason::Cancelled
             } else {
@@ -243,7 +287,7 @@ impl Driver<'_> {
         let messages = self.session.settle();
         self.show(messages)?;
         self.commands()?;
-        if self.session.is_done() && !self.interrupted.load(Ordering::SeqCst) {
+        if self.session.is_done() && !self.console.is_interrupted() {
             return Ok(Some(Ending::Finished));
         }
         if self.opened.kind == SourceKind::Simulate && self.hand.is_done() {
@@ -304,8 +348,7 @@ impl Driver<'_> {
     fn render(&mut self, messages: &[Message]) -> Result<()> {
         for message in messages {
             self.hand.see(message);
-            let mut renderers = self.renderers.iter_mut();
-            renderers.try_for_each(|r| r.show(message))?;
+            self.console.show(message)?;
         }
         Ok(())
     }
@@ -313,11 +356,9 @@ impl Driver<'_> {
     /// Does what the user wants.
     fn commands(&mut self) -> Result<()> {
         loop {
-            match self.entries.try_recv() {
+            match self.console.entries.try_recv() {
                 Ok(Entry::Typed(Ok(command))) => self.hand.waiting.push_back(command),
-                Ok(Entry::Typed(Err(text))) => {
-                    self.renderers.iter_mut().for_each(|r| r.answer(&text));
-                }
+                Ok(Entry::Typed(Err(text))) => self.console.answer(&text),
                 #[cfg(feature = "live")]
                 Ok(Entry::Clicked(command)) => self.command(&command)?,
                 Err(TryRecvError::Empty) => break,
@@ -339,7 +380,7 @@ impl Driver<'_> {
     fn command(&mut self, command: &Command) -> Result<()> {
         if *command == Command::Cancel {
             // The program ends as after Ctrl-C.
-            self.interrupted.store(true, Ordering::SeqCst);
+            self.console.interrupt();
         }
         let messages = match self.opened.source.hand(command, self.hand.asked) {
             Ok(true) => {
@@ -475,7 +516,8 @@ impl Driver<'_> {
         let figures = figure::calibration::figures(file, session);
         let document = report::calibration(file, Some(output), &figures);
         let html = document.to_html();
-        self.renderers.iter_mut().for_each(|r| r.report(&html));
+        let renderers = self.console.renderers.iter_mut();
+        renderers.for_each(|r| r.report(&html));
         let Some(folder) = &self.folder else {
             return Ok(None);
         };

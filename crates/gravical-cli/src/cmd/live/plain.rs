@@ -5,10 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use gravical::escape::{one_line, shown_json};
-use gravical::live::event::{Event, Message, PortInfo, Status, TruthRow};
+use gravical::live::event::{Event, Message, Status, TruthRow};
 use gravical::{Error, Result};
 
 use super::driver::Renderer;
+use crate::device::ports;
 use crate::outlet::{Outlet, Sink};
 use crate::screen::Screen;
 
@@ -109,7 +110,7 @@ fn details(event: &Event) -> Vec<String> {
             simulate,
             ..
         } => {
-            let ports = ports.iter().map(port_line);
+            let ports = ports.iter().map(ports::line);
             let flash = flash.iter().map(|line| format!("To flash ours: {line}"));
             let simulate = if *simulate { "`simulate` " } else { "" };
             let last = format!("Type `port NAME`, {simulate}or `cancel`.");
@@ -142,21 +143,6 @@ fn details(event: &Event) -> Vec<String> {
         }
         _ => Vec::new(),
     }
-}
-
-/// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]  open in cat (4711)`.
-fn port_line(port: &PortInfo) -> String {
-    let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
-    let holders =
-        (!port.open_in.is_empty()).then(|| format!("open in {}", port.open_in.join(", ")));
-    let parts = [
-        Some(port.name.clone()),
-        port.usb.clone(),
-        port.device.clone(),
-        serial,
-        holders,
-    ];
-    parts.into_iter().flatten().collect::<Vec<_>>().join("  ")
 }
 
 /// Events as JSON, one object a line.

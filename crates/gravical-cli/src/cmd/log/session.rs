@@ -271,7 +271,7 @@ impl Session {
         let Some(target) = &self.port.target else {
             return;
         };
-        let device = target.device(&list().unwrap_or_default());
+        let device = target.device();
         let preamble = format!(
             "# gravical {} log, {}, {}\n",
             env!("CARGO_PKG_VERSION"),
