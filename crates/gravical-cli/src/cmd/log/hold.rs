@@ -23,8 +23,8 @@ pub struct Received {
 pub struct Hold {
     pub lines: Vec<Received>,
     reader: Following,
-    /// Lines at the last attempt to detect the format early, and rows that were wanted.
-    tried: (usize, usize),
+    /// Lines at the last attempt to detect the format early.
+    tried: usize,
     /// The answer to a question is waited for until then, s.
     pub asked_until_s: Option<f64>,
 }
@@ -35,7 +35,7 @@ impl Hold {
         Hold {
             lines: Vec::new(),
             reader: reader(&options.name, options.columns.clone()),
-            tried: (0, 0),
+            tried: 0,
             asked_until_s: None,
         }
     }
@@ -51,20 +51,13 @@ impl Hold {
         self.reader.push(&text).map(drop)
     }
 
-    /// The format, once it is known: from a second of rows, or from all `rows` that are wanted.
-    pub fn form(&mut self, now_s: f64, rows: u64, max_s: f64) -> Option<Form> {
-        let first_s = self.lines.first()?.at_s;
-        let is_slow = now_s - first_s >= HOLD_S.min(max_s);
-        let rows = if is_slow {
-            1
-        } else {
-            usize::try_from(rows).unwrap_or(usize::MAX)
-        };
-        let attempt = (self.lines.len(), rows);
-        if self.reader.form().is_none() && attempt.0 >= rows && self.tried != attempt {
-            self.tried = attempt;
-            // These lines are no recording yet.
-            let _ = self.reader.settle(rows);
+    /// The format, once it is known. `is_late`: the lines so far have to do.
+    pub fn form(&mut self, now_s: f64, is_late: bool) -> Option<Form> {
+        let is_slow = now_s - self.lines.first()?.at_s >= HOLD_S;
+        if (is_late || is_slow) && self.tried != self.lines.len() {
+            self.tried = self.lines.len();
+            // They are no recording yet.
+            let _ = self.reader.settle(1);
         }
         self.reader.form()
     }

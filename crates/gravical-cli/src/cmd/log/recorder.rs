@@ -69,9 +69,9 @@ impl Output {
 /// Where the lines go. In each state the port may be lost and found.
 enum State {
     /// Their format is not known.
-    Holding(Hold),
+    Holding(Box<Hold>),
     /// They are written.
-    Writing(Writing),
+    Writing(Box<Writing>),
 }
 
 /// Settings that are wanted, and that the board has not confirmed. Until then lines are dropped.
@@ -116,9 +116,9 @@ impl Recorder {
     /// Those of the reader for the file that is continued.
     pub fn new(options: Options, before: &[u8]) -> Result<Self> {
         let state = if before.is_empty() {
-            State::Holding(Hold::new(&options))
+            State::Holding(Box::new(Hold::new(&options)))
         } else {
-            State::Writing(Writing::continued(&options, before)?)
+            State::Writing(Box::new(Writing::continued(&options, before)?))
         };
         let is_set = options.wanted.commands().is_empty();
         let (next_s, sent) = (COMMAND_S, 0);
@@ -301,14 +301,8 @@ impl Recorder {
         let State::Holding(hold) = &mut self.state else {
             return;
         };
-        let is_due = is_last || self.port.as_ref().is_some_and(|p| p.is_due(now_s));
-        let max_s = if is_due {
-            0.0
-        } else {
-            self.options.duration_s.unwrap_or(f64::INFINITY)
-        };
-        let rows = self.options.rows.unwrap_or(u64::MAX);
-        let Some(form) = hold.form(now_s, rows, max_s) else {
+        let is_late = is_last || self.port.as_ref().is_some_and(|p| p.is_due(now_s));
+        let Some(form) = hold.form(now_s, is_late) else {
             return;
         };
         let commands = &mut self.out.commands;
@@ -324,7 +318,7 @@ impl Recorder {
         }
         let lines = std::mem::take(&mut hold.lines);
         match Writing::begun(&self.options, &form, lines, &mut self.out) {
-            Ok(writing) => self.state = State::Writing(writing),
+            Ok(writing) => self.state = State::Writing(Box::new(writing)),
             Err(error) => self.fail(error),
         }
     }
@@ -349,7 +343,7 @@ impl Recorder {
                 .with_hint("the rows up to here are in the file; record the rest into another one"),
             ),
             State::Holding(_) => {
-                self.state = State::Holding(Hold::new(&self.options));
+                self.state = State::Holding(Box::new(Hold::new(&self.options)));
                 self.say_no_rows();
             }
         }
@@ -363,7 +357,7 @@ impl Recorder {
     fn drop_held(&mut self, when: &str) {
         if let State::Holding(hold) = &mut self.state {
             let lines = hold.lines.len();
-            *hold = Hold::new(&self.options);
+            **hold = Hold::new(&self.options);
             if lines > 0 {
                 let text = format!("{lines} lines that the board sent {when} are not recorded");
                 self.say(Event::Warning { text });
@@ -434,7 +428,7 @@ impl Recorder {
             (None, State::Holding(hold)) => {
                 let mut lines = std::mem::take(&mut hold.lines);
                 lines.retain(|line| line.text.starts_with(b"#"));
-                *hold = Hold::new(&self.options);
+                **hold = Hold::new(&self.options);
                 let done = lines.into_iter().try_for_each(|line| hold.push(line));
                 self.check(done);
             }

@@ -62,28 +62,6 @@ impl Port {
     }
 }
 
-/// What is done again after a time.
-struct Timer {
-    period_s: f64,
-    last_s: f64,
-}
-
-impl Timer {
-    fn new(period_s: f64) -> Self {
-        let last_s = 0.0;
-        Timer { period_s, last_s }
-    }
-
-    /// Whether it is time; the next time is a period later.
-    fn is_due(&mut self, now_s: f64) -> bool {
-        let is_due = now_s - self.last_s >= self.period_s;
-        if is_due {
-            self.last_s = now_s;
-        }
-        is_due
-    }
-}
-
 /// A recording of a port in a file.
 pub struct Session {
     started: Instant,
@@ -92,9 +70,9 @@ pub struct Session {
     /// None where others judge the rows.
     monitor: Option<Monitor>,
     port: Port,
-    search: Timer,
-    sync: Timer,
-    status: Timer,
+    searched_s: f64,
+    synced_s: f64,
+    observed_s: f64,
     /// Code of the error with which the port could not be opened.
     open_error: Option<&'static str>,
 }
@@ -142,9 +120,9 @@ impl Session {
             file,
             monitor: (!args.is_read_along).then(Monitor::default),
             port,
-            search: Timer::new(SEARCH_S),
-            sync: Timer::new(SYNC_S),
-            status: Timer::new(STATUS_S),
+            searched_s: 0.0,
+            synced_s: 0.0,
+            observed_s: 0.0,
             open_error: None,
         };
         match missing {
@@ -193,7 +171,7 @@ impl Session {
             Ok(bytes) => self.recorder.bytes(now_s, &bytes),
             Err(e) => self.lost(now_s, &e.to_string()),
         }
-        if self.port.open.is_none() && self.search.is_due(now_s) {
+        if self.port.open.is_none() && is_due(&mut self.searched_s, now_s, SEARCH_S) {
             match self.port.open() {
                 Ok(true) => self.opened(),
                 Ok(false) => {}
@@ -201,12 +179,12 @@ impl Session {
             }
         }
         self.recorder.tick(now_s);
-        if self.status.is_due(now_s) {
+        if is_due(&mut self.observed_s, now_s, STATUS_S) {
             self.observe(now_s);
             self.recorder.report_rejected();
         }
         let lines = self.write()?;
-        if self.sync.is_due(now_s) {
+        if is_due(&mut self.synced_s, now_s, SYNC_S) {
             self.file.sync()?;
         }
         self.recorder.take_error().map_or(Ok(lines), Err)
@@ -310,9 +288,18 @@ impl Session {
 
     fn lost(&mut self, now_s: f64, why: &str) {
         self.port.open = None;
-        self.search.last_s = now_s;
+        self.searched_s = now_s;
         self.recorder.lost(now_s, why);
     }
+}
+
+/// Whether `last_s` is so long ago; then it is now.
+fn is_due(last_s: &mut f64, now_s: f64, period_s: f64) -> bool {
+    let is_due = now_s - *last_s >= period_s;
+    if is_due {
+        *last_s = now_s;
+    }
+    is_due
 }
 
 /// There is no port, yet.
