@@ -7,7 +7,7 @@ use std::time::Duration;
 use gravical::escape::path_word;
 use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, WarningKind};
 use gravical::live::{Event, Message, sentences};
-use gravical::{Error, Result};
+use gravical::{Category, Error, Result};
 
 use super::driver::{Console, Entry};
 use super::source::{Incoming, Source};
@@ -106,16 +106,7 @@ impl Trouble {
 
     /// Whether another port, or the same a moment later, may be the remedy.
     pub fn can_choose(&self) -> bool {
-        let is_of_port = matches!(
-            self.error.code(),
-            "no-port"
-                | "several-ports"
-                | "no-such-port"
-                | "port-busy"
-                | "port-failed"
-                | "port-permission"
-        );
-        is_of_port || self.needs_sketch()
+        self.error.category() == Category::Device
     }
 
     /// Whether another sketch may be the remedy.

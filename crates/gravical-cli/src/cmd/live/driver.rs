@@ -275,7 +275,10 @@ impl Driver<'_> {
                 messages
             }
             Incoming::Lost(why) => self.session.lost(why),
-            Incoming::Warning(message) => self.warn(WarningKind::Rows, &message),
+            Incoming::Warning(message) => {
+                self.warn(WarningKind::Rows, &message)?;
+                Vec::new()
+            }
             Incoming::Nothing | Incoming::Opened(_) | Incoming::NoRows(_) => Vec::new(),
             Incoming::End => {
                 let messages = self.session.settle_format().unwrap_or_default();
@@ -382,15 +385,17 @@ impl Driver<'_> {
             // The program ends as after Ctrl-C.
             self.console.interrupt();
         }
-        let messages = match self.opened.source.hand(command, self.hand.asked) {
+        match self.opened.source.hand(command, self.hand.asked) {
             Ok(true) => {
                 self.hand.busy_until_s = self.hand.now_s + HAND_S;
-                return Ok(());
+                Ok(())
             }
-            Ok(false) => self.session.command(command),
+            Ok(false) => {
+                let messages = self.session.command(command);
+                self.show(messages)
+            }
             Err(error) => self.warn(WarningKind::Refused, &error.to_string()),
-        };
-        self.show(messages)
+        }
     }
 
     // Ends.
@@ -422,8 +427,8 @@ impl Driver<'_> {
             EndReason::SourceEnded,
             &format!("the rows ended after {poses}"),
         )?;
-        let hint = match &self.folder {
-            Some(folder) => format!("gravical live --resume {} goes on", path_word(folder)),
+        let hint = match self.resume_command() {
+            Some(command) => format!("{command} goes on"),
             None => "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned(),
         };
         let what = format!("the session ended after {poses}, too few for a calibration");
@@ -449,13 +454,11 @@ impl Driver<'_> {
                 next: self.next_steps(file.verdict.grade, &word),
             };
             let text = format!("Saved to {}, read back and compared.", output.display());
-            let messages = self.session.note(saved, text);
-            self.show(messages)?;
+            self.note(saved, text)?;
         }
         if let Some(truth) = self.opened.source.truth() {
             let (event, text) = truth_event(&truth, &file);
-            let messages = self.session.note(event, text);
-            self.show(messages)?;
+            self.note(event, text)?;
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
@@ -469,8 +472,7 @@ impl Driver<'_> {
 
     /// Commands to go on with: to a better calibration where it is not good, else to its use.
     fn next_steps(&self, grade: Grade, calibration: &str) -> Vec<String> {
-        let resume = self.folder.as_deref().filter(|_| grade != Grade::Good);
-        let resume = resume.map(|folder| format!("gravical live --resume {}", path_word(folder)));
+        let resume = self.resume_command().filter(|_| grade != Grade::Good);
         let motion = match self.opened.kind {
             SourceKind::Port if grade == Grade::Good => vec![
                 "gravical log -o move.csv".to_owned(),
@@ -527,31 +529,34 @@ impl Driver<'_> {
             Ok(()) => Ok(Some(path)),
             Err(error) => {
                 let why = format!("the report was not written: {error}");
-                let messages = self.warn(WarningKind::Other, &why);
-                self.show(messages)?;
+                self.warn(WarningKind::Other, &why)?;
                 Ok(None)
             }
         }
     }
 
     fn end(&mut self, reason: EndReason, message: &str) -> Result<()> {
-        let folder = self
-            .folder
-            .as_deref()
-            .filter(|_| reason != EndReason::Finished);
-        let resume = folder.map(|f: &Path| format!("gravical live --resume {}", path_word(f)));
-        let poses = self.session.poses().count() as u32;
+        let resume = self.resume_command();
         let event = Event::End {
             reason,
-            poses,
-            resume,
+            poses: self.session.poses().count() as u32,
+            resume: resume.filter(|_| reason != EndReason::Finished),
         };
-        let messages = self.session.note(event, sentences([message]));
+        self.note(event, sentences([message]))
+    }
+
+    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
+        self.note(Event::Warning { kind }, sentences([message]))
+    }
+
+    /// Shows what only the program knows.
+    fn note(&mut self, event: Event, text: String) -> Result<()> {
+        let messages = self.session.note(event, text);
         self.show(messages)
     }
 
-    fn warn(&mut self, kind: WarningKind, message: &str) -> Vec<Message> {
-        self.session
-            .note(Event::Warning { kind }, sentences([message]))
+    fn resume_command(&self) -> Option<String> {
+        let folder = path_word(self.folder.as_ref()?);
+        Some(format!("gravical live --resume {folder}"))
     }
 }

@@ -188,6 +188,8 @@ impl Recorder {
         let port = self.port.take();
         let half = port.map_or(Vec::new(), |mut port| port.splitter.cut());
         match &mut self.state {
+            // No line counts yet.
+            _ if self.setting.is_some() => {}
             State::Writing(writing) => {
                 let done = writing.reject(now_s, &half, &mut self.out);
                 writing.gaps.open(Cause::Unplugged);
