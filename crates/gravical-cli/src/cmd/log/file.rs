@@ -98,6 +98,9 @@ impl LogFile {
         // Of a single line without an end the reader says what it is.
         self.before
             .truncate(if whole > 0 { whole } else { self.before.len() });
+        // It names the columns of what may have to be rescued.
+        self.held.clone_from(&self.before);
+        self.head = self.held.len();
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
 
@@ -345,5 +348,21 @@ mod tests {
         assert!(rescued.len() < MAX_HELD && rescued.len() > MAX_HELD / 3);
         assert!(rescued.starts_with("t,x,y,z\n# gap: earlier rows are not held\n1,2,3,4\n"));
         assert!(rescued.ends_with("1,2,3,4\n5,6,7,8\n"));
+    }
+
+    #[test]
+    fn what_is_rescued_of_a_continued_file_names_its_columns() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        std::fs::write(&path, "t,x,y,z\n1,2,3,4\n1,2").unwrap();
+        let mut file = LogFile::open(&path, Existing::Append).unwrap();
+        file.write(b"# gap: continued\n5,6,7,8\n").unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let expected = "t,x,y,z\n1,2,3,4\n# rejected: 1,2\n# gap: continued\n5,6,7,8\n";
+        assert_eq!(text, expected);
+        std::fs::remove_file(&path).unwrap();
+        file.write(b"").unwrap_err();
+        let rescued = std::fs::read_to_string(folder.path().join("a.rescued.csv")).unwrap();
+        assert_eq!(rescued, expected.replace("# rejected: 1,2\n", ""));
     }
 }
