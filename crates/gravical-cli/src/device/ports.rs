@@ -221,6 +221,9 @@ mod tests {
         ];
         assert_eq!(target.find(&after).as_deref(), Some("/dev/ttyACM1"));
         assert_eq!(target.find(&after[..1]), None);
+        // And back.
+        let target = Target::new("/dev/ttyACM1", &after);
+        assert_eq!(target.find(&before).as_deref(), Some("/dev/ttyACM0"));
         assert_eq!(line(&after[0]), "/dev/ttyACM0  2341:0043  Arduino  [B2]");
     }
 }

@@ -5,12 +5,10 @@ use std::io;
 use std::process::ExitCode;
 
 use gravical::escape::{shown, shown_json};
-use gravical::poses::face::{AXES, Face};
-use gravical::recording::AccelScale;
 use serde::Serialize;
 
 use super::event::Event;
-use super::event::Status;
+use super::status::status_line;
 use crate::failure::RenderedError;
 use crate::outlet::{Outlet, Sink};
 use crate::screen::Screen;
@@ -152,130 +150,10 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
     })
 }
 
-/// Columns of the status line.
-const MAX_COLUMNS: usize = 79;
-
-/// One line of at most 79 columns: what is needed most comes first, and the rest where there is room.
-fn status_line(status: &Status) -> String {
-    let mut parts = vec![
-        format!("{:.1} s", status.elapsed_s),
-        format!("{} rows", status.rows),
-    ];
-    parts.extend(match (status.paused, status.still) {
-        (true, _) => Some("PAUSED".to_owned()),
-        (_, Some(true)) => Some("at rest".to_owned()),
-        (_, Some(false)) => Some("moving".to_owned()),
-        (_, None) => None,
-    });
-    parts.extend(status.up.as_ref().map(|up| format!("up: {up}")));
-    parts.extend(status.done.as_ref().map(|done| {
-        let mut missing = Face::all().map(Face::name).to_vec();
-        missing.retain(|face| !done.contains(face));
-        if missing.is_empty() {
-            "all 6 done".to_owned()
-        } else {
-            format!("missing {}", shortened(&missing))
-        }
-    }));
-    parts.extend(status.norm.map(|norm| norm_text(norm, status.accel)));
-    parts.extend((status.rejected > 0).then(|| format!("{} rejected", status.rejected)));
-    parts.extend(status.rate_hz.map(|rate| format!("{rate:.1} Hz")));
-    parts.extend(status.temperature_c.map(|t| format!("{t:.1} °C")));
-    while parts.join("  ").chars().count() > MAX_COLUMNS && parts.pop().is_some() {}
-    parts.join("  ")
-}
-
-/// `+x -x -y` as `±x -y`.
-fn shortened(faces: &[String]) -> String {
-    let of_axis = |axis: char| {
-        let mut own = faces.iter().filter(move |face| face.ends_with(axis));
-        match (own.next(), own.next()) {
-            (Some(_), Some(_)) => Some(format!("±{axis}")),
-            (one, _) => one.cloned(),
-        }
-    };
-    let axes: Vec<String> = AXES.into_iter().filter_map(of_axis).collect();
-    axes.join(" ")
-}
-
-/// In m/s², or as it stands in a file of unknown unit.
-fn norm_text(norm: f64, accel: Option<AccelScale>) -> String {
-    match accel.and_then(|accel| accel.nominal()) {
-        Some(per_mps2) => format!("‖a‖ {:.2} m/s²", norm / per_mps2),
-        None => format!("‖a‖ {norm:.2}"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gravical::recording::{AccelUnit, Origin};
-
     use crate::cmd::log::gaps::{Cause, Gap};
-
-    fn status() -> Status {
-        Status {
-            rows: 123_456,
-            elapsed_s: 1234.56,
-            rate_hz: Some(100.04),
-            norm: Some(9.8134),
-            temperature_c: Some(25.53),
-            still: Some(true),
-            ..Status::default()
-        }
-    }
-
-    #[test]
-    fn a_status_line_has_units() {
-        let unit = |unit, lsb_per_g| {
-            Some(AccelScale {
-                unit,
-                lsb_per_g,
-                origin: Origin::Header,
-            })
-        };
-        let metric = Status {
-            accel: unit(AccelUnit::MetrePerSecondSquared, None),
-            ..status()
-        };
-        assert_eq!(
-            status_line(&metric),
-            "1234.6 s  123456 rows  at rest  ‖a‖ 9.81 m/s²  100.0 Hz  25.5 °C"
-        );
-        let counts = Status {
-            norm: Some(8201.0),
-            accel: unit(AccelUnit::Counts, Some(8192.0)),
-            paused: true,
-            ..status()
-        };
-        assert_eq!(
-            status_line(&counts),
-            "1234.6 s  123456 rows  PAUSED  ‖a‖ 9.82 m/s²  100.0 Hz  25.5 °C"
-        );
-        let empty = Status {
-            rows: 5,
-            ..Status::default()
-        };
-        assert_eq!(status_line(&empty), "0.0 s  5 rows");
-    }
-
-    #[test]
-    fn a_status_line_has_poses_as_far_as_there_is_room() {
-        let poses = |done: &[&str]| {
-            let line = status_line(&Status {
-                up: Some("-x".to_owned()),
-                done: Some(done.iter().map(|face| (*face).to_owned()).collect()),
-                ..status()
-            });
-            assert!(line.chars().count() <= MAX_COLUMNS);
-            line
-        };
-        assert_eq!(
-            poses(&["+x", "+y"]),
-            "1234.6 s  123456 rows  at rest  up: -x  missing -x -y ±z  ‖a‖ 9.81  100.0 Hz"
-        );
-        assert!(poses(&["+x", "-x", "+y", "-y", "+z", "-z"]).contains("up: -x  all 6 done  "));
-    }
 
     #[test]
     fn gaps_are_worded_as_in_the_file() {

@@ -49,10 +49,7 @@ impl Port {
             (None, None) => the_board(&ports)?.name,
         };
         self.open = Some(Serial::open(&name, self.baud)?);
-        match &mut self.target {
-            Some(target) => target.name = name,
-            None => self.target = Some(Target::new(&name, &ports)),
-        }
+        self.target = Some(Target::new(&name, &ports));
         Ok(true)
     }
 

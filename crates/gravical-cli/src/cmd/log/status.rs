@@ -1,21 +1,49 @@
-//! The state of the recording for the person who records: rate, magnitude, rest, poses.
+//! The state of the recording for the person who records: rate, magnitude, rest, poses; in one
+//! line.
 
 use std::collections::HashSet;
 
 use gravical::core::matrix3::norm;
 use gravical::poses::MAX_FACE_ANGLE_DEG;
-use gravical::poses::face::Face;
+use gravical::poses::face::{AXES, Face};
 use gravical::poses::rests::find_rests;
-use gravical::recording::{Finding, Recording, Severity};
+use gravical::recording::{AccelScale, Finding, Recording, Severity};
+use serde::Serialize;
 
 use super::POSE_S;
-use super::event::Status;
 use super::writing::Writing;
 
 /// The magnitude is a mean over this time, and a rest ends within it, s.
 const RECENT_S: f64 = 0.5;
 /// A rest takes at least 1 s: before this time it is not known whether there is one, s.
 const FIRST_REST_S: f64 = 1.5;
+
+/// The recording at one moment.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Status {
+    /// Rows stored.
+    pub rows: u64,
+    /// Since the first row, without pauses, s.
+    pub elapsed_s: f64,
+    /// Rows are not stored.
+    pub paused: bool,
+    /// Lines rejected so far.
+    pub rejected: u64,
+    /// Rows a second, by their stamps.
+    pub rate_hz: Option<f64>,
+    /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
+    pub norm: Option<f64>,
+    #[serde(skip)]
+    pub accel: Option<AccelScale>,
+    /// Temperature of the sensor, °C.
+    pub temperature_c: Option<f64>,
+    /// Whether the sensor is at rest.
+    pub still: Option<bool>,
+    /// The face that is up at rest: `+x`.
+    pub up: Option<String>,
+    /// Faces that were recorded as a pose.
+    pub done: Option<Vec<String>>,
+}
 
 /// Judges the last rows once a second.
 #[derive(Default)]
@@ -97,5 +125,129 @@ impl Monitor {
             self.said.insert(format!("{} {words}", finding.kind.name()))
         });
         findings
+    }
+}
+
+/// Columns of the status line.
+const MAX_COLUMNS: usize = 79;
+
+/// One line of at most 79 columns: what is needed most comes first, and the rest where there is room.
+pub fn status_line(status: &Status) -> String {
+    let mut parts = vec![
+        format!("{:.1} s", status.elapsed_s),
+        format!("{} rows", status.rows),
+    ];
+    parts.extend(match (status.paused, status.still) {
+        (true, _) => Some("PAUSED".to_owned()),
+        (_, Some(true)) => Some("at rest".to_owned()),
+        (_, Some(false)) => Some("moving".to_owned()),
+        (_, None) => None,
+    });
+    parts.extend(status.up.as_ref().map(|up| format!("up: {up}")));
+    parts.extend(status.done.as_ref().map(|done| {
+        let mut missing = Face::all().map(Face::name).to_vec();
+        missing.retain(|face| !done.contains(face));
+        if missing.is_empty() {
+            "all 6 done".to_owned()
+        } else {
+            format!("missing {}", shortened(&missing))
+        }
+    }));
+    parts.extend(status.norm.map(|norm| norm_text(norm, status.accel)));
+    parts.extend((status.rejected > 0).then(|| format!("{} rejected", status.rejected)));
+    parts.extend(status.rate_hz.map(|rate| format!("{rate:.1} Hz")));
+    parts.extend(status.temperature_c.map(|t| format!("{t:.1} °C")));
+    while parts.join("  ").chars().count() > MAX_COLUMNS && parts.pop().is_some() {}
+    parts.join("  ")
+}
+
+/// `+x -x -y` as `±x -y`.
+fn shortened(faces: &[String]) -> String {
+    let of_axis = |axis: char| {
+        let mut own = faces.iter().filter(move |face| face.ends_with(axis));
+        match (own.next(), own.next()) {
+            (Some(_), Some(_)) => Some(format!("±{axis}")),
+            (one, _) => one.cloned(),
+        }
+    };
+    let axes: Vec<String> = AXES.into_iter().filter_map(of_axis).collect();
+    axes.join(" ")
+}
+
+/// In m/s², or as it stands in a file of unknown unit.
+fn norm_text(norm: f64, accel: Option<AccelScale>) -> String {
+    match accel.and_then(|accel| accel.nominal()) {
+        Some(per_mps2) => format!("‖a‖ {:.2} m/s²", norm / per_mps2),
+        None => format!("‖a‖ {norm:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gravical::recording::{AccelUnit, Origin};
+
+    fn status() -> Status {
+        Status {
+            rows: 123_456,
+            elapsed_s: 1234.56,
+            rate_hz: Some(100.04),
+            norm: Some(9.8134),
+            temperature_c: Some(25.53),
+            still: Some(true),
+            ..Status::default()
+        }
+    }
+
+    #[test]
+    fn a_status_line_has_units() {
+        let unit = |unit, lsb_per_g| {
+            Some(AccelScale {
+                unit,
+                lsb_per_g,
+                origin: Origin::Header,
+            })
+        };
+        let metric = Status {
+            accel: unit(AccelUnit::MetrePerSecondSquared, None),
+            ..status()
+        };
+        assert_eq!(
+            status_line(&metric),
+            "1234.6 s  123456 rows  at rest  ‖a‖ 9.81 m/s²  100.0 Hz  25.5 °C"
+        );
+        let counts = Status {
+            norm: Some(8201.0),
+            accel: unit(AccelUnit::Counts, Some(8192.0)),
+            paused: true,
+            ..status()
+        };
+        assert_eq!(
+            status_line(&counts),
+            "1234.6 s  123456 rows  PAUSED  ‖a‖ 9.82 m/s²  100.0 Hz  25.5 °C"
+        );
+        let empty = Status {
+            rows: 5,
+            ..Status::default()
+        };
+        assert_eq!(status_line(&empty), "0.0 s  5 rows");
+    }
+
+    #[test]
+    fn a_status_line_has_poses_as_far_as_there_is_room() {
+        let poses = |done: &[&str]| {
+            let line = status_line(&Status {
+                up: Some("-x".to_owned()),
+                done: Some(done.iter().map(|face| (*face).to_owned()).collect()),
+                ..status()
+            });
+            assert!(line.chars().count() <= MAX_COLUMNS);
+            line
+        };
+        assert_eq!(
+            poses(&["+x", "+y"]),
+            "1234.6 s  123456 rows  at rest  up: -x  missing -x -y ±z  ‖a‖ 9.81  100.0 Hz"
+        );
+        assert!(poses(&["+x", "-x", "+y", "-y", "+z", "-z"]).contains("up: -x  all 6 done  "));
     }
 }
