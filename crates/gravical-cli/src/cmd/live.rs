@@ -29,7 +29,7 @@ use gravical::{Error, Result};
 
 use crate::cmd::log::BoardArgs;
 use crate::failure;
-use crate::options::GravityArgs;
+use crate::options::{GravityArgs, number};
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
@@ -94,10 +94,10 @@ pub struct Args {
     #[arg(long)]
     any_pose: bool,
     /// Length of a capture, s
-    #[arg(long, value_name = "S", default_value = "2.5", value_parser = capture)]
+    #[arg(long, value_name = "S", default_value = "2.5", value_parser = number(0.5, 60.0))]
     capture: f64,
     /// Times real time [default: 1; a replay 0, no waiting]
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = number(0.0, 1e6))]
     speed: Option<f64>,
     #[command(flatten)]
     gravity: GravityArgs,
@@ -105,22 +105,8 @@ pub struct Args {
     board: BoardArgs,
 }
 
-fn capture(text: &str) -> std::result::Result<f64, String> {
-    let value: f64 = text
-        .parse()
-        .map_err(|_| "not a number of seconds".to_owned())?;
-    if (0.5..=60.0).contains(&value) {
-        Ok(value)
-    } else {
-        Err("0.5 to 60 s are possible".to_owned())
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if args.speed.is_some_and(|s| !(0.0..=1e6).contains(&s)) {
-        return Err(Error::usage("option-range", "--speed must be 0 to 1000000").into());
-    }
     if args.speed.is_some() && args.replay.is_none() && !args.simulate && args.resume.is_none() {
         let error = Error::usage("usage", "--speed is for a replay or a simulated sensor");
         return Err(error.with_hint("a board sets its own pace: --rate").into());

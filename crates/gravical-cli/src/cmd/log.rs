@@ -33,12 +33,13 @@ use summary::{inspected, summary};
 
 use crate::device::board::Wanted;
 use crate::failure;
+use crate::options::number;
 
 /// A rest of this length is a pose, s.
 const POSE_S: f64 = 2.0;
 
 /// Record from a serial board; losses are marked; Space pauses
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 #[command(after_help = "\
 Example: gravical log x     records x_axis.csv; Space pauses, q ends
 
@@ -58,7 +59,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "append")]
     force: bool,
     /// Stop S seconds after the first row, without pauses
-    #[arg(long, value_name = "S", value_parser = duration)]
+    #[arg(long, value_name = "S", value_parser = number(1e-3, 1e9))]
     duration: Option<f64>,
     /// Stop after N rows
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
@@ -77,7 +78,7 @@ pub struct Args {
 }
 
 /// The board, and how it is set.
-#[derive(Clone, clap::Args)]
+#[derive(Clone, Default, clap::Args)]
 #[command(next_help_heading = "Board")]
 pub struct BoardArgs {
     /// Serial port [default: the only board plugged in]
@@ -96,31 +97,16 @@ pub struct BoardArgs {
     pub wanted: Wanted,
 }
 
-fn duration(text: &str) -> std::result::Result<f64, String> {
-    let duration_s: f64 = text
-        .parse()
-        .map_err(|_| "not a number of seconds".to_owned())?;
-    if duration_s > 0.0 && duration_s <= 1e9 {
-        Ok(duration_s)
-    } else {
-        Err("it must be above 0 s".to_owned())
-    }
-}
-
 impl Args {
     /// For a session that reads along: into the file `output`, which is continued with `append`.
     pub fn of_session(board: &BoardArgs, output: PathBuf, append: bool) -> Self {
         Args {
-            axis: None,
             output: Some(output),
             append,
-            force: false,
-            duration: None,
-            rows: None,
-            json: false,
             quiet: true,
             board: board.clone(),
             is_read_along: true,
+            ..Args::default()
         }
     }
 

@@ -319,7 +319,7 @@ fn usage_errors() {
         ("log x --range 3 --json", 2, "usage"),
         ("log x --rate 500 --json", 2, "option-range"),
         ("log x --rows 0 --json", 2, "usage"),
-        ("log x --duration nan --json", 2, "usage"),
+        ("log x --duration nan --json", 2, "option-range"),
         ("log x --baud 1 --json", 2, "usage"),
         ("log w --json", 2, "usage"),
         ("log x --append --force --json", 2, "usage"),
