@@ -392,7 +392,7 @@ impl Recorder {
             self.fail(error);
         } else if port.said.as_ref().is_none_or(|said| !said.is_like(&why)) {
             port.said = Some(why.clone());
-            let text = format!("{} ({})", why.message(&port.name), why.remedy());
+            let text = format!("{}\n  try: {}", why.message(&port.name), why.remedy());
             self.say(Event::NoRows { text, why });
         }
     }
