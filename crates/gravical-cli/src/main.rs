@@ -12,6 +12,7 @@ mod options;
 mod outlet;
 mod progress;
 mod report;
+mod screen;
 mod table;
 mod text;
 

@@ -2,6 +2,7 @@
 
 pub use gravical::gravity::GravityOptions as GravityArgs;
 use gravical::recording::ReadOptions;
+use gravical::{Error, Result};
 
 use crate::progress;
 
@@ -11,6 +12,18 @@ pub fn reading(options: &ReadOptions, hash: bool) -> ReadOptions {
         hash,
         meter: Some(progress::meter()),
         ..options.clone()
+    }
+}
+
+/// Parses a number of this range.
+pub fn number(min: f64, max: f64) -> impl Fn(&str) -> Result<f64> + Clone {
+    move |text: &str| {
+        let value = text.parse().ok();
+        let value = value.filter(|value| (min..=max).contains(value));
+        value.ok_or_else(|| {
+            let text = format!("{text} is no number from {min} to {max}");
+            Error::usage("option-range", text)
+        })
     }
 }
 

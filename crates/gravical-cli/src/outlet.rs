@@ -52,13 +52,18 @@ impl Sink {
             }
         }
     }
+
+    /// Waits until all is written, as long as somebody reads.
+    pub fn drain(&mut self) {
+        if let Sink::Queued(outlet) = self {
+            outlet.drain();
+        }
+    }
 }
 
 impl Drop for Sink {
     fn drop(&mut self) {
-        if let Sink::Queued(outlet) = self {
-            outlet.drain();
-        }
+        self.drain();
     }
 }
 

@@ -290,6 +290,14 @@ fn ends_in_words(path: &Path) -> bool {
     !packed && tail().is_ok_and(|tail| is_prose(&tail))
 }
 
+/// True for `walk.rescued.csv` and `walk.rescued-2.csv`, by which `gravical log` saves what it
+/// received. The recording itself may be beside it.
+fn is_rescued(path: &Path) -> bool {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let kind = stem.rsplit_once('.').map_or("", |(_, kind)| kind);
+    kind == "rescued" || kind.starts_with("rescued-")
+}
+
 /// `--gyro` beside several inputs.
 pub fn several_with_gyro(inputs: usize) -> Error {
     Error::usage(
@@ -328,6 +336,12 @@ pub fn read_session(
     let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
     for path in &paths {
         if gyro.is_some_and(|gyro| paths.len() > 1 && is_same(gyro, path)) {
+            continue;
+        }
+        if folder.is_some() && is_rescued(path) {
+            let what = "what `gravical log` rescued when its file was lost: another name makes it a recording; left out";
+            let finding = Finding::new(FindingKind::NoRecording, what);
+            left_out.push(finding.in_file(&path.display().to_string()));
             continue;
         }
         let recording = match folder {

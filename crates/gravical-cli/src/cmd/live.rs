@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::sync_channel;
 
 use gravical::calibration_file::SensorInfo;
 use gravical::escape::path_word;
@@ -29,12 +29,12 @@ use gravical::{Error, Result};
 
 use crate::cmd::log::BoardArgs;
 use crate::failure;
-use crate::options::GravityArgs;
+use crate::options::{GravityArgs, number};
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
-use connect::{Answer, Asking, Opened, Origin, can_choose};
-use driver::{Driver, Entry, Renderer};
+use connect::{Answer, Asking, Opened, Origin, Trouble};
+use driver::{Console, Driver, Hand, Renderer};
 use journal::JournalFile;
 use plain::{EventLines, Plain};
 use source::{PortSource, Replay, Simulated};
@@ -94,10 +94,10 @@ pub struct Args {
     #[arg(long)]
     any_pose: bool,
     /// Length of a capture, s
-    #[arg(long, value_name = "S", default_value = "2.5", value_parser = capture)]
+    #[arg(long, value_name = "S", default_value = "2.5", value_parser = number(0.5, 60.0))]
     capture: f64,
     /// Times real time [default: 1; a replay 0, no waiting]
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = number(0.0, 1e6))]
     speed: Option<f64>,
     #[command(flatten)]
     gravity: GravityArgs,
@@ -105,22 +105,8 @@ pub struct Args {
     board: BoardArgs,
 }
 
-fn capture(text: &str) -> std::result::Result<f64, String> {
-    let value: f64 = text
-        .parse()
-        .map_err(|_| "not a number of seconds".to_owned())?;
-    if (0.5..=60.0).contains(&value) {
-        Ok(value)
-    } else {
-        Err("0.5 to 60 s are possible".to_owned())
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    if args.speed.is_some_and(|s| !(0.0..=1e6).contains(&s)) {
-        return Err(Error::usage("option-range", "--speed must be 0 to 1000000").into());
-    }
     if args.speed.is_some() && args.replay.is_none() && !args.simulate && args.resume.is_none() {
         let error = Error::usage("usage", "--speed is for a replay or a simulated sensor");
         return Err(error.with_hint("a board sets its own pace: --rate").into());
@@ -129,7 +115,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let place = args.folder()?;
+    let place = args.place()?;
     let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(args.speed() > 0.0))];
     if let Some(path) = &args.events {
         renderers.push(Box::new(EventLines::open(path, args.speed() > 0.0)?));
@@ -149,19 +135,28 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             "This program was built without the page (feature `live`): the session is in the terminal.",
         );
     }
-    match args.replay {
-        Some(_) => drop(sender),
-        None => driver::typed(sender),
+    if args.replay.is_some() {
+        drop(sender);
+    } else {
+        driver::typed(sender);
     }
+    let mut console = Console::new(renderers, entries, interrupted);
     #[cfg(feature = "live")]
     if let Some(page) = &page {
-        return args.guide_on(page, place, &mut renderers, &entries, &interrupted);
+        return args.guide_on(page, place, &mut console);
     }
-    args.guide(place, false, &mut renderers, &entries, &interrupted, || ())
+    args.guide(&place, &mut console, || ())
 }
 
-/// The journal of a session that goes on, and its folder; none for a replay.
-type Place = (Option<Journal>, Option<PathBuf>);
+/// Where a session is kept.
+struct Place {
+    /// None for a replay.
+    folder: Option<PathBuf>,
+    /// Of a session that goes on.
+    journal: Option<Journal>,
+    /// It goes on on the page: what was said there counts, not what was given before.
+    is_same: bool,
+}
 
 /// The path, or one with a number that does not exist.
 fn free_name(path: &Path) -> PathBuf {
@@ -182,29 +177,25 @@ impl Args {
         &self,
         page: &Page,
         mut place: Place,
-        renderers: &mut Vec<Box<dyn Renderer>>,
-        entries: &Receiver<Entry>,
-        interrupted: &AtomicBool,
+        console: &mut Console,
     ) -> anyhow::Result<ExitCode> {
         let begins = || {
             if !self.no_open {
                 page.open();
             }
         };
-        let folder = place.1.clone();
-        let mut goes_on = false;
         loop {
-            let done = self.guide(place, goes_on, renderers, entries, interrupted, begins);
+            let done = self.guide(&place, console, begins);
             match &done {
                 Err(error) => page.fail(&error.to_string()),
-                Ok(_) if interrupted.load(Ordering::SeqCst) => page.last_word(),
+                Ok(_) if console.is_interrupted() => page.last_word(),
                 Ok(_) => {
-                    if page.stay(entries, interrupted)
-                        && let Some(folder) = &folder
+                    if page.stay(console)
+                        && let Some(folder) = &place.folder
                     {
                         let journal = Journal::read(folder)
                             .inspect_err(|error| page.fail(&error.to_string()))?;
-                        (place, goes_on) = ((Some(journal), Some(folder.clone())), true);
+                        (place.journal, place.is_same) = (Some(journal), true);
                         continue;
                     }
                 }
@@ -217,97 +208,77 @@ impl Args {
     /// has to be chosen.
     fn guide(
         &self,
-        (journal, folder): Place,
-        goes_on: bool,
-        renderers: &mut Vec<Box<dyn Renderer>>,
-        entries: &Receiver<Entry>,
-        interrupted: &AtomicBool,
+        place: &Place,
+        console: &mut Console,
         begins: impl Fn(),
     ) -> anyhow::Result<ExitCode> {
-        let mut asking = Asking {
-            renderers,
-            entries,
-            interrupted,
-            can_simulate: journal.is_none(),
-        };
-        let mut origin = self.origin(journal.as_ref(), goes_on);
-        let place = (folder.as_deref(), journal.is_some());
-        let Some(mut opened) = self.connect(&mut origin, place, &mut asking, begins)? else {
+        let mut origin = self.origin(place);
+        let Some(opened) = self.connect(&mut origin, place, console, begins)? else {
             return Ok(ExitCode::from(failure::INTERRUPTED));
         };
-        let options = self.options(&origin, journal.as_ref(), goes_on)?;
-        let recording = match (&folder, &self.replay) {
-            (Some(folder), _) => folder.join(RECORDING),
-            (None, Some(file)) => file.clone(),
-            (None, None) => PathBuf::from("-"),
+        let options = self.options(&origin, place)?;
+        let folder = place.folder.as_deref();
+        let recording = match &origin {
+            Origin::Replay(file) => file.clone(),
+            _ => folder.unwrap_or(Path::new("")).join(RECORDING),
         };
-        let name_of_recording = recording.display().to_string();
-        let session = match &journal {
-            Some(journal) => Session::restore(
-                &name_of_recording,
-                options,
-                journal.poses.clone(),
-                journal.numbers,
-            ),
-            None => Session::new(&name_of_recording, options),
+        let recording = recording.display().to_string();
+        let session = match &place.journal {
+            Some(journal) => {
+                let poses = journal.poses.clone();
+                Session::restore(&recording, options, poses, journal.numbers)
+            }
+            None => Session::new(&recording, options),
         };
-        let journal_file = folder
-            .as_deref()
-            .map(|f| JournalFile::open(f, journal.is_some()));
-        let output = match (&self.output, &folder) {
-            (Some(path), _) if journal.is_none() => Some(path.clone()),
+        let resumes = place.journal.is_some();
+        let output = match (&self.output, folder) {
+            (Some(path), _) if !resumes => Some(path.clone()),
             // A session that goes on has saved one.
             (Some(path), _) => Some(free_name(path)),
-            (None, Some(folder)) => Some(free_name(&folder.join("calibration.json"))),
-            (None, None) => None,
+            (None, folder) => folder.map(|folder| free_name(&folder.join("calibration.json"))),
         };
         let driver = Driver {
             session,
-            source: opened.source.as_mut(),
-            first: opened.first,
-            recorded: opened.recorded,
-            renderers,
-            journal: journal_file.transpose()?,
-            folder: folder.clone(),
+            opened,
+            resumes,
+            console,
+            journal: folder.map(|f| JournalFile::open(f, resumes)).transpose()?,
+            folder: place.folder.clone(),
             read: self.read_options(),
             output,
             speed: self.speed(),
-            entries,
-            interrupted,
+            hand: Hand::default(),
         };
-        driver.run(opened.kind, &opened.name, journal.is_some())
+        driver.run()
     }
 
     /// Opens the source, and asks the user where that fails or no row arrives; none when the user ended
-    /// it. `place`: the folder, and whether its recording goes on.
+    /// it.
     fn connect(
         &self,
         origin: &mut Origin,
-        (folder, resumes): (Option<&Path>, bool),
-        asking: &mut Asking<'_>,
+        place: &Place,
+        console: &mut Console,
         begins: impl Fn(),
     ) -> anyhow::Result<Option<Opened>> {
+        let can_simulate = place.journal.is_none();
+        let mut asking = Asking {
+            console,
+            can_simulate,
+        };
         loop {
-            let opened = self.open(origin, folder, resumes, asking.interrupted);
-            let waited = opened.and_then(|opened| {
-                let Some(opened) = opened else {
-                    return Ok(Answer::Interrupted);
-                };
+            let opened = self.open(origin, place);
+            let answer = opened.map_err(Trouble::from).and_then(|opened| {
                 begins();
-                if opened.kind == SourceKind::Port {
-                    *origin = Origin::Port(Some(opened.name.clone()));
-                }
-                Ok(asking.first_rows(opened)?)
+                asking.first_rows(opened, self.board.wait)
             });
-            let answer = match waited {
-                Ok(answer) => answer,
-                Err(error) => {
-                    let Some(trouble) = self.question(&error) else {
-                        return Err(error);
-                    };
+            let answer = match answer {
+                Err(trouble) if self.is_seen() && trouble.can_choose() => {
                     begins();
-                    asking.choose(trouble, origin.port())?
+                    let tried = trouble.port.as_deref().or(origin.port());
+                    asking.choose(&trouble, tried)?
                 }
+                answer => answer.map_err(|trouble| trouble.error)?,
             };
             match answer {
                 Answer::Rows(opened) => return Ok(Some(opened)),
@@ -339,15 +310,20 @@ impl Args {
         !self.plain && self.speed() > 0.0
     }
 
-    /// The journal of a session that is resumed, and the folder; none for a replay.
-    fn folder(&self) -> Result<Place> {
+    /// The folder of the session, and the journal of one that is resumed.
+    fn place(&self) -> Result<Place> {
+        let place = |folder, journal| Place {
+            folder,
+            journal,
+            is_same: false,
+        };
         if self.replay.is_some() {
-            return Ok((None, None));
+            return Ok(place(None, None));
         }
         if let Some(folder) = &self.resume {
             let journal = Journal::read(folder)?;
             journal.verify(&self.read_options())?;
-            return Ok((Some(journal), Some(folder.clone())));
+            return Ok(place(Some(folder.clone()), Some(journal)));
         }
         let folder = self.folder.clone().unwrap_or_else(|| {
             let now = gravical::calibration_file::creation_time();
@@ -368,14 +344,13 @@ impl Args {
                     .with_hint(hint),
             );
         }
-        Ok((None, Some(folder)))
+        Ok(place(Some(folder), None))
     }
 
-    /// Where the rows are to come from: what was given, or as in the session before. `goes_on`: what was
-    /// said on the page counts, not what was given before.
-    fn origin(&self, journal: Option<&Journal>, goes_on: bool) -> Origin {
-        let given = self.board.port.clone().filter(|_| !goes_on);
-        match journal.and_then(|j| j.source.clone()) {
+    /// Where the rows are to come from: what was given, or as in the session before.
+    fn origin(&self, place: &Place) -> Origin {
+        let given = self.board.port.clone().filter(|_| !place.is_same);
+        match place.journal.as_ref().and_then(|j| j.source.clone()) {
             Some((SourceKind::Simulate, name)) => {
                 Origin::Simulated(name.rsplit(' ').next().and_then(|seed| seed.parse().ok()))
             }
@@ -388,12 +363,9 @@ impl Args {
         }
     }
 
-    /// The error after which the user chooses a port, where there is a user. In a script it ends the
-    /// program.
-    fn question<'e>(&self, error: &'e anyhow::Error) -> Option<&'e Error> {
-        let is_seen = cfg!(feature = "live") && self.has_page() || stdin().is_terminal();
-        let error = error.downcast_ref::<Error>();
-        error.filter(|e| is_seen && can_choose(e))
+    /// A user sees what happens, and can choose a port. In a script an error ends the program.
+    fn is_seen(&self) -> bool {
+        cfg!(feature = "live") && self.has_page() || stdin().is_terminal()
     }
 
     fn read_options(&self) -> ReadOptions {
@@ -411,14 +383,9 @@ impl Args {
         }
     }
 
-    fn options(
-        &self,
-        origin: &Origin,
-        journal: Option<&Journal>,
-        goes_on: bool,
-    ) -> Result<LiveOptions> {
-        let before = journal.map(|j| j.gravity);
-        let given: Option<Gravity> = self.gravity.given()?.filter(|_| !goes_on);
+    fn options(&self, origin: &Origin, place: &Place) -> Result<LiveOptions> {
+        let before = place.journal.as_ref().map(|j| j.gravity);
+        let given: Option<Gravity> = self.gravity.given()?.filter(|_| !place.is_same);
         let simulated = matches!(origin, Origin::Simulated(_)).then(Simulated::gravity);
         Ok(LiveOptions {
             read: self.read_options(),
@@ -430,14 +397,8 @@ impl Args {
         })
     }
 
-    /// Opens the source; none when the user ended the waiting for a board.
-    fn open(
-        &self,
-        origin: &Origin,
-        folder: Option<&Path>,
-        resumes: bool,
-        interrupted: &AtomicBool,
-    ) -> anyhow::Result<Option<Opened>> {
+    /// Opens the source.
+    fn open(&self, origin: &Origin, place: &Place) -> Result<Opened> {
         let opened = |kind, name, source| Opened {
             kind,
             name,
@@ -445,15 +406,15 @@ impl Args {
             recorded: 0,
             first: Vec::new(),
         };
-        let mut opened = match (origin, folder) {
-            (Origin::Replay(file), _) => {
+        let folder = place.folder.as_deref().unwrap_or(Path::new(""));
+        let resumes = place.journal.is_some();
+        let mut opened = match origin {
+            Origin::Replay(file) => {
                 let name = file.display().to_string();
                 let replay = Replay::open(file, &self.read_options())?;
-                return Ok(Some(opened(SourceKind::Replay, name, Box::new(replay))));
+                return Ok(opened(SourceKind::Replay, name, Box::new(replay)));
             }
-            // Only a replay has none.
-            (_, None) => return Ok(None),
-            (Origin::Simulated(seed), Some(folder)) => {
+            Origin::Simulated(seed) => {
                 make_folder(folder)?;
                 let seed = seed.unwrap_or_else(Simulated::draw_seed);
                 let name = format!("simulated MPU6050, seed {seed}");
@@ -461,20 +422,16 @@ impl Args {
                 let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
                 opened(SourceKind::Simulate, name, Box::new(simulated))
             }
-            (Origin::Port(name), Some(folder)) => {
+            Origin::Port(name) => {
                 let mut board = self.board.clone();
                 board.port.clone_from(name);
-                let Some(port) = PortSource::open(&board, folder, resumes, interrupted)? else {
-                    return Ok(None);
-                };
-                opened(SourceKind::Port, port.name(), Box::new(port))
+                let port = PortSource::open(&board, folder, resumes)?;
+                opened(SourceKind::Port, port.name().to_owned(), Box::new(port))
             }
         };
-        if let Some(folder) = folder {
-            let path = folder.join(RECORDING);
-            let size = std::fs::metadata(&path).map_err(|e| Error::io(&path, e))?;
-            opened.recorded = size.len();
-        }
-        Ok(Some(opened))
+        let path = folder.join(RECORDING);
+        let size = std::fs::metadata(&path).map_err(|e| Error::io(&path, e))?;
+        opened.recorded = size.len();
+        Ok(opened)
     }
 }

@@ -2,6 +2,8 @@
 
 mod event;
 mod file;
+mod gaps;
+mod hold;
 mod keys;
 mod lines;
 mod recorder;
@@ -10,14 +12,15 @@ mod rewrite;
 mod session;
 mod status;
 mod summary;
+mod writing;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use gravical::Result;
 use gravical::recording::{ColumnsSpec, parse_columns};
-use gravical::{Error, Result};
 
 pub use event::Event;
 pub use file::{Existing, LogFile};
@@ -30,9 +33,13 @@ use summary::{inspected, summary};
 
 use crate::device::board::Wanted;
 use crate::failure;
+use crate::options::number;
+
+/// A rest of this length is a pose, s.
+const POSE_S: f64 = 2.0;
 
 /// Record from a serial board; losses are marked; Space pauses
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 #[command(after_help = "\
 Example: gravical log x     records x_axis.csv; Space pauses, q ends
 
@@ -52,10 +59,10 @@ pub struct Args {
     #[arg(long, conflicts_with = "append")]
     force: bool,
     /// Stop S seconds after the first row, without pauses
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = number(1e-3, 1e9))]
     duration: Option<f64>,
     /// Stop after N rows
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     rows: Option<u64>,
     /// Print events as JSON, one object per line
     #[arg(long)]
@@ -65,13 +72,13 @@ pub struct Args {
     quiet: bool,
     #[command(flatten)]
     board: BoardArgs,
-    /// Rows are written at once, and kept for those who read along.
+    /// Somebody reads the lines that are written, and judges them.
     #[arg(skip)]
     is_read_along: bool,
 }
 
 /// The board, and how it is set.
-#[derive(Clone, clap::Args)]
+#[derive(Clone, Default, clap::Args)]
 #[command(next_help_heading = "Board")]
 pub struct BoardArgs {
     /// Serial port [default: the only board plugged in]
@@ -79,9 +86,9 @@ pub struct BoardArgs {
     pub port: Option<String>,
     /// Wait until a board is plugged in and sends data
     #[arg(long)]
-    wait: bool,
+    pub wait: bool,
     /// Baud rate
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: u32,
     /// t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=… by name
     #[arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true)]
@@ -94,16 +101,12 @@ impl Args {
     /// For a session that reads along: into the file `output`, which is continued with `append`.
     pub fn of_session(board: &BoardArgs, output: PathBuf, append: bool) -> Self {
         Args {
-            axis: None,
             output: Some(output),
             append,
-            force: false,
-            duration: None,
-            rows: None,
-            json: false,
             quiet: true,
             board: board.clone(),
             is_read_along: true,
+            ..Args::default()
         }
     }
 
@@ -120,29 +123,6 @@ impl Args {
             _ => Existing::Refuse,
         }
     }
-
-    /// Checks ranges.
-    ///
-    /// # Errors
-    ///
-    /// `option-range` (usage).
-    pub fn validate(&self) -> Result<()> {
-        let out_of_range = |text: String| Err(Error::usage("option-range", text));
-        match (self.duration, self.rows) {
-            (Some(s), _) if !(s > 0.0 && s <= 1e9) => {
-                return out_of_range(format!("--duration must be above 0 s, not {s}"));
-            }
-            (_, Some(0)) => return out_of_range("--rows must be at least 1".to_owned()),
-            _ => {}
-        }
-        if !(300..=4_000_000).contains(&self.board.baud) {
-            return out_of_range(format!(
-                "--baud must be between 300 and 4000000, not {}",
-                self.board.baud
-            ));
-        }
-        self.board.wanted.validate()
-    }
 }
 
 /// Runs the command. It reports its errors itself, without waiting for a reader.
@@ -157,33 +137,22 @@ fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let opened = Session::open(args, &mut |event| reporter.report(&event), &interrupted)?;
-    let Some(mut session) = opened else {
-        return Ok(ExitCode::from(failure::INTERRUPTED));
-    };
+    let mut session = Session::open(args)?;
     let keys = Keys::new();
-    reporter.raw = keys.is_some();
+    reporter.screen.is_raw = keys.is_some();
     let mut done = Ok(());
-    while done.is_ok()
-        && session.recorder.run.ended.is_none()
-        && !interrupted.load(Ordering::SeqCst)
-    {
-        done = session.step();
+    while done.is_ok() && session.recorder.end().is_none() && !interrupted.load(Ordering::SeqCst) {
+        done = session.step().map(drop);
         match keys.as_ref().and_then(Keys::pressed) {
             Some(Key::Pause) if done.is_ok() => done = session.toggle_pause(),
             Some(Key::End) => interrupted.store(true, Ordering::SeqCst),
             _ => {}
         }
-        session
-            .take_events()
-            .iter()
-            .for_each(|e| reporter.report(e));
+        reporter.report_all(&session.take_events());
     }
-    // The next one is for the summary.
-    interrupted.store(false, Ordering::SeqCst);
-    reporter.close();
+    reporter.screen.close();
     drop(keys);
-    end(args, session, done, reporter, &interrupted)
+    end(args, session, done, reporter)
 }
 
 /// Writes everything that waits, and reports the summary.
@@ -192,56 +161,53 @@ fn end(
     mut session: Session,
     done: Result<()>,
     reporter: &mut Reporter,
-    interrupted: &AtomicBool,
 ) -> anyhow::Result<ExitCode> {
     let is_unplugged = !session.is_plugged_in();
     let now_s = session.now_s();
     // What failed to be written is rescued.
     let closed = match &done {
         Err(error) if error.code() == "io" => Ok(()),
-        done => session.close(done.is_err()),
+        done => session.close(done.is_err()).map(drop),
     };
     let done = done.and(closed);
-    session
-        .take_events()
-        .iter()
-        .for_each(|e| reporter.report(e));
+    reporter.report_all(&session.take_events());
     let (recorder, path) = (&session.recorder, session.file.path());
-    let counts = recorder.run.counts;
+    let counts = recorder.counts();
     let has_content = counts.rows > 0 && path.is_file();
-    let content = match has_content.then(|| inspected(path, reporter, interrupted)) {
-        Some(Err(error)) => {
+    let inspection = if has_content {
+        inspected(path).unwrap_or_else(|error| {
             let text = format!("gravical inspect cannot read the file: {error}");
             reporter.report(&Event::Warning { text });
             None
-        }
-        content => content.and_then(Result::ok).flatten(),
+        })
+    } else {
+        None
     };
-    let reason = recorder.run.ended.filter(|_| done.is_ok());
+    let reason = recorder.end().filter(|_| done.is_ok());
+    let writing = recorder.writing();
     let ended = Ended {
         file: path.display().to_string(),
         reason,
         // Rows that were held are written by the end.
-        elapsed_s: recorder
-            .elapsed_s(now_s)
+        elapsed_s: writing
+            .map_or(0.0, |w| w.elapsed_s(now_s))
             .min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
-        content,
+        inspection,
     };
     if has_content {
-        reporter.progress(&summary(&ended));
+        reporter.summary(&summary(&ended));
     } else if counts.rows == 0 {
         session.file.discard_empty();
     }
     reporter.report(&Event::Ended(Box::new(ended)));
     done?;
-    let run = &session.recorder.run;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
-    let is_short = is_early || is_unplugged || run.is_incomplete;
+    let is_short = is_early || is_unplugged || writing.is_some_and(|w| w.is_incomplete);
     Ok(ExitCode::from(match reason {
         Some(End::User) if is_short => failure::INTERRUPTED,
         Some(End::Duration) if is_unplugged => failure::DEVICE,
-        Some(End::Duration) if run.ends_in_gap => failure::INTERRUPTED,
+        Some(End::Duration) if writing.is_some_and(|w| w.ends_in_gap) => failure::INTERRUPTED,
         _ => 0,
     }))
 }

@@ -1,6 +1,7 @@
 //! Settings and commands of our firmware (`firmware/mpu6050_logger`).
 
 use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 pub use gravical::recording::board::BoardSettings as Settings;
 use gravical::{Error, Result};
 
@@ -8,20 +9,25 @@ use gravical::{Error, Result};
 #[derive(Debug, Clone, Copy, Default, PartialEq, clap::Args)]
 pub struct Wanted {
     /// Of the accelerometer in g: 2, 4, 8, 16
-    #[arg(id = "range", long = "range", value_name = "G")]
+    #[arg(id = "range", long = "range", value_name = "G", value_parser = one_of(["2", "4", "8", "16"]), hide_possible_values = true)]
     range_g: Option<u16>,
     /// Of the gyroscope in °/s: 250, 500, 1000, 2000
-    #[arg(id = "gyro_range", long = "gyro-range", value_name = "DPS")]
+    #[arg(id = "gyro_range", long = "gyro-range", value_name = "DPS", value_parser = one_of(["250", "500", "1000", "2000"]), hide_possible_values = true)]
     gyro_range_deg_s: Option<u16>,
     /// In Hz: 4 to 150, with counts to 250
     #[arg(id = "rate", long = "rate", value_name = "HZ")]
     pub rate_hz: Option<u16>,
     /// In Hz: 184, 94, 44, 21, 10, 5
-    #[arg(id = "low_pass", long = "low-pass", value_name = "HZ")]
+    #[arg(id = "low_pass", long = "low-pass", value_name = "HZ", value_parser = one_of(["184", "94", "44", "21", "10", "5"]), hide_possible_values = true)]
     low_pass_hz: Option<u16>,
     /// si, counts, or calibrated by the board's sketch
     #[arg(long, value_name = "NAME", hide_possible_values = true)]
     format: Option<Format>,
+}
+
+/// One of these numbers.
+fn one_of<const N: usize>(values: [&'static str; N]) -> impl TypedValueParser<Value = u16> {
+    PossibleValuesParser::new(values).try_map(|value| value.parse::<u16>())
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -40,27 +46,12 @@ const MAX_SI_HZ: u16 = 150;
 const MAX_COUNTS_HZ: u16 = 250;
 
 impl Wanted {
-    /// Checks ranges.
+    /// Checks the rate.
     ///
     /// # Errors
     ///
-    /// `option-range` (usage) for values that the sensor does not have, and for a rate above the
-    /// capacity of the serial line.
+    /// `option-range` (usage) above the capacity of the serial line.
     pub fn validate(&self) -> Result<()> {
-        for (name, value, possible) in [
-            ("--range", self.range_g, &[2, 4, 8, 16][..]),
-            (
-                "--gyro-range",
-                self.gyro_range_deg_s,
-                &[250, 500, 1000, 2000],
-            ),
-            ("--low-pass", self.low_pass_hz, &[184, 94, 44, 21, 10, 5]),
-        ] {
-            if let Some(v) = value.filter(|v| !possible.contains(v)) {
-                let text = format!("{name} is one of {possible:?}, not {v}");
-                return Err(Error::usage("option-range", text));
-            }
-        }
         let (max, unit) = match self.format {
             Some(Format::Counts) => (MAX_COUNTS_HZ, "as counts"),
             _ => (MAX_SI_HZ, "in SI units; --format counts carries 250 Hz"),

@@ -1,8 +1,12 @@
 //! Serial ports, and which of them is the board.
 
+use std::path::Path;
+
+use gravical::live::event::PortInfo;
 use gravical::{Error, Result};
-use serde::Serialize;
 use serialport::{SerialPortInfo, SerialPortType};
+
+use super::trouble::holders;
 
 /// Vendors of boards and of their USB bridges (usb.ids), with their usual names.
 const BOARDS: [(u16, &str); 12] = [
@@ -20,39 +24,15 @@ const BOARDS: [(u16, &str); 12] = [
     (0x0483, "STMicroelectronics"),
 ];
 
-/// The identity of a USB device, by which it is recognised again.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Usb {
-    /// Vendor.
-    pub vid: u16,
-    /// Product.
-    pub pid: u16,
-    /// Serial number, where it has one.
-    pub serial: Option<String>,
-}
-
-/// One port.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Port {
-    /// Name to open.
-    pub name: String,
-    /// The device behind it, for messages.
-    pub device: Option<String>,
-    /// The USB device behind it.
-    pub usb: Option<Usb>,
-    /// A board, by its vendor.
-    pub board: bool,
-}
-
-/// All ports of this computer, boards first.
+/// All ports of this computer, boards first, without the programs that have them open.
 ///
 /// # Errors
 ///
 /// `port-list` (device) with what the system says.
-pub fn list() -> Result<Vec<Port>> {
+pub fn list() -> Result<Vec<PortInfo>> {
     let found = serialport::available_ports()
         .map_err(|e| Error::device("port-list", format!("the ports cannot be listed: {e}")))?;
-    let mut ports: Vec<Port> = found.into_iter().map(described).collect();
+    let mut ports: Vec<PortInfo> = found.into_iter().map(described).collect();
     // macOS lists every port twice; tty.* waits for a carrier signal that boards lack.
     let called: Vec<String> = ports.iter().map(|p| p.name.clone()).collect();
     ports.retain(|p| {
@@ -64,34 +44,56 @@ pub fn list() -> Result<Vec<Port>> {
     Ok(ports)
 }
 
-fn described(info: SerialPortInfo) -> Port {
-    let name = info.port_name;
-    let usb = match info.port_type {
-        SerialPortType::UsbPort(usb) => usb,
-        other => {
-            let is_bluetooth = other == SerialPortType::BluetoothPort;
-            return Port {
-                name,
-                device: is_bluetooth.then(|| "Bluetooth".to_owned()),
-                usb: None,
-                board: false,
-            };
-        }
-    };
-    let vendor = BOARDS.iter().find(|(vid, _)| *vid == usb.vid);
-    let vendor = vendor.map(|(_, name)| (*name).to_owned());
-    let words: Vec<String> = usb.manufacturer.into_iter().chain(usb.product).collect();
-    let words = Some(words.join(" ")).filter(|words| !words.is_empty());
-    Port {
-        name,
-        board: vendor.is_some(),
-        device: words.or(vendor),
-        usb: Some(Usb {
-            vid: usb.vid,
-            pid: usb.pid,
-            serial: usb.serial_number,
-        }),
+/// The same with the programs that have them open.
+///
+/// # Errors
+///
+/// As [`list`].
+pub fn list_with_holders() -> Result<Vec<PortInfo>> {
+    let mut ports = list()?;
+    for port in &mut ports {
+        port.open_in = holders(&port.name);
     }
+    Ok(ports)
+}
+
+fn described(info: SerialPortInfo) -> PortInfo {
+    let mut port = PortInfo {
+        name: info.port_name,
+        device: None,
+        usb: None,
+        serial: None,
+        board: false,
+        open_in: Vec::new(),
+    };
+    match info.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let vendor = BOARDS.iter().find(|(vid, _)| *vid == usb.vid);
+            let words: Vec<String> = usb.manufacturer.into_iter().chain(usb.product).collect();
+            let words = Some(words.join(" ")).filter(|words| !words.is_empty());
+            port.board = vendor.is_some();
+            port.device = words.or(vendor.map(|(_, name)| (*name).to_owned()));
+            port.usb = Some(format!("{:04x}:{:04x}", usb.vid, usb.pid));
+            port.serial = usb.serial_number;
+        }
+        SerialPortType::BluetoothPort => port.device = Some("Bluetooth".to_owned()),
+        _ => {}
+    }
+    port
+}
+
+/// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]  open in cat (4711)`.
+pub fn line(port: &PortInfo) -> String {
+    let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
+    let open_in = port.open_in.join(", ");
+    let parts = [
+        Some(port.name.clone()),
+        port.usb.clone(),
+        port.device.clone(),
+        serial,
+        (!open_in.is_empty()).then(|| format!("open in {open_in}")),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join("  ")
 }
 
 /// The port of the board, if there is exactly one.
@@ -99,23 +101,27 @@ fn described(info: SerialPortInfo) -> Port {
 /// # Errors
 ///
 /// `no-port`, `several-ports` (device).
-pub fn the_board(ports: &[Port]) -> Result<Port> {
-    let boards: Vec<&Port> = ports.iter().filter(|p| p.board).collect();
-    let usb: Vec<&Port> = ports.iter().filter(|p| p.usb.is_some()).collect();
-    match (boards.as_slice(), usb.as_slice()) {
-        ([one], _) | ([], [one]) => Ok((*one).clone()),
-        ([], []) => Err(Error::device("no-port", "no board is plugged in: there is no USB serial port")
-            .with_hint("plug it in (some USB cables only charge), or wait for it with --wait; --port selects any other port")),
-        (several, others) => {
-            let names: Vec<&str> = if several.is_empty() { others } else { several }
-                .iter()
-                .map(|p| p.name.as_str())
-                .collect();
-            Err(Error::device(
-                "several-ports",
-                format!("more than one port may be the board: {}", names.join(", ")),
-            )
-            .with_hint("choose one with --port; gravical ports lists the device behind each"))
+pub fn the_board(ports: &[PortInfo]) -> Result<PortInfo> {
+    let names = |is: fn(&PortInfo) -> bool| -> Vec<&PortInfo> {
+        ports.iter().filter(|port| is(port)).collect()
+    };
+    let boards = names(|port| port.board);
+    let candidates = if boards.is_empty() {
+        names(|port| port.usb.is_some())
+    } else {
+        boards
+    };
+    match candidates.as_slice() {
+        [] => Err(
+            Error::device("no-port", "no board is plugged in: there is no USB serial port")
+                .with_hint("plug it in (some USB cables only charge), or wait for it with --wait; --port selects any other port"),
+        ),
+        [one] => Ok((*one).clone()),
+        several => {
+            let names: Vec<&str> = several.iter().map(|p| p.name.as_str()).collect();
+            let text = format!("more than one port may be the board: {}", names.join(", "));
+            Err(Error::device("several-ports", text)
+                .with_hint("choose one with --port; gravical ports lists the device behind each"))
         }
     }
 }
@@ -125,60 +131,51 @@ pub fn the_board(ports: &[Port]) -> Result<Port> {
 pub struct Target {
     /// Its name, as given or found.
     pub name: String,
-    usb: Option<Usb>,
+    /// The device behind it, if it is a USB port.
+    port: Option<PortInfo>,
 }
 
 impl Target {
     /// The port called `name`, or a link to it.
-    pub fn new(name: &str, ports: &[Port]) -> Self {
+    pub fn new(name: &str, ports: &[PortInfo]) -> Self {
+        let real = std::fs::canonicalize(name).unwrap_or_default();
+        let port = ports
+            .iter()
+            .find(|p| p.name == name || real == Path::new(&p.name));
         Target {
             name: name.to_owned(),
-            usb: port_called(name, ports).and_then(|p| p.usb.clone()),
+            port: port.filter(|port| port.usb.is_some()).cloned(),
         }
     }
 
-    /// The device behind it.
-    pub fn device(&self, ports: &[Port]) -> Option<String> {
-        port_called(&self.name, ports)?.device.clone()
+    /// The device behind it, for messages.
+    pub fn device(&self) -> Option<String> {
+        self.port.as_ref()?.device.clone()
     }
 
     /// Its name now, which may have changed; none while it is unplugged.
-    pub fn find(&self, ports: &[Port]) -> Option<String> {
-        let Some(usb) = &self.usb else {
-            return std::path::Path::new(&self.name)
-                .exists()
-                .then(|| self.name.clone());
+    pub fn find(&self, ports: &[PortInfo]) -> Option<String> {
+        let Some(port) = &self.port else {
+            return Path::new(&self.name).exists().then(|| self.name.clone());
         };
-        if port_called(&self.name, ports).is_some_and(|p| p.usb.as_ref() == Some(usb)) {
-            return Some(self.name.clone());
-        }
-        let same: Vec<&Port> = ports
-            .iter()
-            .filter(|p| p.usb.as_ref() == Some(usb))
-            .collect();
+        let is_same = |p: &&PortInfo| (&p.usb, &p.serial) == (&port.usb, &port.serial);
+        let same: Vec<&PortInfo> = ports.iter().filter(is_same).collect();
         match same.as_slice() {
+            [one] if one.name != port.name => Some(one.name.clone()),
             // Without a serial number two equal boards cannot be distinguished.
-            [one] => Some(one.name.clone()),
-            _ => None,
+            several => {
+                let is_there = several.iter().any(|p| p.name == port.name);
+                is_there.then(|| self.name.clone())
+            }
         }
     }
-}
-
-fn port_called<'a>(name: &str, ports: &'a [Port]) -> Option<&'a Port> {
-    let real = std::fs::canonicalize(name).ok();
-    ports.iter().find(|p| {
-        p.name == name
-            || real
-                .as_deref()
-                .is_some_and(|r| r == std::path::Path::new(&p.name))
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn port(name: &str, vid: u16, serial: Option<&str>) -> Port {
+    fn port(name: &str, vid: u16, serial: Option<&str>) -> PortInfo {
         described(SerialPortInfo {
             port_name: name.to_owned(),
             port_type: SerialPortType::UsbPort(serialport::UsbPortInfo {
@@ -193,12 +190,10 @@ mod tests {
 
     #[test]
     fn the_only_board_is_chosen() {
-        let plain = Port {
-            name: "/dev/ttyS0".to_owned(),
-            device: None,
-            usb: None,
-            board: false,
-        };
+        let plain = described(SerialPortInfo {
+            port_name: "/dev/ttyS0".to_owned(),
+            port_type: SerialPortType::Unknown,
+        });
         let uno = port("/dev/ttyACM0", 0x2341, Some("A1"));
         let modem = port("/dev/ttyACM1", 0x1199, None);
         assert!(uno.board && !modem.board);
@@ -226,5 +221,9 @@ mod tests {
         ];
         assert_eq!(target.find(&after).as_deref(), Some("/dev/ttyACM1"));
         assert_eq!(target.find(&after[..1]), None);
+        // And back.
+        let target = Target::new("/dev/ttyACM1", &after);
+        assert_eq!(target.find(&before).as_deref(), Some("/dev/ttyACM0"));
+        assert_eq!(line(&after[0]), "/dev/ttyACM0  2341:0043  Arduino  [B2]");
     }
 }

@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 use crate::board::Board;
-use crate::logger::{Logger, Terminal, until, words};
+use crate::logger::{Logger, Terminal, run, until, words};
 use crate::recording;
 
 fn rows_of(path: &Path) -> usize {
@@ -34,6 +34,13 @@ fn is_rescued(folder: &Path, board: &Board, (code, error): (i32, Value), why: &s
     );
     let rescued = folder.join("x.rescued.csv");
     assert_eq!(recording(&rescued).rows() as u64, board.sent);
+    if !folder.join("x.csv").is_file() {
+        // The recording may be beside it: a folder that is calibrated leaves it out, and says so.
+        let (code, error) = run(folder, "calibrate . --json");
+        let message = error["message"].as_str().unwrap();
+        let says = "x.rescued.csv: what `gravical log` rescued";
+        assert!(code == 3 && message.contains(says), "{message}");
+    }
     fs::remove_file(rescued).unwrap();
 }
 

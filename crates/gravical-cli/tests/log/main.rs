@@ -205,6 +205,13 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
     }
     board.plug_in();
     let line = format!("log z --force --rows 50 --json --port {}", board.port());
+    // Without a row the file stays as it is.
+    let mut log = Logger::start(folder.path(), &line);
+    log.wait_for("opened");
+    log.signal(Signal::INT);
+    assert_eq!(log.ended().0, 130);
+    assert_eq!(recording(&path).rows(), 149 + 50);
+    board.plug_in();
     let mut log = Logger::start(folder.path(), &line);
     board.greet();
     board.rows(60);
@@ -309,11 +316,11 @@ fn usage_errors() {
     )
     .unwrap();
     for (line, code, name) in [
-        ("log x --range 3 --json", 2, "option-range"),
+        ("log x --range 3 --json", 2, "usage"),
         ("log x --rate 500 --json", 2, "option-range"),
-        ("log x --rows 0 --json", 2, "option-range"),
+        ("log x --rows 0 --json", 2, "usage"),
         ("log x --duration nan --json", 2, "option-range"),
-        ("log x --baud 1 --json", 2, "option-range"),
+        ("log x --baud 1 --json", 2, "usage"),
         ("log w --json", 2, "usage"),
         ("log x --append --force --json", 2, "usage"),
         ("log x --columns ax,by --json", 2, "columns-syntax"),

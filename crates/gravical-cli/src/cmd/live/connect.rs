@@ -2,19 +2,17 @@
 //! not clear the user chooses, on the page or in the terminal.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use gravical::escape::path_word;
 use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, WarningKind};
 use gravical::live::{Event, Message, sentences};
-use gravical::{Error, Result};
+use gravical::{Category, Error, Result};
 
-use super::driver::{Entry, Renderer};
+use super::driver::{Console, Entry};
 use super::source::{Incoming, Source};
-use crate::device::ports::{Port, list, the_board};
-use crate::device::trouble::holders;
+use crate::device::no_rows::NoRows;
+use crate::device::ports::{list, list_with_holders, the_board};
 
 /// Time between two looks at the ports.
 const LOOK: Duration = Duration::from_millis(300);
@@ -53,6 +51,20 @@ pub struct Opened {
     pub first: Vec<u8>,
 }
 
+impl Opened {
+    /// What it has next; waits shortly.
+    ///
+    /// # Errors
+    ///
+    /// Those of the source.
+    pub fn next(&mut self) -> Result<Incoming> {
+        match std::mem::take(&mut self.first) {
+            first if first.is_empty() => self.source.next(),
+            first => Ok(Incoming::Bytes(first)),
+        }
+    }
+}
+
 /// What becomes of a source that is open, or of a question.
 pub enum Answer {
     /// Rows arrive.
@@ -63,68 +75,99 @@ pub enum Answer {
     Interrupted,
 }
 
-/// Why no row arrives, where another port, or the same a moment later, may be the remedy.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Trouble {
-    /// Which port is the board is not clear, or it cannot be opened.
-    Port,
-    /// The port is open, and no row arrives.
-    Sketch,
+/// Why no row arrives.
+pub struct Trouble {
+    pub error: Error,
+    /// What arrives instead, where the port is open.
+    no_rows: Option<NoRows>,
+    /// The port.
+    pub port: Option<String>,
 }
 
-impl Trouble {
-    fn of(error: &Error) -> Option<Self> {
-        match error.code() {
-            "no-port" | "several-ports" | "no-such-port" | "port-busy" | "port-failed"
-            | "port-permission" => Some(Trouble::Port),
-            "board-silent" | "no-samples-from-board" | "settings-refused" => Some(Trouble::Sketch),
-            _ => None,
+impl From<Error> for Trouble {
+    fn from(error: Error) -> Self {
+        Trouble {
+            error,
+            no_rows: None,
+            port: None,
         }
     }
 }
 
-/// True where the user can choose another port.
-pub fn can_choose(error: &Error) -> bool {
-    Trouble::of(error).is_some()
+impl Trouble {
+    /// The port is open, and no row arrives.
+    fn no_rows(why: NoRows, port: &str) -> Self {
+        Trouble {
+            error: why.error(port),
+            no_rows: Some(why),
+            port: Some(port.to_owned()),
+        }
+    }
+
+    /// Whether another port, or the same a moment later, may be the remedy.
+    pub fn can_choose(&self) -> bool {
+        self.error.category() == Category::Device
+    }
+
+    /// Whether another sketch may be the remedy.
+    fn needs_sketch(&self) -> bool {
+        self.no_rows.is_some() || self.error.code() == "settings-refused"
+    }
 }
 
 /// What it needs to ask.
 pub struct Asking<'a> {
-    pub renderers: &'a mut Vec<Box<dyn Renderer>>,
-    pub entries: &'a Receiver<Entry>,
-    pub interrupted: &'a AtomicBool,
+    pub console: &'a mut Console,
     /// A simulated sensor can take the place of the board.
     pub can_simulate: bool,
 }
 
 impl Asking<'_> {
-    /// Waits for the first rows of a port. The user may choose another one meanwhile.
+    /// Waits for the first rows of a port, with `--wait` without end. The user may choose another one
+    /// meanwhile.
     ///
     /// # Errors
     ///
-    /// Those of the source.
-    pub fn first_rows(&mut self, mut opened: Opened) -> Result<Answer> {
+    /// Those of the source; no row arrives.
+    pub fn first_rows(&mut self, mut opened: Opened, waits: bool) -> Result<Answer, Trouble> {
         if opened.kind != SourceKind::Port {
             return Ok(Answer::Rows(opened));
         }
-        let text = format!("{} is open: waiting for its first rows.", opened.name);
-        let name = opened.name.clone();
-        self.show(Event::Connecting { name }, text)?;
         let answer = loop {
-            match opened.source.next() {
+            match opened.next() {
                 Ok(Incoming::Bytes(bytes)) => {
                     opened.first = bytes;
                     return Ok(Answer::Rows(opened));
                 }
+                Ok(Incoming::Opened(name)) => {
+                    let text = format!("{name} is open: waiting for its first rows.");
+                    opened.name.clone_from(&name);
+                    self.show(Event::Connecting { name }, text)?;
+                }
+                Ok(Incoming::NoRows(why)) if waits => {
+                    self.warn(WarningKind::Rows, &why.message(&opened.name))?;
+                }
+                Ok(Incoming::NoRows(why)) => break Err(Trouble::no_rows(why, &opened.name)),
                 Ok(Incoming::Lost(Loss::Unplugged)) => {
                     let text = format!("{}: unplugged before the first row", opened.name);
-                    break Err(Error::device("no-such-port", text));
+                    let port = Some(opened.name.clone());
+                    let error = Error::device("no-such-port", text);
+                    break Err(Trouble {
+                        port,
+                        ..error.into()
+                    });
                 }
                 Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
                 Ok(Incoming::Lost(Loss::Silent) | Incoming::Nothing | Incoming::End) => {}
-                Err(error) => break Err(error),
+                Err(error) => {
+                    let port = Some(opened.name.clone());
+                    break Err(Trouble {
+                        port,
+                        ..error.into()
+                    });
+                }
             }
-            let known = || ports(list().unwrap_or_default());
+            let known = || list().unwrap_or_default();
             if let Some(answer) = self.answer(known, Some(&opened.name))? {
                 break Ok(answer);
             }
@@ -133,25 +176,24 @@ impl Asking<'_> {
         answer
     }
 
-    /// What the user chooses after `error`. `tried`: the port that was opened, or could not be. A port
+    /// What the user chooses after `trouble`. `tried`: the port that was opened, or could not be. A port
     /// that was missing is taken as soon as it is there.
     ///
     /// # Errors
     ///
     /// Where the question cannot be shown.
-    pub fn choose(&mut self, error: &Error, tried: Option<&str>) -> Result<Answer> {
+    pub fn choose(&mut self, trouble: &Trouble, tried: Option<&str>) -> Result<Answer> {
         let mut shown = None;
         loop {
-            let found = list().unwrap_or_default();
-            if let Some(name) = arrived(error, tried, &found) {
+            let found = list_with_holders().unwrap_or_default();
+            if let Some(name) = arrived(&trouble.error, tried, &found) {
                 return Ok(Answer::Chosen(Origin::Port(Some(name))));
             }
-            let infos = ports(found);
-            if shown.as_ref() != Some(&infos) {
-                let (event, text) = self.question(error, tried, infos.clone());
+            if shown.as_ref() != Some(&found) {
+                let (event, text) = self.question(trouble, tried, found.clone());
                 self.show(event, text)?;
             }
-            let known = shown.insert(infos);
+            let known = shown.insert(found);
             for _ in 0..ASKED {
                 if let Some(answer) = self.answer(|| known.clone(), tried)? {
                     return Ok(answer);
@@ -163,14 +205,15 @@ impl Asking<'_> {
 
     fn question(
         &self,
-        error: &Error,
+        trouble: &Trouble,
         tried: Option<&str>,
         ports: Vec<PortInfo>,
     ) -> (Event, String) {
-        let (message, remedy) = words(error, tried.unwrap_or("the port"));
-        let flash = match Trouble::of(error) {
-            Some(Trouble::Sketch) => flash(tried.unwrap_or("PORT")),
-            _ => Vec::new(),
+        let remedy = remedy(trouble);
+        let flash = if trouble.needs_sketch() {
+            flash(tried.unwrap_or("PORT"))
+        } else {
+            Vec::new()
         };
         let event = Event::Ports {
             ports,
@@ -178,7 +221,7 @@ impl Asking<'_> {
             flash,
             simulate: self.can_simulate,
         };
-        (event, sentences([&*message, &*remedy]))
+        (event, sentences([trouble.error.message(), remedy]))
     }
 
     /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
@@ -189,11 +232,11 @@ impl Asking<'_> {
         tried: Option<&str>,
     ) -> Result<Option<Answer>> {
         let mut reason = EndReason::Interrupted;
-        while let Ok(entry) = self.entries.try_recv() {
+        while let Ok(entry) = self.console.entries.try_recv() {
             let command = match entry {
                 Entry::Typed(Ok(command)) => command,
                 Entry::Typed(Err(text)) => {
-                    self.renderers.iter_mut().for_each(|r| r.answer(&text));
+                    self.console.answer(&text);
                     continue;
                 }
                 #[cfg(feature = "live")]
@@ -211,7 +254,7 @@ impl Asking<'_> {
                 Command::Port { name } => format!("{name} is no port of this computer"),
                 Command::Cancel => {
                     reason = EndReason::Cancelled;
-                    self.interrupted.store(true, Ordering::SeqCst);
+                    self.console.interrupt();
                     break;
                 }
                 Command::Simulate => "this session is of another sensor".to_owned(),
@@ -219,7 +262,7 @@ impl Asking<'_> {
             };
             self.warn(WarningKind::Refused, &message)?;
         }
-        let is_interrupted = self.interrupted.load(Ordering::SeqCst);
+        let is_interrupted = self.console.is_interrupted();
         if is_interrupted {
             let event = Event::End {
                 reason,
@@ -236,13 +279,12 @@ impl Asking<'_> {
     }
 
     fn show(&mut self, event: Event, text: impl Into<String>) -> Result<()> {
-        let message = Message::new(0.0, event, text);
-        self.renderers.iter_mut().try_for_each(|r| r.show(&message))
+        self.console.show(&Message::new(0.0, event, text))
     }
 }
 
 /// The port that was waited for, if it is there now.
-fn arrived(error: &Error, tried: Option<&str>, ports: &[Port]) -> Option<String> {
+fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
     match (error.code(), tried) {
         ("no-port", _) => the_board(ports).ok().map(|port| port.name),
         ("no-such-port", Some(name)) => {
@@ -253,44 +295,24 @@ fn arrived(error: &Error, tried: Option<&str>, ports: &[Port]) -> Option<String>
     }
 }
 
-/// What is wrong, and the remedy where the port is chosen while the program runs.
-fn words(error: &Error, port: &str) -> (String, String) {
-    const SKETCH: &str = "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor";
-    let message = error.message();
-    // The last line that arrived, in quotes.
-    let line = message.split_once("; the last: ").map(|(_, line)| line);
-    let is_text =
-        |line: &&str| !line.contains(char::REPLACEMENT_CHARACTER) && !line.contains("\\u{");
-    let (message, remedy) = match (error.code(), line.filter(is_text)) {
-        ("no-port", _) => (
-            message.to_owned(),
-            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen",
-        ),
-        ("no-such-port", _) => (
-            message.to_owned(),
-            "plug it in: it is opened when it is there; or choose another one",
-        ),
-        ("several-ports", _) => (message.to_owned(), "choose the one of your board"),
-        ("board-silent", _) => (
-            format!("{port} is open, but nothing arrives: does the board have a sketch?"),
-            SKETCH,
-        ),
-        ("no-samples-from-board", Some(line)) => (
-            format!("{port} sends text that is no row of a sensor: {line}"),
-            SKETCH,
-        ),
-        ("no-samples-from-board", None) => (
-            format!(
-                "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
-            ),
-            "begin again with its rate, as --baud 9600; flash a sketch, ours or any that prints numbers; or choose another port",
-        ),
-        _ => (
-            message.to_owned(),
-            error.hint().unwrap_or("choose another one"),
-        ),
-    };
-    (message, remedy.to_owned())
+/// The remedy where the port is chosen while the program runs.
+fn remedy(trouble: &Trouble) -> &str {
+    match (&trouble.no_rows, trouble.error.code()) {
+        (Some(NoRows::Nothing | NoRows::Text(_)), _) => {
+            "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor"
+        }
+        (Some(NoRows::Garbage), _) => {
+            "begin again with its rate, as --baud 9600; flash a sketch, ours or any that prints numbers; or choose another port"
+        }
+        (None, "no-port") => {
+            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen"
+        }
+        (None, "no-such-port") => {
+            "plug it in: it is opened when it is there; or choose another one"
+        }
+        (None, "several-ports") => "choose the one of your board",
+        (None, _) => trouble.error.hint().unwrap_or("choose another one"),
+    }
 }
 
 /// The commands that flash our sketch, from the folder of gravical.
@@ -306,40 +328,21 @@ fn flash(port: &str) -> Vec<String> {
     ]
 }
 
-fn ports(found: Vec<Port>) -> Vec<PortInfo> {
-    found.into_iter().map(described).collect()
-}
-
-fn described(port: Port) -> PortInfo {
-    PortInfo {
-        open_in: holders(&port.name),
-        usb: port
-            .usb
-            .as_ref()
-            .map(|usb| format!("{:04x}:{:04x}", usb.vid, usb.pid)),
-        serial: port.usb.and_then(|usb| usb.serial),
-        name: port.name,
-        device: port.device,
-        board: port.board,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::ports::Usb;
+    use crate::cmd::live::driver::Renderer;
+    use std::sync::Arc;
     use std::sync::mpsc::sync_channel;
 
-    fn board(name: &str) -> Port {
-        Port {
+    fn board(name: &str) -> PortInfo {
+        PortInfo {
             name: name.to_owned(),
             device: Some("Arduino Uno".to_owned()),
-            usb: Some(Usb {
-                vid: 0x2341,
-                pid: 0x43,
-                serial: None,
-            }),
+            usb: Some("2341:0043".to_owned()),
+            serial: None,
             board: true,
+            open_in: Vec::new(),
         }
     }
 
@@ -353,7 +356,7 @@ mod tests {
         let two = [board("/dev/none1"), board("/dev/none2")];
         assert_eq!(arrived(&none, None, &two), None);
         let missing = Error::device("no-such-port", "");
-        let is = |name, ports: &[Port]| arrived(&missing, Some(name), ports);
+        let is = |name, ports: &[PortInfo]| arrived(&missing, Some(name), ports);
         assert_eq!(is("/dev/none2", &one), None);
         assert_eq!(is("/dev/none2", &two).as_deref(), Some("/dev/none2"));
         // One that is busy is not tried again and again.
@@ -374,15 +377,12 @@ mod tests {
     fn only_ports_that_are_there_can_be_chosen() {
         let (sender, entries) = sync_channel(8);
         let (to, seen) = std::sync::mpsc::channel();
-        let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Seen(to))];
+        let mut console = Console::new(vec![Box::new(Seen(to))], entries, Arc::default());
         let mut asking = Asking {
-            renderers: &mut renderers,
-            entries: &entries,
-            interrupted: &AtomicBool::new(false),
+            console: &mut console,
             can_simulate: true,
         };
-        let known = [described(board("/dev/none1"))];
-        assert_eq!(known[0].usb.as_deref(), Some("2341:0043"));
+        let known = [board("/dev/none1")];
         let mut ask = |name: &str, tried| {
             let name = name.to_owned();
             sender

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::io::{BufRead as _, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
@@ -22,8 +23,9 @@ use gravical::recording::{ReadOptions, Recording, read};
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
+use super::connect::Opened;
 use super::journal::{JournalFile, is_vital};
-use super::source::{Incoming, Source};
+use super::source::Incoming;
 use super::truth::truth_event;
 use crate::cmd::calibrate::save;
 use crate::failure;
@@ -32,9 +34,6 @@ use crate::report::write_report;
 
 /// A hand that moves is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
-
-/// After this time the format of a slow sensor is detected from the rows that are there.
-const HOLD: Duration = Duration::from_secs(6);
 
 /// Bytes of the recording that are read at once when a session is resumed.
 const AT_ONCE: usize = 1 << 16;
@@ -63,6 +62,51 @@ pub enum Entry {
     Clicked(Command),
 }
 
+/// Who shows the events, and what the user wants.
+pub struct Console {
+    pub renderers: Vec<Box<dyn Renderer>>,
+    pub entries: Receiver<Entry>,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Console {
+    /// `interrupted` is set by Ctrl-C.
+    pub fn new(
+        renderers: Vec<Box<dyn Renderer>>,
+        entries: Receiver<Entry>,
+        interrupted: Arc<AtomicBool>,
+    ) -> Self {
+        Console {
+            renderers,
+            entries,
+            interrupted,
+        }
+    }
+
+    /// Shows an event.
+    ///
+    /// # Errors
+    ///
+    /// As [`Renderer::show`].
+    pub fn show(&mut self, message: &Message) -> Result<()> {
+        self.renderers.iter_mut().try_for_each(|r| r.show(message))
+    }
+
+    /// Shows an answer to what was typed.
+    pub fn answer(&mut self, text: &str) {
+        self.renderers.iter_mut().for_each(|r| r.answer(text));
+    }
+
+    /// The user ends the session.
+    pub fn interrupt(&self) {
+        self.interrupted.store(true, Ordering::SeqCst);
+    }
+
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::SeqCst)
+    }
+}
+
 /// Sends what is typed, a line each.
 pub fn typed(sender: SyncSender<Entry>) {
     std::thread::spawn(move || {
@@ -88,12 +132,10 @@ pub fn typed(sender: SyncSender<Entry>) {
 /// A session and everything around it.
 pub struct Driver<'a> {
     pub session: Session,
-    pub source: &'a mut dyn Source,
-    /// Its first rows, where the session began with them.
-    pub first: Vec<u8>,
-    /// Bytes of the recording before it was opened.
-    pub recorded: u64,
-    pub renderers: &'a mut Vec<Box<dyn Renderer>>,
+    pub opened: Opened,
+    /// There are rows already.
+    pub resumes: bool,
+    pub console: &'a mut Console,
     pub journal: Option<JournalFile>,
     pub folder: Option<PathBuf>,
     pub read: ReadOptions,
@@ -101,16 +143,15 @@ pub struct Driver<'a> {
     pub output: Option<PathBuf>,
     /// Times real time; 0 is as fast as possible.
     pub speed: f64,
-    pub entries: &'a Receiver<Entry>,
-    pub interrupted: &'a AtomicBool,
+    pub hand: Hand,
 }
 
 /// The recordings of a session, and where its poses are.
 type Recorded = (Vec<Recording>, Segmentation);
 
-/// Commands that wait for the hand.
+/// Commands that are typed, and the hand that moves a simulated sensor by them.
 #[derive(Default)]
-struct Hand {
+pub struct Hand {
     waiting: VecDeque<Command>,
     /// Time of the session until which it is busy, s.
     busy_until_s: f64,
@@ -118,159 +159,164 @@ struct Hand {
     asked: Option<[f64; 3]>,
     now_s: f64,
     /// Nobody types any more.
-    closed: bool,
+    is_gone: bool,
 }
 
 impl Hand {
-    /// A simulated sensor that nobody will move again.
-    fn is_at_rest(&self) -> bool {
-        self.closed && self.waiting.is_empty() && self.now_s >= self.busy_until_s
+    /// It moves the sensor, or leaves it alone.
+    fn is_busy(&self) -> bool {
+        self.now_s < self.busy_until_s
+    }
+
+    /// It will not move the sensor again.
+    fn is_done(&self) -> bool {
+        self.is_gone && self.waiting.is_empty() && !self.is_busy()
+    }
+
+    fn see(&mut self, message: &Message) {
+        self.now_s = message.t_s;
+        match &message.event {
+            Event::NextPose { up, .. } => self.asked = *up,
+            Event::PoseRejected {
+                reason: Rejection::Moved | Rejection::Gaps,
+                ..
+            } => {}
+            Event::PoseAccepted(_) | Event::PoseRejected { .. } => self.busy_until_s = message.t_s,
+            _ => {}
+        }
     }
 }
 
+/// How the rows end.
+enum Ending {
+    /// There are enough poses.
+    Finished,
+    /// The user does not want to go on.
+    Stopped(EndReason),
+    /// There are no more rows, and too few poses.
+    OutOfRows,
+    Failed(Error),
+}
+
 impl Driver<'_> {
-    /// Runs the session to its end; `resumes`: there are rows already.
+    /// Runs the session to its end.
     ///
     /// # Errors
     ///
     /// Those of the source and of the disk.
-    pub fn run(mut self, kind: SourceKind, name: &str, resumes: bool) -> anyhow::Result<ExitCode> {
-        // A simulated sensor is left alone until its noise is known.
-        let is_moved = kind == SourceKind::Simulate;
-        let mut hand = Hand {
-            busy_until_s: if is_moved { HAND_S } else { 0.0 },
-            ..Hand::default()
+    pub fn run(mut self) -> anyhow::Result<ExitCode> {
+        let ending = match self.guide() {
+            Ok(ending) => ending,
+            Err(error) => Ending::Failed(error),
         };
-        let folder = self.folder.as_ref().map(|f| f.display().to_string());
-        let begun = self.session.begin(kind, name, folder);
-        self.show(begun, &mut hand, resumes)?;
-        if resumes {
-            self.restore(&mut hand)?;
-            if is_moved {
-                hand.busy_until_s = hand.now_s + HAND_S;
+        // A recording that cannot be written has been rescued.
+        let is_lost = matches!(&ending, Ending::Failed(error) if error.code() == "io");
+        let rest = if is_lost {
+            Vec::new()
+        } else {
+            self.opened.source.close()
+        };
+        match ending {
+            Ending::Finished => self.save(),
+            Ending::Stopped(reason) => self.stopped(reason, &rest),
+            Ending::OutOfRows => self.out_of_rows(),
+            Ending::Failed(error) => {
+                // The disk of the journal may be full as well.
+                let _ = self.end(EndReason::Failed, &error.to_string());
+                Err(error.into())
             }
+        }
+    }
+
+    /// Reads rows and does what the user wants, until there is an end.
+    fn guide(&mut self) -> Result<Ending> {
+        let kind = self.opened.kind;
+        let folder = self.folder.as_ref().map(|f| f.display().to_string());
+        let begun = self.session.begin(kind, &self.opened.name, folder);
+        if self.resumes {
+            self.render(&begun)?;
+            self.restore()?;
+        } else {
+            self.show(begun)?;
+        }
+        if kind == SourceKind::Simulate {
+            // It is left alone until its noise is known.
+            self.hand.busy_until_s = self.hand.now_s + HAND_S;
         }
         let started = Instant::now();
-        let mut first_bytes: Option<Instant> = None;
-        let mut first = Some(std::mem::take(&mut self.first)).filter(|rows| !rows.is_empty());
-        let reason = loop {
-            if self.interrupted.load(Ordering::SeqCst) {
-                break if self.session.is_cancelled() {
-                    EndReason::Cancelled
-                } else {
-                    EndReason::Interrupted
-                };
+        loop {
+            if let Some(ending) = self.step()? {
+                return Ok(ending);
             }
-            let incoming = match first.take() {
-                Some(rows) => Ok(Incoming::Bytes(rows)),
-                None => self.source.next(),
-            };
-            let messages = match incoming {
-                Ok(Incoming::Bytes(bytes)) => {
-                    first_bytes.get_or_insert_with(Instant::now);
-                    let mut messages = self.session.resumed();
-                    match self.session.bytes(&bytes) {
-                        Ok(more) => messages.extend(more),
-                        Err(error) => {
-                            self.source.close();
-                            self.end(EndReason::Failed, &error.to_string(), &mut hand)?;
-                            return Err(error.into());
-                        }
-                    }
-                    messages
-                }
-                Ok(Incoming::Nothing)
-                    if first_bytes.is_some_and(|first| first.elapsed() > HOLD) =>
-                {
-                    // A slow sensor; what is no recording yet may become one.
-                    first_bytes = Some(Instant::now());
-                    self.session.settle_format().unwrap_or_default()
-                }
-                Ok(Incoming::Nothing) => Vec::new(),
-                Ok(Incoming::Lost(why)) => self.session.lost(why),
-                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message),
-                Ok(Incoming::End) => {
-                    let messages = self.session.settle_format().unwrap_or_default();
-                    self.show(messages, &mut hand, false)?;
-                    break self.finish(&mut hand)?;
-                }
-                Err(error) => {
-                    self.end(EndReason::Failed, &error.to_string(), &mut hand)?;
-                    return Err(error.into());
-                }
-            };
-            self.show(messages, &mut hand, false)?;
-            let messages = self.session.settle();
-            self.show(messages, &mut hand, false)?;
-            self.commands(&mut hand)?;
-            if self.session.is_done() && !self.interrupted.load(Ordering::SeqCst) {
-                break EndReason::Finished;
+            if kind == SourceKind::Replay && self.speed > 0.0 {
+                let due_s = self.hand.now_s / self.speed;
+                let ahead_s = due_s - started.elapsed().as_secs_f64();
+                std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
             }
-            if kind == SourceKind::Simulate && hand.is_at_rest() {
-                break self.finish(&mut hand)?;
-            }
-            let due_s = if self.speed > 0.0 {
-                hand.now_s / self.speed
+        }
+    }
+
+    fn step(&mut self) -> Result<Option<Ending>> {
+        if self.console.is_interrupted() {
+            return Ok(Some(Ending::Stopped(if self.session.is_cancelled() {
+                EndReason::Cancelled
             } else {
-                0.0
-            };
-            let ahead_s = due_s - started.elapsed().as_secs_f64();
-            if kind == SourceKind::Replay && ahead_s > 0.0 {
-                std::thread::sleep(Duration::from_secs_f64(ahead_s.min(1.0)));
+                EndReason::Interrupted
+            })));
+        }
+        let messages = match self.opened.next()? {
+            Incoming::Bytes(bytes) => {
+                let mut messages = self.session.resumed();
+                messages.extend(self.session.bytes(&bytes)?);
+                if self.opened.kind == SourceKind::Port {
+                    // The logger has waited for rows enough, also of a slow sensor.
+                    messages.extend(self.session.settle_format().unwrap_or_default());
+                }
+                messages
+            }
+            Incoming::Lost(why) => self.session.lost(why),
+            Incoming::Warning(message) => {
+                self.warn(WarningKind::Rows, &message)?;
+                Vec::new()
+            }
+            Incoming::Nothing | Incoming::Opened(_) | Incoming::NoRows(_) => Vec::new(),
+            Incoming::End => {
+                let messages = self.session.settle_format().unwrap_or_default();
+                self.show(messages)?;
+                return self.finish().map(Some);
             }
         };
-        let rest = self.source.close();
-        if matches!(reason, EndReason::Interrupted | EndReason::Cancelled) {
-            self.session.bytes(&rest)?;
-            self.source.make_safe()?;
-            let folder = self.folder.as_ref();
-            let safe = folder.map_or(String::new(), |f| {
-                format!("; what was recorded is in {}", f.display())
-            });
-            let what = match reason {
-                EndReason::Cancelled => "cancelled without a calibration",
-                _ => "interrupted",
-            };
-            self.end(reason, &format!("{what}{safe}"), &mut hand)?;
-            return Ok(ExitCode::from(failure::INTERRUPTED));
+        self.show(messages)?;
+        let messages = self.session.settle();
+        self.show(messages)?;
+        self.commands()?;
+        if self.session.is_done() && !self.console.is_interrupted() {
+            return Ok(Some(Ending::Finished));
         }
-        if reason == EndReason::SourceEnded {
-            if kind == SourceKind::Replay && self.session.poses().count() == 0 {
-                // What is no recording is refused as by every command.
-                read(Path::new(name), &self.read)?;
-            }
-            let poses = count(self.session.poses().count(), "pose");
-            self.end(reason, &format!("the rows ended after {poses}"), &mut hand)?;
-            let hint = match &self.folder {
-                Some(folder) => format!("gravical live --resume {} goes on", path_word(folder)),
-                None => {
-                    "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned()
-                }
-            };
-            let what = format!("the session ended after {poses}, too few for a calibration");
-            return Err(Error::input("too-few-poses", what).with_hint(hint).into());
+        if self.opened.kind == SourceKind::Simulate && self.hand.is_done() {
+            return self.finish().map(Some);
         }
-        self.save(kind, &mut hand)
+        Ok(None)
     }
 
     /// There will be no more rows, or none that matter.
-    fn finish(&mut self, hand: &mut Hand) -> Result<EndReason> {
+    fn finish(&mut self) -> Result<Ending> {
         let messages = self.session.command(&Command::Finish);
-        self.show(messages, hand, false)?;
+        self.show(messages)?;
         Ok(if self.session.is_done() {
-            EndReason::Finished
+            Ending::Finished
         } else {
-            EndReason::SourceEnded
+            Ending::OutOfRows
         })
     }
 
     /// Reads the rows that a session has already.
-    fn restore(&mut self, hand: &mut Hand) -> Result<()> {
+    fn restore(&mut self) -> Result<()> {
         if let Some(folder) = &self.folder {
             let path = folder.join(gravical::live::folder::RECORDING);
             let io = |e| Error::io(&path, e);
             let file = std::fs::File::open(&path).map_err(io)?;
-            let mut file = file.take(self.recorded);
+            let mut file = file.take(self.opened.recorded);
             let mut bytes = vec![0; AT_ONCE];
             loop {
                 let n = file.read(&mut bytes).map_err(io)?;
@@ -278,87 +324,120 @@ impl Driver<'_> {
                     break;
                 }
                 let messages = self.session.bytes(&bytes[..n])?;
-                self.show(messages, hand, true)?;
+                self.render(&messages)?;
             }
         }
         let messages = self.session.resumed();
-        self.show(messages, hand, false)
+        self.show(messages)
     }
 
-    /// Shows events; what has to be safe is safe before. `known`: they are in the journal.
-    fn show(&mut self, messages: Vec<Message>, hand: &mut Hand, known: bool) -> Result<()> {
+    /// Shows events; what has to be safe is safe before.
+    fn show(&mut self, messages: Vec<Message>) -> Result<()> {
         for message in messages {
-            hand.now_s = message.t_s;
-            match &message.event {
-                Event::NextPose { up, .. } => hand.asked = *up,
-                Event::PoseAccepted(_) => hand.busy_until_s = message.t_s,
-                Event::PoseRejected { reason, .. }
-                    if !matches!(reason, Rejection::Moved | Rejection::Gaps) =>
-                {
-                    hand.busy_until_s = message.t_s;
-                }
-                _ => {}
-            }
-            if !known && !message.event.is_status() {
+            if !message.event.is_status() {
                 if is_vital(&message) {
-                    self.source.make_safe()?;
+                    self.opened.source.make_safe()?;
                 }
                 if let Some(journal) = &mut self.journal {
                     journal.write(&message)?;
                 }
             }
-            self.renderers
-                .iter_mut()
-                .try_for_each(|r| r.show(&message))?;
+            self.render(&[message])?;
+        }
+        Ok(())
+    }
+
+    /// Shows events that are in the journal.
+    fn render(&mut self, messages: &[Message]) -> Result<()> {
+        for message in messages {
+            self.hand.see(message);
+            self.console.show(message)?;
         }
         Ok(())
     }
 
     /// Does what the user wants.
-    fn commands(&mut self, hand: &mut Hand) -> Result<()> {
+    fn commands(&mut self) -> Result<()> {
         loop {
-            match self.entries.try_recv() {
-                Ok(Entry::Typed(Ok(command))) => hand.waiting.push_back(command),
-                Ok(Entry::Typed(Err(text))) => {
-                    self.renderers.iter_mut().for_each(|r| r.answer(&text));
-                }
+            match self.console.entries.try_recv() {
+                Ok(Entry::Typed(Ok(command))) => self.hand.waiting.push_back(command),
+                Ok(Entry::Typed(Err(text))) => self.console.answer(&text),
                 #[cfg(feature = "live")]
-                Ok(Entry::Clicked(command)) => self.command(&command, hand)?,
+                Ok(Entry::Clicked(command)) => self.command(&command)?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
-                    hand.closed = true;
+                    self.hand.is_gone = true;
                     break;
                 }
             }
         }
-        while hand.now_s >= hand.busy_until_s
+        while !self.hand.is_busy()
             && !self.session.is_done()
-            && let Some(command) = hand.waiting.pop_front()
+            && let Some(command) = self.hand.waiting.pop_front()
         {
-            self.command(&command, hand)?;
+            self.command(&command)?;
         }
         Ok(())
     }
 
-    fn command(&mut self, command: &Command, hand: &mut Hand) -> Result<()> {
+    fn command(&mut self, command: &Command) -> Result<()> {
         if *command == Command::Cancel {
             // The program ends as after Ctrl-C.
-            self.interrupted.store(true, Ordering::SeqCst);
+            self.console.interrupt();
         }
-        let messages = match self.source.hand(command, hand.asked) {
+        match self.opened.source.hand(command, self.hand.asked) {
             Ok(true) => {
-                hand.busy_until_s = hand.now_s + HAND_S;
-                return Ok(());
+                self.hand.busy_until_s = self.hand.now_s + HAND_S;
+                Ok(())
             }
-            Ok(false) => self.session.command(command),
+            Ok(false) => {
+                let messages = self.session.command(command);
+                self.show(messages)
+            }
             Err(error) => self.warn(WarningKind::Refused, &error.to_string()),
+        }
+    }
+
+    // Ends.
+
+    /// The user has ended it: what was recorded is kept.
+    fn stopped(&mut self, reason: EndReason, rest: &[u8]) -> anyhow::Result<ExitCode> {
+        self.session.bytes(rest)?;
+        self.opened.source.make_safe()?;
+        let folder = self.folder.as_ref();
+        let safe = folder.map_or(String::new(), |f| {
+            format!("; what was recorded is in {}", f.display())
+        });
+        let what = match reason {
+            EndReason::Cancelled => "cancelled without a calibration",
+            _ => "interrupted",
         };
-        self.show(messages, hand, false)
+        self.end(reason, &format!("{what}{safe}"))?;
+        Ok(ExitCode::from(failure::INTERRUPTED))
+    }
+
+    fn out_of_rows(&mut self) -> anyhow::Result<ExitCode> {
+        let poses = self.session.poses().count();
+        if self.opened.kind == SourceKind::Replay && poses == 0 {
+            // What is no recording is refused as by every command.
+            read(Path::new(&self.opened.name), &self.read)?;
+        }
+        let poses = count(poses, "pose");
+        self.end(
+            EndReason::SourceEnded,
+            &format!("the rows ended after {poses}"),
+        )?;
+        let hint = match self.resume_command() {
+            Some(command) => format!("{command} goes on"),
+            None => "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned(),
+        };
+        let what = format!("the session ended after {poses}, too few for a calibration");
+        Err(Error::input("too-few-poses", what).with_hint(hint).into())
     }
 
     /// Saves the calibration, and reads it back.
-    fn save(mut self, kind: SourceKind, hand: &mut Hand) -> anyhow::Result<ExitCode> {
-        self.source.make_safe()?;
+    fn save(&mut self) -> anyhow::Result<ExitCode> {
+        self.opened.source.make_safe()?;
         let (file, session) = self.calibration()?;
         let done = match &self.output {
             Some(_) => "Done and saved",
@@ -366,27 +445,25 @@ impl Driver<'_> {
         };
         if let Some(output) = self.output.take() {
             save(&output, false, &file)?;
-            let report = self.report(&file, session.as_ref(), &output, hand)?;
+            let report = self.report(&file, session.as_ref(), &output)?;
             let word = path_word(&output);
             let saved = Event::Saved {
                 file: output.display().to_string(),
                 folder: self.folder.as_ref().map(|f| f.display().to_string()),
                 report: report.map(|path| path.display().to_string()),
-                next: self.next_steps(file.verdict.grade, &word, kind),
+                next: self.next_steps(file.verdict.grade, &word),
             };
             let text = format!("Saved to {}, read back and compared.", output.display());
-            let messages = self.session.note(saved, text);
-            self.show(messages, hand, false)?;
+            self.note(saved, text)?;
         }
-        if let Some(truth) = self.source.truth() {
+        if let Some(truth) = self.opened.source.truth() {
             let (event, text) = truth_event(&truth, &file);
-            let messages = self.session.note(event, text);
-            self.show(messages, hand, false)?;
+            self.note(event, text)?;
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
         let message = format!("{done}: {poses}, verdict {grade}");
-        self.end(EndReason::Finished, &message, hand)?;
+        self.end(EndReason::Finished, &message)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),
             _ => ExitCode::SUCCESS,
@@ -394,10 +471,9 @@ impl Driver<'_> {
     }
 
     /// Commands to go on with: to a better calibration where it is not good, else to its use.
-    fn next_steps(&self, grade: Grade, calibration: &str, kind: SourceKind) -> Vec<String> {
-        let resume = self.folder.as_deref().filter(|_| grade != Grade::Good);
-        let resume = resume.map(|folder| format!("gravical live --resume {}", path_word(folder)));
-        let motion = match kind {
+    fn next_steps(&self, grade: Grade, calibration: &str) -> Vec<String> {
+        let resume = self.resume_command().filter(|_| grade != Grade::Good);
+        let motion = match self.opened.kind {
             SourceKind::Port if grade == Grade::Good => vec![
                 "gravical log -o move.csv".to_owned(),
                 format!("gravical motion move.csv -c {calibration} --report move.html"),
@@ -434,7 +510,6 @@ impl Driver<'_> {
         file: &CalibrationFile,
         recorded: Option<&Recorded>,
         output: &Path,
-        hand: &mut Hand,
     ) -> Result<Option<PathBuf>> {
         let session = recorded.map(|(recordings, segmentation)| figure::calibration::Session {
             recordings,
@@ -443,7 +518,8 @@ impl Driver<'_> {
         let figures = figure::calibration::figures(file, session);
         let document = report::calibration(file, Some(output), &figures);
         let html = document.to_html();
-        self.renderers.iter_mut().for_each(|r| r.report(&html));
+        let renderers = self.console.renderers.iter_mut();
+        renderers.for_each(|r| r.report(&html));
         let Some(folder) = &self.folder else {
             return Ok(None);
         };
@@ -453,31 +529,34 @@ impl Driver<'_> {
             Ok(()) => Ok(Some(path)),
             Err(error) => {
                 let why = format!("the report was not written: {error}");
-                let messages = self.warn(WarningKind::Other, &why);
-                self.show(messages, hand, false)?;
+                self.warn(WarningKind::Other, &why)?;
                 Ok(None)
             }
         }
     }
 
-    fn end(&mut self, reason: EndReason, message: &str, hand: &mut Hand) -> Result<()> {
-        let folder = self
-            .folder
-            .as_deref()
-            .filter(|_| reason != EndReason::Finished);
-        let resume = folder.map(|f: &Path| format!("gravical live --resume {}", path_word(f)));
-        let poses = self.session.poses().count() as u32;
+    fn end(&mut self, reason: EndReason, message: &str) -> Result<()> {
+        let resume = self.resume_command();
         let event = Event::End {
             reason,
-            poses,
-            resume,
+            poses: self.session.poses().count() as u32,
+            resume: resume.filter(|_| reason != EndReason::Finished),
         };
-        let messages = self.session.note(event, sentences([message]));
-        self.show(messages, hand, false)
+        self.note(event, sentences([message]))
     }
 
-    fn warn(&mut self, kind: WarningKind, message: &str) -> Vec<Message> {
-        self.session
-            .note(Event::Warning { kind }, sentences([message]))
+    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
+        self.note(Event::Warning { kind }, sentences([message]))
+    }
+
+    /// Shows what only the program knows.
+    fn note(&mut self, event: Event, text: String) -> Result<()> {
+        let messages = self.session.note(event, text);
+        self.show(messages)
+    }
+
+    fn resume_command(&self) -> Option<String> {
+        let folder = path_word(self.folder.as_ref()?);
+        Some(format!("gravical live --resume {folder}"))
     }
 }

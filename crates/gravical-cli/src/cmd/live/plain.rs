@@ -1,55 +1,49 @@
 //! Events for a terminal, and for scripts.
 
 use std::fs::File;
-use std::io::{self, IsTerminal as _};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use gravical::escape::{one_line, shown_json};
-use gravical::live::event::{Event, Message, PortInfo, Status, TruthRow};
+use gravical::live::event::{Event, Message, Status, TruthRow};
 use gravical::{Error, Result};
 
 use super::driver::Renderer;
+use crate::device::ports;
 use crate::outlet::{Outlet, Sink};
+use crate::screen::Screen;
 
 /// Cells of the bar of progress.
 const BAR: usize = 10;
 
 /// One line an event on standard error, and a status line that is overwritten.
 pub struct Plain {
-    out: Sink,
-    terminal: bool,
-    in_status: bool,
+    screen: Screen,
     last_hint: Option<String>,
 }
 
 impl Plain {
     /// For standard error; `real_time`: a session that waits for nobody.
     pub fn new(real_time: bool) -> Self {
+        let out = if real_time {
+            Sink::Queued(Outlet::new(io::stderr()))
+        } else {
+            Sink::Waiting(Box::new(io::stderr()))
+        };
         Plain {
-            out: if real_time {
-                Sink::Queued(Outlet::new(io::stderr()))
-            } else {
-                Sink::Waiting(Box::new(io::stderr()))
-            },
-            terminal: io::stderr().is_terminal(),
-            in_status: false,
+            screen: Screen::new(out),
             last_hint: None,
         }
     }
 
     fn line(&mut self, text: &str) {
-        let clear = if self.in_status { "\r\x1b[K" } else { "" };
-        self.in_status = false;
-        // A terminal that has gone stops no session.
-        let _ = self.out.send(format!("{clear}{}\n", one_line(text)));
+        self.screen.line(&one_line(text));
     }
 
     fn status(&mut self, message: &Message, status: &Status) {
-        if self.terminal {
-            let line = status_line(status, &message.text);
-            let _ = self.out.status(format!("\r{}\x1b[K", one_line(&line)));
-            self.in_status = true;
-        } else if let Some(hint) = &status.hint
+        let line = status_line(status, &message.text);
+        if !self.screen.status(&one_line(&line))
+            && let Some(hint) = &status.hint
             && status.hint != self.last_hint
         {
             // Without a terminal there is no status line; what hinders is said once.
@@ -116,7 +110,7 @@ fn details(event: &Event) -> Vec<String> {
             simulate,
             ..
         } => {
-            let ports = ports.iter().map(port_line);
+            let ports = ports.iter().map(ports::line);
             let flash = flash.iter().map(|line| format!("To flash ours: {line}"));
             let simulate = if *simulate { "`simulate` " } else { "" };
             let last = format!("Type `port NAME`, {simulate}or `cancel`.");
@@ -149,21 +143,6 @@ fn details(event: &Event) -> Vec<String> {
         }
         _ => Vec::new(),
     }
-}
-
-/// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]  open in cat (4711)`.
-fn port_line(port: &PortInfo) -> String {
-    let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
-    let holders =
-        (!port.open_in.is_empty()).then(|| format!("open in {}", port.open_in.join(", ")));
-    let parts = [
-        Some(port.name.clone()),
-        port.usb.clone(),
-        port.device.clone(),
-        serial,
-        holders,
-    ];
-    parts.into_iter().flatten().collect::<Vec<_>>().join("  ")
 }
 
 /// Events as JSON, one object a line.

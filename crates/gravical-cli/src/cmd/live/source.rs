@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use gravical::calibration_file::GravitySource;
@@ -22,7 +21,7 @@ use gravical::simulate::{
 use gravical::{Error, Result};
 
 use crate::cmd::log::{self, Event, Existing, LogFile};
-use crate::text::say;
+use crate::device::no_rows::NoRows;
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -43,7 +42,11 @@ pub enum Incoming {
     Bytes(Vec<u8>),
     /// Nothing yet.
     Nothing,
-    /// No rows arrive.
+    /// The port of this name is open.
+    Opened(String),
+    /// No row has arrived yet; this does.
+    NoRows(NoRows),
+    /// No rows arrive any more.
     Lost(Loss),
     /// Something to tell.
     Warning(String),
@@ -169,8 +172,8 @@ impl Simulated {
         } else {
             Existing::Refuse
         };
-        // A row that was not written completely is removed.
-        let file = LogFile::open(path, existing)?;
+        let mut file = LogFile::open(path, existing)?;
+        file.start()?;
         let offset_s = if resumes {
             last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S
         } else {
@@ -278,41 +281,33 @@ pub struct PortSource {
 }
 
 impl PortSource {
-    /// Opens the port, and the file in `folder`; none when the user ended the waiting.
+    /// Opens the port, and the file in `folder`.
     ///
     /// # Errors
     ///
     /// Those of the port and of the file.
-    pub fn open(
-        board: &log::BoardArgs,
-        folder: &Path,
-        resumes: bool,
-        interrupted: &AtomicBool,
-    ) -> anyhow::Result<Option<Self>> {
+    pub fn open(board: &log::BoardArgs, folder: &Path, resumes: bool) -> Result<Self> {
         let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
         let created = !folder.exists();
         make_folder(folder)?;
-        // There is no session yet that could say so.
-        let mut tell = |event| {
-            if let Event::Waiting { text } = event {
-                say(&format!("waiting for {text}"));
-            }
-        };
-        let opened = log::Session::open(&args, &mut tell, interrupted);
-        if created && !matches!(opened, Ok(Some(_))) {
+        let opened = log::Session::open(&args);
+        if created && opened.is_err() {
             // Without a board no empty folder remains; one with a file in it does.
             let _ = std::fs::remove_dir(folder);
         }
-        Ok(opened?.map(|recording| PortSource {
+        let mut recording = opened?;
+        // What a session goes on with are whole lines.
+        recording.file.start()?;
+        Ok(PortSource {
             recording,
             folder: folder.to_owned(),
             brought: VecDeque::new(),
-        }))
+        })
     }
 
-    /// The port.
-    pub fn name(&self) -> String {
-        self.recording.port().to_owned()
+    /// The port, as far as it is known.
+    pub fn name(&self) -> &str {
+        self.recording.port().unwrap_or("the board")
     }
 }
 
@@ -321,34 +316,26 @@ impl Source for PortSource {
         if let Some(brought) = self.brought.pop_front() {
             return Ok(brought);
         }
-        self.recording.step()?;
-        let events = self.recording.take_events();
-        let lost = events.iter().find_map(|event| match event {
-            Event::Lost { .. } => Some(Loss::Unplugged),
-            Event::Silent { .. } => Some(Loss::Silent),
-            _ => None,
-        });
-        if lost.is_some() {
-            // Rows that arrived before come before.
-            self.recording.make_safe()?;
-        }
-        let bytes = self.recording.take_written();
+        let bytes = self.recording.step()?;
         if !bytes.is_empty() {
             self.brought.push_back(Incoming::Bytes(bytes));
         }
-        self.brought.extend(lost.map(Incoming::Lost));
-        self.brought.extend(events.into_iter().filter_map(warning));
+        let events = self.recording.take_events();
+        self.brought.extend(events.into_iter().filter_map(incoming));
+        let is_lost = |incoming: &Incoming| matches!(incoming, Incoming::Lost(_));
+        if self.brought.iter().any(is_lost) {
+            self.make_safe()?;
+        }
         Ok(self.brought.pop_front().unwrap_or(Incoming::Nothing))
     }
 
     fn make_safe(&mut self) -> Result<()> {
-        self.recording.make_safe()
+        self.recording.file.sync()
     }
 
     fn close(&mut self) -> Vec<u8> {
         // The session has ended, and says what it has.
-        let _ = self.recording.close(false);
-        self.recording.take_written()
+        self.recording.close(false).unwrap_or_default()
     }
 
     fn discard(mut self: Box<Self>) {
@@ -359,12 +346,17 @@ impl Source for PortSource {
     }
 }
 
-/// What the user has to know of the recording.
-fn warning(event: Event) -> Option<Incoming> {
-    match event {
-        Event::Warning { text } => Some(Incoming::Warning(text)),
-        _ => None,
-    }
+/// What the session has to know of the recording.
+fn incoming(event: Event) -> Option<Incoming> {
+    Some(match event {
+        Event::Opened { port, .. } => Incoming::Opened(port),
+        Event::NoRows { why, .. } => Incoming::NoRows(why),
+        Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
+        Event::Silent { .. } => Incoming::Lost(Loss::Silent),
+        Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),
+        Event::Warning { text } => Incoming::Warning(text),
+        _ => return None,
+    })
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@ mod open;
 mod routes;
 
 use std::net::{Ipv4Addr, TcpListener};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -19,7 +18,7 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::task::AbortHandle;
 
-use super::driver::{Entry, Renderer};
+use super::driver::{Console, Entry, Renderer};
 use crate::text::say;
 
 use hub::Hub;
@@ -141,13 +140,13 @@ impl Page {
     }
 
     /// Waits until the last tab is closed; true if the session is to go on.
-    pub fn stay(&self, entries: &Receiver<Entry>, interrupted: &AtomicBool) -> bool {
+    pub fn stay(&self, console: &Console) -> bool {
         if self.hub.is_left_for(LOADED_AGAIN) {
             return false;
         }
         say("The page with the report stays until its tab is closed, or Ctrl-C.");
-        while !self.hub.is_left_for(LOADED_AGAIN) && !interrupted.load(Ordering::SeqCst) {
-            if let Ok(Entry::Clicked(Command::Resume)) = entries.recv_timeout(STEP) {
+        while !self.hub.is_left_for(LOADED_AGAIN) && !console.is_interrupted() {
+            if let Ok(Entry::Clicked(Command::Resume)) = console.entries.recv_timeout(STEP) {
                 return true;
             }
         }

@@ -25,6 +25,8 @@ pub enum Existing {
 pub struct LogFile {
     path: PathBuf,
     file: File,
+    /// What to do with its content before the first lines.
+    existing: Existing,
     /// End of the last lines that were written whole.
     length: u64,
     /// Lines of the file that is continued, from its beginning; empty for a new one.
@@ -36,12 +38,12 @@ pub struct LogFile {
 }
 
 impl LogFile {
-    /// Checks whether the file can be written, before a board is searched for.
+    /// Creates a file, or opens one; what it holds stays until the first lines are written.
     ///
     /// # Errors
     ///
-    /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage).
-    pub fn check(path: &Path, existing: Existing) -> Result<()> {
+    /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage); the system's.
+    pub fn open(path: &Path, existing: Existing) -> Result<Self> {
         if is_pipe(path) {
             let text = "rows are appended to a file; this is a pipe, whose reader could block them";
             return Err(Error::usage("is-pipe", text)
@@ -55,20 +57,12 @@ impl LogFile {
             ),
             _ => error,
         })?;
-        match options().open(path).and_then(lock) {
-            Err(e) if is_any && is_busy(&e) => Err(in_use(path)),
-            _ => Ok(()),
-        }
-    }
-
-    /// Creates a file, or opens one to continue it: [`end_last_line`](Self::end_last_line) follows once
-    /// what it holds is known to be a recording.
-    ///
-    /// # Errors
-    ///
-    /// As [`check`](Self::check); the system's errors.
-    pub fn open(path: &Path, existing: Existing) -> Result<Self> {
-        Self::check(path, existing)?;
+        let is_device = std::fs::metadata(path).is_ok_and(|m| !m.is_file());
+        let file = if is_device {
+            File::options().write(true).open(path)
+        } else {
+            options().create_new(!is_any).create(true).open(path)
+        };
         let refuse = |e: io::Error| {
             if is_busy(&e) {
                 in_use(path)
@@ -76,24 +70,21 @@ impl LogFile {
                 Error::io(path, e)
             }
         };
-        let is_device = std::fs::metadata(path).is_ok_and(|m| !m.is_file());
-        let file = match existing {
-            _ if is_device => File::options().write(true).open(path),
-            Existing::Refuse => options().create_new(true).open(path),
-            Existing::Append | Existing::Replace => options().create(true).open(path),
-        };
         let mut file = LogFile {
             path: path.to_owned(),
             file: file.and_then(lock).map_err(refuse)?,
+            existing: if is_device {
+                Existing::Refuse
+            } else {
+                existing
+            },
             length: 0,
             before: Vec::new(),
             held: Vec::new(),
             head: 0,
         };
-        match existing {
-            Existing::Append if !is_device => file.read_before().map_err(refuse)?,
-            Existing::Replace if !is_device => file.file.set_len(0).map_err(refuse)?,
-            _ => {}
+        if file.existing == Existing::Append {
+            file.read_before().map_err(refuse)?;
         }
         Ok(file)
     }
@@ -107,23 +98,31 @@ impl LogFile {
         // Of a single line without an end the reader says what it is.
         self.before
             .truncate(if whole > 0 { whole } else { self.before.len() });
+        // It names the columns of what may have to be rescued.
+        self.held.clone_from(&self.before);
+        self.head = self.held.len();
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
 
-    /// Ends the last line of a file that is continued: a part of a row is marked as rejected.
+    /// Makes it ready for lines, which the first write does otherwise: a file that is replaced is
+    /// emptied, and the last line of one that is continued is ended.
     ///
     /// # Errors
     ///
     /// The system's.
-    pub fn end_last_line(&mut self) -> Result<()> {
-        let ended = if self.length > 0 {
-            self.mend_end()
-        } else {
-            Ok(())
-        };
-        ended.map_err(|e| Error::io(&self.path, e))
+    pub fn start(&mut self) -> Result<()> {
+        self.make_ready().map_err(|e| Error::io(&self.path, e))
     }
 
+    fn make_ready(&mut self) -> io::Result<()> {
+        match std::mem::replace(&mut self.existing, Existing::Refuse) {
+            Existing::Refuse => Ok(()),
+            Existing::Append => self.mend_end(),
+            Existing::Replace => self.file.set_len(0),
+        }
+    }
+
+    /// Ends the last line; a part of a row is marked as rejected.
     fn mend_end(&mut self) -> io::Result<()> {
         let from = self.length.saturating_sub(HEAD);
         self.file.seek(SeekFrom::Start(from))?;
@@ -163,7 +162,11 @@ impl LogFile {
     /// was received is in a file beside it.
     pub fn write(&mut self, lines: &[u8]) -> Result<()> {
         self.hold(lines);
-        let done = self.check_place().and_then(|()| self.append(lines));
+        let mut done = self.check_place();
+        if !lines.is_empty() {
+            let ready = done.and_then(|()| self.make_ready());
+            done = ready.and_then(|()| self.append(lines));
+        }
         done.map_err(|e| self.rescued(&e))
     }
 
@@ -345,5 +348,21 @@ mod tests {
         assert!(rescued.len() < MAX_HELD && rescued.len() > MAX_HELD / 3);
         assert!(rescued.starts_with("t,x,y,z\n# gap: earlier rows are not held\n1,2,3,4\n"));
         assert!(rescued.ends_with("1,2,3,4\n5,6,7,8\n"));
+    }
+
+    #[test]
+    fn what_is_rescued_of_a_continued_file_names_its_columns() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        std::fs::write(&path, "t,x,y,z\n1,2,3,4\n1,2").unwrap();
+        let mut file = LogFile::open(&path, Existing::Append).unwrap();
+        file.write(b"# gap: continued\n5,6,7,8\n").unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let expected = "t,x,y,z\n1,2,3,4\n# rejected: 1,2\n# gap: continued\n5,6,7,8\n";
+        assert_eq!(text, expected);
+        std::fs::remove_file(&path).unwrap();
+        file.write(b"").unwrap_err();
+        let rescued = std::fs::read_to_string(folder.path().join("a.rescued.csv")).unwrap();
+        assert_eq!(rescued, expected.replace("# rejected: 1,2\n", ""));
     }
 }

@@ -1,48 +1,31 @@
 //! The life of a recording: bytes of the board, keys and time in; lines for the file, commands for
 //! the board and events out. It has no clock and no I/O: time is an argument, in seconds on any
 //! clock that only advances.
-//!
-//! The reader of recordings decides what a row is: it reads the lines as they will stand in the
-//! file. Until it knows their format, after about a second, they are held.
 
-use std::collections::VecDeque;
-use std::ops::Range;
-
-use gravical::Error;
 use gravical::escape::shown;
-use gravical::recording::following::Following;
-use gravical::recording::{ColumnsSpec, ReadOptions};
+use gravical::recording::ColumnsSpec;
+use gravical::{Error, Result};
 
-use super::event::{Cause, Counts, End, Event, Gap};
-use super::lines::{Clock, Splitter, Step};
-use super::rewrite::Rewrite;
+use super::event::{Counts, End, Event};
+use super::gaps::Cause;
+use super::hold::{Hold, Received};
+use super::lines::Splitter;
+use super::writing::Writing;
 use crate::device::board::{Settings, Wanted};
+use crate::device::no_rows::{JUDGED_BYTES, NoRows};
 
-/// The last rows are judged: so many, up to twice as many.
-const JUDGED_ROWS: usize = 10_000;
 /// Without a row for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
-/// After this time the format of a slow board is detected from the lines that are there, s.
-const HOLD_S: f64 = 6.0;
-/// Nothing for this time, and for so many usual steps, is a silence, s.
+/// Nothing for this time is a silence, s; for a slow board more.
 const SILENCE_S: f64 = 3.0;
-const SILENT_STEPS: f64 = 4.5;
-/// At the end the same after this time, s.
-const SILENT_END_S: f64 = 1.0;
-/// Fewer rows than this are no gap: the reader counts them as missing.
-const MIN_MISSING: u64 = 4;
 /// A board that was reset by opening its port reports its settings within this time, or is told
 /// them then, and so many times again, s.
 const COMMAND_S: f64 = 2.5;
 const MAX_COMMANDS: u32 = 4;
-/// A board that names no columns is asked for its settings: one of ours answers within this time, s.
+/// A board of ours answers a question within this time, s.
 const ASK_S: f64 = 1.5;
-/// A board that opening the port resets is silent for this time, within that after the opening, s.
-const RESET_SILENCE_S: f64 = 1.0;
+/// Opening a port resets the board within this time, s.
 const RESET_S: f64 = 4.0;
-/// What the reader sees where rows are missing that the file names otherwise.
-const BREAK: &[u8] = b"# gap:";
-const SKETCH: &str = "is the baud rate right (--baud), and does the sketch print rows of numbers (firmware/mpu6050_logger does)? --wait waits without end";
 
 /// What is wanted of a recording.
 #[derive(Default)]
@@ -55,12 +38,8 @@ pub struct Options {
     pub rows: Option<u64>,
     /// It ends this long after the first row, s, without pauses.
     pub duration_s: Option<f64>,
-    /// A silent board is waited for without end.
+    /// Rows are waited for without end.
     pub wait: bool,
-    /// The first line of the recording.
-    pub preamble: String,
-    /// Lines of the file that is continued; empty for a new one.
-    pub before: Vec<u8>,
     /// Time of day at the time zero, s (UTC).
     pub day_s: f64,
 }
@@ -68,6 +47,8 @@ pub struct Options {
 /// What has to be done.
 #[derive(Default)]
 pub struct Output {
+    /// Comes before the next line for the file.
+    pub preamble: String,
     /// Whole lines for the file.
     pub text: Vec<u8>,
     /// Commands for the board.
@@ -75,198 +56,147 @@ pub struct Output {
     pub events: Vec<Event>,
 }
 
-/// The state of a recording. In each the port may be lost and found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Phase {
-    /// The board is set as wanted, and has to confirm it.
-    Setting { next_s: f64, commands: u32 },
-    /// Lines are held: their format is not known.
-    Holding,
-    /// Lines are written.
-    Writing,
-    /// All that was asked for is there, or the recording failed.
-    Over,
-}
-
-/// A line that the reader has not judged yet.
-struct Line {
-    at_s: f64,
-    /// As it was received; none for a line that is made here.
-    received: Option<Vec<u8>>,
-    /// As it stands in the file; none for a break that is of the reader alone.
-    text: Option<Vec<u8>>,
-}
-
-impl Line {
-    /// A line that is made here; none: a break.
-    fn made(at_s: f64, text: Option<Vec<u8>>) -> Self {
-        let received = None;
-        Line {
-            at_s,
-            received,
-            text,
-        }
+impl Output {
+    /// A line for the file, without its end.
+    pub fn line(&mut self, line: &[u8]) {
+        let preamble = std::mem::take(&mut self.preamble);
+        self.text.extend_from_slice(preamble.as_bytes());
+        self.text.extend_from_slice(line);
+        self.text.push(b'\n');
     }
 }
 
-/// What has happened so far.
-#[derive(Default)]
-pub struct Run {
-    pub counts: Counts,
-    /// Rows that arrived, stored or not.
-    pub arrived: u64,
-    /// Rows are missing, or may be.
-    pub is_incomplete: bool,
-    /// Why it ended, and whether no row had arrived for a while.
-    pub ended: Option<End>,
-    pub ends_in_gap: bool,
-    /// Why it failed.
-    pub fatal: Option<Error>,
-    splitter: Splitter,
-    clock: Clock,
-    waiting: VecDeque<Line>,
-    /// Lines that the reader has judged, so that the next is the first that waits.
-    judged: usize,
-    /// The answer to our question is waited for until then, s.
-    asked_until_s: Option<f64>,
-    /// Rows from before the reset by opening the port were dropped.
-    has_reset: bool,
-    /// Lines at the last attempt to detect the format early, and rows that were wanted.
-    tried: (usize, usize),
-    is_open: bool,
+/// Where the lines go. In each state the port may be lost and found.
+enum State {
+    /// Their format is not known.
+    Holding(Box<Hold>),
+    /// They are written.
+    Writing(Box<Writing>),
+}
+
+/// Settings that are wanted, and that the board has not confirmed. Until then lines are dropped.
+#[derive(Clone, Copy)]
+struct Setting {
+    /// When they are sent, s, and how often they were.
+    next_s: f64,
+    sent: u32,
+}
+
+/// A port that is open.
+struct Port {
+    name: String,
     opened_s: f64,
     last_bytes_s: Option<f64>,
+    /// The last bytes.
+    received: Vec<u8>,
+    splitter: Splitter,
     is_silent: bool,
-    first_row_s: Option<f64>,
-    /// The time zero of stamps that are added.
-    stamps_from_s: Option<f64>,
-    last_row_s: f64,
-    paused_from_s: Option<f64>,
-    paused_s: f64,
-    /// Lines of the reader that are not stored; the last span is open during a pause.
-    pauses: Vec<Range<usize>>,
-    /// Rows are missing since the last one, and the clock may have restarted.
-    gap: Option<Cause>,
-    has_restarted: bool,
-    /// Since the last row; since they were reported, and the first of those.
-    rejected_since_row: u64,
-    unreported: u64,
-    first_rejected: String,
+    /// What was said to arrive in place of rows.
+    said: Option<NoRows>,
 }
 
 /// One recording.
 pub struct Recorder {
     options: Options,
-    phase: Phase,
-    /// Reads the rows.
-    pub reader: Following,
-    rewrite: Option<Rewrite>,
-    pub run: Run,
-    out: Output,
+    state: State,
+    setting: Option<Setting>,
+    port: Option<Port>,
+    /// Why it ended, or why it failed.
+    end: Option<End>,
+    error: Option<Error>,
+    pub out: Output,
 }
 
 impl Recorder {
-    /// A recording without a port.
+    /// A recording without a port. `before`: the beginning of the file that it continues; empty for a
+    /// new one.
     ///
     /// # Errors
     ///
     /// Those of the reader for the file that is continued.
-    pub fn new(options: Options) -> Result<Self, Error> {
-        let mut recorder = Recorder {
-            phase: Phase::Setting {
-                next_s: COMMAND_S,
-                commands: 0,
-            },
-            reader: reader(&options.name, None),
-            rewrite: Rewrite::of_file(&options.before),
-            run: Run::default(),
-            out: Output::default(),
-            options,
+    pub fn new(options: Options, before: &[u8]) -> Result<Self> {
+        let state = if before.is_empty() {
+            State::Holding(Box::new(Hold::new(&options)))
+        } else {
+            State::Writing(Box::new(Writing::continued(&options, before)?))
         };
-        if recorder.options.before.is_empty() {
-            recorder.reader = recorder.raw_reader();
-        } else {
-            recorder.reader.push(&recorder.options.before)?;
-            recorder.reader.settle(1)?;
-            recorder.run.judged = recorder.reader.take_lines().count;
-            recorder.run.gap = Some(Cause::Continued);
-        }
-        if recorder.options.wanted.commands().is_empty() {
-            recorder.phase = recorder.after_setting();
-        }
-        Ok(recorder)
-    }
-
-    /// A reader of lines as they are received.
-    fn raw_reader(&self) -> Following {
-        reader(&self.options.name, self.options.columns.clone())
-    }
-
-    fn after_setting(&self) -> Phase {
-        if self.options.before.is_empty() {
-            Phase::Holding
-        } else {
-            Phase::Writing
-        }
+        let is_set = options.wanted.commands().is_empty();
+        let (next_s, sent) = (COMMAND_S, 0);
+        Ok(Recorder {
+            options,
+            state,
+            setting: (!is_set).then_some(Setting { next_s, sent }),
+            port: None,
+            end: None,
+            error: None,
+            out: Output::default(),
+        })
     }
 
     // Queries.
 
-    /// What has to be done since the last call.
-    pub fn take(&mut self) -> Output {
-        std::mem::take(&mut self.out)
+    /// The lines that are written, once their format is known.
+    pub fn writing(&self) -> Option<&Writing> {
+        match &self.state {
+            State::Writing(writing) => Some(writing),
+            State::Holding(_) => None,
+        }
     }
 
-    pub fn is_paused(&self) -> bool {
-        self.run.paused_from_s.is_some()
+    /// How many lines went where.
+    pub fn counts(&self) -> Counts {
+        self.writing().map_or(Counts::default(), |w| w.counts)
     }
 
-    /// Whether a line of the reader, from 1, arrived outside of pauses.
-    pub fn is_stored(&self, line: usize) -> bool {
-        !self.run.pauses.iter().any(|pause| pause.contains(&line))
+    /// Why it ended.
+    pub fn end(&self) -> Option<End> {
+        self.end.or_else(|| self.writing()?.end)
     }
 
-    /// Seconds since the first row, without pauses.
-    pub fn elapsed_s(&self, now_s: f64) -> f64 {
-        let Some(first_s) = self.run.first_row_s else {
-            return 0.0;
-        };
-        let paused_s =
-            self.run.paused_s + self.run.paused_from_s.map_or(0.0, |from_s| now_s - from_s);
-        (now_s - first_s - paused_s).max(0.0)
+    /// Why it failed; once.
+    pub fn take_error(&mut self) -> Option<Error> {
+        self.error.take()
     }
 
     // Inputs.
 
-    /// A port was opened; `device` is the device behind it.
-    pub fn opened(&mut self, now_s: f64, port: &str, device: Option<String>) {
-        self.run.splitter = Splitter::default();
-        (self.run.is_open, self.run.opened_s, self.run.last_bytes_s) = (true, now_s, None);
-        (self.run.asked_until_s, self.run.has_reset) = (None, false);
-        if let Phase::Setting { .. } = self.phase {
-            self.phase = Phase::Setting {
-                next_s: now_s + COMMAND_S,
-                commands: 0,
-            };
+    /// A port was opened; `device` is the device behind it. `preamble` becomes the first line of the
+    /// file.
+    pub fn opened(&mut self, now_s: f64, port: &str, device: Option<String>, preamble: String) {
+        if self.counts().rows == 0 {
+            self.out.preamble = preamble;
         }
+        if let Some(setting) = &mut self.setting {
+            let (next_s, sent) = (now_s + COMMAND_S, 0);
+            *setting = Setting { next_s, sent };
+        }
+        self.port = Some(Port {
+            name: port.to_owned(),
+            opened_s: now_s,
+            last_bytes_s: None,
+            received: Vec::new(),
+            splitter: Splitter::default(),
+            is_silent: false,
+            said: None,
+        });
         let port = port.to_owned();
         self.say(Event::Opened { port, device });
     }
 
     /// The port is lost; `why` is the system's message.
     pub fn lost(&mut self, now_s: f64, why: &str) {
-        self.run.is_open = false;
-        let half = self.run.splitter.cut();
-        match self.phase {
-            Phase::Writing => {
-                if !half.is_empty() {
-                    self.reject_half(now_s, &half);
-                }
-                self.run.gap.get_or_insert(Cause::Unplugged);
+        let port = self.port.take();
+        let half = port.map_or(Vec::new(), |mut port| port.splitter.cut());
+        match &mut self.state {
+            // No line counts yet.
+            _ if self.setting.is_some() => {}
+            State::Writing(writing) => {
+                let done = writing.reject(now_s, &half, &mut self.out);
+                writing.gaps.open(Cause::Unplugged);
+                self.check(done);
             }
             // Lines of another start of the board.
-            Phase::Holding => self.drop_held("before the port was lost"),
-            Phase::Setting { .. } | Phase::Over => {}
+            State::Holding(_) => self.drop_held("before the port was lost"),
         }
         let text = why.to_owned();
         self.say(Event::Lost { text });
@@ -274,127 +204,69 @@ impl Recorder {
 
     /// Bytes of the board.
     pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
-        let silence_s = now_s - self.run.last_bytes_s.unwrap_or(now_s);
-        if silence_s >= self.reset_silence_s() && now_s - self.run.opened_s < RESET_S {
-            self.forget_rows_before_reset();
+        let Some(port) = &mut self.port else { return };
+        let last_bytes_s = port.last_bytes_s.replace(now_s);
+        let silence_s = last_bytes_s.map_or(0.0, |last_s| now_s - last_s);
+        port.is_silent = false;
+        port.received.extend_from_slice(bytes);
+        let old = port.received.len().saturating_sub(JUDGED_BYTES);
+        port.received.drain(..old);
+        let lines = port.splitter.push(bytes);
+        if now_s - port.opened_s < RESET_S
+            && let State::Holding(hold) = &mut self.state
+            && hold.ends_in_reset(silence_s)
+        {
+            self.drop_held("before it was reset by opening the port");
         }
-        (self.run.last_bytes_s, self.run.is_silent) = (Some(now_s), false);
-        for (line, is_whole) in self.run.splitter.push(bytes) {
+        for (line, is_whole) in lines {
             self.line(now_s, line, is_whole);
         }
     }
 
     /// The space bar.
     pub fn toggle_pause(&mut self, now_s: f64) {
-        if self.phase != Phase::Writing || self.run.counts.rows == 0 {
-            return;
-        }
-        let next = self.run.judged + self.run.waiting.len() + 1;
-        let is_resumed = self.is_paused();
-        if let Some(from_s) = self.run.paused_from_s.take() {
-            self.run.paused_s += now_s - from_s;
-            if let Some(pause) = self.run.pauses.last_mut() {
-                pause.end = next;
-            }
-            self.say(Event::Resumed);
-        } else {
-            self.run.paused_from_s = Some(now_s);
-            self.run.pauses.push(next..usize::MAX);
-            self.say(Event::Paused);
-        }
-        for _ in 0..3 {
-            self.read(Line::made(now_s, is_resumed.then(Vec::new)));
+        if let State::Writing(writing) = &mut self.state {
+            let done = writing.toggle_pause(now_s, &mut self.out);
+            self.check(done);
         }
     }
 
     /// Time passes.
     pub fn tick(&mut self, now_s: f64) {
-        if let Phase::Setting { next_s, commands } = self.phase
-            && self.run.last_bytes_s.is_some()
-            && now_s >= next_s
-        {
-            self.command(now_s, commands);
+        if self.error.is_some() || self.end().is_some() {
+            return;
         }
-        let duration_s = self.options.duration_s.unwrap_or(f64::INFINITY);
-        if self.phase == Phase::Holding {
-            let first_s = self.run.waiting.front().map_or(now_s, |line| line.at_s);
-            let rows = match self.options.rows {
-                _ if now_s - first_s >= HOLD_S.min(duration_s) => 1,
-                Some(rows) => usize::try_from(rows).unwrap_or(usize::MAX),
-                None => usize::MAX,
-            };
-            self.settle(rows, now_s);
+        self.send_settings(now_s);
+        self.begin(now_s, false);
+        if let State::Writing(writing) = &mut self.state {
+            writing.tick(now_s, &mut self.out);
         }
-        let writes = self.phase == Phase::Writing;
-        if writes && self.elapsed_s(now_s) >= duration_s {
-            self.write_last_gap(now_s);
-            self.complete(End::Duration);
-        }
-        let is_set = match self.phase {
-            Phase::Setting { .. } => self.run.last_bytes_s.is_none(),
-            phase => phase != Phase::Over,
-        };
-        let is_due = now_s - self.run.opened_s >= NO_ROWS_S && self.run.first_row_s.is_none();
-        if is_due && is_set && self.run.is_open && !self.options.wait {
-            self.settle(1, now_s);
-            if self.phase == Phase::Writing || self.reader.form().is_none() {
-                self.fail_without_rows();
-            }
-        }
-        let silence_s = now_s - self.run.last_bytes_s.unwrap_or(self.run.opened_s);
-        if writes
-            && self.run.is_open
-            && silence_s >= self.silence_s(SILENCE_S)
-            && !self.run.is_silent
-        {
-            self.run.is_silent = true;
-            self.run.gap.get_or_insert(Cause::Silent);
-            self.say(Event::Silent {
-                duration_s: silence_s,
-            });
-        }
+        self.diagnose(now_s);
+        self.notice_silence(now_s);
     }
 
     /// Reports what is reported once a second.
     pub fn report_rejected(&mut self) {
-        if self.run.unreported > 0 {
-            let count = std::mem::take(&mut self.run.unreported);
-            let first = std::mem::take(&mut self.run.first_rejected);
-            self.say(Event::Rejected { count, first });
+        if let State::Writing(writing) = &mut self.state {
+            writing.report_rejected(&mut self.out);
         }
     }
 
     /// The recording ends: what has begun is closed.
     pub fn finish(&mut self, now_s: f64) {
-        self.run.asked_until_s = Some(now_s);
-        self.settle(1, now_s);
-        if self.phase == Phase::Writing {
-            self.write_last_gap(now_s);
+        if self.error.is_none() {
+            self.begin(now_s, true);
         }
-        self.report_rejected();
-        self.complete(End::User);
-    }
-
-    /// Names the gap at the end: one that is open, or a silence.
-    fn write_last_gap(&mut self, now_s: f64) {
-        let duration_s = now_s - self.run.last_row_s;
-        let is_silent = duration_s > self.silence_s(SILENT_END_S);
-        let cause = self.run.gap.take().or(is_silent.then_some(Cause::Silent));
-        if let Some(cause) = cause.filter(|_| self.run.counts.rows > 0 && !self.is_paused()) {
-            self.run.ends_in_gap = true;
-            self.write_gap(Gap {
-                cause,
-                rows: None,
-                duration_s,
-                clock_restarts: false,
-                until_end: true,
-            });
+        match &mut self.state {
+            State::Writing(writing) => writing.finish(now_s, &mut self.out),
+            State::Holding(_) => self.end = Some(End::User),
         }
     }
 
     // Lines.
 
-    fn say(&mut self, event: Event) {
+    /// Tells an event.
+    pub fn say(&mut self, event: Event) {
         self.out.events.push(event);
     }
 
@@ -409,362 +281,177 @@ impl Recorder {
         if let Some(settings) = settings {
             self.settings_are(now_s, &settings);
         }
-        if !matches!(self.phase, Phase::Holding | Phase::Writing) {
+        if self.setting.is_some() || self.error.is_some() {
             return;
         }
-        let has_letter = line.iter().any(|b| b.is_ascii_alphabetic());
-        if !is_whole && !has_letter {
-            // Of numbers whose beginning was not received the first may lack digits.
-            return self.reject_half(now_s, &line);
-        }
-        let text = match &self.rewrite {
-            Some(rewrite) => {
-                let first_s = *self.run.stamps_from_s.get_or_insert(now_s);
-                rewrite.line(&line, now_s - first_s, self.options.day_s + now_s)
+        // Of numbers whose beginning was not received the first may lack digits.
+        let is_half = !is_whole && !line.iter().any(u8::is_ascii_alphabetic);
+        let done = match &mut self.state {
+            State::Writing(writing) if is_half => writing.reject(now_s, &line, &mut self.out),
+            State::Writing(writing) => writing.line(now_s, &line, &mut self.out),
+            State::Holding(_) if is_half => Ok(()),
+            State::Holding(hold) => hold.push(Received {
+                at_s: now_s,
+                text: line,
+            }),
+        };
+        self.check(done);
+    }
+
+    /// The format may be known, so that writing begins. `is_last`: nothing follows.
+    fn begin(&mut self, now_s: f64, is_last: bool) {
+        let State::Holding(hold) = &mut self.state else {
+            return;
+        };
+        let is_late = is_last || self.port.as_ref().is_some_and(|p| p.is_due(now_s));
+        let Some(form) = hold.form(now_s, is_late) else {
+            return;
+        };
+        let commands = &mut self.out.commands;
+        if form.header_line == 0 && form.delimiter.is_some() && !is_last {
+            // A board that names no columns is asked for its settings.
+            let until_s = *hold.asked_until_s.get_or_insert_with(|| {
+                commands.push_str("?\n");
+                now_s + ASK_S
+            });
+            if now_s < until_s {
+                return;
             }
-            None => line.clone(),
-        };
-        self.read(Line {
-            at_s: now_s,
-            received: Some(line),
-            text: Some(text),
-        });
-    }
-
-    fn reject_half(&mut self, at_s: f64, line: &[u8]) {
-        if line.trim_ascii().is_empty() {
-            return;
         }
-        let text = self.count_rejected(line);
-        self.read(Line::made(at_s, Some(text)));
-    }
-
-    /// Counts a line as rejected; returns what stands in the file for it.
-    fn count_rejected(&mut self, line: &[u8]) -> Vec<u8> {
-        let text = String::from_utf8_lossy(line);
-        let text = shown(text.trim()).into_owned();
-        self.run.counts.rejected += 1;
-        self.run.rejected_since_row += 1;
-        if self.run.unreported == 0 {
-            self.run.first_rejected = text.chars().take(60).collect();
-        }
-        self.run.unreported += 1;
-        format!("# rejected: {text}").into_bytes()
-    }
-
-    /// Passes a line to the reader, and on to the file what it has judged.
-    fn read(&mut self, line: Line) {
-        let at_s = line.at_s;
-        let fed = self.feed(line);
-        self.read_on(at_s, fed);
-    }
-
-    fn read_on(&mut self, now_s: f64, fed: Result<(), Error>) {
-        let done = match self.phase {
-            Phase::Holding => fed.and_then(|()| self.begin(now_s)),
-            Phase::Writing => fed.map(|()| self.write_judged()),
-            Phase::Setting { .. } | Phase::Over => return,
-        };
-        if let Err(error) = done {
-            self.refused(&error);
+        let lines = std::mem::take(&mut hold.lines);
+        match Writing::begun(&self.options, &form, lines, &mut self.out) {
+            Ok(writing) => self.state = State::Writing(Box::new(writing)),
+            Err(error) => self.fail(error),
         }
     }
 
-    fn feed(&mut self, line: Line) -> Result<(), Error> {
-        let mut text = line.text.clone().unwrap_or_else(|| BREAK.to_vec());
-        text.push(b'\n');
-        self.run.waiting.push_back(line);
-        self.reader.push(&text).map(drop)
-    }
-
-    /// The reader refuses the last line.
-    fn refused(&mut self, error: &Error) {
-        if self.phase == Phase::Writing && error.code() != "header-differs" {
-            let why = error.message();
-            let text = format!("the rows cannot be read any more ({why}): the recording ends");
-            self.fail(Error::device("unreadable-rows", text).with_hint(
-                "the rows up to here are in the file; record the rest into another one",
-            ));
-        } else if self.phase == Phase::Writing {
-            let why = error.message();
-            self.fail(
+    /// The reader may refuse a line.
+    fn check(&mut self, read: Result<()>) {
+        let Err(error) = read else { return };
+        let why = error.message();
+        match &self.state {
+            State::Writing(_) if error.code() == "header-differs" => self.fail(
                 Error::device(
                     "columns-changed",
                     format!("the board sends rows of other columns or units than before ({why}): the recording ends"),
                 )
                 .with_hint("the rows up to here are in the file; record the rest into another one, or set the board as it was: --format, --range"),
-            );
-        } else if self.options.wait {
-            self.forget();
-        } else {
-            self.fail_without_rows();
-        }
-    }
-
-    /// Lines that were held are no part of the recording.
-    fn forget(&mut self) {
-        self.run.waiting.clear();
-        (self.run.counts.rejected, self.run.unreported) = (0, 0);
-        self.reader = self.raw_reader();
-        self.rewrite = None;
-        self.run.tried = (0, 0);
-    }
-
-    /// A board that is reset by opening its port sends some rows before, and then its header.
-    fn forget_rows_before_reset(&mut self) {
-        if self.phase == Phase::Holding && !self.run.has_reset {
-            let is_known = self.reader.settle(1).is_ok();
-            let form = self.reader.form().filter(|_| is_known);
-            self.run.has_reset = form.is_some_and(|form| form.header_line == 0);
-            if self.run.has_reset {
-                self.drop_held("before it was reset by opening the port");
+            ),
+            State::Writing(_) => self.fail(
+                Error::device(
+                    "unreadable-rows",
+                    format!("the rows cannot be read any more ({why}): the recording ends"),
+                )
+                .with_hint("the rows up to here are in the file; record the rest into another one"),
+            ),
+            State::Holding(_) => {
+                self.state = State::Holding(Box::new(Hold::new(&self.options)));
+                self.say_no_rows();
             }
         }
     }
 
-    /// A slow board is silent between its rows: a reset takes longer than that.
-    fn reset_silence_s(&self) -> f64 {
-        let [Some(first), Some(last)] = [self.run.waiting.front(), self.run.waiting.back()] else {
-            return f64::INFINITY;
-        };
-        let steps = self.run.waiting.len() - 1;
-        let usual_s = (last.at_s - first.at_s) / steps as f64;
-        if steps > 0 {
-            RESET_SILENCE_S.max(SILENT_STEPS * usual_s)
-        } else {
-            f64::INFINITY
-        }
+    fn fail(&mut self, error: Error) {
+        self.error.get_or_insert(error);
     }
 
     /// Lines that were held are dropped, and that is said.
     fn drop_held(&mut self, when: &str) {
-        let lines = self.run.waiting.len();
-        if lines > 0 {
-            let text = format!("{lines} lines that the board sent {when} are not recorded");
-            self.say(Event::Warning { text });
-        }
-        self.forget();
-    }
-
-    /// Detects the format from the lines that are there, if they hold so many rows.
-    fn settle(&mut self, rows: usize, now_s: f64) {
-        if self.reader.form().is_some() {
-            return self.read_on(now_s, Ok(()));
-        }
-        let lines = self.run.waiting.len();
-        if self.phase != Phase::Holding || lines < rows || self.run.tried == (lines, rows) {
-            return;
-        }
-        self.run.tried = (lines, rows);
-        if self.reader.settle(rows).is_ok() {
-            self.read_on(now_s, Ok(()));
-        }
-    }
-
-    /// Begins to write, once the format is known.
-    fn begin(&mut self, now_s: f64) -> Result<(), Error> {
-        let Some(form) = self.reader.form() else {
-            return Ok(());
-        };
-        if form.header_line == 0 && form.delimiter.is_some() {
-            let until_s = self.run.asked_until_s.get_or_insert_with(|| {
-                self.out.commands.push_str("?\n");
-                now_s + ASK_S
-            });
-            if now_s < *until_s {
-                return Ok(());
+        if let State::Holding(hold) = &mut self.state {
+            let lines = hold.lines.len();
+            **hold = Hold::new(&self.options);
+            if lines > 0 {
+                let text = format!("{lines} lines that the board sent {when} are not recorded");
+                self.say(Event::Warning { text });
             }
         }
-        let header = form.header_line.checked_sub(1);
-        let header = header.and_then(|at| self.run.waiting.get(at)?.received.as_deref());
-        let is_named = self.options.columns.is_some();
-        let Some(rewrite) = Rewrite::new(&form, header, is_named) else {
-            self.phase = Phase::Writing;
-            self.write_judged();
-            return Ok(());
+    }
+
+    // Without rows.
+
+    /// After a while without a row it is said what arrives instead.
+    fn diagnose(&mut self, now_s: f64) {
+        let has_rows = match &self.state {
+            State::Writing(writing) => writing.counts.rows > 0,
+            State::Holding(hold) => hold.is_known(),
         };
-        // The same lines once more, as they will stand in the file.
-        self.reader = reader(&self.options.name, None);
-        let mut waiting = std::mem::take(&mut self.run.waiting);
-        let rows = waiting.split_off(form.head_lines.min(waiting.len()));
-        let first_s = rows.front().map_or(0.0, |line| line.at_s);
-        self.run.stamps_from_s = Some(first_s);
-        if let Some(line) = waiting.get_mut(form.header_line.wrapping_sub(1))
-            && let Some(received) = &line.received
+        let is_due = self.port.as_ref().is_some_and(|port| {
+            // Settings that are not confirmed have their own end.
+            port.is_due(now_s) && (self.setting.is_none() || port.last_bytes_s.is_none())
+        });
+        if is_due && !has_rows {
+            self.say_no_rows();
+        }
+    }
+
+    fn say_no_rows(&mut self) {
+        let Some(port) = &mut self.port else { return };
+        let why = NoRows::of(&port.received);
+        if !self.options.wait {
+            let error = why.error(&port.name);
+            self.fail(error);
+        } else if port.said.as_ref().is_none_or(|said| !said.is_like(&why)) {
+            port.said = Some(why.clone());
+            let text = format!("{}\n  try: {}", why.message(&port.name), why.remedy());
+            self.say(Event::NoRows { text, why });
+        }
+    }
+
+    /// A board that has sent rows is silent: some may be missing.
+    fn notice_silence(&mut self, now_s: f64) {
+        if let State::Writing(writing) = &mut self.state
+            && let Some(port) = &mut self.port
+            && !port.is_silent
         {
-            line.text = Some(rewrite.line(received, 0.0, 0.0));
-        }
-        let made = rewrite.made_header.as_ref().map(|h| h.clone().into_bytes());
-        waiting.extend(made.map(|header| Line::made(first_s, Some(header))));
-        for mut line in rows {
-            if let Some(received) = &line.received {
-                let day_s = self.options.day_s + line.at_s;
-                line.text = Some(rewrite.line(received, line.at_s - first_s, day_s));
-            }
-            waiting.push_back(line);
-        }
-        self.options.preamble += &rewrite.notes();
-        self.rewrite = Some(rewrite);
-        waiting.into_iter().try_for_each(|line| self.feed(line))?;
-        self.reader.settle(1)?;
-        self.phase = Phase::Writing;
-        self.write_judged();
-        Ok(())
-    }
-
-    /// Writes what the reader has judged.
-    fn write_judged(&mut self) {
-        let mut lines = self.reader.take_lines();
-        lines.rejected.sort_unstable();
-        let mut rows = lines.rows.iter().peekable();
-        while self.run.judged < lines.count
-            && self.phase != Phase::Over
-            && let Some(line) = self.run.waiting.pop_front()
-        {
-            self.run.judged += 1;
-            let number = self.run.judged as u32;
-            if let Some((_, stamp)) = rows.next_if(|row| row.0 == number) {
-                self.row(line, *stamp);
-            } else if let Some(received) = &line.received
-                && lines.rejected.binary_search(&number).is_ok()
-            {
-                if self.is_stored(self.run.judged) {
-                    let text = self.count_rejected(received);
-                    self.write(Some(text));
-                }
-            } else {
-                self.write(line.text);
+            let duration_s = now_s - port.last_bytes_s.unwrap_or(port.opened_s);
+            if duration_s >= writing.silence_s(SILENCE_S) {
+                port.is_silent = true;
+                writing.gaps.open(Cause::Silent);
+                self.say(Event::Silent { duration_s });
             }
         }
-        if self.options.rows == Some(self.run.counts.rows) {
-            self.complete(End::Rows);
-        }
-    }
-
-    /// A line for the file, unless it belongs to a pause.
-    fn write(&mut self, line: Option<Vec<u8>>) {
-        if let Some(line) = line.filter(|_| self.is_stored(self.run.judged)) {
-            let preamble = std::mem::take(&mut self.options.preamble);
-            self.out.text.extend_from_slice(preamble.as_bytes());
-            self.out.text.extend_from_slice(&line);
-            self.out.text.push(b'\n');
-        }
-    }
-
-    fn row(&mut self, line: Line, stamp: f64) {
-        self.run.arrived += 1;
-        let is_stored = self.is_stored(self.run.judged);
-        let step = match &self.rewrite {
-            Some(rewrite) if rewrite.stamps() => Step::Unknown,
-            _ => self.run.clock.next(stamp),
-        };
-        let gap = self.gap_before(line.at_s, step, is_stored);
-        self.run.last_row_s = line.at_s;
-        if !is_stored {
-            return;
-        }
-        if self.run.counts.rows == 0 {
-            self.run.first_row_s.get_or_insert(line.at_s);
-        }
-        let duration_s = self.options.duration_s.unwrap_or(f64::INFINITY);
-        if self.options.rows == Some(self.run.counts.rows) {
-            return self.complete(End::Rows);
-        } else if self.elapsed_s(line.at_s) > duration_s {
-            return self.complete(End::Duration);
-        }
-        if self.run.counts.rows == 0 {
-            let roles = self.reader.form().map(|form| form.roles);
-            let columns = roles.unwrap_or_default().join(",");
-            self.say(Event::Started { columns });
-        }
-        if let Some(gap) = gap {
-            self.write_gap(gap);
-            // The reader learns of it, if after the row.
-            let _ = self.feed(Line::made(line.at_s, None));
-        }
-        self.run.counts.rows += 1;
-        self.write(line.text);
-    }
-
-    fn write_gap(&mut self, gap: Gap) {
-        self.write(Some(gap.line().into_bytes()));
-        self.run.counts.gaps += 1;
-        let missing = gap.rows.unwrap_or(0);
-        self.run.counts.missing = self.run.counts.missing.saturating_add(missing);
-        self.run.is_incomplete |= gap.rows != Some(0) && gap.cause != Cause::Continued;
-        self.say(Event::Gap(gap));
-    }
-
-    /// The gap before a row. One that is open in a pause stays so until a row is stored.
-    fn gap_before(&mut self, at_s: f64, step: Step, is_stored: bool) -> Option<Gap> {
-        let rejected = std::mem::take(&mut self.run.rejected_since_row);
-        let missing = match step {
-            // Rejected lines were rows.
-            Step::Missing(rows) => Some(rows.saturating_sub(rejected)),
-            Step::Restart | Step::Unknown => None,
-        };
-        let is_gap = missing.is_some_and(|rows| rows >= MIN_MISSING);
-        match step {
-            Step::Restart => {
-                self.run.has_restarted = true;
-                self.run.gap.get_or_insert(Cause::Reset);
-            }
-            _ if is_gap => {
-                self.run.gap.get_or_insert(Cause::Lost);
-            }
-            _ if self.run.gap == Some(Cause::Silent) && missing.is_some() => self.run.gap = None,
-            _ => {}
-        }
-        if !is_stored {
-            self.run.gap = self.run.gap.filter(|_| self.run.has_restarted);
-            return None;
-        }
-        let cause = self.run.gap.take()?;
-        let clock_restarts = std::mem::take(&mut self.run.has_restarted);
-        let rows = missing.filter(|_| !clock_restarts);
-        let rate_hz = self.reader.form().and_then(|form| form.rate_hz);
-        let by_clock = rows.zip(rate_hz).map(|(rows, hz)| (rows as f64 + 1.0) / hz);
-        Some(Gap {
-            cause,
-            rows,
-            duration_s: by_clock.unwrap_or(at_s - self.run.last_row_s),
-            clock_restarts,
-            until_end: false,
-        })
-    }
-
-    /// The time after which it is silent: `least_s`, for a slow board more, s.
-    fn silence_s(&self, least_s: f64) -> f64 {
-        let rate_hz = self.reader.form().and_then(|form| form.rate_hz);
-        least_s.max(SILENT_STEPS / rate_hz.unwrap_or(1.0))
     }
 
     // Settings.
 
     fn settings_are(&mut self, now_s: f64, settings: &Settings) {
         let is_met = self.options.wanted.is_met_by(settings);
-        match self.phase {
-            Phase::Setting { .. } if is_met => {
-                self.phase = self.after_setting();
-                self.run.opened_s = now_s;
+        match (self.setting, &mut self.state) {
+            (Some(_), _) if is_met => {
+                self.setting = None;
+                // Rows are waited for from now on.
+                if let Some(port) = &mut self.port {
+                    port.opened_s = now_s;
+                }
             }
-            Phase::Setting { commands: 0, .. } => self.command(now_s, 0),
+            (Some(Setting { sent: 0, .. }), _) => self.command(now_s, 0),
+            (Some(_), _) => {}
             // Rows before are of another start, or have no header.
-            Phase::Holding => {
-                let held = std::mem::take(&mut self.run.waiting).into_iter();
-                self.forget();
-                let is_comment =
-                    |l: &Line| l.received.as_ref().is_some_and(|l| l.starts_with(b"#"));
-                held.filter(is_comment).for_each(|line| self.read(line));
+            (None, State::Holding(hold)) => {
+                let mut lines = std::mem::take(&mut hold.lines);
+                lines.retain(|line| line.text.starts_with(b"#"));
+                **hold = Hold::new(&self.options);
+                let done = lines.into_iter().try_for_each(|line| hold.push(line));
+                self.check(done);
             }
-            Phase::Writing if !is_met => self.say(Event::Warning {
+            (None, State::Writing(_)) if !is_met => self.say(Event::Warning {
                 text: "the board was reset and has other settings than those asked for".to_owned(),
             }),
-            _ => {}
+            (None, State::Writing(_)) => {}
         }
     }
 
-    /// Sends the settings that are wanted, which `sent` times was in vain.
+    /// Sends the settings that are wanted once the board can hear them.
+    fn send_settings(&mut self, now_s: f64) {
+        let is_heard = self.port.as_ref().is_some_and(|p| p.last_bytes_s.is_some());
+        if let Some(Setting { next_s, sent }) = self.setting.filter(|_| is_heard)
+            && now_s >= next_s
+        {
+            self.command(now_s, sent);
+        }
+    }
+
+    /// Sends the settings, which `sent` times was in vain.
     fn command(&mut self, now_s: f64, sent: u32) {
         if sent >= MAX_COMMANDS {
             let error = Error::device(
@@ -775,59 +462,17 @@ impl Recorder {
                 "upload firmware/mpu6050_logger to the board, or leave the settings out",
             ));
         }
-        self.out.commands.push_str(&self.options.wanted.commands());
-        self.phase = Phase::Setting {
-            next_s: now_s + COMMAND_S,
-            commands: sent + 1,
-        };
-    }
-
-    // Ends.
-
-    fn complete(&mut self, why: End) {
-        if self.phase != Phase::Over {
-            self.phase = Phase::Over;
-            self.run.ended = Some(why);
-        }
-    }
-
-    fn fail(&mut self, error: Error) {
-        self.run.fatal.get_or_insert(error);
-        self.phase = Phase::Over;
-    }
-
-    fn fail_without_rows(&mut self) {
-        let none = |text: String| Error::device("no-samples-from-board", text).with_hint(SKETCH);
-        let lines = self.run.waiting.len();
-        let last = self.run.waiting.back();
-        let last = last.and_then(|line| line.received.as_deref());
-        let last = String::from_utf8_lossy(last.unwrap_or_default());
-        let last: String = last.chars().take(80).collect();
-        let error = match self.run.last_bytes_s {
-            None => {
-                let text = "the port is open, but the board sends nothing";
-                Error::device("board-silent", text).with_hint("is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)? --wait waits without end")
-            }
-            Some(_) if lines == 0 => none("the board sent no row".to_owned()),
-            Some(_) => {
-                let why = self.reader.settle(1).err();
-                let why = why.map_or("no rows".to_owned(), |e| e.message().to_owned());
-                none(format!(
-                    "the board sent {lines} lines, which are no recording ({why}); the last: {last:?}"
-                ))
-            }
-        };
-        self.fail(error);
+        self.out.commands += &self.options.wanted.commands();
+        let (next_s, sent) = (now_s + COMMAND_S, sent + 1);
+        self.setting = Some(Setting { next_s, sent });
     }
 }
 
-/// A reader of the file with this name.
-fn reader(name: &str, columns: Option<ColumnsSpec>) -> Following {
-    let options = ReadOptions {
-        columns,
-        ..ReadOptions::default()
-    };
-    Following::new(name, &options, JUDGED_ROWS).noting_lines()
+impl Port {
+    /// Rows should have arrived.
+    fn is_due(&self, now_s: f64) -> bool {
+        now_s - self.opened_s >= NO_ROWS_S
+    }
 }
 
 #[cfg(test)]
@@ -845,8 +490,8 @@ mod tests {
 
     impl Bench {
         fn new(options: Options) -> Self {
-            let mut recorder = Recorder::new(options).unwrap();
-            recorder.opened(0.0, "port", None);
+            let mut recorder = Recorder::new(options, b"").unwrap();
+            recorder.opened(0.0, "port", None, String::new());
             recorder.bytes(0.0, b"\nt_ms,ax,ay,az\n");
             Bench {
                 recorder,
@@ -860,7 +505,7 @@ mod tests {
         fn pass(&mut self, s: f64) {
             self.now_s += s;
             self.recorder.tick(self.now_s);
-            let out = self.recorder.take();
+            let out = std::mem::take(&mut self.recorder.out);
             self.text += std::str::from_utf8(&out.text).unwrap();
             self.commands += &out.commands;
         }
@@ -899,9 +544,9 @@ mod tests {
         assert_eq!(bench.gaps(), [missing]);
         bench.pass(4.0);
         bench.pass(20.0);
-        assert_eq!(bench.recorder.run.ended, Some(End::Duration));
+        assert_eq!(bench.recorder.end(), Some(End::Duration));
         assert!(bench.gaps()[1].contains("no row arrived until the end"));
-        assert!(bench.recorder.run.ends_in_gap);
+        assert!(bench.recorder.writing().unwrap().ends_in_gap);
     }
 
     #[test]
@@ -915,11 +560,12 @@ mod tests {
         bench.rows(30);
         bench.recorder.toggle_pause(bench.now_s);
         bench.rows(20);
-        assert_eq!(bench.recorder.run.counts.rows, 170);
-        assert_eq!(bench.recorder.run.counts.rejected, 0);
+        assert_eq!(bench.recorder.counts().rows, 170);
+        assert_eq!(bench.recorder.counts().rejected, 0);
         let (_, after) = bench.text.split_once("\n\n\n\n# gap: ").unwrap();
         assert!(after.contains("restarts\n300,"), "{after}");
-        let elapsed_s = bench.recorder.elapsed_s(bench.now_s);
+        let writing = bench.recorder.writing().unwrap();
+        let elapsed_s = writing.elapsed_s(bench.now_s);
         assert!((elapsed_s - 1.7).abs() < 1e-6, "{elapsed_s}");
     }
 
@@ -931,45 +577,61 @@ mod tests {
             bench.stamp_ms += 990;
             bench.pass(0.99);
         }
-        assert_eq!(bench.recorder.run.counts.rows, 8);
-        assert!(bench.recorder.run.fatal.is_none() && bench.gaps().is_empty());
+        assert_eq!(bench.recorder.counts().rows, 8);
+        assert!(bench.recorder.take_error().is_none() && bench.gaps().is_empty());
     }
 
     #[test]
-    fn a_silent_board_is_an_error_unless_it_is_waited_for() {
-        for wait in [false, true] {
-            let mut recorder = Recorder::new(Options {
+    fn what_arrives_in_place_of_rows_is_an_error_or_is_said_once() {
+        let recorder = |wait| {
+            let options = Options {
                 wait,
                 ..Options::default()
-            });
-            let recorder = recorder.as_mut().unwrap();
-            recorder.opened(0.0, "port", None);
+            };
+            let mut recorder = Recorder::new(options, b"").unwrap();
+            recorder.opened(0.0, "port", None, String::new());
             recorder.tick(7.9);
-            assert!(recorder.run.fatal.is_none());
+            assert!(recorder.take_error().is_none());
             recorder.tick(8.1);
-            let code = recorder.run.fatal.take().map(|e| e.code());
-            assert_eq!(code, (!wait).then_some("board-silent"));
-        }
+            recorder
+        };
+        let error = recorder(false).take_error().unwrap();
+        assert_eq!(error.code(), "board-silent");
+        let mut waiting = recorder(true);
+        waiting.tick(9.0);
+        // Now it has a sketch, which prints something else.
+        waiting.bytes(9.5, b"hello\nhello\n");
+        waiting.tick(10.0);
+        waiting.tick(11.0);
+        assert!(waiting.take_error().is_none());
+        let events = waiting.out.events.into_iter();
+        let said: Vec<NoRows> = events
+            .filter_map(|event| match event {
+                Event::NoRows { why, .. } => Some(why),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(said, [NoRows::Nothing, NoRows::Text("hello".to_owned())]);
     }
 
     #[test]
     fn rows_from_before_a_reset_are_dropped_and_a_board_without_a_header_is_asked() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
         let mut bench = Bench::new(Options::default());
-        bench.recorder.forget();
+        bench.recorder.drop_held("before");
         bench.rows(20);
         bench.pass(1.8);
         bench.stamp_ms = 0;
         bench.recorder.bytes(bench.now_s, HEADER.as_bytes());
         bench.rows(150);
         assert!(bench.text.starts_with(HEADER) && bench.gaps().is_empty());
-        assert_eq!(bench.recorder.run.counts.rows, 150);
+        assert_eq!(bench.recorder.counts().rows, 150);
         assert_eq!(bench.commands, "");
 
         let settings = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
         for answer in [true, false] {
             let mut bench = Bench::new(Options::default());
-            bench.recorder.forget();
+            bench.recorder.drop_held("before");
             bench.rows(150);
             assert_eq!((&bench.commands[..], &bench.text[..]), ("?\n", ""));
             if answer {
@@ -979,7 +641,7 @@ mod tests {
             bench.rows(150);
             assert_eq!(bench.text.contains(HEADER), answer);
             let rows = if answer { 150 } else { 300 };
-            assert_eq!(bench.recorder.run.counts.rows, rows);
+            assert_eq!(bench.recorder.counts().rows, rows);
             assert_eq!(bench.commands, "?\n");
         }
     }
@@ -1013,7 +675,9 @@ mod tests {
                 match random >> 58 {
                     0 => bench.recorder.toggle_pause(bench.now_s),
                     1 => bench.recorder.lost(bench.now_s, "why"),
-                    2 => bench.recorder.opened(bench.now_s, "port", None),
+                    2 => bench
+                        .recorder
+                        .opened(bench.now_s, "port", None, String::new()),
                     n => {
                         let piece = pieces[n as usize % pieces.len()];
                         bench.recorder.bytes(bench.now_s, piece.as_bytes());

@@ -1,20 +1,17 @@
 //! Reports the events of a recording: JSON for scripts, messages and a status line for
 //! people.
 
-use std::io::{self, IsTerminal as _};
+use std::io;
 use std::process::ExitCode;
 
-use gravical::core::unit::STANDARD_GRAVITY_MPS2;
 use gravical::escape::{shown, shown_json};
-use gravical::numfmt;
-use gravical::poses::face::{AXES, Face};
-use gravical::recording::{AccelScale, AccelUnit};
 use serde::Serialize;
 
 use super::event::Event;
-use super::event::Status;
+use super::status::status_line;
 use crate::failure::RenderedError;
-use crate::outlet::Outlet;
+use crate::outlet::{Outlet, Sink};
+use crate::screen::Screen;
 
 /// Version of the events.
 const VERSION: u32 = 1;
@@ -30,13 +27,8 @@ struct Versioned<'a> {
 pub struct Reporter {
     json: bool,
     quiet: bool,
-    /// The terminal is raw: a line ends with carriage return and line feed.
-    pub raw: bool,
-    terminal: bool,
-    /// The cursor is in a status line.
-    in_status: bool,
     out: Outlet,
-    err: Outlet,
+    pub screen: Screen,
 }
 
 impl Reporter {
@@ -45,11 +37,8 @@ impl Reporter {
         Reporter {
             json,
             quiet,
-            raw: false,
-            terminal: io::stderr().is_terminal(),
-            in_status: false,
             out: Outlet::new(io::stdout()),
-            err: Outlet::new(io::stderr()),
+            screen: Screen::new(Sink::Queued(Outlet::new(io::stderr()))),
         }
     }
 
@@ -60,13 +49,20 @@ impl Reporter {
             self.json(event);
         }
         if let Event::Status(status) = event {
-            self.status(status);
+            if !self.quiet {
+                self.screen.status(&status_line(status));
+            }
         } else if !self.json
-            && let Some(text) = text(event, self.raw)
+            && let Some(text) = text(event, self.screen.is_raw)
             && (!self.quiet || text.starts_with('!'))
         {
-            self.line(&text);
+            self.screen.line(&shown(&text));
         }
+    }
+
+    /// Reports events, in order.
+    pub fn report_all(&mut self, events: &[Event]) {
+        events.iter().for_each(|event| self.report(event));
     }
 
     fn json(&mut self, event: &Event) {
@@ -89,31 +85,13 @@ impl Reporter {
     fn object(&self, event: &Event) -> Vec<u8> {
         let event = Versioned { v: VERSION, event };
         let text = serde_json::to_string(&event).unwrap_or_default();
-        let end = if self.raw { "\r\n" } else { "\n" };
-        format!("{}{end}", shown_json(&text)).into_bytes()
+        format!("{}{}", shown_json(&text), self.screen.end()).into_bytes()
     }
 
-    /// One line on standard error.
-    pub fn line(&mut self, text: &str) {
-        let end = if self.raw { "\r\n" } else { "\n" };
-        let clear = if self.in_status { "\r\x1b[K" } else { "" };
-        self.in_status = false;
-        let text = shown(text.trim_end()).replace('\n', end);
-        self.err.send(format!("{clear}{text}{end}").into_bytes());
-    }
-
-    /// One line on standard error of what takes time, unless it is not wanted.
-    pub fn progress(&mut self, text: &str) {
+    /// The summary for people.
+    pub fn summary(&mut self, text: &str) {
         if !self.json && !self.quiet {
-            self.line(text);
-        }
-    }
-
-    fn status(&mut self, status: &Status) {
-        if self.terminal && !self.quiet {
-            let line = status_line(status);
-            self.err.status(format!("\r{line}\x1b[K").into_bytes());
-            self.in_status = true;
+            self.screen.line(&shown(text));
         }
     }
 
@@ -122,33 +100,22 @@ impl Reporter {
         let Some(error) = RenderedError::of(error) else {
             return ExitCode::SUCCESS;
         };
-        self.close();
-        let (outlet, text) = if self.json {
-            (
-                &mut self.out,
-                format!("{}\n", shown_json(&error.object.to_string())),
-            )
+        self.screen.close();
+        if self.json {
+            self.out.drain();
+            let line = format!("{}\n", shown_json(&error.object.to_string()));
+            self.out.send(line.into_bytes());
         } else {
-            (&mut self.err, error.text)
-        };
-        outlet.drain();
-        outlet.send(text.into_bytes());
-        ExitCode::from(error.exit)
-    }
-
-    /// Ends the status line.
-    pub fn close(&mut self) {
-        if std::mem::take(&mut self.in_status) {
-            let end = if self.raw { "\r\n" } else { "\n" };
-            self.err.send(end.into());
+            self.screen.drain();
+            self.screen.line(&error.text);
         }
-        self.raw = false;
+        ExitCode::from(error.exit)
     }
 
     /// Waits until everything is written, as long as somebody reads.
     pub fn drain(&mut self) {
         self.out.drain();
-        self.err.drain();
+        self.screen.drain();
     }
 }
 
@@ -164,10 +131,10 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
         Event::Started { .. } if keyboard => "recording; space pauses, q or Ctrl-C ends".to_owned(),
         Event::Started { .. } | Event::Resumed => "recording".to_owned(),
         Event::Paused => "paused; space resumes".to_owned(),
-        Event::Warning { text } => format!("! {text}"),
+        Event::Warning { text } | Event::NoRows { text, .. } => format!("! {text}"),
         Event::Rejected { count: 1, first } => format!("! a line is no row: {first:?}"),
         Event::Rejected { count, first } => {
-            format!("! {count} lines are no rows; the first: {first:?}")
+            format!("! {count} lines so far are no rows; one of them: {first:?}")
         }
         Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ")),
         Event::Finding(finding) => format!("! {}: {}", finding.kind, finding.message),
@@ -183,149 +150,10 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
     })
 }
 
-/// Columns of the status line.
-const MAX_COLUMNS: usize = 79;
-
-/// One line of at most 79 columns: parts of the lowest priority are left out where there is no room.
-fn status_line(status: &Status) -> String {
-    let mut parts = Vec::new();
-    let mut add = |priority, text: Option<String>| parts.extend(text.map(|text| (priority, text)));
-    add(9, Some(format!("{:.1} s", status.elapsed_s)));
-    add(9, Some(format!("{} rows", status.rows)));
-    add(3, status.rate_hz.map(|rate| format!("{rate:.1} Hz")));
-    add(6, status.norm.map(|norm| norm_text(norm, status.accel)));
-    add(2, status.temperature_c.map(|t| format!("{t:.1} °C")));
-    let state = match (status.paused, status.still) {
-        (true, _) => Some("PAUSED"),
-        (_, Some(true)) => Some("at rest"),
-        (_, Some(false)) => Some("moving"),
-        (_, None) => None,
-    };
-    add(9, state.map(str::to_owned));
-    add(8, status.up.as_ref().map(|up| format!("up: {up}")));
-    if let Some(done) = &status.done {
-        let all = Face::all().map(Face::name);
-        let missing: Vec<_> = all
-            .into_iter()
-            .filter(|face| !done.contains(face))
-            .collect();
-        let missing = if missing.is_empty() {
-            "all 6 done".to_owned()
-        } else {
-            format!("missing {}", shortened(&missing))
-        };
-        add(7, Some(missing));
-    }
-    let rejected = Some(status.rejected).filter(|n| *n > 0);
-    add(5, rejected.map(|n| format!("{n} rejected")));
-    loop {
-        let texts: Vec<&str> = parts.iter().map(|part| part.1.as_str()).collect();
-        let line = texts.join("  ");
-        let least = parts.iter().map(|part| part.0).min();
-        if line.chars().count() <= MAX_COLUMNS || least.is_none_or(|least| least >= 9) {
-            return line.chars().take(MAX_COLUMNS).collect();
-        }
-        parts.retain(|part| Some(part.0) != least);
-    }
-}
-
-/// `+x -x -y` as `±x -y`.
-fn shortened(faces: &[String]) -> String {
-    let of_axis = |axis: char| {
-        let mut own = faces.iter().filter(move |face| face.ends_with(axis));
-        match (own.next(), own.next()) {
-            (Some(_), Some(_)) => Some(format!("±{axis}")),
-            (one, _) => one.cloned(),
-        }
-    };
-    let axes: Vec<String> = AXES.into_iter().filter_map(of_axis).collect();
-    axes.join(" ")
-}
-
-/// In the unit of the recording, once that is known; counts in g.
-fn norm_text(norm: f64, accel: Option<AccelScale>) -> String {
-    let Some(accel) = accel.filter(|accel| accel.unit != AccelUnit::Unknown) else {
-        return format!("‖a‖ {norm:.2}");
-    };
-    match (accel.unit, accel.nominal()) {
-        (AccelUnit::Counts, Some(lsb)) => {
-            format!("‖a‖ {:.3} g", norm / lsb / STANDARD_GRAVITY_MPS2)
-        }
-        (AccelUnit::StandardGravity, _) => format!("‖a‖ {norm:.3} g"),
-        (unit, _) => format!("‖a‖ {norm:.2} {}", numfmt::unit(unit.name())),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gravical::recording::Origin;
-
-    use crate::cmd::log::event::{Cause, Gap};
-
-    fn status() -> Status {
-        Status {
-            rows: 123_456,
-            elapsed_s: 1234.56,
-            rate_hz: Some(100.04),
-            norm: Some(9.8134),
-            temperature_c: Some(25.53),
-            still: Some(true),
-            ..Status::default()
-        }
-    }
-
-    #[test]
-    fn a_status_line_has_units() {
-        let unit = |unit, lsb_per_g| {
-            Some(AccelScale {
-                unit,
-                lsb_per_g,
-                origin: Origin::Header,
-            })
-        };
-        let metric = Status {
-            accel: unit(AccelUnit::MetrePerSecondSquared, None),
-            ..status()
-        };
-        assert_eq!(
-            status_line(&metric),
-            "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 9.81 m/s²  25.5 °C  at rest"
-        );
-        let counts = Status {
-            norm: Some(8201.0),
-            accel: unit(AccelUnit::Counts, Some(8192.0)),
-            paused: true,
-            ..status()
-        };
-        assert_eq!(
-            status_line(&counts),
-            "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 1.001 g  25.5 °C  PAUSED"
-        );
-        let empty = Status {
-            rows: 5,
-            ..Status::default()
-        };
-        assert_eq!(status_line(&empty), "0.0 s  5 rows");
-    }
-
-    #[test]
-    fn a_status_line_has_poses_as_far_as_there_is_room() {
-        let poses = |done: &[&str]| {
-            let line = status_line(&Status {
-                up: Some("-x".to_owned()),
-                done: Some(done.iter().map(|face| (*face).to_owned()).collect()),
-                ..status()
-            });
-            assert!(line.chars().count() <= MAX_COLUMNS);
-            line
-        };
-        assert_eq!(
-            poses(&["+x", "+y"]),
-            "1234.6 s  123456 rows  100.0 Hz  ‖a‖ 9.81  at rest  up: -x  missing -x -y ±z"
-        );
-        assert!(poses(&["+x", "-x", "+y", "-y", "+z", "-z"]).ends_with("up: -x  all 6 done"));
-    }
+    use crate::cmd::log::gaps::{Cause, Gap};
 
     #[test]
     fn gaps_are_worded_as_in_the_file() {

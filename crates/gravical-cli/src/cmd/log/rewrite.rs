@@ -92,44 +92,38 @@ impl Rewrite {
         self.stamp != Stamp::None
     }
 
-    /// A line of the board as it stands in the file. It arrived `since_s` after the first row, at
-    /// the time of day `day_s`.
-    pub fn line(&self, line: &[u8], since_s: f64, day_s: f64) -> Vec<u8> {
+    /// A line of the board as it stands in the file, and how many bytes of that are a stamp. It arrived
+    /// `since_s` after the first row, at the time of day `day_s`.
+    pub fn line(&self, line: &[u8], since_s: f64, day_s: f64) -> (Vec<u8>, usize) {
         if self.header.as_deref() == Some(line) {
-            return match self.stamp {
+            let line = match self.stamp {
                 _ if self.made_header.is_some() => [b"# ", line].concat(),
                 Stamp::Column(by) => [HOST_TIME.as_bytes(), &[by], line].concat(),
                 _ => line.to_vec(),
             };
+            return (line, 0);
         }
-        let is_number = |text: &[u8]| {
-            let text = text.trim_ascii_start();
-            let signs: [&[u8]; 3] = [b"-", b"+", "\u{2212}".as_bytes()];
-            let text = signs
-                .iter()
-                .find_map(|s| text.strip_prefix(*s))
-                .unwrap_or(text);
-            text.first()
-                .is_some_and(|b| b.is_ascii_digit() || *b == b'.')
-        };
-        let is_row = !line.starts_with(b"#")
-            && match self.stamp {
-                Stamp::None => false,
-                Stamp::Column(by) => line.split(|b| *b == by).any(is_number),
-                Stamp::Words => line.iter().any(u8::is_ascii_digit),
-            };
+        let is_comment = line.starts_with(b"#");
         let stamp = match self.stamp {
-            _ if !is_row => return line.to_vec(),
-            Stamp::Column(by) => format!("{:.1}{}", 1e3 * since_s, char::from(by)),
-            _ => {
-                let (h, m, s) = (day_s / 3600.0 % 24.0, day_s / 60.0 % 60.0, day_s % 60.0);
-                // Cut, not rounded: no second has 60.000.
-                let s = (s * 1e3).floor() / 1e3;
-                format!("{:02}:{:02}:{s:06.3}{ARROW}", h as u8, m as u8)
+            Stamp::Column(by) if !is_comment && line.split(|b| *b == by).any(begins_number) => {
+                format!("{:.1}{}", 1e3 * since_s, char::from(by))
             }
+            Stamp::Words if !is_comment && line.iter().any(u8::is_ascii_digit) => {
+                // Cut, not rounded: no second has 60.000.
+                let ms = (1e3 * day_s) as u64;
+                let (h, m, s) = (ms / 3_600_000 % 24, ms / 60_000 % 60, ms / 1000 % 60);
+                format!("{h:02}:{m:02}:{s:02}.{:03}{ARROW}", ms % 1000)
+            }
+            _ => String::new(),
         };
-        [stamp.as_bytes(), line].concat()
+        ([stamp.as_bytes(), line].concat(), stamp.len())
     }
+}
+
+fn begins_number(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text);
+    let text = text.trim_start().trim_start_matches(['-', '+', '\u{2212}']);
+    text.starts_with(|c: char| c.is_ascii_digit() || c == '.')
 }
 
 #[cfg(test)]
@@ -150,7 +144,7 @@ mod tests {
     #[test]
     fn stamps_in_a_column_or_before_words() {
         let text = |rewrite: &Rewrite, line: &str| {
-            let line = rewrite.line(line.as_bytes(), 0.0102, 86_399.999_9);
+            let (line, _) = rewrite.line(line.as_bytes(), 0.0102, 86_399.999_9);
             String::from_utf8(line).unwrap()
         };
         assert!(Rewrite::new(&form(Some(b','), true), Some(b"t,ax,ay,az"), false).is_none());

@@ -1,9 +1,8 @@
 //! The loop between port, clock and disk and the recorder.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
-use gravical::Result;
+use gravical::{Error, Result};
 
 use super::Args;
 use super::event::Event;
@@ -17,13 +16,48 @@ use crate::device::trouble::holders;
 /// Longest wait for bytes of the port.
 const WAIT: Duration = Duration::from_millis(20);
 /// Time between two searches for a port, s.
-const LOOK_FOR_S: f64 = 0.3;
-/// Time between two writes of rows, s.
-const WRITE_S: f64 = 0.2;
+const SEARCH_S: f64 = 0.3;
 /// Time between two synchronisations with the disk, s.
 const SYNC_S: f64 = 10.0;
 /// Time between two statuses, s.
 const STATUS_S: f64 = 1.0;
+
+/// The port of the board, which may be unplugged.
+struct Port {
+    /// The name that the user gives.
+    given: Option<String>,
+    /// The device that was open before.
+    target: Option<Target>,
+    baud: u32,
+    open: Option<Serial>,
+}
+
+impl Port {
+    /// Opens it; false while the device that was lost is away.
+    ///
+    /// # Errors
+    ///
+    /// It is not clear which port it is, or it cannot be opened.
+    fn open(&mut self) -> Result<bool> {
+        let ports = list().unwrap_or_default();
+        let name = match (&self.target, &self.given) {
+            (Some(target), _) => match target.find(&ports) {
+                Some(name) => name,
+                None => return Ok(false),
+            },
+            (None, Some(given)) => given.clone(),
+            (None, None) => the_board(&ports)?.name,
+        };
+        self.open = Some(Serial::open(&name, self.baud)?);
+        self.target = Some(Target::new(&name, &ports));
+        Ok(true)
+    }
+
+    fn name(&self) -> Option<&str> {
+        let target = self.target.as_ref().map(|target| target.name.as_str());
+        target.or(self.given.as_deref())
+    }
+}
 
 /// A recording of a port in a file.
 pub struct Session {
@@ -32,87 +66,67 @@ pub struct Session {
     pub file: LogFile,
     /// None where others judge the rows.
     monitor: Option<Monitor>,
-    source: Option<Serial>,
-    target: Target,
-    baud: u32,
-    last_write_s: f64,
-    last_sync_s: f64,
-    last_search_s: f64,
-    last_status_s: f64,
+    port: Port,
+    searched_s: f64,
+    synced_s: f64,
+    observed_s: f64,
     /// Code of the error with which the port could not be opened.
     open_error: Option<&'static str>,
-    /// Events that were not returned yet.
-    events: Vec<Event>,
-    /// What was written and not returned yet, for those who read along.
-    written: Option<Vec<u8>>,
 }
 
 impl Session {
-    /// Opens port and file, and tells what is waited for; none when the user ended the waiting.
+    /// Opens port and file. With `--wait` a missing port is searched for by [`step`](Self::step).
     ///
     /// # Errors
     ///
-    /// Those of the file, of the port and of the options.
-    pub fn open(
-        args: &Args,
-        tell: &mut dyn FnMut(Event),
-        interrupted: &AtomicBool,
-    ) -> Result<Option<Self>> {
-        args.validate()?;
-        let (path, existing) = (args.file(), args.existing());
-        LogFile::check(&path, existing)?;
-        let Some(target) = find_target(args, tell, interrupted)? else {
-            return Ok(None);
+    /// Those of the options, of the file and of the port.
+    pub fn open(args: &Args) -> Result<Self> {
+        let board = &args.board;
+        board.wanted.validate()?;
+        let path = args.file();
+        // Before the port, whose opening resets the board.
+        let file = LogFile::open(&path, args.existing())?;
+        let mut port = Port {
+            given: board.port.clone(),
+            target: None,
+            baud: board.baud,
+            open: None,
         };
-        let is_there = target.find(&list().unwrap_or_default()).is_some();
-        let source = if args.board.wait && !is_there {
-            None
-        } else {
-            Some(Serial::open(&target.name, args.board.baud)?)
+        let missing = match port.open() {
+            Err(error) if board.wait && is_missing(&error) => Some(error),
+            Err(error) => {
+                file.discard_empty();
+                return Err(error);
+            }
+            Ok(_) => None,
         };
-        // After the port: without a board no empty file remains.
-        let mut file = LogFile::open(&path, existing)?;
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        let recorder = Recorder::new(Options {
+        let options = Options {
             name: path.display().to_string(),
-            wanted: args.board.wanted,
-            columns: args.board.columns.clone(),
+            wanted: board.wanted,
+            columns: board.columns.clone(),
             rows: args.rows,
             duration_s: args.duration,
-            wait: args.board.wait,
-            preamble: format!(
-                "# gravical {} log, {}, {}\n",
-                env!("CARGO_PKG_VERSION"),
-                gravical::calibration_file::creation_time(),
-                target.name
-            ),
-            before: file.before().to_vec(),
+            wait: board.wait || args.is_read_along,
             day_s: now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0),
-        })?;
-        file.end_last_line()?;
+        };
+        let recorder = Recorder::new(options, file.before())?;
         let mut session = Session {
             started: Instant::now(),
             recorder,
             file,
             monitor: (!args.is_read_along).then(Monitor::default),
-            source,
-            target,
-            baud: args.board.baud,
-            last_write_s: 0.0,
-            last_sync_s: 0.0,
-            last_search_s: 0.0,
-            last_status_s: 0.0,
+            port,
+            searched_s: 0.0,
+            synced_s: 0.0,
+            observed_s: 0.0,
             open_error: None,
-            events: Vec::new(),
-            written: args.is_read_along.then(Vec::new),
         };
-        match session.source {
-            Some(_) => session.opened(),
-            None => tell(Event::Waiting {
-                text: format!("{} to be plugged in", session.target.name),
-            }),
+        match missing {
+            Some(error) => session.not_opened(&error),
+            None => session.opened(),
         }
-        Ok(Some(session))
+        Ok(session)
     }
 
     /// Seconds since it was opened.
@@ -120,35 +134,29 @@ impl Session {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// The port.
-    pub fn port(&self) -> &str {
-        &self.target.name
+    /// The port, as far as it is known.
+    pub fn port(&self) -> Option<&str> {
+        self.port.name()
     }
 
     /// Whether the port is open.
     pub fn is_plugged_in(&self) -> bool {
-        self.source.is_some()
+        self.port.open.is_some()
     }
 
     /// Events since the last call.
     pub fn take_events(&mut self) -> Vec<Event> {
-        std::mem::take(&mut self.events)
+        std::mem::take(&mut self.recorder.out.events)
     }
 
-    /// What was written since the last call, for those who read along.
-    pub fn take_written(&mut self) -> Vec<u8> {
-        let written = self.written.as_mut();
-        written.map(std::mem::take).unwrap_or_default()
-    }
-
-    /// Waits shortly for bytes, and does what is due.
+    /// Waits shortly for bytes, and does what is due. Returns the lines that were written.
     ///
     /// # Errors
     ///
     /// Those that end the recording.
-    pub fn step(&mut self) -> Result<()> {
-        let read = match &mut self.source {
-            Some(source) => source.next(WAIT),
+    pub fn step(&mut self) -> Result<Vec<u8>> {
+        let read = match &mut self.port.open {
+            Some(port) => port.next(WAIT),
             None => {
                 std::thread::sleep(WAIT);
                 Ok(Vec::new())
@@ -160,22 +168,23 @@ impl Session {
             Ok(bytes) => self.recorder.bytes(now_s, &bytes),
             Err(e) => self.lost(now_s, &e.to_string()),
         }
-        if self.source.is_none() && is_due(&mut self.last_search_s, now_s, LOOK_FOR_S) {
-            self.search();
+        if self.port.open.is_none() && is_due(&mut self.searched_s, now_s, SEARCH_S) {
+            match self.port.open() {
+                Ok(true) => self.opened(),
+                Ok(false) => {}
+                Err(error) => self.not_opened(&error),
+            }
         }
         self.recorder.tick(now_s);
-        if is_due(&mut self.last_status_s, now_s, STATUS_S) {
-            self.recorder.report_rejected();
+        if is_due(&mut self.observed_s, now_s, STATUS_S) {
             self.observe(now_s);
+            self.recorder.report_rejected();
         }
-        let is_read_along = self.written.is_some();
-        if is_due(&mut self.last_write_s, now_s, WRITE_S) || is_read_along {
-            self.write()?;
-        }
-        if is_due(&mut self.last_sync_s, now_s, SYNC_S) {
+        let lines = self.write()?;
+        if is_due(&mut self.synced_s, now_s, SYNC_S) {
             self.file.sync()?;
         }
-        self.recorder.run.fatal.take().map_or(Ok(()), Err)
+        self.recorder.take_error().map_or(Ok(lines), Err)
     }
 
     /// Pauses, or resumes.
@@ -185,70 +194,71 @@ impl Session {
     /// Those of the disk.
     pub fn toggle_pause(&mut self) -> Result<()> {
         self.recorder.toggle_pause(self.now_s());
-        self.make_safe()
-    }
-
-    /// Makes the lines so far safe on the disk.
-    ///
-    /// # Errors
-    ///
-    /// Those of the disk.
-    pub fn make_safe(&mut self) -> Result<()> {
         self.write()?;
         self.file.sync()
     }
 
-    /// Ends the recording, and writes everything that has arrived, unless it failed.
+    /// Ends the recording, and writes everything that has arrived, unless it failed. Returns the lines
+    /// that were written.
     ///
     /// # Errors
     ///
     /// Those of the disk.
-    pub fn close(&mut self, has_failed: bool) -> Result<()> {
+    pub fn close(&mut self, has_failed: bool) -> Result<Vec<u8>> {
         // The reader thread ends first, otherwise a continuous stream would never end here.
-        let rest = self.source.take().map(Serial::rest).unwrap_or_default();
+        let rest = self.port.open.take().map(Serial::rest).unwrap_or_default();
         let now_s = self.now_s();
         if !has_failed {
             self.recorder.bytes(now_s, &rest);
         }
         self.recorder.finish(now_s);
-        self.make_safe()
+        let lines = self.write()?;
+        self.file.sync()?;
+        Ok(lines)
     }
 
     fn observe(&mut self, now_s: f64) {
-        let is_begun = self.recorder.run.counts.rows > 0;
-        if let Some(monitor) = self.monitor.as_mut().filter(|_| is_begun) {
-            let (status, findings) = monitor.observe(&self.recorder, now_s);
-            self.events.extend(findings.into_iter().map(Event::Finding));
-            self.events.push(Event::Status(status));
+        let writing = self.recorder.writing().filter(|w| w.counts.rows > 0);
+        if let (Some(monitor), Some(writing)) = (&mut self.monitor, writing) {
+            let (status, findings) = monitor.observe(writing, now_s);
+            let findings = findings.into_iter().map(Event::Finding);
+            self.recorder.out.events.extend(findings);
+            self.recorder.say(Event::Status(status));
         }
     }
 
-    fn write(&mut self) -> Result<()> {
-        let out = self.recorder.take();
-        self.events.extend(out.events);
-        self.file.write(&out.text)?;
-        if let Some(written) = &mut self.written {
-            written.extend_from_slice(&out.text);
+    /// Writes the lines that wait, and sends the commands.
+    fn write(&mut self) -> Result<Vec<u8>> {
+        let lines = std::mem::take(&mut self.recorder.out.text);
+        self.file.write(&lines)?;
+        let commands = std::mem::take(&mut self.recorder.out.commands);
+        if let Some(port) = self.port.open.as_mut().filter(|_| !commands.is_empty())
+            && let Err(e) = port.send(commands.as_bytes())
+        {
+            self.lost(self.now_s(), &e.to_string());
         }
-        if !out.commands.is_empty() {
-            let commands = out.commands.as_bytes();
-            let sent = self.source.as_mut().map(|source| source.send(commands));
-            if let Some(Err(e)) = sent {
-                self.lost(self.now_s(), &e.to_string());
-            }
-        }
-        Ok(())
+        Ok(lines)
     }
 
     /// The port was opened. Other programs that read it take rows away.
     fn opened(&mut self) {
-        let device = self.target.device(&list().unwrap_or_default());
-        self.recorder
-            .opened(self.now_s(), &self.target.name, device);
-        let others = holders(&self.target.name);
+        self.open_error = None;
+        let Some(target) = &self.port.target else {
+            return;
+        };
+        let device = target.device();
+        let preamble = format!(
+            "# gravical {} log, {}, {}\n",
+            env!("CARGO_PKG_VERSION"),
+            gravical::calibration_file::creation_time(),
+            target.name
+        );
+        let now_s = self.started.elapsed().as_secs_f64();
+        self.recorder.opened(now_s, &target.name, device, preamble);
+        let others = holders(&target.name);
         if !others.is_empty() {
             let programs = others.join(" and ");
-            self.events.push(Event::Warning {
+            self.recorder.say(Event::Warning {
                 text: format!(
                     "{programs} has the port open too: rows that it reads are missing here; close it"
                 ),
@@ -256,34 +266,27 @@ impl Session {
         }
     }
 
-    fn lost(&mut self, now_s: f64, why: &str) {
-        self.source = None;
-        self.last_search_s = now_s;
-        self.recorder.lost(now_s, why);
+    /// The port cannot be opened. Just after plugging in, permissions are not set yet, and other
+    /// programs probe the port: it is retried. Each error is reported once.
+    fn not_opened(&mut self, error: &Error) {
+        if self.open_error.replace(error.code()) == Some(error.code()) {
+            return;
+        }
+        self.recorder.say(if is_missing(error) {
+            let name = self.port.name().unwrap_or("a board");
+            let text = format!("{name} to be plugged in");
+            Event::Waiting { text }
+        } else {
+            let hint = error.hint().map_or_else(String::new, |h| format!(" ({h})"));
+            let text = format!("{error}; it is retried{hint}");
+            Event::Warning { text }
+        });
     }
 
-    /// Searches for the device that was lost.
-    fn search(&mut self) {
-        let Some(name) = self.target.find(&list().unwrap_or_default()) else {
-            return;
-        };
-        match Serial::open(&name, self.baud) {
-            Ok(source) => {
-                self.open_error = None;
-                self.target.name = name;
-                self.source = Some(source);
-                self.opened();
-            }
-            // Just after plugging in, permissions are not set yet, and other programs probe the
-            // port: it is retried. Each error is reported once.
-            Err(e) if self.open_error != Some(e.code()) => {
-                self.open_error = Some(e.code());
-                let hint = e.hint().map_or_else(String::new, |h| format!(" ({h})"));
-                let text = format!("{e}; it is retried{hint}");
-                self.events.push(Event::Warning { text });
-            }
-            Err(_) => {}
-        }
+    fn lost(&mut self, now_s: f64, why: &str) {
+        self.port.open = None;
+        self.searched_s = now_s;
+        self.recorder.lost(now_s, why);
     }
 }
 
@@ -296,28 +299,7 @@ fn is_due(last_s: &mut f64, now_s: f64, period_s: f64) -> bool {
     is_due
 }
 
-/// The port to record from; none when the user ended the waiting.
-fn find_target(
-    args: &Args,
-    tell: &mut dyn FnMut(Event),
-    interrupted: &AtomicBool,
-) -> Result<Option<Target>> {
-    let mut is_told = false;
-    loop {
-        let ports = list().unwrap_or_default();
-        let name = args.board.port.clone();
-        let found = name.map_or_else(|| the_board(&ports).map(|port| port.name), Ok);
-        match found {
-            Err(e) if args.board.wait && e.code() == "no-port" => {}
-            found => return found.map(|name| Some(Target::new(&name, &ports))),
-        }
-        if !std::mem::replace(&mut is_told, true) {
-            let text = "a board to be plugged in".to_owned();
-            tell(Event::Waiting { text });
-        }
-        if interrupted.load(Ordering::SeqCst) {
-            return Ok(None);
-        }
-        std::thread::sleep(Duration::from_secs_f64(LOOK_FOR_S));
-    }
+/// There is no port, yet.
+fn is_missing(error: &Error) -> bool {
+    matches!(error.code(), "no-port" | "no-such-port")
 }

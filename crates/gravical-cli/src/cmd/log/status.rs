@@ -1,30 +1,55 @@
-//! The state of the recording for the person who records: rate, magnitude, rest, poses.
+//! The state of the recording for the person who records: rate, magnitude, rest, poses; in one
+//! line.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::HashSet;
 
 use gravical::core::matrix3::norm;
 use gravical::poses::MAX_FACE_ANGLE_DEG;
-use gravical::poses::face::Face;
+use gravical::poses::face::{AXES, Face};
 use gravical::poses::rests::find_rests;
-use gravical::recording::{Finding, Recording, Severity};
+use gravical::recording::{AccelScale, Finding, Recording, Severity};
+use serde::Serialize;
 
-use super::event::Status;
-use super::recorder::Recorder;
+use super::POSE_S;
+use super::writing::Writing;
 
-/// The rate is that of the last seconds.
-const RATE_STATUSES: usize = 4;
 /// The magnitude is a mean over this time, and a rest ends within it, s.
 const RECENT_S: f64 = 0.5;
 /// A rest takes at least 1 s: before this time it is not known whether there is one, s.
 const FIRST_REST_S: f64 = 1.5;
-/// A rest of this length, stored, is a pose, s.
-const POSE_S: f64 = 2.0;
+
+/// The recording at one moment.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Status {
+    /// Rows stored.
+    pub rows: u64,
+    /// Since the first row, without pauses, s.
+    pub elapsed_s: f64,
+    /// Rows are not stored.
+    pub paused: bool,
+    /// Lines rejected so far.
+    pub rejected: u64,
+    /// Rows a second, by their stamps.
+    pub rate_hz: Option<f64>,
+    /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
+    pub norm: Option<f64>,
+    #[serde(skip)]
+    pub accel: Option<AccelScale>,
+    /// Temperature of the sensor, °C.
+    pub temperature_c: Option<f64>,
+    /// Whether the sensor is at rest.
+    pub still: Option<bool>,
+    /// The face that is up at rest: `+x`.
+    pub up: Option<String>,
+    /// Faces that were recorded as a pose.
+    pub done: Option<Vec<String>>,
+}
 
 /// Judges the last rows once a second.
 #[derive(Default)]
 pub struct Monitor {
-    /// Times, s, and rows that had arrived.
-    arrived: VecDeque<(f64, u64)>,
+    /// Rows that had arrived.
+    arrived: u64,
     /// Of each of [`Face::all`], whether it was recorded as a pose.
     done: [bool; 6],
     /// Findings that were returned: their kinds, and their messages without numbers.
@@ -33,37 +58,29 @@ pub struct Monitor {
 
 impl Monitor {
     /// The state at `now_s`, and what may spoil the samples and was not returned before.
-    pub fn observe(&mut self, recorder: &Recorder, now_s: f64) -> (Status, Vec<Finding>) {
-        let counts = recorder.run.counts;
+    pub fn observe(&mut self, writing: &Writing, now_s: f64) -> (Status, Vec<Finding>) {
+        let counts = writing.counts;
         let mut status = Status {
             rows: counts.rows,
-            elapsed_s: recorder.elapsed_s(now_s),
-            paused: recorder.is_paused(),
+            elapsed_s: writing.elapsed_s(now_s),
+            paused: writing.is_paused(),
             rejected: counts.rejected,
             ..Status::default()
         };
-        self.arrived.push_back((now_s, recorder.run.arrived));
-        while self.arrived.len() > RATE_STATUSES {
-            self.arrived.pop_front();
-        }
-        let last = self.arrived.iter().rev().nth(1);
-        if last.is_some_and(|(_, rows)| *rows == recorder.run.arrived) {
+        if std::mem::replace(&mut self.arrived, writing.arrived) == writing.arrived {
             // No row has arrived for a second.
             return (status, Vec::new());
         }
-        if let Some((from_s, rows)) = self.arrived.front().filter(|(from_s, _)| *from_s < now_s) {
-            status.rate_hz = Some((recorder.run.arrived - rows) as f64 / (now_s - from_s));
-        }
-        let Some(Ok(recording)) = recorder.reader.recording(u32::MAX) else {
+        let Some(Ok(recording)) = writing.reader.recording(u32::MAX) else {
             return (status, Vec::new());
         };
-        self.observe_rows(&mut status, &recording, recorder);
+        self.observe_rows(&mut status, &recording, writing);
         (status, self.new_findings(recording.findings))
     }
 
-    fn observe_rows(&mut self, status: &mut Status, recording: &Recording, recorder: &Recorder) {
-        let rate_hz = recording.timing.rate_hz().or(status.rate_hz);
-        let (rows, rate_hz) = (recording.rows(), rate_hz.unwrap_or(1.0));
+    fn observe_rows(&mut self, status: &mut Status, recording: &Recording, writing: &Writing) {
+        status.rate_hz = recording.timing.rate_hz();
+        let (rows, rate_hz) = (recording.rows(), status.rate_hz.unwrap_or(1.0));
         let recent = rows.saturating_sub((RECENT_S * rate_hz).ceil() as usize)..rows;
         let accel = |row: usize| recording.accel.each_ref().map(|axis| axis[row]);
         let norms: Vec<f64> = recent.clone().map(|row| norm(&accel(row))).collect();
@@ -83,7 +100,7 @@ impl Monitor {
             });
             let (face, angle_deg) = Face::nearest(sum);
             let face = Some(face).filter(|_| angle_deg <= MAX_FACE_ANGLE_DEG);
-            let is_stored = |row: &usize| recorder.is_stored(recording.line(*row) as usize);
+            let is_stored = |row: &usize| writing.is_stored(recording.line(*row) as usize);
             let stored = rest.clone().filter(is_stored).count();
             if let Some(face) = face.filter(|_| stored as f64 >= POSE_S * rate_hz) {
                 self.done[face.index()] = true;
@@ -108,5 +125,129 @@ impl Monitor {
             self.said.insert(format!("{} {words}", finding.kind.name()))
         });
         findings
+    }
+}
+
+/// Columns of the status line.
+const MAX_COLUMNS: usize = 79;
+
+/// One line of at most 79 columns: what is needed most comes first, and the rest where there is room.
+pub fn status_line(status: &Status) -> String {
+    let mut parts = vec![
+        format!("{:.1} s", status.elapsed_s),
+        format!("{} rows", status.rows),
+    ];
+    parts.extend(match (status.paused, status.still) {
+        (true, _) => Some("PAUSED".to_owned()),
+        (_, Some(true)) => Some("at rest".to_owned()),
+        (_, Some(false)) => Some("moving".to_owned()),
+        (_, None) => None,
+    });
+    parts.extend(status.up.as_ref().map(|up| format!("up: {up}")));
+    parts.extend(status.done.as_ref().map(|done| {
+        let mut missing = Face::all().map(Face::name).to_vec();
+        missing.retain(|face| !done.contains(face));
+        if missing.is_empty() {
+            "all 6 done".to_owned()
+        } else {
+            format!("missing {}", shortened(&missing))
+        }
+    }));
+    parts.extend(status.norm.map(|norm| norm_text(norm, status.accel)));
+    parts.extend((status.rejected > 0).then(|| format!("{} rejected", status.rejected)));
+    parts.extend(status.rate_hz.map(|rate| format!("{rate:.1} Hz")));
+    parts.extend(status.temperature_c.map(|t| format!("{t:.1} °C")));
+    while parts.join("  ").chars().count() > MAX_COLUMNS && parts.pop().is_some() {}
+    parts.join("  ")
+}
+
+/// `+x -x -y` as `±x -y`.
+fn shortened(faces: &[String]) -> String {
+    let of_axis = |axis: char| {
+        let mut own = faces.iter().filter(move |face| face.ends_with(axis));
+        match (own.next(), own.next()) {
+            (Some(_), Some(_)) => Some(format!("±{axis}")),
+            (one, _) => one.cloned(),
+        }
+    };
+    let axes: Vec<String> = AXES.into_iter().filter_map(of_axis).collect();
+    axes.join(" ")
+}
+
+/// In m/s², or as it stands in a file of unknown unit.
+fn norm_text(norm: f64, accel: Option<AccelScale>) -> String {
+    match accel.and_then(|accel| accel.nominal()) {
+        Some(per_mps2) => format!("‖a‖ {:.2} m/s²", norm / per_mps2),
+        None => format!("‖a‖ {norm:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gravical::recording::{AccelUnit, Origin};
+
+    fn status() -> Status {
+        Status {
+            rows: 123_456,
+            elapsed_s: 1234.56,
+            rate_hz: Some(100.04),
+            norm: Some(9.8134),
+            temperature_c: Some(25.53),
+            still: Some(true),
+            ..Status::default()
+        }
+    }
+
+    #[test]
+    fn a_status_line_has_units() {
+        let unit = |unit, lsb_per_g| {
+            Some(AccelScale {
+                unit,
+                lsb_per_g,
+                origin: Origin::Header,
+            })
+        };
+        let metric = Status {
+            accel: unit(AccelUnit::MetrePerSecondSquared, None),
+            ..status()
+        };
+        assert_eq!(
+            status_line(&metric),
+            "1234.6 s  123456 rows  at rest  ‖a‖ 9.81 m/s²  100.0 Hz  25.5 °C"
+        );
+        let counts = Status {
+            norm: Some(8201.0),
+            accel: unit(AccelUnit::Counts, Some(8192.0)),
+            paused: true,
+            ..status()
+        };
+        assert_eq!(
+            status_line(&counts),
+            "1234.6 s  123456 rows  PAUSED  ‖a‖ 9.82 m/s²  100.0 Hz  25.5 °C"
+        );
+        let empty = Status {
+            rows: 5,
+            ..Status::default()
+        };
+        assert_eq!(status_line(&empty), "0.0 s  5 rows");
+    }
+
+    #[test]
+    fn a_status_line_has_poses_as_far_as_there_is_room() {
+        let poses = |done: &[&str]| {
+            let line = status_line(&Status {
+                up: Some("-x".to_owned()),
+                done: Some(done.iter().map(|face| (*face).to_owned()).collect()),
+                ..status()
+            });
+            assert!(line.chars().count() <= MAX_COLUMNS);
+            line
+        };
+        assert_eq!(
+            poses(&["+x", "+y"]),
+            "1234.6 s  123456 rows  at rest  up: -x  missing -x -y ±z  ‖a‖ 9.81  100.0 Hz"
+        );
+        assert!(poses(&["+x", "-x", "+y", "-y", "+z", "-z"]).contains("up: -x  all 6 done  "));
     }
 }

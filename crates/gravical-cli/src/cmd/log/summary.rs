@@ -1,10 +1,6 @@
 //! The summary at the end: what the file holds, as `inspect` reads it.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use gravical::Result;
 use gravical::escape::shell_word;
@@ -14,83 +10,32 @@ use gravical::poses::face::{AxisMap, Face};
 use gravical::recording::{ReadOptions, read};
 use gravical_report::document::Remark;
 
-use super::event::{Content, Ended, RecordedPose};
-use super::reporter::Reporter;
+use super::POSE_S;
+use super::event::Ended;
 
-/// Time after which it is said that the file is being read.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// Time between two looks at the flag of the user.
-const LOOK: Duration = Duration::from_millis(20);
-/// A rest of this length is a pose, s.
-const POSE_S: f64 = 2.0;
+/// A longer file is not inspected: that takes a while, and `gravical inspect` does it at any time.
+const MAX_BYTES: u64 = 100_000_000;
 
-/// What `gravical inspect` says of the file; none if the user does not want to wait for it: a long
-/// file takes a while.
+/// What `gravical inspect` says of the file; none of a long one.
 ///
 /// # Errors
 ///
 /// Those of reading.
-pub fn inspected(
-    path: &Path,
-    reporter: &mut Reporter,
-    interrupted: &AtomicBool,
-) -> Result<Option<Content>> {
-    let (sender, result) = channel();
-    let file = path.to_owned();
-    thread::spawn(move || {
-        let recording = read(&file, &ReadOptions::default());
-        // Without a receiver nobody waits.
-        let _ = sender.send(recording.map(|recording| inspect(&recording, &AxisMap::default())));
-    });
-    let begun = Instant::now();
-    let mut is_said = false;
-    loop {
-        match result.recv_timeout(LOOK) {
-            Ok(inspection) => return inspection.map(|inspection| Some(content(inspection))),
-            Err(RecvTimeoutError::Timeout) if !interrupted.load(Ordering::SeqCst) => {}
-            Err(_) => return Ok(None),
-        }
-        if begun.elapsed() >= PATIENCE && !std::mem::replace(&mut is_said, true) {
-            reporter.progress("all rows are safe; reading them for the summary (Ctrl-C skips it)");
-        }
+pub fn inspected(path: &Path) -> Result<Option<Inspection>> {
+    if std::fs::metadata(path).is_ok_and(|m| m.len() > MAX_BYTES) {
+        return Ok(None);
     }
-}
-
-fn content(inspection: Inspection) -> Content {
-    let rests = inspection.static_intervals.iter();
-    let rests = rests.filter_map(|rest| Some((rest, rest.end_s? - rest.start_s?)));
-    let poses: Vec<_> = rests
-        .filter(|(_, duration_s)| *duration_s >= POSE_S)
-        .collect();
-    let at_rest = |face: Face| {
-        let own = poses
-            .iter()
-            .filter(|(rest, _)| rest.face == Some(face.name()));
-        RecordedPose {
-            face: face.name(),
-            duration_s: own.map(|(_, duration_s)| duration_s).sum(),
-        }
-    };
-    let faces = Face::all().map(at_rest).into_iter();
-    Content {
-        free_poses: poses.iter().filter(|(rest, _)| rest.face.is_none()).count(),
-        poses: faces.filter(|pose| pose.duration_s > 0.0).collect(),
-        accelerometer: inspection.accelerometer,
-        gyroscope: inspection.gyroscope,
-        timing: inspection.timing,
-        findings: inspection.findings,
-    }
+    let recording = read(path, &ReadOptions::default())?;
+    Ok(Some(inspect(&recording, &AxisMap::default())))
 }
 
 /// Counts of rows and lines, the poses, and what the file holds, for people.
 pub fn summary(ended: &Ended) -> String {
     let (file, counts) = (&ended.file, &ended.counts);
     let mut text = format!("{file}: {} rows in {:.1} s\n", counts.rows, ended.elapsed_s);
-    if counts.rejected > 0 {
-        text += &format!(
-            "  rejected  {} lines, marked in the file\n",
-            counts.rejected
-        );
+    let rejected = counts.rejected;
+    if rejected > 0 {
+        text += &format!("  rejected  {rejected} lines, marked in the file\n");
     }
     if counts.gaps > 0 {
         let missing = match counts.missing {
@@ -102,23 +47,37 @@ pub fn summary(ended: &Ended) -> String {
             counts.gaps
         );
     }
-    if let Some(content) = &ended.content {
-        let poses = content.poses.iter();
-        let poses = poses.map(|pose| format!("{} {:.1} s", pose.face, pose.duration_s));
-        let free = Some(content.free_poses).filter(|n| *n > 0);
-        let poses: Vec<String> = poses.chain(free.map(|n| format!("free {n}"))).collect();
-        if !poses.is_empty() {
-            text += &format!("  poses     {}\n", poses.join(", "));
-        }
-        let unit = numfmt::unit(content.accelerometer.unit.name());
-        let range = content.accelerometer.lsb_per_g.map(|lsb| 32768.0 / lsb);
-        let range = range.map_or_else(String::new, |g| format!(" of ±{g:.0} g"));
-        let rate = content.timing.rate_hz();
-        let rate = rate.map_or_else(String::new, |hz| format!(", {hz:.2} Hz"));
-        text += &format!("  accelerometer in {unit}{range}{rate}\n");
-        for remark in Remark::all(&content.findings, false) {
-            text += &remark.to_text();
-        }
+    if let Some(inspection) = &ended.inspection {
+        text += &content(inspection);
     }
     text + &format!("Next: gravical inspect {}", shell_word(file))
+}
+
+/// Poses, unit, rate and findings.
+fn content(inspection: &Inspection) -> String {
+    let rests = inspection.static_intervals.iter();
+    let durations = rests.filter_map(|rest| Some((rest.face.clone(), rest.end_s? - rest.start_s?)));
+    let poses: Vec<_> = durations.filter(|pose| pose.1 >= POSE_S).collect();
+    let of_face = |face: Face| {
+        let at_rest = poses.iter().filter(|pose| pose.0 == Some(face.name()));
+        let duration_s: f64 = at_rest.map(|pose| pose.1).sum();
+        (duration_s > 0.0).then(|| format!("{} {duration_s:.1} s", face.name()))
+    };
+    let free = poses.iter().filter(|pose| pose.0.is_none()).count();
+    let free = (free > 0).then(|| format!("free {free}"));
+    let faces = Face::all().into_iter().filter_map(of_face);
+    let poses: Vec<String> = faces.chain(free).collect();
+    let mut text = String::new();
+    if !poses.is_empty() {
+        text += &format!("  poses     {}\n", poses.join(", "));
+    }
+    let unit = numfmt::unit(inspection.accelerometer.unit.name());
+    let range = inspection.accelerometer.lsb_per_g.map(|lsb| 32768.0 / lsb);
+    let range = range.map_or_else(String::new, |g| format!(" of ±{g:.0} g"));
+    let rate = inspection.timing.rate_hz();
+    let rate = rate.map_or_else(String::new, |hz| format!(", {hz:.2} Hz"));
+    text += &format!("  accelerometer in {unit}{range}{rate}\n");
+    let remarks = Remark::all(&inspection.findings, false);
+    text.extend(remarks.iter().map(Remark::to_text));
+    text
 }
