@@ -25,7 +25,7 @@ use pyo3::prelude::*;
 use crate::error::OrRaise;
 use crate::keywords::Keywords;
 use crate::outcome::{Kind, Noise, Outcome};
-use crate::recording::{GyroFile, Recording, Source, json, read_file};
+use crate::recording::{GyroFile, Recording, Source, json};
 use crate::task;
 
 /// From file to file needs a file.

@@ -29,7 +29,7 @@ pub use panel::Figure;
 pub use panel::{Axis, Mark, Panel, Role, Scale, Series};
 
 /// Columns of the parts of an uncertainty, and their root sum of squares.
-fn contributions(names: Vec<&str>, values: Vec<f64>, combined: f64, y: Axis) -> Panel {
+fn contributions(names: Vec<impl Into<String>>, values: Vec<f64>, combined: f64, y: Axis) -> Panel {
     Panel::new("", Axis::names("", names), y)
         .with(Series::columns("part", Role::Calibrated, values))
         .with(Series::rule("combined", Role::Reference, combined))

@@ -56,8 +56,12 @@ fn the_table_of_the_faces_has_before_beside_after() {
         "0.01338 0.02931 0.01785",
         "1.001552 +0.16",
     ] {
-        assert!(flat.contains(text), "{text} in
-{}", run.out);
+        assert!(
+            flat.contains(text),
+            "{text} in
+{}",
+            run.out
+        );
     }
     let widest = run.out.lines().map(|l| l.chars().count()).max().unwrap();
     assert!(widest <= 80, "{widest} columns");

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use gravical::calibration_file::{CalibrationFile, Method, PoseResult, TemperatureModel};
-use gravical::numfmt::{decimals_for, milli_g};
+use gravical::numfmt::{decimals_for, milli_g, words};
 use gravical::poses::Segmentation;
 use gravical::recording::Recording;
 use gravical::temperature::evaluate;
@@ -256,7 +256,7 @@ fn tilt(file: &CalibrationFile) -> Option<Figure> {
     let y = Axis::new("tilt off the face", "°").including(&[0.0]);
     let mut panel = Panel::new("", x, y);
     if let Some(tilt) = a.pose_tilt_deg {
-        let how = format!("{}: standard deviation", tilt.source.name());
+        let how = format!("{}: standard deviation", words(&tilt.source));
         panel = panel.with(Series::rule(&how, Role::Reference, tilt.value));
     }
     Some(Figure::new("tilt", "Tilt of the face poses", caption).with(panel.with(points)))
@@ -308,8 +308,8 @@ fn parameters(file: &CalibrationFile) -> Figure {
 fn budget(file: &CalibrationFile) -> Option<Figure> {
     let budget = file.accelerometer.budget.as_ref()?;
     let parts = budget.contributions.iter();
-    let parts = parts.filter_map(|c| Some((c.source.name(), milli_g(c.norm_mps2?))));
-    let (names, values): (Vec<&str>, Vec<f64>) = parts.unzip();
+    let parts = parts.filter_map(|c| Some((words(&c.source), milli_g(c.norm_mps2?))));
+    let (names, values): (Vec<String>, Vec<f64>) = parts.unzip();
     if names.is_empty() {
         return None;
     }
@@ -511,13 +511,13 @@ mod tests {
     use gravical::calibrate::{CalibrateOptions, calibrate};
     use gravical::recording::{ReadOptions, read, read_bytes};
     use gravical::simulate::{
-        PosesOptions, Scenario, SimulateOptions, SixPositionOptions, simulate, write,
+        PosesOptions, Scenario, SimulateOptions, SixPositionOptions, simulate_to,
     };
 
     fn recordings(scenario: Scenario) -> Vec<Recording> {
         let folder = tempfile::tempdir().unwrap();
-        let simulated = simulate(&SimulateOptions::new(scenario)).unwrap();
-        let files = write(&simulated, folder.path(), false).unwrap();
+        let (_, files) =
+            simulate_to(&SimulateOptions::new(scenario), folder.path(), false).unwrap();
         let csv = files
             .iter()
             .filter(|p| p.extension().is_some_and(|e| e == "csv"));

@@ -491,7 +491,7 @@ mod tests {
     use gravical::motion::truth::{add_comparison, read_reference};
     use gravical::motion::{MotionOptions, motion};
     use gravical::recording::{ReadOptions, read, read_bytes};
-    use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate, write};
+    use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate_to};
 
     fn drawable(figures: &[Figure]) {
         for figure in figures {
@@ -511,10 +511,8 @@ mod tests {
     #[test]
     fn a_line_has_the_figures_of_its_track_and_of_a_reference() {
         let folder = tempfile::tempdir().unwrap();
-        let line = simulate(&SimulateOptions::new(
-            Scenario::Line(LineOptions::default()),
-        ));
-        let files = write(&line.unwrap(), folder.path(), false).unwrap();
+        let options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
+        let (_, files) = simulate_to(&options, folder.path(), false).unwrap();
         let csv = files
             .iter()
             .find(|p| p.extension().is_some_and(|e| e == "csv"))

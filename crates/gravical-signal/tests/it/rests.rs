@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use gravical_signal::{
-    Channels, RestDetector, RestEvent, blocks, detect_rests, pieces, quantile, resolution,
+    Channels, RestDetector, RestEvent, detect_rests, pieces,
     sampling_period,
 };
 use proptest::prelude::*;
