@@ -149,9 +149,6 @@ fn residuals(file: &CalibrationFile) -> Figure {
     let poses = &file.accelerometer.poses;
     let vectors: Vec<[f64; 3]> = poses.iter().map(|p| p.error.map(|e| 1e3 * e)).collect();
     let panel = Panel::new("", labels(poses), Axis::new("error", "mm/s²"));
-    let caption = "Above: calibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt. Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is.";
-    let figure = Figure::new("residuals", "Errors of the poses", caption);
-    let figure = figure.with(components(panel, &vectors));
     let errors = |name, role, value: fn(&PoseResult) -> Option<f64>| {
         let values = poses.iter().map(value);
         Series::over_names(name, role, values.map(|v| v.map_or(f64::NAN, milli_g)))
@@ -159,9 +156,16 @@ fn residuals(file: &CalibrationFile) -> Figure {
     let left_out = errors("left out of the fit", Role::Warning, |p| {
         p.left_out_error_mps2
     });
+    let of_vectors = "alibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt.";
+    let title = "Errors of the poses";
     if !known(&left_out.y) {
-        return figure;
+        let figure = Figure::new("residuals", title, format!("C{of_vectors}"));
+        return figure.with(components(panel, &vectors));
     }
+    let caption = format!(
+        "Above: c{of_vectors} Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is."
+    );
+    let figure = Figure::new("residuals", title, caption).with(components(panel, &vectors));
     let magnitude = Panel::new("", labels(poses), Axis::new("‖a‖ − g", "mg"))
         .with(Series::rule("no error", Role::Reference, 0.0))
         .with(errors("in the fit", Role::Calibrated, |p| {

@@ -159,10 +159,13 @@ impl Motion<'_> {
     /// nothing.
     fn over_time(
         &self,
-        figure: Figure,
+        mut figure: Figure,
         unit: &str,
         series: impl Fn(usize) -> Vec<Series>,
     ) -> Option<Figure> {
+        if self.result.rests.len() > MAX_SHADED {
+            figure.caption += &format!(" Only the first {MAX_SHADED} rests are shaded.");
+        }
         let rests = self.result.rests.iter().take(MAX_SHADED);
         let rests: Vec<[f64; 2]> = rests.map(|s| [s.start_s, s.end_s]).collect();
         let axes = XYZ.into_iter().enumerate();

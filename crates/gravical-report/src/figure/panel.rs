@@ -207,10 +207,11 @@ impl Axis {
         }
     }
 
-    /// An axis of names, which stand at 0, 1, 2, …
+    /// An axis of names, which stand at 0, 1, 2, …; long ones lose their middle.
     #[must_use]
     pub fn names(label: &str, names: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        let scale = Scale::Names(names.into_iter().map(Into::into).collect());
+        let names = names.into_iter().map(|name| short(name.into()));
+        let scale = Scale::Names(names.collect());
         Axis {
             scale,
             ..Axis::new(label, "")
@@ -349,9 +350,23 @@ impl Series {
     /// With a text at each point.
     #[must_use]
     pub fn labelled(mut self, labels: Vec<String>) -> Self {
-        self.labels = labels;
+        self.labels = labels.into_iter().map(short).collect();
         self
     }
+}
+
+/// Characters of the longest name that a figure has room for.
+const MAX_NAME: usize = 23;
+
+/// A longer name without its middle.
+fn short(name: String) -> String {
+    let count = name.chars().count();
+    if count <= MAX_NAME {
+        return name;
+    }
+    let head = name.chars().take(MAX_NAME / 2);
+    let tail = name.chars().skip(count - MAX_NAME / 2);
+    head.chain(['…']).chain(tail).collect()
 }
 
 /// Rows above which a series is thinned.

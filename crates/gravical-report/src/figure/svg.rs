@@ -62,12 +62,10 @@ pub const DARK: &str = "\
 .gv .calibrated .s,.gv .z .s{stroke:#56B4E9}.gv .calibrated .f,.gv .z .f{fill:#56B4E9}\
 .gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}.gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}";
 
-/// ●, ◆ and a small dot, about 0, 0.
-pub const CIRCLE: &str = "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z";
-/// ◆
-pub const DIAMOND: &str = "M0-5.2L5.2 0L0 5.2L-5.2 0z";
-/// A small dot.
-pub const DOT: &str = "M-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0z";
+// Symbols about 0, 0.
+pub(super) const CIRCLE: &str = "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z";
+pub(super) const DIAMOND: &str = "M0-5.2L5.2 0L0 5.2L-5.2 0z";
+pub(super) const DOT: &str = "M-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0z";
 const SQUARE: &str = "M-3.5-3.5h7v7h-7z";
 const TRIANGLE: &str = "M0-4.6L4.2 3.2H-4.2z";
 const CROSS: &str = "M-4-4L4 4M-4 4L4-4";
@@ -715,9 +713,7 @@ fn room_below(axis: &Axis, length: f64) -> f64 {
     };
     match &axis.scale {
         Scale::Hidden => 8.0,
-        Scale::Names(names) if names_hang(names, length) => {
-            14.0 + name + 0.8 * widest(names).min(160.0)
-        }
+        Scale::Names(names) if names_hang(names, length) => 14.0 + name + 0.8 * widest(names),
         _ => 16.0 + name,
     }
 }
@@ -743,7 +739,7 @@ fn escape(text: &str) -> String {
     out
 }
 
-/// Round values between `from` and `to`, about `most` of them, with labels that differ.
+/// Round values between `from` and `to`, about `most` of them, with labels.
 pub(super) fn ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
     let raw = (to - from) / most.max(1) as f64;
     let power = 10_f64.powf(raw.log10().floor());
@@ -799,7 +795,7 @@ fn log_ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
 
 /// A number of one digit times a power of ten.
 fn log_label(mantissa: f64, power: i32) -> String {
-    if (-2..=4).contains(&power) {
+    if (-3..=4).contains(&power) {
         let decimals = usize::try_from(-power).unwrap_or(0);
         return format!("{:.decimals$}", mantissa * 10_f64.powi(power));
     }
@@ -880,7 +876,7 @@ mod tests {
         );
         assert_eq!(
             labels(log_ticks(-3.1, -2.2, 5)),
-            ["10⁻³", "2·10⁻³", "5·10⁻³"]
+            ["0.001", "0.002", "0.005"]
         );
     }
 

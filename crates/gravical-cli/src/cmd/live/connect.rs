@@ -145,7 +145,8 @@ impl Asking<'_> {
                     self.show(Event::Connecting { name }, text)?;
                 }
                 Ok(Incoming::NoRows(why)) if waits => {
-                    self.warn(WarningKind::Rows, &why.message(&opened.name))?;
+                    let text = format!("{}; {}", why.message(&opened.name), why.remedy());
+                    self.warn(WarningKind::Rows, &text)?;
                 }
                 Ok(Incoming::NoRows(why)) => break Err(Trouble::no_rows(why, &opened.name)),
                 Ok(Incoming::Lost(Loss::Unplugged)) => {

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use gravical::escape::{one_line, shown_json};
-use gravical::live::event::{Event, Message, Status, TruthRow};
+use gravical::live::event::{Event, Message, Status, TruthRow, WarningKind};
 use gravical::{Error, Result};
 
 use super::driver::Renderer;
@@ -175,7 +175,14 @@ impl EventLines {
 
 impl Renderer for EventLines {
     fn show(&mut self, message: &Message) -> Result<()> {
-        // Who reads events wants all: not even a reader who has gone is an end in silence.
+        if let Sink::Queued(out) = &mut self.out
+            && let Some(n) = out.take_dropped()
+        {
+            let text = format!("{n} events were dropped here: they were not read in time.");
+            let kind = WarningKind::Other;
+            self.show(&Message::new(message.t_s, Event::Warning { kind }, text))?;
+        }
+        // Not even a reader who has gone is an end in silence.
         let io = |e: io::Error| Error::io(&self.path, io::Error::other(e));
         let text = serde_json::to_string(message).map_err(|e| io(e.into()))?;
         let line = format!("{}\n", shown_json(&text));

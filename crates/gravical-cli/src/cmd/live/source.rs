@@ -339,8 +339,7 @@ impl Source for PortSource {
     }
 
     fn discard(mut self: Box<Self>) {
-        let _ = self.recording.close(true);
-        self.recording.file.discard_empty();
+        self.recording.discard();
         // Only an empty one is removed.
         let _ = std::fs::remove_dir(&self.folder);
     }

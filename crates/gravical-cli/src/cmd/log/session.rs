@@ -217,6 +217,12 @@ impl Session {
         Ok(lines)
     }
 
+    /// Closes port and file without writing what is held.
+    pub fn discard(&mut self) {
+        self.port.open = None;
+        self.file.discard_empty();
+    }
+
     fn observe(&mut self, now_s: f64) {
         let writing = self.recorder.writing().filter(|w| w.counts.rows > 0);
         if let (Some(monitor), Some(writing)) = (&mut self.monitor, writing) {

@@ -196,7 +196,7 @@ impl Writing {
     ///
     /// Those of the reader.
     pub fn reject(&mut self, at_s: f64, line: &[u8], out: &mut Output) -> Result<()> {
-        if line.trim_ascii().is_empty() {
+        if self.is_paused() || line.trim_ascii().is_empty() {
             return Ok(());
         }
         let text = self.count_rejected(line);
