@@ -661,13 +661,12 @@ impl Stepper {
             return;
         }
         self.undo = None;
-        if let Some(model) = self.context.model() {
-            if let (Phase::Rest { closed, .. }, Some(filter)) = (&mut self.phase, &mut self.filter)
-            {
-                filter.run(&model, &Action::Halt { to: count }, None);
-                filter.at -= count;
-                *closed = 0;
-            }
+        if let Some(model) = self.context.model()
+            && let (Phase::Rest { closed, .. }, Some(filter)) = (&mut self.phase, &mut self.filter)
+        {
+            filter.run(&model, &Action::Halt { to: count }, None);
+            filter.at -= count;
+            *closed = 0;
         }
         if let Some(candidate) = &mut self.candidate {
             candidate.start = candidate.start.saturating_sub(count);

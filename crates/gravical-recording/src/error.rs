@@ -153,7 +153,7 @@ impl Error {
 
     /// Adds to the message.
     #[must_use]
-    pub fn and(mut self, text: &str) -> Self {
+    pub fn with_detail(mut self, text: &str) -> Self {
         self.0.message += text;
         self
     }

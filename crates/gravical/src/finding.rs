@@ -117,7 +117,7 @@ pub(crate) fn after(error: Error, findings: &[Finding], kind: FindingKind) -> Er
     let of_kind = findings.iter().filter(|f| f.kind == kind);
     of_kind.fold(error, |error, finding| {
         let file = finding.file.as_deref().unwrap_or("-");
-        error.and(&format!("; {file}: {}", finding.message))
+        error.with_detail(&format!("; {file}: {}", finding.message))
     })
 }
 
@@ -129,8 +129,11 @@ pub(crate) fn after_losses<'a>(
 ) -> Error {
     let losses = |findings: &[Finding]| -> Vec<String> {
         let lost = findings.iter().filter(|f| f.kind.is_loss());
-        lost.map(|f| format!("{} {}", f.count.max(1), f.kind))
-            .collect()
+        let said = |f: &Finding| match f.count {
+            0 => f.kind.to_string(),
+            n => format!("{n} {}", f.kind),
+        };
+        lost.map(said).collect()
     };
     let mut damaged = recordings
         .into_iter()
@@ -146,7 +149,7 @@ pub(crate) fn after_losses<'a>(
     };
     let losses = losses.join(", ");
     error
-        .and(&format!("; reading {name} lost samples: {losses}"))
+        .with_detail(&format!("; reading {name} lost samples: {losses}"))
         .with_hint(hint)
 }
 

@@ -80,7 +80,7 @@ pub mod utc;
 /// Name and version of the program, as results state it.
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
 
-/// The part that runs on a microcontroller, too: calibrations and filters of one sample, attitude,
+/// The part that runs on a microcontroller, too: calibrations and filters of one sample,
 /// closed-form estimation.
 pub use gravical_core as core;
 /// The estimation: numbers only; what it says of a calibration stands in its file, too.

@@ -125,7 +125,8 @@ class Motion:
     Raises
     ------
     UsageError
-        ``option-range`` for what needs the whole recording: ``smooth``, and the initial mean.
+        ``option-range`` for what needs the whole recording: ``smooth``, ``rests``, ``zero_velocity=False``,
+        ``noise`` and the initial mean.
 
     Examples
     --------

@@ -2,10 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{
-    Channels, RestDetector, RestEvent, detect_rests, pieces,
-    sampling_period,
-};
+use gravical_signal::{Channels, RestDetector, RestEvent, detect_rests, pieces, sampling_period};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

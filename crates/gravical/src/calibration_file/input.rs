@@ -100,7 +100,11 @@ impl InputFile {
             .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
             .map_err(|e| Error::io(path, e))?;
         if bytes.len() as u64 > MOST_BYTES {
-            let what = format!("more than {} MiB: not a {}", MOST_BYTES >> 20, words(&role));
+            let what = format!(
+                "more than {} MiB, too large for: {}",
+                MOST_BYTES >> 20,
+                words(&role)
+            );
             return Err(Error::input("too-large", what)
                 .at(path, None)
                 .with_hint("check the order of the arguments"));

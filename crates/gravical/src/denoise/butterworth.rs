@@ -19,8 +19,8 @@ use super::spec::{Band, EXAMPLES, Passes};
 use crate::numfmt::digits;
 use crate::{Error, Result};
 
-/// Lowest cutoff as a share of the rate; below it too many digits are lost: the gain at zero
-/// frequency is off by 1e-7 there.
+/// Lowest cutoff, its least distance from half the rate and the narrowest band, as a share of the rate; below it
+/// too many digits are lost: the gain at zero frequency is off by 1e-7 there.
 const LOWEST: f64 = 1e-5;
 
 /// The filter for a sampling rate.
@@ -34,7 +34,7 @@ impl Butterworth {
     ///
     /// `filter-range` (usage) for cutoffs that the rate does not allow.
     pub fn new(order: usize, band: Band, passes: Passes, rate_hz: f64) -> Result<Self> {
-        let allowed = LOWEST * rate_hz..0.5 * rate_hz;
+        let allowed = LOWEST * rate_hz..(0.5 - LOWEST) * rate_hz;
         let is_wrong = |f: &f64| !(*f > allowed.start && *f < allowed.end);
         if let Some(wrong) = band.edges_hz().into_iter().find(is_wrong) {
             let what = format!(
@@ -45,6 +45,16 @@ impl Butterworth {
             );
             return Err(Error::usage("filter-range", what)
                 .with_hint("choose another cutoff; `gravical inspect` shows the rate"));
+        }
+        if let Band::Between { low_hz, high_hz } = band
+            && high_hz - low_hz < allowed.start
+        {
+            let what = format!(
+                "a band of {} Hz is too narrow at {} samples per second",
+                digits(high_hz - low_hz, 2),
+                digits(rate_hz, 4)
+            );
+            return Err(Error::usage("filter-range", what).with_hint(EXAMPLES));
         }
         let is_band = matches!(band, Band::Between { .. });
         let count = if is_band { order } else { sections_of(order) };

@@ -104,15 +104,22 @@ pub(super) fn run(
     done
 }
 
-/// Times of all rows, s: a row without a stamp follows the one before at the usual step.
+/// Times of all rows, s: rows without a stamp lie evenly between their neighbours, at the ends at the usual step.
 fn times(stamps: Option<&[f64]>, rows: usize, step_s: f64) -> Vec<f64> {
-    let known = |row: usize| stamps.map(|t| t[row]).filter(|t| t.is_finite());
-    let first = (0..rows).find_map(|row| Some(known(row)? - row as f64 * step_s));
-    let mut next = first.unwrap_or(0.0);
+    let stamped = stamps.into_iter().flatten().copied().enumerate();
+    let known: Vec<(usize, f64)> = stamped.filter(|(_, t)| t.is_finite()).collect();
     let time = |row: usize| {
-        let time = known(row).unwrap_or(next);
-        next = time + step_s;
-        time
+        let next = known.partition_point(|(at, _)| *at < row);
+        let before = next.checked_sub(1).map(|k| known[k]);
+        match (before, known.get(next).copied()) {
+            (_, Some((at, time))) if at == row => time,
+            (Some((a, from)), Some((b, to))) => {
+                from + (to - from) * (row - a) as f64 / (b - a) as f64
+            }
+            (Some((at, time)), None) => time + (row - at) as f64 * step_s,
+            (None, Some((at, time))) => time - (at - row) as f64 * step_s,
+            (None, None) => row as f64 * step_s,
+        }
     };
     (0..rows).map(time).collect()
 }

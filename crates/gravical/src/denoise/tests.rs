@@ -33,6 +33,19 @@ fn filtered(spec: &str, rate_hz: f64, x: &[f64]) -> Vec<f64> {
     y
 }
 
+#[test]
+fn poles_that_nearly_reach_the_unit_circle_are_refused() {
+    for text in [
+        "butter:4,0.0001Hz",
+        "butter:1,49.99999999Hz",
+        "highpass:4,49.99999999Hz",
+        "butter:4,5-5.000001Hz",
+    ] {
+        let error = Filter::design(&text.parse().unwrap(), Some(100.0)).err();
+        assert_eq!(error.unwrap().code(), "filter-range", "{text}");
+    }
+}
+
 /// Every kind of linear filter.
 const LINEAR: [&str; 9] = [
     "savgol:5,2",

@@ -83,7 +83,7 @@ impl MotionStepper {
     /// # Errors
     ///
     /// Those of [`motion`](super::motion); `option-range` (usage) for what needs the whole recording: rests
-    /// that are given, the initial mean, filters.
+    /// that are given, no updates at rests, a noise file, the initial mean, filters.
     pub fn new(
         first: &Recording,
         calibration: Option<Calibrated<'_>>,

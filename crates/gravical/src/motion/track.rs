@@ -16,7 +16,7 @@ pub struct MotionSample {
     pub raw_mps2: [f64; 3],
     /// Specific force, calibrated (and smoothed, where asked for), m/s².
     pub force_mps2: [f64; 3],
-    /// The rest, in the frame of the result.
+    /// Attitude, acceleration, velocity and position with their standard deviations, in the frame of the result.
     pub state: SampleState,
 }
 

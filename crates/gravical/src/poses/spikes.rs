@@ -6,8 +6,8 @@ use crate::stats::median;
 /// is motion, and the blocks of a mean leave it out ([`super::mean`]).
 const REACH: usize = 5;
 const WIDTH: usize = 2 * REACH + 1;
-/// Fewer neighbourhoods are not enough for a scale, if there are as many.
-const NEIGHBOURHOODS: usize = 20;
+/// The scale uses at least this many neighbourhoods, where the channel has them.
+const MIN_NEIGHBOURHOODS: usize = 20;
 /// A sample further from the median of its neighbourhood than this many robust standard
 /// deviations is a spike: normal noise has one in 5·10⁸.
 const SPIKE: f64 = 6.0;
@@ -57,7 +57,7 @@ fn mark(channel: &[f64], step: f64, spike: &mut [bool]) {
         values.iter_mut().for_each(|v| *v = (*v - middle).abs());
         Some([middle, median(&mut values)?])
     };
-    let every = (rows / NEIGHBOURHOODS).clamp(1, WIDTH);
+    let every = (rows / MIN_NEIGHBOURHOODS).clamp(1, WIDTH);
     let spreads = (0..rows).step_by(every).filter_map(&mut near);
     let mut spreads: Vec<f64> = spreads.map(|[_, spread]| spread).collect();
     // 1.4826 makes the median deviation that of a normal distribution.
@@ -70,7 +70,7 @@ fn mark(channel: &[f64], step: f64, spike: &mut [bool]) {
         let around = &channel[from.saturating_sub(REACH)..(end + REACH).min(rows)];
         let low = around.iter().copied().fold(f64::INFINITY, f64::min);
         let high = around.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        // What lies so near to each other has no spike.
+        // A range below the limit cannot hold a spike.
         if high - low <= limit {
             continue;
         }

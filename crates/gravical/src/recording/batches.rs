@@ -245,6 +245,7 @@ fn open_batches(
     let io = |e| Error::io(here, e);
     let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
     let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(io)?;
+    foreign::refuse_container(&magic, here)?;
     let read = text_options(options, false);
     if cwa::is_one(&magic) {
         let (format, samples) = cwa::open(reader, &read).map_err(|e| in_file(e, here))?;
@@ -252,7 +253,7 @@ fn open_batches(
         return Ok((format, Box::new(batches)));
     }
     let mut text = bytes::utf8(reader).map_err(io)?;
-    foreign::refuse(text.fill_buf().map_err(io)?, here)?;
+    foreign::refuse_calibration(text.fill_buf().map_err(io)?, here)?;
     let file = here.file_name().unwrap_or_default().to_string_lossy();
     let (format, text) = open_text(text, &file, &read).map_err(|e| in_file(e, here))?;
     let batches = format.batches(text).with_text(&copied(&format));

@@ -39,20 +39,27 @@ const CONTAINERS: [(&[u8], &str, &str); 5] = [
     ),
 ];
 
-/// Refuses a calibration file and the files of other tools.
+/// Refuses the files of other tools by their first bytes, before they are decoded.
 ///
 /// # Errors
 ///
-/// `is-a-calibration`, `no-rows`, with the commands that take one or make a table of it.
-pub(super) fn refuse(head: &[u8], file: &Path) -> Result<()> {
-    let container = CONTAINERS
-        .iter()
-        .find(|(magic, ..)| head.starts_with(magic));
-    if let Some((_, what, hint)) = container {
-        return Err(Error::input("no-rows", *what)
+/// `no-rows` with the command that makes a table of one.
+pub(super) fn refuse_container(magic: &[u8], file: &Path) -> Result<()> {
+    let is_one = |c: &&(&[u8], &str, &str)| magic.starts_with(c.0);
+    match CONTAINERS.iter().find(is_one) {
+        Some((_, what, hint)) => Err(Error::input("no-rows", *what)
             .at(file, None)
-            .with_hint(*hint));
+            .with_hint(*hint)),
+        None => Ok(()),
     }
+}
+
+/// Refuses a calibration file.
+///
+/// # Errors
+///
+/// `is-a-calibration` with the commands that take one.
+pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
     let has = |word: &[u8]| memchr::memmem::find(head, word).is_some();
     let content = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let is_one = content.trim_ascii_start().first() == Some(&b'{')
@@ -87,8 +94,8 @@ pub(super) fn in_file(error: impl Into<Error>, file: &Path) -> Error {
 mod tests {
     use crate::recording::{ReadOptions, read_bytes};
 
-    fn refusal(text: &str) -> (&'static str, String) {
-        let error = read_bytes(text.as_bytes(), "file", &ReadOptions::default()).unwrap_err();
+    fn refusal(bytes: &[u8]) -> (&'static str, String) {
+        let error = read_bytes(bytes, "file", &ReadOptions::default()).unwrap_err();
         (error.code(), error.message().to_owned())
     }
 
@@ -97,59 +104,60 @@ mod tests {
         let words = "Bias and scale of x, y and z are listed below.\n".repeat(30);
         let page = "<p>words of a page</p>\n".repeat(30);
         let object = "{\n  \"values\": [\n    1.0,\n    2.0\n  ]\n}\n";
-        for (text, code, what) in [
+        let files: [(Vec<u8>, &str, &str); 11] = [
             (
-                "{\n  \"format\": \"gravical-calibration/2\",\n  \"bias\": [1, 2, 3]\n}\n"
-                    .to_owned(),
+                b"{\n  \"format\": \"gravical-calibration/2\",\n  \"bias\": [1, 2, 3]\n}\n"
+                    .to_vec(),
                 "is-a-calibration",
                 "this is a calibration file",
             ),
             (
-                "{\"K_a\": [[1, 0, 0]], \"b_a\": [1, 2, 3]}".to_owned(),
+                b"{\"K_a\": [[1, 0, 0]], \"b_a\": [1, 2, 3]}".to_vec(),
                 "is-a-calibration",
                 "this is a calibration file",
             ),
             (
-                "#ROSBAG V2.0\n".to_owned() + &words,
+                b"#ROSBAG V2.0\n\x13\xff".to_vec(),
                 "no-rows",
                 "this is a bag of ROS 1",
             ),
             (
-                "SQLite format 3\0\u{1}\u{2}".to_owned(),
+                b"SQLite format 3\0\x10\0\x01\x01".to_vec(),
                 "no-rows",
                 "this is a database",
             ),
             (
-                "\u{89}MCAP0\r\n\u{1}".to_owned(),
+                b"\x89MCAP0\r\n\x01".to_vec(),
                 "no-rows",
                 "this is an MCAP file",
             ),
             (
-                "ULog\u{1}\u{12}\u{35}".to_owned(),
+                b"ULog\x01\x12\x35\x01".to_vec(),
                 "no-rows",
                 "this is a log of PX4",
             ),
             (
-                "H Product:Blackbox flight data\nH 1\n".to_owned(),
+                b"H Product:Blackbox flight data\nH 1\n".to_vec(),
                 "no-rows",
                 "this is a log of Betaflight",
             ),
-            (object.to_owned(), "no-rows", "this is JSON"),
-            (words.clone(), "no-rows", "no table of samples"),
+            (object.into(), "no-rows", "this is JSON"),
+            (words.clone().into(), "no-rows", "no table of samples"),
             (
                 // A list of numbers in a text is no table.
-                format!("{words}| x | 1 | 2 | 3 |\n{words}"),
+                format!("{words}| x | 1 | 2 | 3 |\n{words}").into(),
                 "no-rows",
                 "no table of samples",
             ),
             (
-                format!("{page}<line 1, 2, 3, 4, 5 />\n<line 1, 2, 3, 4, 6 />\n{page}"),
+                format!("{page}<line 1, 2, 3, 4, 5 />\n<line 1, 2, 3, 4, 6 />\n{page}").into(),
                 "no-rows",
                 "this is HTML",
             ),
-        ] {
-            let (got, message) = refusal(&text);
-            assert_eq!(got, code, "{text}");
+        ];
+        for (bytes, code, what) in files {
+            let (got, message) = refusal(&bytes);
+            assert_eq!(got, code, "{what}");
             assert!(message.starts_with(what), "{message}");
         }
     }

@@ -91,6 +91,7 @@ fn read_by(
     let here = Path::new(name);
     let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
     let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(|e| Error::io(here, e))?;
+    foreign::refuse_container(&magic, here)?;
     let options = text_options(options, false);
     if !cwa::is_one(&magic) {
         return read_text(reader, &input, name, &options);
@@ -131,7 +132,7 @@ fn read_text(
     let mut head = Vec::new();
     let read = text.by_ref().take(HEAD_BYTES).read_to_end(&mut head);
     read.map_err(|e| Error::io(here, e))?;
-    foreign::refuse(&head, here)?;
+    foreign::refuse_calibration(&head, here)?;
     let file = here.file_name().unwrap_or_default().to_string_lossy();
     let text = Cursor::new(head).chain(text);
     let judged = new::Recording::read(text, &file, options).map_err(|e| in_file(e, here))?;

@@ -4,7 +4,7 @@ use crate::{Error, Result};
 
 pub(super) fn bad(message: impl Into<String>) -> Error {
     Error::usage("simulate-option", message)
-        .with_hint("`gravical simulate --help` lists every option with its range")
+        .with_hint("`gravical simulate --help` explains the options")
 }
 
 /// Refuses values outside `low..=high`, including NaN.
@@ -12,7 +12,9 @@ pub(super) fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) ->
     if (low..=high).contains(&value) {
         return Ok(());
     }
+    let value = format!("{value} {unit}");
     Err(bad(format!(
-        "{name} is {value} {unit}; it has to be between {low} and {high}"
+        "{name} is {}; it has to be between {low} and {high}",
+        value.trim_end()
     )))
 }

@@ -215,8 +215,11 @@ impl FromStr for SoakOptions {
 
 impl SoakOptions {
     fn validate(&self) -> Result<()> {
+        if self.low_c > self.high_c {
+            return Err(bad("soak: the highest temperature comes first, as 50,-10"));
+        }
         within("soak", self.high_c, -40.0, 105.0, "°C")?;
-        within("soak", self.low_c, -40.0, self.high_c, "°C")
+        within("soak", self.low_c, -40.0, 105.0, "°C")
     }
 }
 

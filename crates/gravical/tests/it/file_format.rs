@@ -70,7 +70,8 @@ fn what_cannot_be_applied_is_refused() {
         assert!(error.is_input());
         error.code()
     };
-    let cases: [(&str, fn(&mut Value)); 5] = [
+    type Change = fn(&mut Value);
+    let cases: [(&str, Change); 5] = [
         ("calibration-values", |v| {
             v["temperature_model"]["range_c"] = json!([50.0, -10.0])
         }),

@@ -8,11 +8,11 @@ mod known;
 /// N, B and K are found within their intervals.
 #[test]
 fn known_noise_is_found() {
-    let truth = [2e-3, 1e-3, 1e-4];
+    let truth = [3.3e-3, 8e-4, 6e-5];
     let mut inside = [0; 3];
     for seed in 0..4 {
-        let samples = known::samples(200_000, 0.1, truth, seed);
-        let channel = noise_of_samples("ax", &samples, 0.1, &NoiseOptions::default());
+        let samples = known::samples(1_080_000, 0.01, truth, seed);
+        let channel = noise_of_samples("ax", &samples, 0.01, &NoiseOptions::default());
         for (i, term) in [Term::N, Term::B, Term::K].into_iter().enumerate() {
             if let Some(e) = channel.estimate(term) {
                 inside[i] += usize::from(e.low < truth[i] && truth[i] < e.high);
