@@ -1,6 +1,7 @@
 //! `gravical live`: guided calibration.
 
 mod connect;
+mod console;
 mod driver;
 mod journal;
 mod plain;
@@ -34,7 +35,8 @@ use crate::options::{GravityArgs, number};
 use crate::text::say;
 
 use connect::{Answer, Asking, Opened, Origin, Trouble};
-use driver::{Console, Driver, Hand, Renderer};
+use console::{Console, Renderer};
+use driver::{Driver, Hand};
 use journal::JournalFile;
 use plain::{EventLines, Plain};
 use source::{PortSource, Replay, Simulated};
@@ -138,7 +140,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.replay.is_some() {
         drop(sender);
     } else {
-        driver::typed(sender);
+        console::typed(sender);
     }
     let mut console = Console::new(renderers, entries, interrupted);
     #[cfg(feature = "live")]

@@ -1,6 +1,7 @@
 //! `gravical log`: record from a serial board to a file.
 
 mod event;
+mod exchange;
 mod file;
 mod gaps;
 mod hold;

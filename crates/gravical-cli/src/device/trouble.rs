@@ -15,7 +15,8 @@ pub fn opening(path: &str, error: &serialport::Error) -> Error {
     };
     // Windows reports NoDevice both for a missing port and for one in use.
     let there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
-        || super::ports::list().is_ok_and(|ports| ports.iter().any(|p| p.name == path));
+        || serialport::available_ports()
+            .is_ok_and(|ports| ports.iter().any(|p| p.port_name == path));
     match kind {
         Some(std::io::ErrorKind::PermissionDenied) => Error::device(
             "port-permission",

@@ -9,11 +9,11 @@ use gravical_recording::{Batch, CopiedText, Format, Later, Readings, Role, bytes
 
 use super::foreign::in_file;
 use super::ledger::Ledger;
-use super::open::{Input, peek};
+use super::open::{Input, peek, truncated};
 use super::reading::of_judged;
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, foreign};
-use crate::finding::{Finding, FindingKind};
+use crate::finding::Finding;
 use crate::{Error, Result};
 
 /// Batches by which a recording is judged: 262,144 rows.
@@ -258,11 +258,4 @@ fn open_batches(
     let (format, text) = open_text(text, &file, &read).map_err(|e| in_file(e, here))?;
     let batches = format.batches(text).with_text(&copied(&format));
     Ok((format, Box::new(batches)))
-}
-
-/// A packed file that is damaged.
-pub(super) fn truncated(rows: usize) -> Finding {
-    let text =
-        format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked");
-    Finding::new(FindingKind::TruncatedFile, text)
 }

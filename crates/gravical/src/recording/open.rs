@@ -10,6 +10,7 @@ use gravical_recording::axes;
 use sha2::{Digest, Sha256};
 
 use super::ReadOptions;
+use crate::finding::{Finding, FindingKind};
 use crate::hash::hex;
 use crate::{Error, Result};
 
@@ -55,6 +56,13 @@ impl Input {
         let digest = self.digest.as_ref()?.lock().ok()?.clone().finalize();
         Some(hex(&digest))
     }
+}
+
+/// A packed file that is damaged.
+pub(super) fn truncated(rows: usize) -> Finding {
+    let text =
+        format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked");
+    Finding::new(FindingKind::TruncatedFile, text)
 }
 
 /// Where a recording is read from.

@@ -6,10 +6,9 @@ use std::path::Path;
 use gravical_recording as new;
 use gravical_recording::{bytes, cwa};
 
-use super::batches::truncated;
 use super::foreign::in_file;
 use super::ledger::Ledger;
-use super::open::{HEAD, Input, Source, open, peek};
+use super::open::{HEAD, Input, Source, open, peek, truncated};
 use super::text_options::text_options;
 use super::{ReadOptions, Recording, TableColumn, foreign, metadata};
 use crate::finding::Finding;

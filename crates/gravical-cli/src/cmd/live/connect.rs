@@ -9,7 +9,7 @@ use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, Warn
 use gravical::live::{Event, Message, sentences};
 use gravical::{Category, Error, Result};
 
-use super::driver::{Console, Entry};
+use super::console::{Console, Entry};
 use super::source::{Incoming, Source};
 use crate::device::no_rows::NoRows;
 use crate::device::ports::{list, list_with_holders, the_board};
@@ -332,7 +332,7 @@ fn flash(port: &str) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cmd::live::driver::Renderer;
+    use crate::cmd::live::console::Renderer;
     use std::sync::Arc;
     use std::sync::mpsc::sync_channel;
 

@@ -1,12 +1,10 @@
 //! The loop between the source of rows, the session, the disk and those who show the events.
 
 use std::collections::VecDeque;
-use std::io::{BufRead as _, Read as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError};
+use std::sync::mpsc::TryRecvError;
 use std::time::{Duration, Instant};
 
 use gravical::calibrate::CalibrateOptions;
@@ -24,6 +22,7 @@ use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
 use super::connect::Opened;
+use super::console::{Console, Entry};
 use super::journal::{JournalFile, is_vital};
 use super::source::Incoming;
 use super::truth::truth_event;
@@ -37,97 +36,6 @@ const HAND_S: f64 = 8.0;
 
 /// Bytes of the recording that are read at once when a session is resumed.
 const AT_ONCE: usize = 1 << 16;
-
-/// Shows events.
-pub trait Renderer {
-    /// Shows one. A reader who does not read does not stop the session.
-    ///
-    /// # Errors
-    ///
-    /// Where every event has to be written, and cannot be.
-    fn show(&mut self, message: &Message) -> Result<()>;
-    /// Shows an answer to what was typed.
-    fn answer(&mut self, _text: &str) {}
-    /// Takes the calibration report, which comes before the event that it was saved.
-    fn report(&mut self, _html: &str) {}
-}
-
-/// What the user wants.
-pub enum Entry {
-    /// A line that was typed, or why it is no command. Several at once are done one after the
-    /// other: what moves a simulated sensor waits until the pose before is taken.
-    Typed(std::result::Result<Command, String>),
-    /// From the page, where one sees what happens: done at once.
-    #[cfg(feature = "live")]
-    Clicked(Command),
-}
-
-/// Who shows the events, and what the user wants.
-pub struct Console {
-    pub renderers: Vec<Box<dyn Renderer>>,
-    pub entries: Receiver<Entry>,
-    interrupted: Arc<AtomicBool>,
-}
-
-impl Console {
-    /// `interrupted` is set by Ctrl-C.
-    pub fn new(
-        renderers: Vec<Box<dyn Renderer>>,
-        entries: Receiver<Entry>,
-        interrupted: Arc<AtomicBool>,
-    ) -> Self {
-        Console {
-            renderers,
-            entries,
-            interrupted,
-        }
-    }
-
-    /// Shows an event.
-    ///
-    /// # Errors
-    ///
-    /// As [`Renderer::show`].
-    pub fn show(&mut self, message: &Message) -> Result<()> {
-        self.renderers.iter_mut().try_for_each(|r| r.show(message))
-    }
-
-    /// Shows an answer to what was typed.
-    pub fn answer(&mut self, text: &str) {
-        self.renderers.iter_mut().for_each(|r| r.answer(text));
-    }
-
-    /// The user ends the session.
-    pub fn interrupt(&self) {
-        self.interrupted.store(true, Ordering::SeqCst);
-    }
-
-    pub fn is_interrupted(&self) -> bool {
-        self.interrupted.load(Ordering::SeqCst)
-    }
-}
-
-/// Sends what is typed, a line each.
-pub fn typed(sender: SyncSender<Entry>) {
-    std::thread::spawn(move || {
-        for line in std::io::stdin()
-            .lock()
-            .lines()
-            .map_while(std::io::Result::ok)
-        {
-            if line.trim().is_empty() {
-                continue;
-            }
-            let command = Command::parse(&line).map_err(|e| match e.hint() {
-                Some(hint) => format!("{e}; {hint}"),
-                None => e.to_string(),
-            });
-            if sender.send(Entry::Typed(command)).is_err() {
-                return;
-            }
-        }
-    });
-}
 
 /// A session and everything around it.
 pub struct Driver<'a> {

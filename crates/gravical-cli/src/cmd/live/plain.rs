@@ -8,7 +8,7 @@ use gravical::escape::{one_line, shown_json};
 use gravical::live::event::{Event, Message, Status, TruthRow, WarningKind};
 use gravical::{Error, Result};
 
-use super::driver::Renderer;
+use super::console::Renderer;
 use crate::device::ports;
 use crate::outlet::{Outlet, Sink};
 use crate::screen::Screen;

@@ -18,7 +18,7 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::task::AbortHandle;
 
-use super::driver::{Console, Entry, Renderer};
+use super::console::{Console, Entry, Renderer};
 use crate::text::say;
 
 use hub::Hub;

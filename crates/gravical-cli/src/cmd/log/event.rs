@@ -1,12 +1,38 @@
 //! Events of a recording, for people and for scripts.
 
 use gravical::inspect::Inspection;
-use gravical::recording::Finding;
+use gravical::recording::{AccelScale, Finding};
 use serde::Serialize;
 
 use super::gaps::Gap;
-use super::status::Status;
 use crate::device::no_rows::NoRows;
+
+/// The recording at one moment.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Status {
+    /// Rows stored.
+    pub rows: u64,
+    /// Since the first row, without pauses, s.
+    pub elapsed_s: f64,
+    /// Rows are not stored.
+    pub paused: bool,
+    /// Lines rejected so far.
+    pub rejected: u64,
+    /// Rows a second, by their stamps.
+    pub rate_hz: Option<f64>,
+    /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
+    pub norm: Option<f64>,
+    #[serde(skip)]
+    pub accel: Option<AccelScale>,
+    /// Temperature of the sensor, °C.
+    pub temperature_c: Option<f64>,
+    /// Whether the sensor is at rest.
+    pub still: Option<bool>,
+    /// The face that is up at rest: `+x`.
+    pub up: Option<String>,
+    /// Faces that were recorded as a pose.
+    pub done: Option<Vec<String>>,
+}
 
 /// One event. As JSON an object a line with its `type`.
 #[derive(Debug, Clone, Serialize)]

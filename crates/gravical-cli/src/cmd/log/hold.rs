@@ -4,7 +4,7 @@
 use gravical::Result;
 use gravical::recording::following::{Following, Form};
 
-use super::recorder::Options;
+use super::exchange::{Options, Received};
 use super::writing::reader;
 
 /// After this time the format of a slow board is detected from the lines that are there, s.
@@ -12,12 +12,6 @@ const HOLD_S: f64 = 6.0;
 /// A board that opening the port resets is silent for this time, and for so many usual steps, s.
 const RESET_SILENCE_S: f64 = 1.0;
 const RESET_SILENCE_STEPS: f64 = 4.5;
-
-/// A line as it was received.
-pub struct Received {
-    pub at_s: f64,
-    pub text: Vec<u8>,
-}
 
 /// Lines that are held.
 pub struct Hold {

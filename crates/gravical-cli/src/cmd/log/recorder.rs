@@ -3,15 +3,15 @@
 //! clock that only advances.
 
 use gravical::escape::shown;
-use gravical::recording::ColumnsSpec;
 use gravical::{Error, Result};
 
 use super::event::{Counts, End, Event};
+use super::exchange::{Options, Output, Received};
 use super::gaps::Cause;
-use super::hold::{Hold, Received};
+use super::hold::Hold;
 use super::lines::Splitter;
 use super::writing::Writing;
-use crate::device::board::{Settings, Wanted};
+use crate::device::board::Settings;
 use crate::device::no_rows::{JUDGED_BYTES, NoRows};
 
 /// Without a row for this time something is wrong, s.
@@ -26,45 +26,6 @@ const MAX_COMMANDS: u32 = 4;
 const ASK_S: f64 = 1.5;
 /// Opening a port resets the board within this time, s.
 const RESET_S: f64 = 4.0;
-
-/// What is wanted of a recording.
-#[derive(Default)]
-pub struct Options {
-    /// Name of the file, for messages.
-    pub name: String,
-    pub wanted: Wanted,
-    pub columns: Option<ColumnsSpec>,
-    /// The recording ends after so many rows.
-    pub rows: Option<u64>,
-    /// It ends this long after the first row, s, without pauses.
-    pub duration_s: Option<f64>,
-    /// Rows are waited for without end.
-    pub wait: bool,
-    /// Time of day at the time zero, s (UTC).
-    pub day_s: f64,
-}
-
-/// What has to be done.
-#[derive(Default)]
-pub struct Output {
-    /// Comes before the next line for the file.
-    pub preamble: String,
-    /// Whole lines for the file.
-    pub text: Vec<u8>,
-    /// Commands for the board.
-    pub commands: String,
-    pub events: Vec<Event>,
-}
-
-impl Output {
-    /// A line for the file, without its end.
-    pub fn line(&mut self, line: &[u8]) {
-        let preamble = std::mem::take(&mut self.preamble);
-        self.text.extend_from_slice(preamble.as_bytes());
-        self.text.extend_from_slice(line);
-        self.text.push(b'\n');
-    }
-}
 
 /// Where the lines go. In each state the port may be lost and found.
 enum State {

@@ -6,8 +6,9 @@ use gravical::{Error, Result};
 
 use super::Args;
 use super::event::Event;
+use super::exchange::Options;
 use super::file::LogFile;
-use super::recorder::{Options, Recorder};
+use super::recorder::Recorder;
 use super::status::Monitor;
 use crate::device::ports::{Target, list, the_board};
 use crate::device::serial::Serial;

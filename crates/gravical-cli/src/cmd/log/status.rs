@@ -8,42 +8,15 @@ use gravical::poses::MAX_FACE_ANGLE_DEG;
 use gravical::poses::face::{AXES, Face};
 use gravical::poses::rests::find_rests;
 use gravical::recording::{AccelScale, Finding, Recording, Severity};
-use serde::Serialize;
 
 use super::POSE_S;
+use super::event::Status;
 use super::writing::Writing;
 
 /// The magnitude is a mean over this time, and a rest ends within it, s.
 const RECENT_S: f64 = 0.5;
 /// A rest takes at least 1 s: before this time it is not known whether there is one, s.
 const FIRST_REST_S: f64 = 1.5;
-
-/// The recording at one moment.
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct Status {
-    /// Rows stored.
-    pub rows: u64,
-    /// Since the first row, without pauses, s.
-    pub elapsed_s: f64,
-    /// Rows are not stored.
-    pub paused: bool,
-    /// Lines rejected so far.
-    pub rejected: u64,
-    /// Rows a second, by their stamps.
-    pub rate_hz: Option<f64>,
-    /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
-    pub norm: Option<f64>,
-    #[serde(skip)]
-    pub accel: Option<AccelScale>,
-    /// Temperature of the sensor, °C.
-    pub temperature_c: Option<f64>,
-    /// Whether the sensor is at rest.
-    pub still: Option<bool>,
-    /// The face that is up at rest: `+x`.
-    pub up: Option<String>,
-    /// Faces that were recorded as a pose.
-    pub done: Option<Vec<String>>,
-}
 
 /// Judges the last rows once a second.
 #[derive(Default)]

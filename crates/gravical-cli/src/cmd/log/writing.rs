@@ -10,9 +10,8 @@ use gravical::recording::following::{Following, Form};
 use gravical::recording::{ColumnsSpec, ReadOptions};
 
 use super::event::{Counts, End, Event};
+use super::exchange::{Options, Output, Received};
 use super::gaps::{Cause, Gap, Gaps};
-use super::hold::Received;
-use super::recorder::{Options, Output};
 use super::rewrite::Rewrite;
 
 /// The last rows are judged: so many, up to twice as many.

@@ -20,7 +20,7 @@ use axum::{Router, body};
 use gravical::live::{Command, sentences};
 
 use super::hub::Hub;
-use crate::cmd::live::driver::Entry;
+use crate::cmd::live::console::Entry;
 
 /// Longest command, bytes.
 const COMMAND_BYTES: usize = 1 << 12;
