@@ -1,5 +1,6 @@
 //! Columns through the filters: not across breaks and gaps, and around empty cells.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::even::EvenGrid;
@@ -105,23 +106,24 @@ pub(super) fn run(
 }
 
 /// Times of all rows, s: rows without a stamp lie evenly between their neighbours, at the ends at the usual step.
-fn times(stamps: Option<&[f64]>, rows: usize, step_s: f64) -> Vec<f64> {
-    let stamped = stamps.into_iter().flatten().copied().enumerate();
-    let known: Vec<(usize, f64)> = stamped.filter(|(_, t)| t.is_finite()).collect();
-    let time = |row: usize| {
-        let next = known.partition_point(|(at, _)| *at < row);
-        let before = next.checked_sub(1).map(|k| known[k]);
-        match (before, known.get(next).copied()) {
-            (_, Some((at, time))) if at == row => time,
-            (Some((a, from)), Some((b, to))) => {
-                from + (to - from) * (row - a) as f64 / (b - a) as f64
-            }
-            (Some((at, time)), None) => time + (row - at) as f64 * step_s,
-            (None, Some((at, time))) => time - (at - row) as f64 * step_s,
-            (None, None) => row as f64 * step_s,
+fn times(stamps: Option<&[f64]>, rows: usize, step_s: f64) -> Cow<'_, [f64]> {
+    if let Some(stamps) = stamps.filter(|t| t.iter().all(|t| t.is_finite())) {
+        return Cow::Borrowed(stamps);
+    }
+    let stamp = |row: usize| stamps.map(|t| t[row]).filter(|t| t.is_finite());
+    let stamped_from = |from: usize| (from..rows).find_map(|row| Some((row, stamp(row)?)));
+    let (mut before, mut next) = (None, stamped_from(0));
+    let time = |row: usize| match (before, next) {
+        (_, Some((at, time))) if at == row => {
+            (before, next) = (next, stamped_from(row + 1));
+            time
         }
+        (Some((a, from)), Some((b, to))) => from + (to - from) * (row - a) as f64 / (b - a) as f64,
+        (Some((at, time)), None) => time + (row - at) as f64 * step_s,
+        (None, Some((at, time))) => time - (at - row) as f64 * step_s,
+        (None, None) => row as f64 * step_s,
     };
-    (0..rows).map(time).collect()
+    Cow::Owned((0..rows).map(time).collect())
 }
 
 fn count_stretches(setup: &Setup, time_s: &[f64], breaks: &[usize]) -> Counts {

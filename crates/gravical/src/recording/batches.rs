@@ -39,9 +39,8 @@ pub(crate) struct BatchReader {
     /// The only column of time stamps, if it is wanted.
     stamps: Option<usize>,
     name: String,
-    /// Rows by which it was judged, and the lines of those that are measurements.
+    /// Rows by which it was judged; those that are measurements are the rows of the recording.
     held: VecDeque<Batch>,
-    head_lines: Vec<u32>,
     batches: Batches,
     later: Later,
     /// Lines without a row; and these with the rows that are no measurements, as far as they were
@@ -122,7 +121,6 @@ impl BatchReader {
         }
         let (aside, rows) = (head.aside.clone(), head.rows());
         let (judged, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
-        let head_lines = judged.lines.clone();
         let judged_aside = judged.aside.clone();
         Ok(BatchReader {
             recording: of_judged(judged, name),
@@ -130,7 +128,6 @@ impl BatchReader {
             stamps,
             name: name.to_owned(),
             held,
-            head_lines,
             batches,
             later,
             aside,
@@ -180,10 +177,11 @@ impl BatchReader {
     /// Rows among those by which the recording was judged.
     fn judged_rows(&self, batch: Batch) -> Rows {
         let first = batch.lines.first().copied().unwrap_or_default();
-        let mut next = self.head_lines.partition_point(|line| *line < first);
+        let head_lines = &self.recording.lines;
+        let mut next = head_lines.partition_point(|line| *line < first);
         let (mut rows, mut breaks) = (Vec::with_capacity(batch.rows()), Vec::new());
         for (row, line) in batch.lines.iter().enumerate() {
-            let is_row = self.head_lines.get(next) == Some(line);
+            let is_row = head_lines.get(next) == Some(line);
             rows.push(is_row.then_some(next));
             if is_row && self.recording.breaks.binary_search(&next).is_ok() {
                 breaks.push(row);
