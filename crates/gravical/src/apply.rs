@@ -200,14 +200,14 @@ pub fn apply(
 }
 
 /// The same with the gyroscope of a second file
-/// ([`join_gyroscope`](crate::recording::join_gyroscope)): the recording is held as a whole. The
+/// ([`join_gyroscope`]): the recording is held as a whole. The
 /// calibrated angular rate is appended as columns; rows without a reading of the gyroscope nearby have
 /// none.
 ///
 /// # Errors
 ///
 /// As [`apply`], and `gyro-not-calibrated` (usage) if the calibration has no gyroscope; those of
-/// [`join_gyroscope`](crate::recording::join_gyroscope).
+/// [`join_gyroscope`].
 pub fn apply_with_gyroscope(
     calibration: &CalibrationFile,
     input: Input,

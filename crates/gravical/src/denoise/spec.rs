@@ -29,9 +29,9 @@ pub enum FilterSpec {
     /// `savgol:WINDOW,ORDER[,DERIVATIVE]`: a polynomial fitted to the samples around each one;
     /// `mean:WINDOW`, the moving average, is the one of order 0.
     SavitzkyGolay {
-        /// Samples, odd, 1 to [`MAX_WINDOW`].
+        /// Samples, odd, 1 to 10,001.
         window: usize,
-        /// Degree of the polynomial, 0 to [`MAX_POLYNOMIAL`] and below the window.
+        /// Degree of the polynomial, 0 to 12 and below the window.
         order: usize,
         /// Order of the derivative with respect to time, at most the order; 0 smooths.
         derivative: usize,
@@ -49,7 +49,7 @@ pub enum FilterSpec {
     /// `hampel:WINDOW,SIGMAS`: a value too far from the median of its neighbours is replaced by
     /// that median.
     Hampel {
-        /// Samples, odd, 3 to [`MAX_WINDOW`].
+        /// Samples, odd, 3 to 10,001.
         window: usize,
         /// Largest accepted deviation in robust standard deviations, 0 to 1e6; 0 gives a running
         /// median.
