@@ -110,7 +110,7 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     Ok((format, samples))
 }
 
-/// Iterates over the samples of a file in batches of [`BATCH_ROWS`] or a few more: whole blocks.
+/// Iterates over the samples of a file in batches of 65,536 or a few more: whole blocks.
 pub struct Samples<R> {
     blocks: Blocks<R>,
     /// Blocks that were read for the stamp of the next one.

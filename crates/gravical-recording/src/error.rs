@@ -128,7 +128,7 @@ impl Error {
 
     /// Adds the line, from 1, of a file that whoever opened it [adds](Error::in_file).
     #[must_use]
-    pub fn at_line(self, line: usize) -> Self {
+    pub(crate) fn at_line(self, line: usize) -> Self {
         self.at(Path::new(""), Some(line as u64))
     }
 

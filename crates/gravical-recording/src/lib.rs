@@ -63,8 +63,8 @@ pub use text::axes;
 #[doc(hidden)]
 pub use text::parse_cell;
 pub use text::{
-    Aside, AsideLines, BATCH_ROWS, Batch, Batches, Column, CopiedText, Format, Reason, is_prose,
-    sniff, sniff_table, split_hint,
+    Aside, AsideLines, Batch, Batches, Column, CopiedText, Format, Reason, is_prose, sniff,
+    sniff_table, split_hint,
 };
 pub use time_unit::TimeUnit;
 pub use units::POSSIBLE;

@@ -17,7 +17,8 @@ mod words;
 
 pub(crate) use batch::MIN_ROWS_GONE;
 pub use batch::{Aside, AsideLines, Batch, CopiedText, Reason};
-pub use batches::{BATCH_ROWS, Batches, split_hint};
+pub(crate) use batches::BATCH_ROWS;
+pub use batches::{Batches, split_hint};
 pub(crate) use dialect::Delimiter;
 pub use format::Format;
 pub(crate) use format::Layout;

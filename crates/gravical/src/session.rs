@@ -15,7 +15,7 @@ use crate::poses::Segmentation;
 use crate::poses::sections::read_sections;
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
-    is_named_gyroscope, is_prose, join_gyroscope, open::open, read, read_head,
+    is_named_gyroscope, join_gyroscope, open::open, read, read_head,
 };
 use crate::{Error, Result};
 
@@ -287,7 +287,7 @@ fn ends_in_words(path: &Path) -> bool {
     let packed = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-    !packed && tail().is_ok_and(|tail| is_prose(&tail))
+    !packed && tail().is_ok_and(|tail| gravical_recording::is_prose(&tail))
 }
 
 /// True for `walk.rescued.csv` and `walk.rescued-2.csv`, by which `gravical log` saves what it

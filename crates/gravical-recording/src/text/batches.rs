@@ -20,7 +20,7 @@ pub const BATCH_ROWS: usize = 65_536;
 pub(crate) const MANY_WORDS: u8 = 32;
 
 impl Format {
-    /// Reads a text from its first line on in batches of [`BATCH_ROWS`](crate::BATCH_ROWS).
+    /// Reads a text from its first line on in batches of 65,536 rows.
     pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<R> {
         Batches::new(self.clone(), bytes)
     }

@@ -8,8 +8,6 @@ use gravical_recording::axes;
 use crate::escape::path_word;
 use crate::{Error, Result};
 
-pub use gravical_recording::is_prose;
-
 /// Files of other tools by their first bytes, what they are, and how their samples become a table.
 const CONTAINERS: [(&[u8], &str, &str); 5] = [
     (

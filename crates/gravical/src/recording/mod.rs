@@ -59,7 +59,6 @@ use serde::{Deserialize, Serialize};
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 #[doc(hidden)]
 pub use {
-    foreign::is_prose,
     join::{holds_gyroscope_alone, is_named_gyroscope},
     ledger::Ledger,
 };

@@ -8,6 +8,7 @@ mod known;
 /// N, B and K are found within their intervals.
 #[test]
 fn known_noise_is_found() {
+    // At 100 Hz the fastest of the processes of B add less than 0.1 % to N.
     let truth = [3.3e-3, 8e-4, 6e-5];
     let mut inside = [0; 3];
     for seed in 0..4 {
