@@ -14,7 +14,7 @@ use gravical::gravity::Gravity;
 use gravical::inspect::InspectOptions;
 use gravical::noise::NoiseOptions;
 use gravical::output::write_atomic;
-use gravical::recording::{Meter, ReadOptions, Recording as Rows, open};
+use gravical::recording::{Meter, ReadOptions, Recording as Rows, source};
 use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
@@ -202,7 +202,7 @@ pub fn apply(
         let name = path.display().to_string();
         let mut summary = None;
         write_atomic(&output, force, |out| {
-            let input = open::open(&path, &options.read)?;
+            let input = source::open(&path, &options.read)?;
             summary = Some(match &files.gyro {
                 Some(gyro) => {
                     gravical::apply::apply_with_gyroscope(&file, input, &name, out, &options, gyro)?

@@ -106,3 +106,127 @@ impl BoardSettings {
         lines.find_map(|line| BoardSettings::parse(line))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::BoardSettings;
+    use crate::{AccelUnit, GyroUnit, Origin, ReadOptions, Recording, TimeUnit, read_bytes};
+
+    const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
+
+    #[test]
+    fn settings_line_is_parsed() {
+        let settings = BoardSettings::parse(LINE).unwrap();
+        assert_eq!(
+            (settings.accel_range_g, settings.gyro_range_deg_s),
+            (4, 500)
+        );
+        assert_eq!((settings.low_pass_hz, settings.format), (44, 0));
+        assert_eq!(settings.rate_hz, 66.66);
+        assert_eq!(settings.lsb_per_g(), 8192.0);
+        assert_eq!(settings.lsb_per_deg_s(), Some(65.5));
+        for other in [
+            "",
+            "# overruns 1",
+            "#gravical mpu6050_logger",
+            "x",
+            "# \u{1f600}",
+        ] {
+            assert_eq!(BoardSettings::parse(other), None, "{other}");
+        }
+    }
+
+    /// Three seconds of counts as a board sends them, at rest or
+    /// shaken.
+    fn file(board: &str, shaken: bool, header: &str) -> Recording {
+        let mut text = format!(
+            "# gravical 0.1.0 log, 2026-01-01T00:00:00Z, port\n{board}\n# rate: 500.00 Hz\n{header}\n"
+        );
+        for i in 0..1500_i64 {
+            let noise = |k: i64| (i * 7919 + 131 * k) % 61 - 30;
+            let shake = if shaken {
+                [0, 9000, 4000, -9000, -16000][(i % 5) as usize]
+            } else {
+                0
+            };
+            // The stamps wrap at 32 bits.
+            let stamp = 4_294_000_000_i64 + 2000 * i;
+            text += &format!(
+                "{stamp},{},{},{},{},{},{},{}\n",
+                shake + noise(1),
+                shake / 3 + noise(2),
+                8192 - shake / 2 + noise(3),
+                -3920 + i % 2,
+                100 + noise(4),
+                noise(5),
+                noise(6),
+            );
+        }
+        read_bytes(text.as_bytes(), "fast.csv", &ReadOptions::default()).unwrap()
+    }
+
+    const HEADER: &str = "Timestamp (us),ax,ay,az,temp,gx,gy,gz";
+
+    fn board(format: u8) -> String {
+        LINE.replace("66.66", "500.00")
+            .replace("format 0", &format!("format {format}"))
+    }
+
+    fn kinds(recording: &Recording) -> Vec<&str> {
+        recording.findings.iter().map(|f| f.kind.name()).collect()
+    }
+
+    #[test]
+    fn settings_line_gives_the_units_of_counts() {
+        let recording = file(&board(2), false, HEADER);
+        assert!(kinds(&recording).is_empty());
+        assert_eq!(recording.accel_scale.unit, AccelUnit::Counts);
+        assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
+        assert_eq!(recording.accel_scale.origin, Origin::Data);
+        let gyro = recording.gyro_scale.unwrap();
+        assert_eq!(
+            (gyro.unit, gyro.lsb_per_deg_s),
+            (GyroUnit::Counts, Some(65.5))
+        );
+        assert_eq!(gyro.origin, Origin::Header);
+        let t = recording.temperature_c.as_ref().unwrap();
+        assert!((t[0] - 25.0).abs() < 0.01 && (t[1] - t[0] - 1.0 / 340.0).abs() < 1e-9);
+        assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
+        assert!((recording.timing.rate_hz().unwrap() - 500.0).abs() < 1e-6);
+        assert_eq!(recording.timing.nominal_rate_hz, Some(500.0));
+        // While the sensor is shaken, the magnitude does not show gravity.
+        let shaken = file(&board(1), true, HEADER);
+        assert_eq!(
+            shaken.accel_scale.lsb_per_g,
+            Some(8192.0),
+            "{:?}",
+            shaken.findings
+        );
+        assert_eq!(shaken.accel_scale.origin, Origin::Header);
+    }
+
+    #[test]
+    fn gravity_and_headers_override_the_board() {
+        let two = board(2).replace("+-4 g", "+-2 g");
+        let recording = file(&two, false, HEADER);
+        assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
+        assert!(kinds(&recording).contains(&"range-mismatch"));
+        // A board that calibrates says so, whatever its columns are called.
+        let calibrated = file(&board(3), false, "t_us,ax,ay,az,temp,gx,gy,gz");
+        assert!(calibrated.is_calibrated && calibrated.is_calibrated_by_board);
+        assert!(!recording.is_calibrated);
+        // A board that writes SI units, or a header with units.
+        for (board, header) in [
+            (board(0), HEADER),
+            (
+                board(2),
+                "t_us,ax_mps2,ay_mps2,az_mps2,temp (C),gx_rad_s,gy_rad_s,gz_rad_s",
+            ),
+        ] {
+            let recording = file(&board, false, header);
+            let gyro = recording.gyro_scale.unwrap();
+            assert_eq!(gyro.lsb_per_deg_s, None);
+            assert!(recording.temperature_c.is_none());
+        }
+    }
+}

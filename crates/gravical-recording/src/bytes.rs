@@ -1,47 +1,159 @@
-//! A path or standard input, plain or gzip, in any encoding, as UTF-8.
+//! The bytes of a recording, plain or gzip, and its text in any encoding as UTF-8.
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
-use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use encoding_rs_io::DecodeReaderBytesBuilder;
-use flate2::bufread::MultiGzDecoder;
+use flate2::read::MultiGzDecoder;
+use sha2::{Digest, Sha256};
+
+use crate::finding::{Finding, FindingKind};
+use crate::hash::hex;
 
 /// Bytes that decide on the encoding.
 const HEAD_BYTES: usize = 65_536;
 
-/// Opens a recording; `-` is standard input.
+/// Bytes of a recording, unpacked.
+pub struct Input {
+    /// The bytes to read.
+    pub reader: Box<dyn Read>,
+    /// They were packed.
+    pub is_gzip: bool,
+    digest: Option<Arc<Mutex<Sha256>>>,
+    cut_off: Arc<AtomicBool>,
+}
+
+impl Input {
+    /// The bytes to read, once.
+    #[must_use]
+    pub fn take_reader(&mut self) -> Box<dyn Read> {
+        std::mem::replace(&mut self.reader, Box::new(io::empty()))
+    }
+
+    /// True if the file is packed and ends in the middle; the part that could be unpacked was
+    /// read.
+    #[must_use]
+    pub fn is_cut_off(&self) -> bool {
+        self.cut_off.load(Ordering::Relaxed)
+    }
+
+    /// SHA-256 of the file on disk, in hexadecimal; to be called after everything was read.
+    /// `None` if not requested.
+    #[must_use]
+    pub fn sha256(&self) -> Option<String> {
+        let digest = self.digest.as_ref()?.lock().ok()?.clone().finalize();
+        Some(hex(&digest))
+    }
+}
+
+/// A packed file that is damaged.
+pub(crate) fn truncated(rows: usize) -> Finding {
+    let text =
+        format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked");
+    Finding::new(FindingKind::TruncatedFile, text)
+}
+
+/// Opens any reader.
 ///
 /// # Errors
 ///
-/// What opening and reading the head of the file return.
-pub fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
-    if path == Path::new("-") {
-        utf8(io::stdin().lock())
+/// Errors of the reader while the first bytes are examined.
+pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
+    let digest = hash.then(|| Arc::new(Mutex::new(Sha256::new())));
+    let raw: Box<dyn Read> = match &digest {
+        Some(digest) => Box::new(Hashing {
+            inner: raw,
+            digest: digest.clone(),
+        }),
+        None => raw,
+    };
+    let (magic, raw) = peek(raw, 2)?;
+    let is_gzip = magic == [0x1f, 0x8b];
+    let cut_off = Arc::new(AtomicBool::new(false));
+    let plain: Box<dyn Read> = if is_gzip {
+        // Several gzip members in one file are one recording (a log packed piece by piece).
+        let decoder = MultiGzDecoder::new(raw);
+        Box::new(UntilCut::new(decoder, &cut_off))
     } else {
-        utf8(File::open(path)?)
+        raw
+    };
+    Ok(Input {
+        reader: plain,
+        is_gzip,
+        digest,
+        cut_off,
+    })
+}
+
+/// The first `n` bytes, and a reader that begins with them.
+pub(crate) fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {
+    let mut head = Vec::with_capacity(n);
+    reader.by_ref().take(n as u64).read_to_end(&mut head)?;
+    let again = io::Cursor::new(head.clone()).chain(reader);
+    Ok((head, Box::new(again)))
+}
+
+/// Passes bytes on and stops, without an error, where a packed file ends in the middle.
+struct UntilCut<R> {
+    inner: R,
+    /// It is this one that ends; others may end as well.
+    ended: bool,
+    cut_off: Arc<AtomicBool>,
+}
+
+impl<R> UntilCut<R> {
+    fn new(inner: R, cut_off: &Arc<AtomicBool>) -> Self {
+        UntilCut {
+            inner,
+            ended: false,
+            cut_off: Arc::clone(cut_off),
+        }
+    }
+}
+
+impl<R: Read> Read for UntilCut<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.ended {
+            return Ok(0);
+        }
+        match self.inner.read(buffer) {
+            Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+                self.ended = true;
+                self.cut_off.store(true, Ordering::Relaxed);
+                Ok(0)
+            }
+            result => result,
+        }
+    }
+}
+
+struct Hashing {
+    inner: Box<dyn Read>,
+    digest: Arc<Mutex<Sha256>>,
+}
+
+impl Read for Hashing {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        if let Ok(mut digest) = self.digest.lock() {
+            digest.update(&buffer[..n]);
+        }
+        Ok(n)
     }
 }
 
 /// The text of a recording as UTF-8 without a byte order mark.
 ///
-/// Gzip is told by its magic number. The encoding is that of the byte order mark, else UTF-16 if
+/// The encoding is that of the byte order mark, else UTF-16 if
 /// every other byte of the head is zero, else UTF-8 if most of what is not ASCII in the head is
 /// valid, else Windows-1252. Bytes that the encoding does not know become U+FFFD.
 ///
 /// # Errors
 ///
 /// What reading the head returns.
-pub fn utf8(reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
-    let mut file = BufReader::with_capacity(HEAD_BYTES, reader);
-    if !file.fill_buf()?.starts_with(&[0x1f, 0x8b]) {
-        return decode(file);
-    }
-    decode(MultiGzDecoder::new(file))
-}
-
-fn decode(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
+pub fn utf8(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
     let head = read_head(&mut reader, HEAD_BYTES)?;
     let encoding = encoding(&head);
     if encoding == UTF_8 && Encoding::for_bom(&head).is_none() {
@@ -56,17 +168,15 @@ fn decode(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
     Ok(Box::new(BufReader::with_capacity(HEAD_BYTES, decoder)))
 }
 
-/// The first bytes of a stream. Data that ends within its compression yields what it holds.
+/// The first bytes of a stream.
 ///
 /// # Errors
 ///
 /// What reading returns.
 pub fn read_head(reader: &mut impl Read, bytes: usize) -> io::Result<Vec<u8>> {
     let mut head = Vec::new();
-    match reader.take(bytes as u64).read_to_end(&mut head) {
-        Err(e) if e.kind() != io::ErrorKind::UnexpectedEof || head.is_empty() => Err(e),
-        _ => Ok(head),
-    }
+    reader.take(bytes as u64).read_to_end(&mut head)?;
+    Ok(head)
 }
 
 fn encoding(head: &[u8]) -> &'static Encoding {

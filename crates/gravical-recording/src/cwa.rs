@@ -158,10 +158,10 @@ impl<R: Read> Samples<R> {
         if self.is_at_end && self.ahead.is_empty() {
             self.batch.notes = std::mem::take(&mut self.blocks.order).notes();
         }
-        if self.batch.rows() == 0 && self.batch.aside.total() == 0 && self.batch.notes.is_empty() {
+        if self.batch.rows() == 0 && self.batch.ledger.total() == 0 && self.batch.notes.is_empty() {
             return None;
         }
-        self.batch.aside.lines = self.line;
+        self.batch.ledger.lines = self.line;
         let next = Batch::new(self.batch.columns.len());
         Some(std::mem::replace(&mut self.batch, next))
     }
@@ -175,7 +175,7 @@ impl<R: Read> Samples<R> {
             None => return Ok(false),
             Some(Event::Skipped(reason, what)) => {
                 self.line += 1;
-                self.batch.aside.add(reason, self.line, &what);
+                self.batch.ledger.add(reason, self.line, &what);
             }
             Some(Event::Block(placed)) => {
                 if placed.is_after_gap {

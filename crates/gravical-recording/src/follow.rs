@@ -1,11 +1,11 @@
 //! A recording that grows.
 
 use std::io::Cursor;
+use std::path::Path;
 
 use memchr::{memchr2, memrchr, memrchr2};
 
-use crate::board::BoardSettings;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::judge;
 use crate::later::Later;
 use crate::options::ReadOptions;
@@ -74,7 +74,7 @@ pub struct Form {
 /// Reads a recording while it grows: the format is that of the first second or more, the rows that
 /// follow are read alike, and all that are held can be judged at any time.
 pub struct Follow {
-    file_name: String,
+    name: String,
     options: ReadOptions,
     max_rows: usize,
     notes_lines: bool,
@@ -105,12 +105,12 @@ struct Opened {
 }
 
 impl Follow {
-    /// Holds the last rows, `max_rows` or more, for [`recording`](Self::recording); the name of
-    /// the file may tell the sensor.
+    /// Holds the last rows, `max_rows` or up to twice as many, for [`recording`](Self::recording);
+    /// `name` is used in messages, and may tell the sensor.
     #[must_use]
-    pub fn new(file_name: &str, options: ReadOptions, max_rows: usize) -> Self {
+    pub fn new(name: &str, options: ReadOptions, max_rows: usize) -> Self {
         Follow {
-            file_name: file_name.to_owned(),
+            name: name.to_owned(),
             options,
             max_rows,
             notes_lines: false,
@@ -134,7 +134,12 @@ impl Follow {
     /// # Errors
     ///
     /// Those of reading, once enough lines show that it is no recording; a header of other columns.
-    pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Sample>, Error> {
+    pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
+        let read = self.take(bytes);
+        read.map_err(|e| e.in_file(Path::new(&self.name)))
+    }
+
+    fn take(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
         if let Some(opened) = &mut self.opened {
             self.bytes.extend_from_slice(bytes);
             let whole = whole_rows(&opened.format, &self.bytes);
@@ -159,7 +164,7 @@ impl Follow {
             }
         }
         if self.opened.is_some() {
-            samples.extend(self.push(rest)?);
+            samples.extend(self.take(rest)?);
         } else {
             self.bytes.extend_from_slice(rest);
         }
@@ -172,7 +177,7 @@ impl Follow {
     }
 
     /// Detects the format from the lines so far; `None` if more are needed.
-    fn open(&mut self) -> Result<Option<Vec<Sample>>, Error> {
+    fn open(&mut self) -> Result<Option<Vec<Sample>>> {
         let opened = self.try_open();
         let (opened, recording) = match opened {
             Err(error) if self.lines >= MAX_LINES => return Err(error),
@@ -182,7 +187,7 @@ impl Follow {
             }
             Ok(opened) => opened,
         };
-        let enough = match recording.rate_hz() {
+        let enough = match recording.timing.rate_hz() {
             Some(rate_hz) if recording.time_s.is_some() => (MIN_S * rate_hz).ceil() as usize,
             _ => MIN_ROWS,
         };
@@ -207,11 +212,12 @@ impl Follow {
     /// # Errors
     ///
     /// Those of reading: so far the lines are no recording.
-    pub fn settle(&mut self, min_rows: usize) -> Result<Vec<Sample>, Error> {
+    pub fn settle(&mut self, min_rows: usize) -> Result<Vec<Sample>> {
         if self.opened.is_some() {
             return Ok(Vec::new());
         }
-        let (opened, recording) = self.try_open()?;
+        let opened = self.try_open();
+        let (opened, recording) = opened.map_err(|e| e.in_file(Path::new(&self.name)))?;
         if recording.rows() < min_rows {
             return Ok(Vec::new());
         }
@@ -261,9 +267,10 @@ impl Follow {
         })
     }
 
-    fn try_open(&self) -> Result<(Opened, Recording), Error> {
+    fn try_open(&self) -> Result<(Opened, Recording)> {
         let head = String::from_utf8_lossy(&self.bytes).replace('\0', "");
-        let format = sniff(&head, &self.file_name, &self.options)?;
+        let file = Path::new(&self.name).file_name().unwrap_or_default();
+        let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
         let mut batches = format.batches(Cursor::new(Vec::new()));
         let text = self.bytes[..whole_rows(&format, &self.bytes)].to_vec();
         batches.feed(text);
@@ -282,7 +289,7 @@ impl Follow {
             rows: Batch::default(),
             returned: 0,
             clock,
-            rate_hz: recording.rate_hz(),
+            rate_hz: recording.timing.rate_hz(),
             notes_lines: self.notes_lines,
             lines_read: LinesRead::default(),
             error: None,
@@ -292,10 +299,11 @@ impl Follow {
         Ok((opened, recording))
     }
 
-    /// Settings of our board, where it sent them.
+    /// The board says that it sends calibrated values.
     #[must_use]
-    pub fn board(&self) -> Option<BoardSettings> {
-        self.opened.as_ref()?.format.board
+    pub fn is_calibrated_by_board(&self) -> bool {
+        let board = self.opened.as_ref().and_then(|o| o.format.board);
+        board.is_some_and(|board| board.is_calibrated())
     }
 
     /// The rows that are held up to this line, judged as a file; `None` before the format is known.
@@ -303,11 +311,13 @@ impl Follow {
     /// # Errors
     ///
     /// Those of [`Recording::judge`].
-    pub fn recording(&self, last_line: u32) -> Option<Result<Recording, Error>> {
+    pub fn recording(&self, last_line: u32) -> Option<Result<Recording>> {
         let opened = self.opened.as_ref()?;
         let mut rows = opened.rows.clone();
         rows.crop(0..rows.lines.partition_point(|line| *line <= last_line));
-        Some(Recording::judge(&opened.format, rows))
+        let judged = Recording::judge(&opened.format, rows);
+        let in_file = |e: Error| e.in_file(Path::new(&self.name));
+        Some(judged.map(|r| r.named(&self.name)).map_err(in_file))
     }
 }
 
@@ -356,20 +366,20 @@ impl Opened {
             return;
         }
         let read = &mut self.lines_read;
-        read.count = read.count.max(batch.aside.lines);
+        read.count = read.count.max(batch.ledger.lines);
         let stamp = |row: usize| self.clock.map_or(f64::NAN, |c| batch.columns[c][row]);
         let rows = batch.lines.iter().enumerate();
         read.rows
             .extend(rows.map(|(row, line)| (*line, stamp(row))));
         let no_rows = [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber];
-        for lines in no_rows.iter().filter_map(|r| batch.aside.reasons.get(r)) {
+        for lines in no_rows.iter().filter_map(|r| batch.ledger.reasons.get(r)) {
             for [from, to] in lines.lines.ranges() {
                 read.rejected.extend(*from as u32..=*to as u32);
             }
         }
     }
 
-    fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>, Error> {
+    fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>> {
         if let Some(error) = self.error.take() {
             return Err(error);
         }
@@ -397,7 +407,7 @@ impl Opened {
         Ok(samples)
     }
 
-    fn samples(&mut self, mut batch: Batch) -> Result<Vec<Sample>, Error> {
+    fn samples(&mut self, mut batch: Batch) -> Result<Vec<Sample>> {
         if self.writes_blanks {
             batch.blanks.clear();
         }

@@ -2,7 +2,7 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::note::{Note, NoteKind};
+use crate::finding::{Finding, FindingKind};
 use crate::spans::LineSpans;
 use crate::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, LSB_PER_DEG_S};
 
@@ -168,16 +168,16 @@ impl Clipping {
 
     /// What was found; `None` without clipping.
     #[must_use]
-    pub fn finding(&self, channel: &str) -> Option<Note> {
+    pub fn finding(&self, channel: &str) -> Option<Finding> {
         (self.count() > 0).then(|| {
-            Note::new(
-                NoteKind::Clipped,
+            Finding::new(
+                FindingKind::Clipped,
                 format!(
                     "{channel} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
                     self.lines.count()
                 ),
             )
-            .at(self.lines.clone())
+            .at_lines(&self.lines)
         })
     }
 }

@@ -8,12 +8,12 @@ mod clock;
 use clock::LaterClock;
 
 use crate::error::Error;
+use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
 use crate::judge::{self, Encoding, Marks};
-use crate::note::{Note, NoteKind};
 use crate::recording::Recording;
 use crate::recording::judging::{self, celsius, find_thermometer, keep_sensor};
-use crate::text::{Aside, Batch, Format, MIN_ROWS_GONE, Reason, split_hint};
+use crate::text::{Batch, Format, Ledger, MIN_ROWS_GONE, Reason, split_hint};
 
 /// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
 /// much it then differs from gravity.
@@ -77,7 +77,7 @@ pub struct Later {
     gravity: Option<f64>,
     tail: [Vec<f64>; 6],
     /// The unit changed, but the user gives it.
-    unit_note: Option<Note>,
+    unit_note: Option<Finding>,
     clock: Option<LaterClock>,
     /// A break or so many rows of zeros lie before the next measurement.
     is_broken: bool,
@@ -86,7 +86,7 @@ pub struct Later {
     clipping: Vec<(&'static str, Clipping)>,
     /// Line of the first row that is read here.
     first_line: Option<u32>,
-    aside: Aside,
+    ledger: Ledger,
     /// Whether rows that cannot be read as those before them are an error. Batches of a recording
     /// that grows are too short to tell.
     pub(crate) contradicts: bool,
@@ -185,7 +185,7 @@ impl Later {
             rows_gone: 0,
             clipping: Vec::new(),
             first_line: None,
-            aside: Aside::default(),
+            ledger: Ledger::default(),
             contradicts: true,
             format: format.clone(),
         };
@@ -199,13 +199,13 @@ impl Later {
         let last_line = head.lines.last().copied();
 
         let mut recording = Recording::judge(format, head)?;
-        recording.notes.extend(note);
+        recording.findings.extend(note);
         let accel = recording.accel.each_ref().map(Vec::as_slice);
         later.marks_hung = repeats_are_rare && judge::resolves_noise(accel);
         later.gravity = judge::quiet_norm(accel);
         later.zero_offset = recording.zero_offset;
-        let is_decoded = |n: &Note| n.kind == NoteKind::UnsignedCounts;
-        later.encoding = recording.notes.iter().any(is_decoded).then_some({
+        let is_decoded = |n: &Finding| n.kind == FindingKind::UnsignedCounts;
+        later.encoding = recording.findings.iter().any(is_decoded).then_some({
             let is_offset = recording.zero_offset != 0.0;
             if is_offset {
                 Encoding::OffsetBinary
@@ -276,7 +276,7 @@ impl Later {
                 Ok(_) if is_read[row] => Reason::Hung,
                 Ok(_) => Reason::Zeros,
             };
-            self.aside.add(reason, lines[row] as usize, "");
+            self.ledger.add(reason, lines[row] as usize, "");
             let channels = accel.iter_mut().chain(gyro.iter_mut().flatten());
             channels.for_each(|channel| channel[row] = f64::NAN);
         }
@@ -397,16 +397,16 @@ impl Later {
 
     /// Rows that are no measurements.
     #[must_use]
-    pub fn aside(&self) -> &Aside {
-        &self.aside
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
     }
 
     /// What was found in these rows beside that, once all are read.
     #[must_use]
-    pub fn notes(&self) -> Vec<Note> {
+    pub fn notes(&self) -> Vec<Finding> {
         let clipped = self.clipping.iter().filter_map(|(name, c)| c.finding(name));
         let gaps = self.clock.as_ref().and_then(LaterClock::gap_note);
-        let mut notes: Vec<Note> = gaps.into_iter().chain(clipped).collect();
+        let mut notes: Vec<Finding> = gaps.into_iter().chain(clipped).collect();
         let line = self.first_line.unwrap_or_default();
         for note in &mut notes {
             note.message = format!("from line {line} on: {}", note.message);

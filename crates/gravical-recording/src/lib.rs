@@ -2,7 +2,7 @@
 //!
 //! # Overview
 //!
-//! 1. [`bytes`]: a path, plain or gzip, in any encoding, as UTF-8.
+//! 1. [`bytes`]: a path, plain or gzip, in any encoding, as UTF-8; [`read`](read()) does all of the following.
 //! 2. [`sniff`]: the head of a file to its [`Format`]: dialect, roles of the columns, claims.
 //! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
 //!    [`cwa::open`] does both for a file of Axivity.
@@ -10,62 +10,80 @@
 //! 5. [`Recording`]: one batch that holds everything, and what was judged of it.
 //! 6. [`write`](mod@write): batches to a table, other columns copied from the text of the rows.
 //!
-//! Rows and lines set aside ([`Aside`]) are all lines, always.
+//! Rows and lines set aside ([`Ledger`]) are all lines, always.
 //!
 //! # Example
 //!
 //! ```
-//! use gravical_recording::{AccelUnit, ReadOptions, Recording, bytes};
+//! use gravical_recording::{AccelUnit, ReadOptions, read_bytes};
 //!
 //! let text = "ms,ax,ay,az\n0,0.01,-0.02,0.99\n10,0.01,-0.02,1.00\n20,0.00,-0.02,0.99\n";
-//! let recording = Recording::read(bytes::utf8(text.as_bytes())?, "rest.csv", &ReadOptions::default())?;
+//! let recording = read_bytes(text.as_bytes(), "rest.csv", &ReadOptions::default())?;
 //! assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
 //! assert_eq!(recording.time_s, Some(vec![0.0, 0.01, 0.02]));
-//! assert_eq!(recording.rows() + recording.aside.total(), 4);
+//! assert_eq!(recording.rows() + recording.ledger.total(), 4);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![deny(missing_docs)]
 
+mod batch_reader;
 mod board;
 pub mod bytes;
 pub mod cwa;
 mod date;
 mod error;
 pub mod escape;
+mod finding;
 mod follow;
+mod foreign;
 pub mod full_scale;
+#[doc(hidden)]
+pub mod hash;
+mod join;
 pub mod judge;
 mod later;
 pub mod metadata;
-mod note;
+mod meter;
+#[doc(hidden)]
+pub mod option_text;
 mod options;
+mod range_end;
+mod read;
 mod recording;
 mod role;
+pub mod source;
 mod spans;
 mod table;
 mod text;
 mod time_unit;
 pub mod units;
+pub mod utc;
 pub mod write;
 
+pub use batch_reader::{BatchReader, Rows};
 pub use board::BoardSettings;
 pub use error::{Category, Error, Location, Result};
+pub use finding::{Finding, FindingKind, Severity};
 pub use follow::{Follow, Form, LinesRead, Sample};
+pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes};
 pub use judge::UnitDoubt;
 pub use later::{Later, Readings};
-pub use note::{Note, NoteKind};
-pub use options::{ColumnChoice, ColumnsSpec, ReadOptions};
-pub use recording::{CALIBRATED, HEAD_BYTES, Labels, Recording, Timing, open_text, whole_lines};
+pub use meter::{Meter, Progress};
+pub use options::{ColumnChoice, ColumnsSpec, ReadOptions, parse_columns};
+pub use range_end::range_end;
+pub use read::{read, read_bytes, read_head, read_samples};
+pub use recording::{
+    CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, open_text, whole_lines,
+};
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
-pub use table::{TableColumn, table_channels};
+pub use table::{SampleColumns, TableColumn};
 pub use text::axes;
 #[doc(hidden)]
 pub use text::parse_cell;
 pub use text::{
-    Aside, AsideLines, Batch, Batches, Column, CopiedText, Format, Reason, is_prose, sniff,
+    AsideLines, Batch, Batches, Column, CopiedText, Format, Ledger, Reason, is_prose, sniff,
     sniff_table, split_hint,
 };
 pub use time_unit::TimeUnit;
-pub use units::POSSIBLE;
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE};

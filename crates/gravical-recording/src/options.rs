@@ -1,33 +1,150 @@
-//! What the user specifies about a recording.
+//! What the user specifies about a recording; everything else is told from the file.
 
+use serde::Deserialize;
+
+use crate::error::{Error, Result};
+use crate::meter::Meter;
 use crate::role::Role;
 use crate::time_unit::TimeUnit;
-use crate::units::{AccelUnit, GyroUnit};
+use crate::units::{AccelUnit, GyroUnit, POSSIBLE};
 
-/// What the user specifies about a recording; everything else is told from the file.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// How a recording is read where it does not say so itself.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "clap", command(next_help_heading = "Reading the recording"))]
 pub struct ReadOptions {
-    /// Unit of the accelerometer
+    /// m/s^2, g, mg or counts [default: from the data]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
     pub accel_unit: Option<AccelUnit>,
-    /// Full-scale range of the accelerometer in g, for counts of a 16-bit converter
+    /// Full scale in g, for counts [default: from the data]
+    #[serde(rename = "accel_range")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "accel-range", value_name = "G", hide_short_help = true)
+    )]
     pub accel_range_g: Option<f64>,
-    /// Unit of the gyroscope
+    /// rad/s, deg/s or counts [default: from turns, header]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
     pub gyro_unit: Option<GyroUnit>,
-    /// Full-scale range of the gyroscope in °/s, for counts
+    /// Full scale in °/s, for counts [default: from turns]
+    #[serde(rename = "gyro_range")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "gyro-range", value_name = "DPS", hide_short_help = true)
+    )]
     pub gyro_range_deg_s: Option<f64>,
-    /// Which column is which
+    /// t=time,ax=acc_x,gx=- or in order: t,ax,ay,az,_,-
+    ///
+    /// `-` ignores a column, `_` leaves it to recognition.
+    #[serde(deserialize_with = "columns")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true, hide_short_help = true))]
     pub columns: Option<ColumnsSpec>,
-    /// Which of several sensors: words of its name, or its number from 1
+    /// Sensor in the file: part of its name, or its number
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "NAME", hide_short_help = true)
+    )]
     pub sensor: Option<String>,
-    /// Sampling rate in Hz, used only where there are no time stamps
+    /// Sampling rate in Hz, where there are no time stamps
+    #[serde(rename = "rate")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "rate", value_name = "HZ", hide_short_help = true)
+    )]
     pub rate_hz: Option<f64>,
-    /// Unit of the time stamps
+    /// s, ms, us or ns [default: from the header or steps]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "UNIT",
+            hide_possible_values = true,
+            hide_short_help = true
+        )
+    )]
     pub time_unit: Option<TimeUnit>,
-    /// Counts subtracted from every value of the accelerometer
+    /// Subtracted from counts [default: 32768 if unsigned]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "N",
+            allow_negative_numbers = true,
+            hide_short_help = true
+        )
+    )]
     pub zero_offset: Option<f64>,
-    /// The file holds the gyroscope of another one: its axes are read as
-    /// [`Recording::accel`](crate::Recording::accel), and are not judged by gravity
+    /// Compute the SHA-256 of the file.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub hash: bool,
+    /// Counts the bytes read, for a progress bar; default: none.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub meter: Option<Meter>,
+    /// The file holds the gyroscope of another one: its axes are read as [`Recording::accel`](crate::Recording::accel), and are not
+    /// judged by gravity.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[doc(hidden)]
     pub is_gyroscope: bool,
+}
+
+impl ReadOptions {
+    /// The same options for a recording whose gyroscope is in a separate file
+    /// ([`join_gyroscope`](crate::join_gyroscope)): gyroscope columns named by the user belong to that file.
+    #[must_use]
+    pub fn beside_gyroscope_file(&self) -> Self {
+        ReadOptions {
+            columns: self.columns.as_ref().and_then(of_accelerometer),
+            ..self.clone()
+        }
+    }
+
+    /// Checks ranges.
+    ///
+    /// # Errors
+    ///
+    /// `option-range` (usage) for a rate or range that is not between 1e-6 and
+    /// 1e9, and for an offset beyond 32-bit counts.
+    pub fn validate(&self) -> Result<()> {
+        for (name, value) in [
+            ("rate", self.rate_hz),
+            ("accel_range", self.accel_range_g),
+            ("gyro_range", self.gyro_range_deg_s),
+        ] {
+            if let Some(v) = value
+                && !POSSIBLE.contains(&v)
+            {
+                let what = format!("{v} is not possible; 1e-6 to 1e9 is");
+                return Err(Error::range(name, what));
+            }
+        }
+        if let Some(offset) = self.zero_offset
+            && (offset.is_nan() || offset.abs() > f64::from(u32::MAX))
+        {
+            let what = format!("{offset} is no number of counts of a converter");
+            return Err(Error::range("zero_offset", what));
+        }
+        Ok(())
+    }
 }
 
 /// Columns of channels, as the user names them. Columns that are not named are recognised.
@@ -48,4 +165,88 @@ pub enum ColumnChoice {
     AsRecognised,
     /// Not read
     Skipped,
+}
+
+/// Reads `t=Timestamp,ax=…,gx=-` (channel and name of its column; `-`: the channel is not read) or
+/// `ax,ay,az,_,-,gx` (the columns in order; `_` is recognised, `-` not read, as are further ones).
+///
+/// # Errors
+///
+/// `columns-syntax` (usage).
+pub fn parse_columns(text: &str) -> Result<ColumnsSpec> {
+    let channel = |name: &str| -> Result<Role> {
+        Ok(match name.trim() {
+            "t" | "time" => Role::Time,
+            "dt" => Role::Step,
+            "ax" => Role::Accel(0),
+            "ay" => Role::Accel(1),
+            "az" => Role::Accel(2),
+            "gx" => Role::Gyro(0),
+            "gy" => Role::Gyro(1),
+            "gz" => Role::Gyro(2),
+            "temp" | "temperature" => Role::Temperature,
+            "label" | "part" => Role::Label,
+            other => {
+                return Err(Error::usage(
+                    "columns-syntax",
+                    format!("there is no channel \"{other}\""),
+                )
+                .with_hint(
+                    "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
+                ));
+            }
+        })
+    };
+    if text.contains('=') {
+        // A comma within the name of a column is not followed by a channel.
+        let mut pairs: Vec<String> = Vec::new();
+        for part in text.split(',') {
+            match pairs.last_mut() {
+                Some(last) if !part.contains('=') => *last += &format!(",{part}"),
+                _ => pairs.push(part.to_owned()),
+            }
+        }
+        let pairs = pairs.iter().map(|pair| {
+            let (name, column) = pair
+                .split_once('=')
+                .ok_or_else(|| Error::usage("columns-syntax", format!("\"{pair}\" has no =")))?;
+            let column = column.trim();
+            let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
+            Ok((channel(name)?, column))
+        });
+        return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
+    }
+    let ordered = text.split(',').map(|name| match name.trim() {
+        "_" | "" => Ok(ColumnChoice::AsRecognised),
+        "-" => Ok(ColumnChoice::Skipped),
+        name => channel(name).map(ColumnChoice::Channel),
+    });
+    Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
+}
+
+/// The same for serde.
+fn columns<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<ColumnsSpec>, D::Error> {
+    let text: Option<String> = serde::Deserialize::deserialize(from)?;
+    text.map(|text| crate::option_text::parse(&text, parse_columns))
+        .transpose()
+}
+
+/// The part that does not concern a gyroscope's separate file; `None` without such a part.
+fn of_accelerometer(spec: &ColumnsSpec) -> Option<ColumnsSpec> {
+    match spec {
+        ColumnsSpec::Named(pairs) => {
+            let mut pairs = pairs.clone();
+            pairs.retain(|(role, name)| !matches!(role, Role::Gyro(_)) || name.is_none());
+            Some(ColumnsSpec::Named(pairs))
+        }
+        ColumnsSpec::Ordered(order) => {
+            let any = |is: fn(&Role) -> bool| {
+                let of = |c: &ColumnChoice| matches!(c, ColumnChoice::Channel(role) if is(role));
+                order.iter().any(of)
+            };
+            let gyro_alone =
+                any(|r| matches!(r, Role::Gyro(_))) && !any(|r| matches!(r, Role::Accel(_)));
+            (!gyro_alone).then(|| spec.clone())
+        }
+    }
 }

@@ -2,22 +2,22 @@
 
 pub(crate) mod judging;
 
-use std::io::{self, BufRead, Cursor, ErrorKind, Read};
-use std::path::Path;
-
-pub use judging::notes::CALIBRATED;
+use std::io::{self, BufRead, Cursor, Read};
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::board::BoardSettings;
 use crate::bytes;
-use crate::error::Error;
+use crate::error::{Error, Result};
+use crate::finding::Finding;
 use crate::judge::UnitDoubt;
-use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
-use crate::text::{Aside, Batch, Format, axes, sniff};
+use crate::text::{Batch, Format, Ledger, sniff};
 use crate::time_unit::TimeUnit;
-use crate::units::{AccelScale, AccelUnit, GyroScale};
+use crate::units::{AccelScale, AccelUnit, GyroScale, Origin};
+use crate::utc::UtcTime;
+
+pub use judging::notes::CALIBRATED;
 
 /// Bytes of the text that decide on the format.
 pub const HEAD_BYTES: usize = 262_144;
@@ -59,81 +59,91 @@ impl Timing {
     }
 }
 
-/// Everything that a file holds, in columns, and what was judged of it.
-///
-/// Values are in the unit of the file; counts less [`zero_offset`](Self::zero_offset). An empty
+/// File that was joined to a recording.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JoinedFile {
+    /// Path of the file as given.
+    pub name: String,
+    /// SHA-256 of the file, if requested.
+    pub sha256: Option<String>,
+}
+
+/// A recording in columns. All channels have the same number of rows; an empty
 /// cell is NaN.
-#[derive(Clone, PartialEq, Debug)]
+///
+/// It can be serialised in formats that hold NaN (JSON does not).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recording {
-    /// Text format in words: `comma separated, header in line 1`
+    /// Path of the file as given, `-` for standard input.
+    pub name: String,
+    /// SHA-256 of the file, if requested.
+    pub sha256: Option<String>,
+    /// Text format of the file in words: `comma, header in line 1`.
     pub description: String,
-    /// Lines above the rows
-    pub metadata: Vec<String>,
-    /// Names of the columns; empty without a header
+    /// Serial number of the sensor, where the lines above the header name it.
+    pub serial: Option<String>,
+    /// Names of the columns; empty without a header.
     pub column_names: Vec<String>,
-    /// Columns of the accelerometer
-    pub accel_columns: [usize; 3],
-    /// Settings of our board, where it wrote them
-    pub board: Option<BoardSettings>,
-    /// Seconds since the first row; `None` without usable time stamps
-    pub time_s: Option<Vec<f64>>,
-    /// The first time stamp, s, on the recorder's clock
-    pub start_s: Option<f64>,
-    /// The clock restarted at least once
-    pub restarted: bool,
-    /// Rates, jitter, missing samples
-    pub timing: Timing,
-    /// Specific force along x, y, z
+    /// The accelerometer is read from columns with the names that `gravical apply` writes, or a
+    /// board calibrated it.
+    pub is_calibrated: bool,
+    /// The board's settings line says that it sends calibrated values.
+    pub is_calibrated_by_board: bool,
+    /// Specific force along x, y, z in the unit of the file, less
+    /// [`zero_offset`](Self::zero_offset).
     pub accel: [Vec<f64>; 3],
-    /// Its unit
-    pub accel_scale: AccelScale,
-    /// Why its unit is unknown; `None` if it is known
-    pub unit_doubt: Option<UnitDoubt>,
-    /// Its unit according to the header
-    pub header_unit: Option<AccelUnit>,
-    /// Value subtracted from the counts of the accelerometer
-    pub zero_offset: f64,
-    /// Angular rate about x, y, z
+    /// Angular rate about x, y, z in the unit of the file.
     pub gyro: Option<[Vec<f64>; 3]>,
-    /// Its unit, as far as head and values tell
-    pub gyro_scale: Option<GyroScale>,
-    /// Resolution of ax, ay, az, gx, gy, gz; 0 where it is unknown
-    pub resolution: [f64; 6],
-    /// Temperature of the sensor, °C
+    /// The file of the gyroscope, if it is a separate one ([`join_gyroscope`](crate::join_gyroscope)).
+    pub gyro_file: Option<JoinedFile>,
+    /// Temperature of the sensor, °C.
     pub temperature_c: Option<Vec<f64>>,
-    /// Placement or section of each row
+    /// Seconds since the first row; `None` without usable time stamps.
+    pub time_s: Option<Vec<f64>>,
+    /// The first time stamp, s, on the recorder's clock: where [`time_s`](Self::time_s) is 0. It
+    /// aligns two files from the same recorder.
+    pub time_origin_s: Option<f64>,
+    /// When it starts by the lines above the header, s since 1970; used where no time stamp is a
+    /// date.
+    pub stated_start_s: Option<f64>,
+    /// The clock restarted at least once.
+    pub restarted: bool,
+    /// The label column.
     pub labels: Option<Labels>,
     /// Rows that do not continue the row before: after blank lines, a named gap, a reset of the
-    /// board, a repeated header, rows that were set aside
+    /// board or a repeated header. A single blank line or a header is not a break if the clock
+    /// continues across it.
     pub breaks: Vec<usize>,
-    /// Line in which each row begins, from 1
+    /// Value subtracted from the accelerometer's counts.
+    pub zero_offset: f64,
+    /// Unit of the accelerometer.
+    pub accel_scale: AccelScale,
+    /// Why the unit of the accelerometer is unknown; `None` if it is known.
+    pub unit_doubt: Option<UnitDoubt>,
+    /// Unit of the accelerometer according to the header.
+    pub header_unit: Option<AccelUnit>,
+    /// Unit of the gyroscope; `None` without a gyroscope.
+    pub gyro_scale: Option<GyroScale>,
+    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit; 0 where it is
+    /// unknown.
+    pub resolution: [f64; 6],
+    /// Rates, gaps, jitter.
+    pub timing: Timing,
+    /// The lines that were set aside.
+    pub ledger: Ledger,
+    /// Faults found.
+    pub findings: Vec<Finding>,
+    /// Line of each row, from 1.
     pub lines: Vec<u32>,
-    /// Lines and rows that were set aside; with the rows they are all lines
-    pub aside: Aside,
-    /// What whoever uses the recording should know
-    pub notes: Vec<Note>,
 }
 
 impl Recording {
-    /// Reads a file; `-` is standard input, `accel_[xyz].txt` a file per axis.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or holds no samples of an accelerometer.
-    pub fn open(path: &Path, options: &ReadOptions) -> Result<Self, Error> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        match axes::open(path) {
-            Some(text) => Recording::read(text?.as_bytes(), &name, options),
-            None => Recording::read(bytes::open(path)?, &name, options),
-        }
-    }
-
     /// Reads UTF-8 (see [`bytes::utf8`]); the name of the file may tell the sensor.
     ///
     /// # Errors
     ///
     /// Reading fails, or there are no samples of an accelerometer.
-    pub fn read(text: impl BufRead, file_name: &str, options: &ReadOptions) -> Result<Self, Error> {
+    pub fn read(text: impl BufRead, file_name: &str, options: &ReadOptions) -> Result<Self> {
         let (format, text) = open_text(text, file_name, options)?;
         Recording::collect(&format, format.batches(text))
     }
@@ -147,41 +157,185 @@ impl Recording {
     pub fn collect(
         format: &Format,
         batches: impl Iterator<Item = io::Result<Batch>>,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self> {
         let mut rows = Batch::default();
-        let mut is_cut = false;
         for batch in batches {
-            match batch {
-                Ok(batch) => rows.append(batch),
-                Err(e) if e.kind() == ErrorKind::UnexpectedEof && rows.rows() > 0 => is_cut = true,
-                Err(e) => return Err(e.into()),
-            }
+            rows.append(batch?);
             rows.check_size()?;
         }
-        let count = rows.rows();
-        let mut recording = Recording::judge(format, rows)?;
-        if is_cut {
-            let text = format!(
-                "the packed file is damaged or ends in the middle; {count} rows could be unpacked"
-            );
-            recording
-                .notes
-                .push(Note::new(NoteKind::TruncatedFile, text));
+        Recording::judge(format, rows)
+    }
+
+    /// Sets its name and that of the file in its findings.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        name.clone_into(&mut self.name);
+        for finding in &mut self.findings {
+            finding.file = Some(name.to_owned());
         }
-        Ok(recording)
+        self
     }
 
     /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.lines.len()
+        self.accel[0].len()
     }
 
-    /// Rows per second by the stamps, else by what is claimed.
+    /// When it starts, if its time stamps are dates or seconds since 1970, or the lines above the
+    /// header say it; a date without a zone counts as UTC.
     #[must_use]
-    pub fn rate_hz(&self) -> Option<f64> {
-        self.timing.rate_hz()
+    pub fn recorded_at(&self) -> Option<UtcTime> {
+        self.start_unix_s().and_then(UtcTime::of_stamp)
     }
+
+    /// The same in s since 1970.
+    pub fn start_unix_s(&self) -> Option<f64> {
+        let is_date = |s: &f64| UtcTime::of_stamp(*s).is_some();
+        self.time_origin_s.filter(is_date).or(self.stated_start_s)
+    }
+
+    /// Line number in the file, from 1, of row `row` (from 0).
+    #[must_use]
+    pub fn line(&self, row: usize) -> u64 {
+        self.lines
+            .get(row)
+            .map_or(row as u64 + 1, |line| u64::from(*line))
+    }
+
+    /// The rows in these lines, the first and the last.
+    #[must_use]
+    pub fn rows_at(&self, [first, last]: [u32; 2]) -> Range<usize> {
+        let before = |line: u32| self.lines.partition_point(|l| *l < line);
+        let start = before(first);
+        start..before(last.saturating_add(1)).max(start)
+    }
+
+    /// True for a long file of a worn device: its rows are means of neighbouring samples.
+    #[must_use]
+    pub fn is_averaged(&self) -> bool {
+        self.ledger.rows() > self.rows()
+    }
+
+    /// Samples that each row is the mean of, one where a row of any recording is a sample.
+    pub fn samples_per_row(recordings: &[Recording]) -> f64 {
+        let each = recordings
+            .iter()
+            .map(|r| r.ledger.rows() as f64 / r.rows().max(1) as f64);
+        each.fold(f64::INFINITY, f64::min).clamp(1.0, 1e6)
+    }
+
+    /// Refuses means of samples; `hint`: what to do instead.
+    ///
+    /// # Errors
+    ///
+    /// `averaged` (usage).
+    pub fn refuse_averaged(&self, hint: &str) -> Result<()> {
+        match self.is_averaged() {
+            false => Ok(()),
+            true => Err(Error::usage(
+                "averaged",
+                "the rows of this recording are means of neighbouring samples",
+            )
+            .at(self.name.as_ref(), None)
+            .with_hint(hint)),
+        }
+    }
+
+    /// True if there is a break within `rows`.
+    pub fn is_broken(&self, rows: &Range<usize>) -> bool {
+        let at = self.breaks.partition_point(|b| *b <= rows.start);
+        self.breaks.get(at).is_some_and(|b| *b < rows.end)
+    }
+
+    /// Lowest and highest temperature, °C; `None` without any.
+    pub fn temperature_range_c(&self) -> Option<[f64; 2]> {
+        let all = self.temperature_c.iter().flatten();
+        let [low, high] = all
+            .filter(|t| t.is_finite())
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| {
+                [l.min(*t), h.max(*t)]
+            });
+        (low <= high).then_some([low, high])
+    }
+
+    /// Mean temperature over these rows, °C; `None` without any.
+    pub fn mean_temperature_c(&self, rows: &[Range<usize>]) -> Option<f64> {
+        let all = self.temperature_c.as_ref()?;
+        let known = rows.iter().flat_map(|rows| &all[rows.clone()]);
+        let known = known.filter(|t| t.is_finite());
+        let (count, sum) = known.fold((0, 0.0), |(n, sum), t| (n + 1, sum + t));
+        (count > 0).then(|| sum / f64::from(count))
+    }
+
+    /// True if there are columns with the names that `gravical apply` writes, whether they are
+    /// read or not: the file is a result, not a recording of a session.
+    #[must_use]
+    pub fn is_result(&self) -> bool {
+        let has = |name: &&str| self.column_names.iter().any(|n| n == name);
+        CALIBRATED.iter().any(|own| own.iter().all(has))
+    }
+
+    /// True if the header claims another unit of the accelerometer than the magnitude at rest
+    /// shows.
+    #[must_use]
+    pub fn contradicts_header(&self) -> bool {
+        let claimed = self
+            .header_unit
+            .filter(|claim| *claim != self.accel_scale.unit);
+        claimed.is_some() && self.accel_scale.origin == Origin::Data
+    }
+
+    /// Accelerometer values of a row.
+    #[must_use]
+    pub fn accel_at(&self, row: usize) -> [f64; 3] {
+        [self.accel[0][row], self.accel[1][row], self.accel[2][row]]
+    }
+
+    /// Row ranges between the breaks, none of them empty.
+    #[must_use]
+    pub fn segments(&self) -> Vec<Range<usize>> {
+        between(&self.breaks, self.rows())
+    }
+
+    /// [`resolution`](Self::resolution) of the accelerometer.
+    #[must_use]
+    pub fn accel_resolution(&self) -> [f64; 3] {
+        let [x, y, z, ..] = self.resolution;
+        [x, y, z]
+    }
+
+    /// [`resolution`](Self::resolution) of the gyroscope.
+    #[must_use]
+    pub fn gyro_resolution(&self) -> [f64; 3] {
+        let [.., x, y, z] = self.resolution;
+        [x, y, z]
+    }
+
+    /// The sampling rate to work with, in Hz, and whether it had to be assumed.
+    #[must_use]
+    pub fn working_rate_hz(&self) -> (f64, bool) {
+        match self.timing.rate_hz() {
+            Some(rate) => (rate, false),
+            None => (Self::ASSUMED_RATE_HZ, true),
+        }
+    }
+
+    /// Sampling rate assumed for window lengths if it is unknown, Hz.
+    pub const ASSUMED_RATE_HZ: f64 = 100.0;
+}
+
+/// Ranges between `breaks` in `0..len`, without empty ones.
+#[must_use]
+pub fn between(breaks: &[usize], len: usize) -> Vec<Range<usize>> {
+    let mut edges = vec![0];
+    edges.extend(breaks.iter().copied());
+    edges.push(len);
+    edges
+        .windows(2)
+        .map(|w| w[0]..w[1])
+        .filter(|r| !r.is_empty())
+        .collect()
 }
 
 /// The format of a text by its head, and the text from its beginning on.
@@ -193,7 +347,7 @@ pub fn open_text<R: BufRead>(
     mut text: R,
     file_name: &str,
     options: &ReadOptions,
-) -> Result<(Format, impl BufRead + use<R>), Error> {
+) -> Result<(Format, impl BufRead + use<R>)> {
     let head = bytes::read_head(&mut text, HEAD_BYTES)?;
     let format = sniff(&whole_lines(&head), file_name, options)?;
     Ok((format, Cursor::new(head).chain(text)))

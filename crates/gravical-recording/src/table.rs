@@ -1,6 +1,8 @@
-//! Recordings from columns in memory.
+//! Recordings from samples and tables in memory.
 
-use crate::error::Error;
+use std::path::Path;
+
+use crate::error::{Error, Result};
 use crate::options::ReadOptions;
 use crate::recording::Recording;
 use crate::role::Role;
@@ -29,66 +31,189 @@ impl TableColumn<'_> {
     }
 }
 
-impl Recording {
-    /// Judges a table in memory. Columns are recognised by `names`, as those of a file by its
-    /// header, or, with no names, by their numbers. A line is a row of the table, from 1.
-    ///
-    /// # Errors
-    ///
-    /// Columns that are not recognised, or a sensor that did not answer.
-    pub fn from_table(
-        names: &[String],
-        columns: &[TableColumn<'_>],
-        options: &ReadOptions,
-    ) -> Result<Self, Error> {
-        let rows = batch(columns);
-        let format = recognised(names, &rows, options)?;
-        for column in format.channels() {
-            if let Some(TableColumn::Texts(_)) = columns.get(column) {
-                let text = format!("column {} holds texts, not numbers", column + 1);
-                return Err(Error::input("no-values", text).with_hint(
-                    "convert it to numbers, or name other columns: --columns t=…,ax=…",
-                ));
-            }
-        }
-        let mut recording = Recording::judge(&format, rows)?;
-        recording.description = "table in memory".to_owned();
-        Ok(recording)
+/// Samples of one sensor as columns of equal length; missing values are NaN.
+///
+/// Units are given in [`ReadOptions`], or determined as for a file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SampleColumns<'a> {
+    /// Time stamps.
+    pub time: Option<&'a [f64]>,
+    /// Specific force along x, y, z.
+    pub accel: [&'a [f64]; 3],
+    /// Angular rate about x, y, z.
+    pub gyro: Option<[&'a [f64]; 3]>,
+    /// Temperature of the sensor, °C.
+    pub temperature_c: Option<&'a [f64]>,
+}
+
+impl SampleColumns<'_> {
+    fn len(&self) -> usize {
+        self.accel[0].len()
+    }
+
+    fn even(&self) -> bool {
+        let all = self.accel.iter().chain(self.gyro.iter().flatten());
+        let others = self.time.iter().chain(self.temperature_c.iter());
+        all.chain(others).all(|column| column.len() == self.len())
+    }
+
+    /// The columns with the names of their channels.
+    fn columns(&self) -> Vec<(&'static str, &[f64])> {
+        let accel = ["ax", "ay", "az"].into_iter().zip(self.accel);
+        let gyro = self.gyro.into_iter();
+        let gyro = gyro.flat_map(|g| ["gx", "gy", "gz"].into_iter().zip(g));
+        let time = self.time.map(|c| ("t", c));
+        let temperature = self.temperature_c.map(|c| ("temperature", c));
+        let all = time.into_iter().chain(accel).chain(gyro);
+        all.chain(temperature).collect()
     }
 }
 
-/// The channels of a table (`t`, `ax` … `gz`, `temperature`), each with its column from 0.
-///
-/// # Errors
-///
-/// Columns that are not recognised.
-pub fn table_channels(
-    names: &[String],
-    columns: &[TableColumn<'_>],
-    options: &ReadOptions,
-) -> Result<Vec<(&'static str, usize)>, Error> {
-    let format = recognised(names, &batch(columns), options)?;
-    let first = |role| format.columns.iter().position(|c| c.role == role);
-    let mut channels = Vec::new();
-    channels.extend(first(Role::Time).map(|c| ("t", c)));
-    channels.extend(["ax", "ay", "az"].into_iter().zip(format.accel));
-    channels.extend(
-        format
-            .gyro
+impl Recording {
+    /// Creates a recording from samples in memory; `name` is used in messages. Clock, units,
+    /// empty cells and faults are evaluated as for a file; a "line" is a sample, from 1.
+    ///
+    /// # Errors
+    ///
+    /// `samples-length` (usage) for columns of different lengths; `no-rows`, `no-values`,
+    /// `all-zero` as [`read`](crate::read()).
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use gravical_recording::{ReadOptions, Recording, SampleColumns};
+    ///
+    /// let time: Vec<f64> = (0..100).map(|i| 0.01 * f64::from(i)).collect();
+    /// let (x, z) = ([0.1; 100], [9.8; 100]);
+    /// let samples = SampleColumns {
+    ///     time: Some(&time),
+    ///     accel: [&x, &x, &z],
+    ///     ..SampleColumns::default()
+    /// };
+    /// let recording = Recording::from_samples("desk", &samples, &ReadOptions::default())?;
+    /// assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
+    /// # Ok::<(), gravical_recording::Error>(())
+    /// ```
+    pub fn from_samples(
+        name: &str,
+        samples: &SampleColumns<'_>,
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        if !samples.even() {
+            return Err(Error::usage(
+                "samples-length",
+                "the columns of samples have different lengths",
+            )
+            .at(name.as_ref(), None)
+            .with_hint("give one value of each for every sample, NaN where there is none"));
+        }
+        let names: Vec<String> = samples.columns().iter().map(|c| c.0.to_owned()).collect();
+        let columns = samples
+            .columns()
             .into_iter()
-            .flat_map(|g| ["gx", "gy", "gz"].into_iter().zip(g)),
-    );
-    channels.extend(first(Role::Temperature).map(|c| ("temperature", c)));
-    channels.sort_by_key(|(_, column)| *column);
-    Ok(channels)
+            .map(|c| TableColumn::Numbers(c.1));
+        let columns: Vec<TableColumn<'_>> = columns.collect();
+        let mut recording = Recording::from_table(name, &names, &columns, options)?;
+        recording.column_names.clear();
+        recording.description = "samples in memory".to_owned();
+        Ok(recording)
+    }
+
+    /// Creates a recording from a table in memory, such as a data frame: `columns` are recognised
+    /// by `names`, as those of a file by its header, or, with no names, by their numbers. A "line"
+    /// is a row of the table, from 1.
+    ///
+    /// # Errors
+    ///
+    /// `samples-length` (usage) for columns of different lengths; `no-accelerometer`,
+    /// `columns-unknown`, `columns-missing` and what else [`read`](crate::read()) says of columns
+    /// that are not recognised; `no-rows`, `no-values`, `all-zero`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use gravical_recording::{ReadOptions, Recording, TableColumn};
+    ///
+    /// let time: Vec<f64> = (0..100).map(|i| 10.0 * f64::from(i)).collect();
+    /// let (x, z) = ([0.01; 100], [1.0; 100]);
+    /// let columns = [&time[..], &x, &x, &z].map(TableColumn::Numbers);
+    /// let names = ["t [ms]", "acc_x", "acc_y", "acc_z"].map(str::to_owned);
+    /// let recording = Recording::from_table("desk", &names, &columns, &ReadOptions::default())?;
+    /// assert_eq!(recording.accel_scale.unit.name(), "g");
+    /// assert_eq!(recording.timing.median_rate_hz.map(f64::round), Some(100.0));
+    /// # Ok::<(), gravical_recording::Error>(())
+    /// ```
+    pub fn from_table(
+        name: &str,
+        names: &[String],
+        columns: &[TableColumn<'_>],
+        options: &ReadOptions,
+    ) -> Result<Self> {
+        let rows = table(name, names, columns, options)?;
+        let in_file = |e: Error| e.in_file(Path::new(name));
+        let format = recognised(names, &rows, options).map_err(in_file)?;
+        for column in format.channels() {
+            if let Some(TableColumn::Texts(_)) = columns.get(column) {
+                let text = format!("column {} holds texts, not numbers", column + 1);
+                let hint = "convert it to numbers, or name other columns: --columns t=…,ax=…";
+                return Err(in_file(Error::input("no-values", text).with_hint(hint)));
+            }
+        }
+        let judged = Recording::judge(&format, rows).map_err(in_file)?;
+        let mut recording = judged.named(name);
+        recording.description = "table in memory".to_owned();
+        Ok(recording)
+    }
+
+    /// The channels of a table in memory (`t`, `ax` … `gz`, `temperature`), each with its column
+    /// from 0, as [`from_table`](Self::from_table) recognises them.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`from_table`](Self::from_table) about columns.
+    pub fn table_fields(
+        name: &str,
+        names: &[String],
+        columns: &[TableColumn<'_>],
+        options: &ReadOptions,
+    ) -> Result<Vec<(&'static str, usize)>> {
+        let rows = table(name, names, columns, options)?;
+        let format = recognised(names, &rows, options).map_err(|e| e.in_file(Path::new(name)))?;
+        let first = |role| format.columns.iter().position(|c| c.role == role);
+        let gyro = format.gyro.into_iter().flatten();
+        let mut channels: Vec<_> = ["ax", "ay", "az"].into_iter().zip(format.accel).collect();
+        channels.extend(["gx", "gy", "gz"].into_iter().zip(gyro));
+        channels.extend(first(Role::Time).map(|c| ("t", c)));
+        channels.extend(first(Role::Temperature).map(|c| ("temperature", c)));
+        channels.sort_by_key(|(_, column)| *column);
+        Ok(channels)
+    }
 }
 
 fn recognised(names: &[String], rows: &Batch, options: &ReadOptions) -> Result<Format, Error> {
     Format::of_table(names, rows.columns.len(), &rows.first(SAMPLE_ROWS), options)
 }
 
-fn batch(columns: &[TableColumn<'_>]) -> Batch {
+/// The columns as rows of equal length.
+fn table(
+    name: &str,
+    names: &[String],
+    columns: &[TableColumn<'_>],
+    options: &ReadOptions,
+) -> Result<Batch> {
+    options.validate()?;
     let rows = columns.first().map_or(0, |c| c.rows());
+    let named = names.is_empty() || names.len() == columns.len();
+    if columns.iter().any(|c| c.rows() != rows) || !named {
+        return Err(Error::usage(
+            "samples-length",
+            "the columns of the table have different lengths",
+        )
+        .at(name.as_ref(), None)
+        .with_hint(
+            "give every column one value for each row, NaN where there is none, and one name",
+        ));
+    }
     let mut batch = Batch::new(columns.len());
     for (at, column) in columns.iter().enumerate() {
         match column {
@@ -106,6 +231,77 @@ fn batch(columns: &[TableColumn<'_>]) -> Batch {
         }
     }
     batch.lines = (1..=rows as u32).collect();
-    batch.aside.lines = rows;
-    batch
+    batch.ledger.lines = rows;
+    Ok(batch)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{FindingKind, read_bytes};
+
+    #[test]
+    fn samples_and_their_text_give_equal_recordings() {
+        let wave = |i: u32, k: f64| (f64::from(i) * k).sin();
+        let rows: Vec<[f64; 8]> = (0..4000)
+            .map(|i| {
+                let value = |k| (1e4 * (0.02 * wave(i, k))).round() / 1e4;
+                let t = 10.0 * f64::from(i) + if i > 2000 { 700.0 } else { 0.0 };
+                let mut row = [
+                    t,
+                    value(0.7),
+                    value(1.3),
+                    9.8 + value(2.1),
+                    0.0,
+                    0.0,
+                    0.0,
+                    25.0,
+                ];
+                (4..7).for_each(|k| row[k] = value(0.9 * k as f64));
+                if i % 1000 == 17 {
+                    row[1..7].fill(0.0);
+                }
+                row
+            })
+            .collect();
+        let mut text = "t_ms,ax,ay,az,gx (rad/s),gy (rad/s),gz (rad/s),temp (C)\n".to_owned();
+        for row in &rows {
+            let cells: Vec<String> = row.iter().map(ToString::to_string).collect();
+            text += &(cells.join(",") + "\n");
+        }
+        let column = |k: usize| rows.iter().map(|row| row[k]).collect::<Vec<f64>>();
+        let columns: Vec<Vec<f64>> = (0..8).map(column).collect();
+        let samples = SampleColumns {
+            time: Some(&columns[0]),
+            accel: [&columns[1], &columns[2], &columns[3]],
+            gyro: Some([&columns[4], &columns[5], &columns[6]]),
+            temperature_c: Some(&columns[7]),
+        };
+        let options = ReadOptions {
+            time_unit: Some(crate::TimeUnit::Millisecond),
+            ..ReadOptions::default()
+        };
+        let own = Recording::from_samples("memory", &samples, &options).unwrap();
+        let read = read_bytes(text.as_bytes(), "memory", &options).unwrap();
+        assert_eq!((own.rows(), &own.timing), (read.rows(), &read.timing));
+        assert_eq!(own.time_s, read.time_s);
+        assert_eq!(own.resolution, read.resolution);
+        assert_eq!(own.accel_scale.unit, read.accel_scale.unit);
+        assert_eq!(own.rows(), 3996);
+        let kinds = |r: &Recording| r.findings.iter().map(|f| f.kind).collect::<Vec<_>>();
+        assert_eq!(kinds(&own), kinds(&read));
+        assert!(kinds(&own).contains(&FindingKind::ZeroRows));
+        // A sample counts as a line: there is no header.
+        assert_eq!(own.line(10) + 1, read.line(10));
+
+        let short = SampleColumns {
+            time: Some(&columns[0][1..]),
+            ..samples
+        };
+        let error = Recording::from_samples("memory", &short, &options).unwrap_err();
+        assert_eq!(error.code(), "samples-length");
+        let none = SampleColumns::default();
+        let error = Recording::from_samples("memory", &none, &options).unwrap_err();
+        assert_eq!(error.code(), "no-rows");
+    }
 }

@@ -16,7 +16,7 @@ mod sniff;
 mod words;
 
 pub(crate) use batch::MIN_ROWS_GONE;
-pub use batch::{Aside, AsideLines, Batch, CopiedText, Reason};
+pub use batch::{AsideLines, Batch, CopiedText, Ledger, Reason};
 pub(crate) use batches::BATCH_ROWS;
 pub use batches::{Batches, split_hint};
 pub(crate) use dialect::Delimiter;

@@ -22,7 +22,7 @@ mod counted {
     use gravical::apply::{ApplyOptions, apply};
     use gravical::calibration_file::CalibrationFile;
     use gravical::core::calibration::Calibration;
-    use gravical::recording::open::{Input, from_reader};
+    use gravical::recording::bytes::{Input, from_reader};
     use gravical::recording::{ReadOptions, Recording, read_bytes};
     use gravical_fit::{Hint, Options, Pose, fit};
     use gungraun::{library_benchmark, library_benchmark_group};

@@ -18,7 +18,7 @@
 //! ```
 //! use gravical::apply::{ApplyOptions, apply};
 //! use gravical::calibration_file::CalibrationFile;
-//! use gravical::recording::open::from_reader;
+//! use gravical::recording::bytes::from_reader;
 //!
 //! let calibration = CalibrationFile::parse(br#"{
 //!     "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "g", "cal_type": "Ferraris",
@@ -61,14 +61,14 @@ use gravical_recording::split_hint;
 
 use crate::calibration_file::CalibrationFile;
 use crate::poses::face::AxisMap;
-use crate::recording::batches::BatchReader;
-use crate::recording::board::why_calibrated;
-use crate::recording::open::Input;
+use crate::recording::why_calibrated;
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
     join_gyroscope,
 };
 use crate::{Error, Result};
+use gravical_recording::BatchReader;
+use gravical_recording::bytes::Input;
 
 pub use drift::TemperatureOutcome;
 pub use unit::OutputUnit;
@@ -458,8 +458,8 @@ impl<'a> Application<'a> {
         ApplySummary {
             input: name.to_owned(),
             description,
-            lines: ledger.lines,
-            rows: ledger.rows,
+            lines: ledger.lines as u64,
+            rows: ledger.rows() as u64,
             rows_without_acceleration: self.without_acceleration,
             set_aside: set_aside(ledger),
             accelerometer: self.judged.accel,
@@ -526,11 +526,8 @@ fn about_calibration(
 }
 
 pub(crate) fn set_aside(ledger: &Ledger) -> Vec<SetAside> {
-    let reasons = ledger.aside.iter();
+    let reasons = ledger.counts();
     reasons
-        .map(|(reason, lines)| SetAside {
-            reason: *reason,
-            lines: *lines,
-        })
+        .map(|(reason, lines)| SetAside { reason, lines })
         .collect()
 }

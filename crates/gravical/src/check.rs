@@ -28,7 +28,7 @@ use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, se
 use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
 use crate::poses::face::{AxisMap, Face};
 use crate::poses::{Pose, Selection};
-use crate::recording::board::why_calibrated;
+use crate::recording::why_calibrated;
 use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
 
 use intervals::static_intervals;

@@ -33,17 +33,17 @@ use std::io::Write;
 use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_recording::Role;
 use gravical_recording::write::{Cell, Table, Writer};
+use gravical_recording::{Role, source};
 use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
-use crate::recording::batches::{BatchReader, Rows};
-use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, open};
+use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
+use gravical_recording::{BatchReader, Rows};
 
 /// As [`GyroScale::nominal`] has it, so that °/s stay as they are.
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
@@ -124,7 +124,7 @@ pub fn convert_file(
     out: &mut dyn Write,
 ) -> Result<ConvertSummary> {
     let name = path.display().to_string();
-    let input = open::open(path, read)?;
+    let input = source::open(path, read)?;
     let label = |format: &gravical_recording::Format| {
         let column = format.columns.iter().position(|c| c.role == Role::Label);
         column.map(|c| (c, c)).into_iter().collect()
@@ -160,8 +160,8 @@ pub fn convert_file(
         start_unix_s,
         description: recording.description,
         serial: recording.serial,
-        lines: ledger.lines,
-        rows: ledger.rows,
+        lines: ledger.lines as u64,
+        rows: ledger.rows() as u64,
         set_aside: set_aside(&ledger),
         accelerometer: recording.accel_scale,
         gyroscope: recording.gyro_scale,

@@ -156,13 +156,12 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         serial: recording.serial.clone(),
         columns: recording.column_names.clone(),
         row_counts: LineCounts {
-            lines: recording.ledger.lines,
-            rows: recording.ledger.rows,
+            lines: recording.ledger.lines as u64,
+            rows: recording.ledger.rows() as u64,
             aside: recording
                 .ledger
-                .aside
-                .iter()
-                .map(|(reason, n)| (reason.name().to_owned(), *n))
+                .counts()
+                .map(|(reason, n)| (reason.name().to_owned(), n))
                 .collect(),
             sum: recording.ledger.sum(),
         },

@@ -54,7 +54,6 @@ pub mod denoise;
 pub mod export;
 pub mod finding;
 pub mod gravity;
-mod hash;
 pub mod inspect;
 mod later;
 pub mod live;
@@ -62,7 +61,6 @@ pub mod motion;
 pub mod noise;
 #[doc(hidden)]
 pub mod numfmt;
-mod option_text;
 #[doc(hidden)]
 pub mod output;
 pub mod poses;
@@ -75,7 +73,6 @@ pub mod stats;
 pub mod targets;
 #[doc(hidden)]
 pub mod temperature;
-pub mod utc;
 
 /// Name and version of the program, as results state it.
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
@@ -87,7 +84,8 @@ pub use gravical_core as core;
 pub use gravical_fit as fit;
 #[doc(hidden)]
 pub use gravical_recording::escape;
-pub use gravical_recording::{Category, Error, Location, Result};
+pub use gravical_recording::{Category, Error, Location, Result, utc};
+pub(crate) use gravical_recording::{hash, option_text};
 
 /// The programs of the README.
 #[cfg(doctest)]

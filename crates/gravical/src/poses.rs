@@ -31,7 +31,7 @@ use serde::Deserialize;
 
 use crate::finding::after;
 use crate::recording::units::GyroScale;
-use crate::recording::{Finding, FindingKind, Recording, UnitDoubt, full_scale};
+use crate::recording::{Finding, FindingKind, Recording, UnitDoubt};
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
@@ -422,7 +422,7 @@ pub(crate) fn means_of(
             std::array::from_fn(|i| step[i].max(most[i]))
         });
     let stretches: Vec<[&[f64]; 3]> = held.iter().flatten().map(slices).collect();
-    let noise = pooled_noise(&stretches, coarsest, Recording::samples_of_rows(recordings));
+    let noise = pooled_noise(&stretches, coarsest, Recording::samples_per_row(recordings));
     let mean = |((recording, selection), held): ((usize, Selection), &Stretches)| {
         let (rate, _) = Recording::working_rate_hz(&recordings[recording]);
         let values: [Vec<f64>; 3] =
@@ -497,7 +497,7 @@ fn pose(
     let recording = &recordings[interval.recording];
     let channels = held.iter().flatten();
     let clipped = channels
-        .map(|values| full_scale::clipped_count(values, &recording.accel_scale))
+        .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))
         .sum();
     let gyro_sum = recording
         .gyro

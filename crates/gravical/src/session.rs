@@ -15,7 +15,7 @@ use crate::poses::Segmentation;
 use crate::poses::sections::read_sections;
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
-    is_named_gyroscope, join_gyroscope, open::open, read, read_head,
+    is_named_gyroscope, join_gyroscope, read, read_head, source,
 };
 use crate::{Error, Result};
 
@@ -187,8 +187,8 @@ pub(crate) fn is_result_file(path: &Path) -> bool {
 pub fn is_summary(path: &Path) -> bool {
     let columns = SUMMARY_COLUMNS.join(",");
     let mut head = vec![0; columns.len()];
-    let read =
-        open(path, &ReadOptions::default()).map(|mut input| input.reader.read_exact(&mut head));
+    let read = source::open(path, &ReadOptions::default())
+        .map(|mut input| input.reader.read_exact(&mut head));
     matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
 }
 

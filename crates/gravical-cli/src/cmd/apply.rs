@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
 use gravical::escape::one_line;
-use gravical::recording::{Origin, ReadOptions, open};
+use gravical::recording::{Origin, ReadOptions, source};
 use gravical::{Error, numfmt};
 use gravical_report::document::Document;
 use serde::Serialize;
@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibration = &found.file;
     let options = args.options(&read_options);
     options.read.validate()?;
-    let input = open::open(path, &options.read)?;
+    let input = source::open(path, &options.read)?;
     let name = path.display().to_string();
     let summary = args.output.write(|out| match &args.gyro {
         Some(gyro) => apply_with_gyroscope(calibration, input, &name, out, &options, gyro),
@@ -148,7 +148,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     let apply = |recording: &Path, result: Option<&Path>| {
         let result = result.context("no result is wanted")?;
         let name = recording.display().to_string();
-        let input = open::open(recording, &options.read)?;
+        let input = source::open(recording, &options.read)?;
         let summary = write_file(result, true, |out| {
             apply(&calibration, input, &name, out, &options)
         })?;

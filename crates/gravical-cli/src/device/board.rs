@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-pub use gravical::recording::board::BoardSettings as Settings;
+pub use gravical::recording::BoardSettings as Settings;
 use gravical::{Error, Result};
 
 /// Settings that the board must have; none: as they are.

@@ -4,9 +4,9 @@ use std::io::Read;
 
 use super::{Samples, open};
 use crate::error::Error;
+use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
 use crate::judge;
-use crate::note::{Note, NoteKind};
 use crate::options::ReadOptions;
 use crate::recording::Recording;
 use crate::recording::judging::resolution;
@@ -20,7 +20,7 @@ const USUAL_MEANS: usize = 1 << 22;
 const MIN_HZ: f64 = 2.5;
 
 /// Reads a `.cwa` file. More than 2²⁰ samples are held as means of neighbours at 2.5 Hz or faster,
-/// and a note says so ([`NoteKind::SamplesAveraged`]). Samples before a break that are too few for
+/// and a note says so ([`FindingKind::SamplesAveraged`]). Samples before a break that are too few for
 /// a mean are left out.
 ///
 /// # Errors
@@ -146,7 +146,7 @@ impl Means {
                 self.push();
             }
         }
-        self.rows.aside.append(std::mem::take(&mut batch.aside));
+        self.rows.ledger.append(std::mem::take(&mut batch.ledger));
         self.rows.notes.append(&mut batch.notes);
     }
 
@@ -170,17 +170,19 @@ impl Means {
         rates.into_iter().flatten().for_each(|rate| *rate /= count);
         let text = format!(
             "{} samples are too many to hold: they are used as {} means of {} neighbours",
-            self.rows.aside.lines - self.rows.aside.total(),
+            self.rows.ledger.lines - self.rows.ledger.total(),
             self.rows.rows(),
             self.count
         );
         let mut recording = Recording::judge_means(&format, self.rows, Some(resolution))?;
         let clipped = self.clipping.iter();
         let clipped = clipped.filter_map(|(_, name, c)| c.finding(name));
-        recording.notes.retain(|n| n.kind != NoteKind::Clipped);
-        recording.notes.extend(clipped);
-        let note = Note::new(NoteKind::SamplesAveraged, text);
-        recording.notes.push(note);
+        recording
+            .findings
+            .retain(|n| n.kind != FindingKind::Clipped);
+        recording.findings.extend(clipped);
+        let note = Finding::new(FindingKind::SamplesAveraged, text);
+        recording.findings.push(note);
         Ok(recording)
     }
 }
@@ -212,7 +214,7 @@ mod tests {
             }
             rows.lines.push(i + 1);
         }
-        rows.aside.lines = 2000;
+        rows.ledger.lines = 2000;
         let options = ReadOptions::default();
         let format = Format::of_table(&names, names.len(), &rows.first(200), &options).unwrap();
         let mut means = Means::new(20, names.len());
@@ -220,9 +222,9 @@ mod tests {
         means.add(rows);
         let recording = means.judge(&format, [1.0 / 16_384.0; 6]).unwrap();
         let clipped = recording
-            .notes
+            .findings
             .iter()
-            .filter(|n| n.kind == NoteKind::Clipped);
+            .filter(|n| n.kind == FindingKind::Clipped);
         let messages: Vec<&str> = clipped.map(|n| n.message.as_str()).collect();
         assert!(
             matches!(messages[..], [m] if m.starts_with("ax reaches the end of its range in 80 rows")),

@@ -1,7 +1,7 @@
 //! Blocks of samples in order: which of them are used, and where something is missing.
 
 use super::block::Block;
-use crate::note::{Note, NoteKind};
+use crate::finding::{Finding, FindingKind};
 use crate::spans::LineSpans;
 use crate::text::Reason;
 
@@ -160,7 +160,7 @@ impl Order {
     }
 
     /// Notes on what is missing.
-    pub fn notes(&self) -> Vec<Note> {
+    pub fn notes(&self) -> Vec<Finding> {
         let (blocks, jumps, first) = &self.missing;
         let mut notes = Vec::new();
         if let Some(first) = first {
@@ -181,14 +181,14 @@ impl Order {
                 "{}; each place is a break, first: {first} the one before",
                 what.join(", ")
             );
-            notes.push(Note::new(NoteKind::MissingBlocks, text).at(self.breaks.clone()));
+            notes.push(Finding::new(FindingKind::MissingBlocks, text).at_lines(&self.breaks));
         }
         if self.sessions > 1 {
             let text = format!(
                 "{} sessions in one file; a break between them",
                 self.sessions
             );
-            notes.push(Note::new(NoteKind::SeveralSessions, text));
+            notes.push(Finding::new(FindingKind::SeveralSessions, text));
         }
         notes
     }

@@ -1,6 +1,6 @@
 //! Empty cells, and simple statistics of a column.
 
-use crate::note::{Note, NoteKind};
+use crate::finding::{Finding, FindingKind};
 
 /// Median of the finite values.
 #[must_use]
@@ -44,7 +44,7 @@ pub struct Channels<'a> {
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
 /// value of a channel holds until the next one. `lines`: that of each row.
-pub fn fill_cells(channels: Channels<'_>, lines: &[u32], names: [&str; 7]) -> Option<Note> {
+pub fn fill_cells(channels: Channels<'_>, lines: &[u32], names: [&str; 7]) -> Option<Finding> {
     let Channels {
         accel,
         mut gyro,
@@ -125,7 +125,7 @@ pub fn fill_cells(channels: Channels<'_>, lines: &[u32], names: [&str; 7]) -> Op
             "{total} empty cells ({}); {incomplete} of {rows} rows lack a value of the {sensor}{done}",
             parts.join(", ")
         );
-        Note::new(NoteKind::EmptyCells, text).at(marked.map(|(line, _)| u64::from(*line)).collect())
+        Finding::new(FindingKind::EmptyCells, text).at_lines(&marked.map(|(line, _)| u64::from(*line)).collect())
     })
 }
 

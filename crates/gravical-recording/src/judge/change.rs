@@ -1,7 +1,7 @@
 //! Changes of unit or range among the rows.
 
 use super::unit::rest_norm;
-use crate::note::{Note, NoteKind};
+use crate::finding::{Finding, FindingKind};
 
 /// Rows of a block.
 const BLOCK_ROWS: usize = 20;
@@ -26,7 +26,7 @@ pub fn unit_change(
     accel: &[Vec<f64>; 3],
     lines: &[u32],
     before: Option<f64>,
-) -> Option<(usize, Note)> {
+) -> Option<(usize, Finding)> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
     let mut established = before;
@@ -62,7 +62,10 @@ pub fn unit_change(
                     "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: the unit or range changed without a new header"
                 );
                 let lines = [u64::from(line)].into_iter().collect();
-                return Some((row, Note::new(NoteKind::UnitChanged, text).at(lines)));
+                return Some((
+                    row,
+                    Finding::new(FindingKind::UnitChanged, text).at_lines(&lines),
+                ));
             }
             Some(_) => {}
             None => established = Some(other),

@@ -1,6 +1,6 @@
 //! Axes that keep one value, and rows that repeat.
 
-use crate::note::{Note, NoteKind};
+use crate::finding::{Finding, FindingKind};
 use crate::spans::LineSpans;
 
 /// Rows in which an axis must keep exactly one value, while the others change, to count as frozen.
@@ -24,7 +24,7 @@ pub fn frozen_axes(
     names: [&str; 3],
     resolution: &[f64],
     lines: &[u32],
-) -> Vec<Note> {
+) -> Vec<Finding> {
     let mut notes = Vec::new();
     for (axis, channel) in sensor.iter().enumerate() {
         let (mut spans, mut longest) = (LineSpans::default(), 0);
@@ -53,7 +53,7 @@ pub fn frozen_axes(
             let text = format!(
                 "{name} keeps exactly one value for {longest} rows while the other axes change"
             );
-            notes.push(Note::new(NoteKind::FrozenAxis, text).at(spans));
+            notes.push(Finding::new(FindingKind::FrozenAxis, text).at_lines(&spans));
         }
     }
     notes
@@ -78,7 +78,7 @@ pub(super) fn runs(rows: usize, repeats: impl Fn(usize) -> bool) -> Vec<std::ops
 /// faster than it measures. With a coarse resolution rows also repeat at rest, until the last
 /// digit flips or a motion begins; after repeated readings the value often differs by much.
 #[must_use]
-pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> Option<Note> {
+pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> Option<Finding> {
     let rows = lines.len();
     let (mut spans, mut jumped, mut flipped) = (LineSpans::default(), 0, 0);
     for run in runs(rows, |row| channels.iter().all(|c| c[row] == c[row - 1])) {
@@ -104,7 +104,7 @@ pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> 
         let text = format!(
             "{count} rows ({share:.0} %) repeat the row before in every channel: the sensor was read faster than it measures"
         );
-        Note::new(NoteKind::RepeatedRows, text).at(spans)
+        Finding::new(FindingKind::RepeatedRows, text).at_lines(&spans)
     })
 }
 

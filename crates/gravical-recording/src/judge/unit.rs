@@ -5,7 +5,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
 use super::cells::median;
-use crate::note::{Note, NoteKind};
+use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
 use crate::units::{AccelScale, AccelUnit, Evidence, MAX_OFF, Origin, accel_evidence};
 
@@ -58,7 +58,7 @@ pub struct JudgedUnit {
     /// Why it is unknown
     pub doubt: Option<UnitDoubt>,
     /// Contradictions
-    pub notes: Vec<Note>,
+    pub notes: Vec<Finding>,
 }
 
 /// The quietest third of the blocks of 20 rows. The sensor need not be at rest: gravity dominates the
@@ -132,8 +132,8 @@ fn scale(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> AccelScale 
 }
 
 impl JudgedUnit {
-    fn note(&mut self, kind: NoteKind, text: String) {
-        self.notes.push(Note::new(kind, text));
+    fn note(&mut self, kind: FindingKind, text: String) {
+        self.notes.push(Finding::new(kind, text));
     }
 
     fn decide(
@@ -186,7 +186,7 @@ impl JudgedUnit {
         if !gravity_shows && (claim.without_gravity || (norm < MIN_GRAVITY && !whole_zero)) {
             self.doubt = Some(UnitDoubt::WithoutGravity);
             self.note(
-            NoteKind::WithoutGravity,
+            FindingKind::WithoutGravity,
             format!(
                 "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
                 short(norm)
@@ -199,7 +199,7 @@ impl JudgedUnit {
                 && claim != unit
             {
                 self.note(
-                NoteKind::UnitMismatch,
+                FindingKind::UnitMismatch,
                 format!(
                     "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
                     short(norm)
@@ -225,7 +225,7 @@ impl JudgedUnit {
                     "the magnitude at rest is {}: read as mg (cm/s² would fit as well; --accel-unit says which)",
                     short(norm)
                 );
-                self.note(NoteKind::UnitAssumed, text);
+                self.note(FindingKind::UnitAssumed, text);
                 scale(AccelUnit::MilliGravity, None, Origin::Data)
             }
             _ => self.unknown(
@@ -270,7 +270,7 @@ impl JudgedUnit {
                 short(measured)
             ),
         };
-        self.note(NoteKind::RangeMismatch, message);
+        self.note(FindingKind::RangeMismatch, message);
     }
 
     fn unknown(&mut self, norm: f64, what: &str) -> AccelScale {
@@ -279,12 +279,12 @@ impl JudgedUnit {
         if let Some(guess) = wrong_full_scale(norm) {
             self.doubt = Some(UnitDoubt::WrongFullScale);
             self.note(
-                NoteKind::WrongFullScale,
+                FindingKind::WrongFullScale,
                 format!("the magnitude at rest is {norm_text}{guess}"),
             );
         }
         self.note(
-            NoteKind::UnitUnknown,
+            FindingKind::UnitUnknown,
             format!("the magnitude at rest is {norm_text}: {what}"),
         );
         scale(AccelUnit::Unknown, None, Origin::Assumed)
@@ -297,7 +297,7 @@ impl JudgedUnit {
         let g = norm / nominal / STANDARD_GRAVITY_MPS2;
         if !(0.75..=1.25).contains(&g) {
             self.note(
-            NoteKind::UnitMismatch,
+            FindingKind::UnitMismatch,
             format!(
                 "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
                 scale.unit

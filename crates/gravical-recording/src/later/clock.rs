@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use crate::finding::Finding;
 use crate::judge::ClockOptions;
-use crate::note::Note;
 use crate::recording::Recording;
 use crate::recording::judging::{find_clock, gap_note};
 use crate::role::Role;
@@ -74,9 +74,9 @@ impl LaterClock {
     }
 
     /// What is said of the gaps.
-    pub fn gap_note(&self) -> Option<Note> {
+    pub fn gap_note(&self) -> Option<Finding> {
         let count = self.gaps.count() as usize;
-        (count > 0).then(|| gap_note(count, self.longest_gap_s).at(self.gaps.clone()))
+        (count > 0).then(|| gap_note(count, self.longest_gap_s).at_lines(&self.gaps))
     }
 
     /// Times of these rows of a batch since the first row of the recording, s, NaN in the others;

@@ -7,13 +7,13 @@ pub(crate) use time::{find_clock, gap_note};
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::{Labels, Recording};
+use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
 use crate::escape::shell_word;
+use crate::finding::{Finding, FindingKind};
 use crate::full_scale::{Clipping, FullScale};
 use crate::judge::{self, AccelClaim, Channels, Encoding};
 use crate::metadata;
-use crate::note::{Note, NoteKind};
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
@@ -83,7 +83,7 @@ impl Recording {
         };
         notes.extend(lines_notes);
         notes.extend(text_cells);
-        notes.extend(encoding.map(|e| Note::new(NoteKind::UnsignedCounts, e.to_string())));
+        notes.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
         notes.append(&mut own);
         let empty = judge::fill_cells(
             Channels {
@@ -114,35 +114,44 @@ impl Recording {
                 .zip(gyro.as_ref())
                 .map(|(c, g)| gyro_scale(format, c, g)),
         };
+        let is_calibrated_by_board = format.board.is_some_and(|b| b.is_calibrated());
+        let reads = |own: &[&str; 3]| {
+            let mut pairs = format.accel.iter().zip(own);
+            pairs.all(|(column, own)| format.names.get(*column).is_some_and(|n| n == own))
+        };
         let mut recording = Recording {
+            name: String::new(),
+            sha256: None,
             description: format.describe(),
-            metadata: format.metadata.clone(),
+            serial: metadata::serial(&format.metadata),
             column_names: format.names.clone(),
-            accel_columns: format.accel,
-            board: format.board,
-            time_s: (!time_s.is_empty()).then_some(time_s),
-            start_s: time.start_s,
-            restarted: !time.restarts.is_empty(),
-            timing: time.timing,
+            is_calibrated: is_calibrated_by_board || CALIBRATED.iter().any(reads),
+            is_calibrated_by_board,
             accel,
+            gyro,
+            gyro_file: None,
+            temperature_c,
+            time_s: (!time_s.is_empty()).then_some(time_s),
+            time_origin_s: time.start_s,
+            stated_start_s: metadata::start_s(&format.metadata),
+            restarted: !time.restarts.is_empty(),
+            labels: find_labels(format, &rows)?,
+            breaks,
+            zero_offset,
             accel_scale: judged.scale,
             unit_doubt: judged.doubt,
             header_unit: accel_claim(format).unit,
-            zero_offset,
-            gyro,
             gyro_scale,
             resolution,
-            temperature_c,
-            labels: find_labels(format, &rows)?,
-            breaks,
+            timing: time.timing,
+            ledger: rows.ledger,
+            findings: notes,
             lines: rows.lines,
-            aside: rows.aside,
-            notes,
         };
         if !options.is_gyroscope {
-            recording.notes.extend(judged.notes);
+            recording.findings.extend(judged.notes);
             let change = judge::unit_change(&recording.accel, &recording.lines, None);
-            recording.notes.extend(change.map(|c| c.1));
+            recording.findings.extend(change.map(|c| c.1));
         }
         recording.judge_samples(format);
         Ok(recording)
@@ -155,8 +164,8 @@ impl Recording {
             true => gyro_names,
             false => ["ax", "ay", "az"],
         };
-        let held = self.notes.iter().any(|n| {
-            n.kind == NoteKind::EmptyCells && n.message.contains("the last value of the others")
+        let held = self.findings.iter().any(|n| {
+            n.kind == FindingKind::EmptyCells && n.message.contains("the last value of the others")
         });
         let mut notes =
             judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
@@ -185,7 +194,7 @@ impl Recording {
         if format.is_guessed {
             notes.extend(notes::not_an_accelerometer(&self.accel));
         }
-        self.notes.append(&mut notes);
+        self.findings.append(&mut notes);
     }
 
     /// Channels, their names and the ends of their ranges.
@@ -215,7 +224,7 @@ pub(crate) fn keep_sensor(
     format: &Format,
     rows: &mut Batch,
     column: usize,
-) -> Result<Option<Note>, Error> {
+) -> Result<Option<Finding>, Error> {
     let label = |row: usize| cell_label(rows, column, row);
     let mut labels: Vec<String> = Vec::new();
     let mut numbers: BTreeSet<u64> = BTreeSet::new();
@@ -246,7 +255,7 @@ pub(crate) fn keep_sensor(
             all.join(", "),
             shell_word(&all[1])
         );
-        Note::new(NoteKind::SeveralSensors, text)
+        Finding::new(FindingKind::SeveralSensors, text)
     });
     rows.keep(&keep, Reason::OtherSensor);
     Ok(note)
@@ -271,7 +280,7 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
     if count == 0 {
         return Err(no_rows(format!(
             "no row could be read: {}",
-            rows.aside.sum(0)
+            rows.ledger.sum()
         )));
     }
     let (names, sensor, hint) = match format.options.is_gyroscope {
@@ -328,7 +337,11 @@ pub(crate) fn celsius(format: &Format, thermometer: usize, values: &mut [f64]) {
 }
 
 /// The temperature in °C.
-fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) -> Option<Vec<f64>> {
+fn take_temperature(
+    format: &Format,
+    rows: &mut Batch,
+    notes: &mut Vec<Finding>,
+) -> Option<Vec<f64>> {
     let column = find_thermometer(format, rows)?;
     let mut values = std::mem::take(&mut rows.columns[column]);
     celsius(format, column, &mut values);
@@ -339,13 +352,13 @@ fn take_temperature(format: &Format, rows: &mut Batch, notes: &mut Vec<Note>) ->
     let text = format!(
         "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
     );
-    notes.push(Note::new(NoteKind::TemperatureUnit, text));
+    notes.push(Finding::new(FindingKind::TemperatureUnit, text));
     None
 }
 
 /// Sets rows aside that were not read, or repeat because the sensor hung; empties the
 /// accelerometer where it alone was not read.
-fn set_aside_defects(format: &Format, rows: &mut Batch, are_means: bool) -> Option<Note> {
+fn set_aside_defects(format: &Format, rows: &mut Batch, are_means: bool) -> Option<Finding> {
     let channels = format.channels();
     let mut emptied = None;
     // Zero is no rate that a sensor at rest could not have.
@@ -369,7 +382,7 @@ fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
         .collect()
 }
 
-fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Note> {
+fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Finding> {
     let runs = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()));
     let mut lines = Vec::new();
     for run in runs {
@@ -382,7 +395,8 @@ fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Note> {
         "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
         lines.len()
     );
-    (!lines.is_empty()).then(|| Note::new(NoteKind::ZeroRows, text).at(lines.into_iter().collect()))
+    (!lines.is_empty())
+        .then(|| Finding::new(FindingKind::ZeroRows, text).at_lines(&lines.into_iter().collect()))
 }
 
 /// Undoes an encoding of all channels, unless the user says where zero is.

@@ -3,14 +3,15 @@
 //! `accel_[xyz].txt` names `accel_x.txt`, `accel_y.txt` and `accel_z.txt` as one recording.
 
 use std::collections::{HashMap, HashSet};
-use std::io::{self, Read};
+use std::fs::File;
+use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
 use super::names::{Column, FileSensor, sensor_of_file};
 use super::number::parse_cell;
-use crate::bytes;
+use crate::bytes::{self, Input};
 use crate::error::Error;
-use crate::note::{Note, NoteKind};
+use crate::finding::{Finding, FindingKind};
 use crate::role::Role;
 
 /// Letters of the axes in the name of a file, and what stands for them.
@@ -52,7 +53,7 @@ pub fn group_of(path: &Path) -> Option<PathBuf> {
         }
         let group = path.with_file_name(format!("{before}{pattern}{after}"));
         let holds_channel = |file: &PathBuf| {
-            let read = || bytes::read_head(&mut bytes::open(file)?, HEAD_BYTES);
+            let read = || bytes::read_head(&mut open_file(file)?.1, HEAD_BYTES);
             let holds = |head: Vec<u8>| Channel::parse(&String::from_utf8_lossy(&head)).is_some();
             // Opening a pipe would take its first bytes.
             file.is_file() && read().is_ok_and(holds)
@@ -97,7 +98,7 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
         let (text, is_cut) = read_file(&files[axis])
             .map_err(|e| io::Error::new(e.kind(), format!("{name}: {e}")))?;
         if is_cut {
-            let kind = NoteKind::TruncatedFile.name();
+            let kind = FindingKind::TruncatedFile.name();
             let why = "the packed file is damaged or ends in the middle, and so does the recording";
             comments += &format!("# {kind}: {name}: {why}\n");
         }
@@ -148,7 +149,7 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
             let is_alone = |row: &&Row<'_>| !stamps.contains(row.stamp);
             let rows = channel.rows.iter().filter(is_alone).count();
             if rows > 0 {
-                let kind = NoteKind::MissingSamples.name();
+                let kind = FindingKind::MissingSamples.name();
                 let what = format!("rows of {name} with stamps that {} lacks", names[0]);
                 let all = channel.rows.len();
                 comments += &format!("# {kind}: {what} are not used: {rows} of {all}\n");
@@ -184,25 +185,34 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
 /// The text of a file, whatever bytes are in it, and whether it is packed and ends in the middle:
 /// then without the line that is cut.
 fn read_file(path: &Path) -> io::Result<(String, bool)> {
+    let (input, mut text) = open_file(path)?;
     let mut bytes = Vec::new();
-    let is_cut = match bytes::open(path)?.read_to_end(&mut bytes) {
-        Ok(_) => false,
-        Err(e) if e.kind() == io::ErrorKind::UnexpectedEof && !bytes.is_empty() => true,
-        Err(e) => return Err(e),
-    };
-    if is_cut {
+    text.read_to_end(&mut bytes)?;
+    if input.is_cut_off() && bytes.is_empty() {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    if input.is_cut_off() {
         let end = bytes.iter().rposition(|b| *b == b'\n');
         bytes.truncate(end.map_or(0, |end| end + 1));
     }
-    Ok((String::from_utf8_lossy(&bytes).into_owned(), is_cut))
+    Ok((
+        String::from_utf8_lossy(&bytes).into_owned(),
+        input.is_cut_off(),
+    ))
+}
+
+fn open_file(path: &Path) -> io::Result<(Input, Box<dyn BufRead>)> {
+    let mut input = bytes::from_reader(Box::new(File::open(path)?), false)?;
+    let text = bytes::utf8(input.take_reader())?;
+    Ok((input, text))
 }
 
 /// What a comment at the end of joined files says, with the kind of its note.
-pub(super) fn parse_comment(text: &str) -> Option<Note> {
+pub(super) fn parse_comment(text: &str) -> Option<Finding> {
     let (name, message) = text.split_once(": ")?;
-    let kinds = [NoteKind::TruncatedFile, NoteKind::MissingSamples];
+    let kinds = [FindingKind::TruncatedFile, FindingKind::MissingSamples];
     let kind = kinds.into_iter().find(|kind| kind.name() == name)?;
-    Some(Note::new(kind, message))
+    Some(Finding::new(kind, message))
 }
 
 /// Names of the columns: as written where they name the axes, else by sensor and unit.
@@ -343,7 +353,7 @@ mod tests {
         }
         let groups = group(&paths);
         assert_eq!(groups, [folder.join("accel_[XYZ].txt")]);
-        let recording = Recording::open(&groups[0], &ReadOptions::default());
+        let recording = crate::read(&groups[0], &ReadOptions::default());
         std::fs::remove_dir_all(&folder).unwrap();
         recording
     }
@@ -391,7 +401,10 @@ mod tests {
         assert_eq!(r.accel[1][2], 0.04);
         assert_eq!(r.accel[2], [0.99, 1.01, 0.98, 0.97]);
         assert_eq!(r.header_unit, Some(crate::AccelUnit::StandardGravity));
-        let alone = r.notes.iter().find(|n| n.kind == NoteKind::MissingSamples);
+        let alone = r
+            .findings
+            .iter()
+            .find(|n| n.kind == FindingKind::MissingSamples);
         assert_eq!(
             alone.unwrap().message,
             "rows of accel_Z.txt with stamps that accel_X.txt lacks are not used: 1 of 5"
@@ -434,7 +447,10 @@ mod tests {
         assert!((1500..1700).contains(&r.rows()), "{}", r.rows());
         let last = r.rows() - 1;
         assert_eq!(r.accel[1][last], value(last, 1) as f64);
-        let cut = r.notes.iter().find(|n| n.kind == NoteKind::TruncatedFile);
+        let cut = r
+            .findings
+            .iter()
+            .find(|n| n.kind == FindingKind::TruncatedFile);
         assert!(cut.unwrap().message.starts_with("accel_Y.txt: "));
         let unstamped = |text: &str| -> String {
             let values = text.lines().filter_map(|l| l.split_once(','));

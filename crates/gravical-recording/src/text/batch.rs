@@ -7,7 +7,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::note::Note;
+use crate::finding::Finding;
 use crate::spans::LineSpans;
 
 /// Bytes that the columns of a recording may take.
@@ -69,7 +69,7 @@ impl Reason {
 }
 
 /// Lines that were set aside for one reason.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct AsideLines {
     /// Where they are
     pub lines: LineSpans,
@@ -77,19 +77,20 @@ pub struct AsideLines {
     pub first: String,
 }
 
-/// The lines that hold no row; with the rows they are all lines.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Aside {
-    /// Lines read
+/// Account of all lines of a file: rows, and lines that were set aside, with the reason. Of a binary
+/// file, samples and blocks are counted instead.
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Lines read, the last one without a newline included
     pub lines: usize,
-    /// Lines for each reason
+    /// Lines that were set aside, for each reason
     pub reasons: BTreeMap<Reason, AsideLines>,
 }
 
 /// Characters of an example.
 const SHOWN: usize = 60;
 
-impl Aside {
+impl Ledger {
     /// Counts a line.
     pub(crate) fn add(&mut self, reason: Reason, line: usize, text: &str) {
         let lines = self.reasons.entry(reason).or_insert_with(|| AsideLines {
@@ -107,27 +108,36 @@ impl Aside {
             .map_or(0, |r| r.lines.count() as usize)
     }
 
+    /// Lines that are rows of the recording.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.lines.saturating_sub(self.total())
+    }
+
+    /// Reasons that occurred, in order, and how many lines were set aside for each.
+    pub fn counts(&self) -> impl Iterator<Item = (Reason, u64)> {
+        let reasons = self.reasons.iter();
+        reasons.map(|(reason, lines)| (*reason, lines.lines.count()))
+    }
+
     /// All lines set aside.
     #[must_use]
     pub fn total(&self) -> usize {
-        self.reasons
-            .values()
-            .map(|r| r.lines.count() as usize)
-            .sum()
+        self.counts().map(|(_, lines)| lines as usize).sum()
     }
 
     /// The sum as text: `1020 lines = 1000 rows + 1 header + …`.
     #[must_use]
-    pub fn sum(&self, rows: usize) -> String {
-        let mut text = format!("{} lines = {rows} rows", self.lines);
-        for (reason, lines) in &self.reasons {
-            text += &format!(" + {} {}", lines.lines.count(), reason.name());
+    pub fn sum(&self) -> String {
+        let mut text = format!("{} lines = {} rows", self.lines, self.rows());
+        for (reason, lines) in self.counts() {
+            text += &format!(" + {lines} {}", reason.name());
         }
         text
     }
 
     /// Adds the lines that follow.
-    pub fn append(&mut self, later: Aside) {
+    pub fn append(&mut self, later: Ledger) {
         self.lines = self.lines.max(later.lines);
         for (reason, lines) in later.reasons {
             match self.reasons.entry(reason) {
@@ -167,9 +177,9 @@ pub struct Batch {
     /// Lines with NUL bytes, which were removed
     pub nul_lines: LineSpans,
     /// Lines without a row
-    pub aside: Aside,
+    pub ledger: Ledger,
     /// What was found beside that, in the last batch
-    pub notes: Vec<Note>,
+    pub notes: Vec<Finding>,
     /// Text of columns, where it was asked for
     pub text: CopiedText,
 }
@@ -256,7 +266,7 @@ impl Batch {
     pub fn append(&mut self, mut later: Batch) {
         let (rows, later_rows) = (self.rows(), later.rows());
         (self.text, later.text) = Default::default();
-        if rows == 0 && self.aside.lines == 0 {
+        if rows == 0 && self.ledger.lines == 0 {
             *self = later;
             return;
         }
@@ -286,7 +296,7 @@ impl Batch {
         self.headers.extend(later.headers.iter().map(|b| b + rows));
         self.rejected += later.rejected;
         self.nul_lines.append(&later.nul_lines);
-        self.aside.append(later.aside);
+        self.ledger.append(later.ledger);
         self.notes.append(&mut later.notes);
     }
 
@@ -307,7 +317,7 @@ impl Batch {
         self.blanks
             .iter_mut()
             .for_each(|(row, _)| *row -= rows.start);
-        self.aside.lines = self.rows() + self.aside.total();
+        self.ledger.lines = self.rows() + self.ledger.total();
     }
 
     /// Keeps the rows that are marked and counts the others; where a sensor hung, or was not read
@@ -317,7 +327,7 @@ impl Batch {
             return;
         }
         for (row, _) in keep.iter().enumerate().filter(|(_, k)| !**k) {
-            self.aside.add(reason, self.lines[row] as usize, "");
+            self.ledger.add(reason, self.lines[row] as usize, "");
         }
         let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
         columns.for_each(|c| retain(c, keep));

@@ -126,7 +126,7 @@ impl<R: BufRead> Batches<R> {
             }
         }
         let batch = &self.parser.batch;
-        if batch.rows() > 0 || batch.aside.total() > 0 {
+        if batch.rows() > 0 || batch.ledger.total() > 0 {
             return Ok(Some(self.parser.finish_batch()));
         }
         self.is_done = true;
@@ -179,7 +179,7 @@ impl RowParser {
             .filter(|t| !t.is_empty())
             .for_each(|t| t.resize(rows, 0));
         batch.words.clone_from(&self.words);
-        batch.aside.lines = self.line_number;
+        batch.ledger.lines = self.line_number;
         self.place = None;
         batch
     }
@@ -305,7 +305,7 @@ impl RowParser {
     }
 
     fn set_aside(&mut self, reason: Reason, line: &str) {
-        self.batch.aside.add(reason, self.line_number, line);
+        self.batch.ledger.add(reason, self.line_number, line);
     }
 
     /// `# gap: …` and `# rejected: …` as our logger writes them (or `# rejected: 3 samples`), what

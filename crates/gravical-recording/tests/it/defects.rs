@@ -4,7 +4,7 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use gravical_recording::{AccelUnit, Error, NoteKind, Reason};
+use gravical_recording::{AccelUnit, Error, FindingKind, Reason};
 
 use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces, try_read};
 
@@ -35,7 +35,7 @@ fn a_stated_unit_that_gravity_excludes_is_contradicted() {
     let text = table("t (ms),ax (m/s^2),ay (m/s^2),az (m/s^2)", plain);
     let recording = read(&text, "");
     assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
-    assert!(has(&recording, NoteKind::UnitMismatch));
+    assert!(has(&recording, FindingKind::UnitMismatch));
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn clocks_are_dates_steps_and_whole_seconds() {
             has_rate(&recording, RATE_HZ),
             "{}: {:?}",
             stamp(1),
-            recording.rate_hz()
+            recording.timing.rate_hz()
         );
         let time_s = recording.time_s.as_ref().unwrap();
         let mut steps = time_s.windows(2).map(|w| w[1] - w[0]);
@@ -76,9 +76,9 @@ fn stamps_that_are_not_understood_are_quoted() {
     let text = table("time,ax,ay,az", |k, [x, y, z]| {
         format!("tick{k},{x:.5},{y:.5},{z:.5}")
     });
-    let notes = read(&text, "").notes;
-    let kinds: Vec<NoteKind> = notes.iter().map(|n| n.kind).collect();
-    assert_eq!(kinds, [NoteKind::StampsUnread, NoteKind::RateUnknown]);
+    let notes = read(&text, "").findings;
+    let kinds: Vec<FindingKind> = notes.iter().map(|n| n.kind).collect();
+    assert_eq!(kinds, [FindingKind::StampsUnread, FindingKind::RateUnknown]);
     assert!(notes[0].message.contains("tick0"));
 }
 
@@ -102,12 +102,16 @@ fn one_bad_stamp_is_mended_and_missing_rows_are_counted() {
     let recording = read(&text, "");
     assert!(has_rate(&recording, RATE_HZ));
     let lines = |kind| {
-        let note = recording.notes.iter().find(|n| n.kind == kind).unwrap();
-        (note.lines.ranges().to_vec(), note.message.clone())
+        let note = recording.findings.iter().find(|n| n.kind == kind).unwrap();
+        (note.lines.clone(), note.message.clone())
     };
-    assert_eq!(lines(NoteKind::BadStamps).0, [[79, 79]]);
-    assert_eq!(lines(NoteKind::Gap).0, [[202, 202]]);
-    assert!(lines(NoteKind::MissingSamples).1.starts_with("10 samples"));
+    assert_eq!(lines(FindingKind::BadStamps).0, [[79, 79]]);
+    assert_eq!(lines(FindingKind::Gap).0, [[202, 202]]);
+    assert!(
+        lines(FindingKind::MissingSamples)
+            .1
+            .starts_with("10 samples")
+    );
     assert!(is_near(recording.time_s.unwrap()[77], 3.08, 1e-9));
 }
 
@@ -125,7 +129,7 @@ fn a_hung_sensor_is_set_aside_and_leaves_a_break() {
         format!("{},{}", 40 * k, values.split_once(',').unwrap().1)
     });
     let recording = read(&text, "");
-    assert_eq!(recording.aside.count(Reason::Hung), 59);
+    assert_eq!(recording.ledger.count(Reason::Hung), 59);
     assert_eq!(recording.breaks, [61]);
 }
 
@@ -137,7 +141,7 @@ fn values_that_repeat_by_rounding_or_slow_updates_are_kept() {
     let rows = six_faces(3);
     let slow = table("ms,ax,ay,az", |k, _| plain(k, rows[k / 25 * 25].accel_g));
     for text in [coarse, slow] {
-        assert_eq!(read(&text, "").aside.count(Reason::Hung), 0);
+        assert_eq!(read(&text, "").ledger.count(Reason::Hung), 0);
     }
 }
 
@@ -169,7 +173,7 @@ fn rows_that_were_not_read_are_set_aside() {
         plain(k, if k % 5 < 3 { [0.0; 3] } else { a })
     });
     let recording = read(&text, "");
-    assert_eq!(recording.aside.count(Reason::Zeros), 6 * FACE_ROWS * 3 / 5);
+    assert_eq!(recording.ledger.count(Reason::Zeros), 6 * FACE_ROWS * 3 / 5);
     assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
 }
 
@@ -180,7 +184,7 @@ fn unsigned_integers_are_decoded() {
         format!("{},{x},{y},{z}", 40 * k)
     });
     let recording = read(&text, "");
-    assert!(has(&recording, NoteKind::UnsignedCounts));
+    assert!(has(&recording, FindingKind::UnsignedCounts));
     assert_eq!(recording.accel_scale.lsb_per_g, Some(16_384.0));
     assert!(recording.accel[0][FACE_ROWS] < -15_000.0);
 }
@@ -193,7 +197,7 @@ fn sensors_that_take_turns_are_told_apart() {
     });
     let recording = read(&text, "");
     assert_eq!(recording.rows(), 6 * FACE_ROWS);
-    assert!(has(&recording, NoteKind::SeveralSensors));
+    assert!(has(&recording, FindingKind::SeveralSensors));
     assert!(has_rate(&recording, RATE_HZ));
     assert!(is_near(recording.accel[0][0], 1.02, 0.01));
 }
@@ -233,9 +237,9 @@ fn comments_of_the_logger_are_breaks_and_counts() {
     });
     let recording = read(&text, "");
     assert_eq!(recording.breaks, [100]);
-    assert!(has(&recording, NoteKind::RejectedSamples));
-    assert_eq!(recording.aside.count(Reason::Comment), 1);
-    assert_eq!(recording.aside.count(Reason::NamedGap), 1);
+    assert!(has(&recording, FindingKind::RejectedSamples));
+    assert_eq!(recording.ledger.count(Reason::Comment), 1);
+    assert_eq!(recording.ledger.count(Reason::NamedGap), 1);
 }
 
 #[test]
@@ -275,7 +279,7 @@ fn a_download_cut_off_yields_what_it_holds() {
     packed.truncate(packed.len() / 2);
     let recording = try_read(packed, "").unwrap();
     assert!(recording.rows() > 50);
-    assert!(has(&recording, NoteKind::TruncatedFile));
+    assert!(has(&recording, FindingKind::TruncatedFile));
 }
 
 fn refusal(text: &str) -> Error {
@@ -319,7 +323,7 @@ fn one_empty_cell_hides_no_encoding() {
         };
         format!("{},{x},{y},{z}", 40 * k)
     });
-    assert!(has(&read(&text, ""), NoteKind::UnsignedCounts));
+    assert!(has(&read(&text, ""), FindingKind::UnsignedCounts));
 }
 
 #[test]
@@ -330,7 +334,10 @@ fn seconds_and_nanoseconds_are_one_stamp_across_a_gap() {
         format!("{sec},{below},{x:.5},{y:.5},{z:.5}")
     });
     let recording = read(&text, "");
-    let note = recording.notes.iter().find(|n| n.kind == NoteKind::Gap);
+    let note = recording
+        .findings
+        .iter()
+        .find(|n| n.kind == FindingKind::Gap);
     assert!(note.unwrap().message.contains("3.450 s"));
 }
 

@@ -121,7 +121,7 @@ fn a_logger_learns_what_became_of_each_line() {
     assert_eq!(lines.rows.len(), 1);
     let recording = follow.recording(u32::MAX).unwrap().unwrap();
     let rejected = recording
-        .notes
+        .findings
         .iter()
         .find(|n| n.message.contains("rejected"));
     assert!(

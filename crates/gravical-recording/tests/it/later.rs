@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use gravical_recording::{Batch, Error, Later, NoteKind, ReadOptions, Recording, sniff};
+use gravical_recording::{Batch, Error, FindingKind, Later, ReadOptions, Recording, sniff};
 
 use crate::support::*;
 
@@ -146,16 +146,16 @@ fn gaps_and_clipping_in_later_rows_are_told() {
     });
     let (_, _, later) = read_in_two("t_ms,ax,ay,az,gx,gy,gz", &rows, 200);
     let notes = later.notes();
-    let told = |kind: NoteKind| {
+    let told = |kind: FindingKind| {
         let note = notes.iter().find(|n| n.kind == kind);
         note.map(|n| n.message.as_str()).unwrap_or_default()
     };
-    let gap = told(NoteKind::Gap);
+    let gap = told(FindingKind::Gap);
     assert!(
         gap.ends_with("1 gap of more than four samples, the longest 1.040 s"),
         "{notes:?}"
     );
-    let clipped = told(NoteKind::Clipped);
+    let clipped = told(FindingKind::Clipped);
     assert!(
         clipped.contains("ax reaches the end of its range in 10 rows"),
         "{notes:?}"

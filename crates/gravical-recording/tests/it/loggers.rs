@@ -159,7 +159,11 @@ fn numbers_wrapped_in_words_become_columns() {
         assert_eq!(recording.rows(), rows.len(), "{name}");
         assert_eq!(recording.accel_scale.unit, print.unit, "{name}");
         assert_eq!(recording.gyro.is_some(), print.has_gyro, "{name}");
-        assert_eq!(recording.rate_hz().is_some(), print.has_clock, "{name}");
+        assert_eq!(
+            recording.timing.rate_hz().is_some(),
+            print.has_clock,
+            "{name}"
+        );
         assert!(!print.has_clock || has_rate(&recording, RATE_HZ), "{name}");
         let scale = recording.accel_scale.nominal().unwrap().recip() / 9.80665;
         for (k, row) in rows.iter().enumerate() {

@@ -19,8 +19,8 @@ fn check(input: Vec<u8>) {
     if let Ok(recording) = Recording::read(utf8, "any.csv", &ReadOptions::default()) {
         let end = if text.contains('\n') { '\n' } else { '\r' };
         let lines = text.matches(end).count() + usize::from(!text.ends_with(end));
-        assert_eq!(recording.aside.lines, lines);
-        assert_eq!(recording.rows() + recording.aside.total(), lines);
+        assert_eq!(recording.ledger.lines, lines);
+        assert_eq!(recording.rows() + recording.ledger.total(), lines);
         assert!(recording.accel.iter().all(|c| c.len() == recording.rows()));
         assert!(
             recording

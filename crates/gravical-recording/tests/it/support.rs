@@ -1,6 +1,6 @@
 //! Samples of a sensor on its six faces, and the reader.
 
-use gravical_recording::{Error, NoteKind, ReadOptions, Recording, bytes};
+use gravical_recording::{Error, FindingKind, ReadOptions, Recording, read_bytes};
 
 pub const RATE_HZ: f64 = 25.0;
 pub const FACE_ROWS: usize = 50;
@@ -58,11 +58,10 @@ pub fn read(text: &str, file_name: &str) -> Recording {
 }
 
 pub fn try_read(bytes: Vec<u8>, file_name: &str) -> Result<Recording, Error> {
-    let text = bytes::utf8(std::io::Cursor::new(bytes)).unwrap();
-    let recording = Recording::read(text, file_name, &ReadOptions::default())?;
+    let recording = read_bytes(&bytes, file_name, &ReadOptions::default())?;
     assert_eq!(
-        recording.rows() + recording.aside.total(),
-        recording.aside.lines
+        recording.rows() + recording.ledger.total(),
+        recording.ledger.lines
     );
     Ok(recording)
 }
@@ -74,10 +73,11 @@ pub fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
 /// Whether the rates agree to one percent.
 pub fn has_rate(recording: &Recording, rate_hz: f64) -> bool {
     recording
+        .timing
         .rate_hz()
         .is_some_and(|r| is_near(r, rate_hz, 0.01 * rate_hz))
 }
 
-pub fn has(recording: &Recording, kind: NoteKind) -> bool {
-    recording.notes.iter().any(|n| n.kind == kind)
+pub fn has(recording: &Recording, kind: FindingKind) -> bool {
+    recording.findings.iter().any(|n| n.kind == kind)
 }

@@ -3,8 +3,8 @@ mod units;
 
 use super::*;
 use crate::Error;
-use crate::recording::open::from_reader;
 use crate::recording::{Origin, parse_columns, read_bytes};
+use gravical_recording::bytes::from_reader;
 use std::io::{self, Read, Write};
 
 /// A calibration in imucal's format, which is the shortest; no gyroscope.

@@ -6,7 +6,7 @@ use crate::calibration_file::{AccelerometerSection, Method, TiltSource};
 use crate::numfmt::milli_g;
 use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Claim, Face};
-use crate::recording::board::why_calibrated;
+use crate::recording::why_calibrated;
 use crate::recording::{Finding, FindingKind, Recording};
 
 use crate::poses::MANY_POSES;

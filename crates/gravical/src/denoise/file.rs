@@ -8,9 +8,9 @@ use gravical_recording::write::{NewColumn, Table, Writer, input_name};
 
 use crate::calibration_file::InputFile;
 use crate::recording::ReadOptions;
-use crate::recording::batches::BatchReader;
-use crate::recording::open::open;
 use crate::{Error, Result};
+use gravical_recording::BatchReader;
+use gravical_recording::source::open;
 
 use super::{DenoiseOptions, DenoiseSummary, FilterSpec, begin, channels, filter_in_memory};
 

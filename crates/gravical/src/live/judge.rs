@@ -3,10 +3,10 @@
 use gravical_core::matrix3::{norm, sub};
 
 use crate::poses::face::{AXES, Face};
-use crate::recording::full_scale::clipped_count;
 use crate::recording::units::AccelScale;
 use crate::stats::moments;
 use crate::stats::standard_deviation;
+use gravical_recording::full_scale::clipped_count;
 
 use super::event::Rejection;
 use super::{LiveOptions, Pose, mg};

@@ -6,7 +6,7 @@ use std::ops::Range;
 use gravical_recording::Sample;
 
 use crate::Result;
-use crate::recording::following::Following;
+use crate::recording::Follow;
 use crate::recording::{ReadOptions, Recording};
 
 /// Rows of this time are at hand, s: twice the longest capture.
@@ -14,7 +14,7 @@ const RECENT_S: f64 = 120.0;
 
 /// Rows of the session.
 pub(super) struct SessionRows {
-    pub reading: Following,
+    pub reading: Follow,
     /// From the row before to one without a time, s.
     step_s: f64,
     /// Time of the last row that was read, s.
@@ -27,7 +27,7 @@ impl SessionRows {
     pub fn new(name: &str, options: &ReadOptions) -> Self {
         let rate_hz = options.rate_hz.unwrap_or(Recording::ASSUMED_RATE_HZ);
         SessionRows {
-            reading: Following::new(name, options, usize::MAX),
+            reading: Follow::new(name, options.clone(), usize::MAX),
             step_s: 1.0 / rate_hz,
             last_s: -1.0 / rate_hz,
             recent: VecDeque::new(),

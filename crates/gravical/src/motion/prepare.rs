@@ -12,9 +12,9 @@ use super::scales::Scales;
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
 use crate::denoise::{FilterSpec, smooth};
 use crate::poses::face::AxisMap;
-use crate::recording::full_scale::FULL_SCALES_DEG_S;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::{Error, Result};
+use gravical_recording::full_scale::FULL_SCALES_DEG_S;
 
 /// Full scales of accelerometers, g.
 const FULL_SCALES_G: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];

@@ -14,12 +14,12 @@ use std::path::Path;
 use gravical_core::matrix3::{norm, sub};
 use gravical_recording::judge::{ClockOptions, clock};
 use gravical_recording::{
-    Format, HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, whole_lines,
+    Format, HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, source, whole_lines,
 };
 
 use super::{Comparison, Motion, MotionResult, Move, MoveComparison, ReferenceTrack, Track};
 use crate::calibration_file::{InputFile, InputRole};
-use crate::recording::{Finding, FindingKind, ReadOptions, Recording, open};
+use crate::recording::{Finding, FindingKind, ReadOptions, Recording};
 use crate::{Error, Result};
 
 /// Nothing is interpolated over more than this, s, and than so many median steps.
@@ -87,10 +87,9 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         hash: recording.sha256.is_some(),
         ..ReadOptions::default()
     };
-    let mut input = open::open(path, &options)?;
+    let mut input = source::open(path, &options)?;
     let io = |e| Error::io(path, e);
-    let reader = std::mem::replace(&mut input.reader, Box::new(std::io::empty()));
-    let mut text = bytes::utf8(reader).map_err(io)?;
+    let mut text = bytes::utf8(input.take_reader()).map_err(io)?;
     let head = bytes::read_head(&mut text, HEAD_BYTES).map_err(io)?;
     let format = sniff_table(&whole_lines(&head)).map_err(|_| {
         Error::input(
@@ -112,7 +111,7 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         lines.extend_from_slice(&batch.lines);
         stamps.extend(time.into_iter().flat_map(|c| &batch.columns[c]));
         for reason in [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber] {
-            torn += batch.aside.count(reason);
+            torn += batch.ledger.count(reason);
         }
     }
     let time_s = if same_file {

@@ -9,7 +9,7 @@ use super::options::{GravityRemoval, MotionOptions};
 use super::report_procedure::ReportProcedure;
 use super::result::Move;
 use crate::gravity::Gravity;
-use crate::recording::board::why_calibrated;
+use crate::recording::why_calibrated;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.

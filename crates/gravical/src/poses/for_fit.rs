@@ -110,7 +110,7 @@ fn hint(pose: &Pose, names: Names<'_>) -> Hint {
 
 /// True when `name` is the label of a pose, its face (`+x`: all poses on it), or its file.
 fn is_called(pose: &Pose, name: &str) -> bool {
-    let stem = crate::recording::open::stem(&pose.source);
+    let stem = gravical_recording::source::stem(&pose.source);
     let file = std::path::Path::new(&pose.source).file_name();
     pose.label == name
         || pose.face.is_some_and(|face| face.name() == name)

@@ -77,7 +77,7 @@ pub(super) fn in_recording(
             directions(recording, &rests, None).len(),
         ));
     }
-    let stem = crate::recording::open::stem(&recording.name);
+    let stem = gravical_recording::source::stem(&recording.name);
     let segments = recording.segments();
     // A name with a sign speaks of one pose; with two stretches in the
     // file it can speak of neither.

@@ -13,7 +13,7 @@ use gravical_signal::{BLOCK_S, Channels, block_len, blocks, is_gap, quantile};
 use super::gyro_unit::MAX_NOISE_RAD_S;
 use super::spikes;
 use crate::recording::units::{MDPS_PER_DEG_S, Origin};
-use crate::recording::{Finding, FindingKind, Recording, between};
+use crate::recording::{Finding, FindingKind, Recording};
 
 /// The range of counts may be so many times the least one, by which it is guessed.
 const MAX_RANGE_RATIO: f64 = 4.0;
@@ -118,7 +118,7 @@ impl Samples {
         starts.extend(gaps);
         starts.sort_unstable();
         starts.dedup();
-        self.pieces = between(&starts, count);
+        self.pieces = gravical_recording::between(&starts, count);
     }
 
     /// Units of the file per rad/s: what is known of it, if the gyroscope may be as quiet as it is in

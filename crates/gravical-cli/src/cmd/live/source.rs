@@ -13,7 +13,8 @@ use gravical::live::folder::RECORDING;
 use gravical::output::make_folder;
 use gravical::poses::face::Face;
 use gravical::recording::ReadOptions;
-use gravical::recording::open::{Input, open};
+use gravical::recording::bytes::Input;
+use gravical::recording::source::open;
 use gravical::simulate::{
     InteractiveReading, InteractiveSensor, LineOptions, Scenario, SimulateOptions, StaticOptions,
     Truth,

@@ -2,7 +2,7 @@
 //! recordings detects it.
 
 use gravical::Result;
-use gravical::recording::following::{Following, Form};
+use gravical::recording::{Follow, Form};
 
 use super::exchange::{Options, Received};
 use super::writing::reader;
@@ -16,7 +16,7 @@ const RESET_SILENCE_STEPS: f64 = 4.5;
 /// Lines that are held.
 pub struct Hold {
     pub lines: Vec<Received>,
-    reader: Following,
+    reader: Follow,
     /// Lines at the last attempt to detect the format early.
     tried: usize,
     /// The answer to a question is waited for until then, s.

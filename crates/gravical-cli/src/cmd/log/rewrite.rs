@@ -1,6 +1,6 @@
 //! What is added to the lines of a board that sends no time, or whose columns the user names.
 
-use gravical::recording::following::Form;
+use gravical::recording::Form;
 
 /// The column of arrival times.
 const HOST_TIME: &str = "t_host_ms";

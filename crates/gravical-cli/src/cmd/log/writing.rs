@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 
 use gravical::Result;
 use gravical::escape::shown;
-use gravical::recording::following::{Following, Form};
 use gravical::recording::{ColumnsSpec, ReadOptions};
+use gravical::recording::{Follow, Form};
 
 use super::event::{Counts, End, Event};
 use super::exchange::{Options, Output, Received};
@@ -41,7 +41,7 @@ impl Line {
 
 /// Lines that go into the file.
 pub struct Writing {
-    pub reader: Following,
+    pub reader: Follow,
     rewrite: Option<Rewrite>,
     /// The time zero of stamps that are added, s; none before the first line.
     stamps_from_s: Option<f64>,
@@ -71,7 +71,7 @@ pub struct Writing {
 }
 
 impl Writing {
-    fn new(options: &Options, reader: Following, rewrite: Option<Rewrite>) -> Self {
+    fn new(options: &Options, reader: Follow, rewrite: Option<Rewrite>) -> Self {
         Writing {
             reader,
             rewrite,
@@ -361,10 +361,10 @@ impl Writing {
 }
 
 /// A reader of the file with this name.
-pub fn reader(name: &str, columns: Option<ColumnsSpec>) -> Following {
+pub fn reader(name: &str, columns: Option<ColumnsSpec>) -> Follow {
     let options = ReadOptions {
         columns,
         ..ReadOptions::default()
     };
-    Following::new(name, &options, JUDGED_ROWS).noting_lines()
+    Follow::new(name, options, JUDGED_ROWS).noting_lines()
 }

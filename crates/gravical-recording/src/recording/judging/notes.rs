@@ -1,8 +1,8 @@
 //! What columns and lines tell.
 
 use crate::escape::shell_word;
+use crate::finding::{Finding, FindingKind};
 use crate::judge;
-use crate::note::{Note, NoteKind};
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason};
 
@@ -14,7 +14,7 @@ pub const CALIBRATED: [[&str; 3]; 2] = [
 ];
 
 /// Which columns are read, where that is not sure.
-pub(super) fn of_columns(format: &Format) -> Vec<Note> {
+pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
     let mut notes = Vec::new();
     if let [_, second, ..] = &format.sensors[..] {
         let count = format.sensors.len();
@@ -23,7 +23,7 @@ pub(super) fn of_columns(format: &Format) -> Vec<Note> {
             let second = shell_word(second);
             format!("{count} accelerometers: {all}; the first is read, --sensor {second} chooses another")
         });
-        notes.push(Note::new(NoteKind::SeveralSensors, text));
+        notes.push(Finding::new(FindingKind::SeveralSensors, text));
     }
     if format.is_guessed {
         let why = match format.misfit {
@@ -37,7 +37,7 @@ pub(super) fn of_columns(format: &Format) -> Vec<Note> {
             "{why}; assigned by the numbers as --columns {} (give that option to be sure)",
             spec(format)
         );
-        notes.push(Note::new(NoteKind::ColumnsGuessed, text));
+        notes.push(Finding::new(FindingKind::ColumnsGuessed, text));
     }
     if let [first, others @ ..] = &format.unnamed_clocks[..] {
         let names: Vec<&str> = format
@@ -55,7 +55,7 @@ pub(super) fn of_columns(format: &Format) -> Vec<Note> {
             names.join(", "),
             shell_word(&format!("t={}", name(format, *first)))
         );
-        notes.push(Note::new(NoteKind::UnnamedClock, text));
+        notes.push(Finding::new(FindingKind::UnnamedClock, text));
     }
     notes
 }
@@ -100,7 +100,7 @@ fn spec(format: &Format) -> String {
 /// Columns that were taken for an accelerometer by their numbers alone and do not behave like one:
 /// an accelerometer always measures gravity, so that its magnitudes at rest and in motion are
 /// similar.
-pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Note> {
+pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Finding> {
     let quiet = judge::quiet_norm(accel.each_ref().map(Vec::as_slice))?;
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let mut norms: Vec<f64> = (0..accel[0].len())
@@ -113,12 +113,12 @@ pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Note> {
         let text = format!(
             "the magnitude is {quiet:.0} at rest and up to {high:.0} in motion: these columns look like a gyroscope"
         );
-        Note::new(NoteKind::NotAnAccelerometer, text)
+        Finding::new(FindingKind::NotAnAccelerometer, text)
     })
 }
 
 /// Cells of the channels that hold text.
-pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Note> {
+pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
     let mut lines = Vec::new();
     let mut first = None;
     for column in format.channels() {
@@ -138,22 +138,22 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Note> {
     let text = format!(
         "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\""
     );
-    Some(Note::new(NoteKind::NotANumber, text).at(lines.into_iter().collect()))
+    Some(Finding::new(FindingKind::NotANumber, text).at_lines(&lines.into_iter().collect()))
 }
 
 /// Lines that were set aside; none for those that every good file has.
-pub(super) fn of_lines(rows: &Batch) -> Vec<Note> {
+pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
     let marks = judge::Marks {
         blanks: &rows.blanks,
         ..judge::Marks::default()
     };
     let regular = marks.regular_blanks(rows.rows());
     let mut notes = Vec::new();
-    for (reason, aside) in &rows.aside.reasons {
+    for (reason, aside) in &rows.ledger.reasons {
         // Kinds have the names of the reasons.
-        let mut kinds = NoteKind::ALL.iter().copied();
+        let mut kinds = FindingKind::ALL.iter().copied();
         let kind = kinds.find(|kind| kind.name() == reason.name());
-        let Some(kind) = kind.filter(|kind| *kind != NoteKind::BlankRows || regular == 0) else {
+        let Some(kind) = kind.filter(|kind| *kind != FindingKind::BlankRows || regular == 0) else {
             continue;
         };
         let example = match reason {
@@ -167,7 +167,7 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Note> {
         let n = aside.lines.count();
         let plural = if n == 1 { "" } else { "s" };
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
-        notes.push(Note::new(kind, text).at(aside.lines.clone()));
+        notes.push(Finding::new(kind, text).at_lines(&aside.lines));
     }
     let irregular: Vec<u64> = rows
         .blanks
@@ -180,15 +180,17 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Note> {
             "more blank lines than between other rows in {} places: breaks between segments",
             irregular.len()
         );
-        notes.push(Note::new(NoteKind::BlankRows, text).at(irregular.into_iter().collect()));
+        notes.push(
+            Finding::new(FindingKind::BlankRows, text).at_lines(&irregular.into_iter().collect()),
+        );
     }
     if rows.rejected > 0 {
         let text = format!("the logger rejected {} samples", rows.rejected);
-        notes.push(Note::new(NoteKind::RejectedSamples, text));
+        notes.push(Finding::new(FindingKind::RejectedSamples, text));
     }
     if !rows.nul_lines.is_empty() {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
-        notes.push(Note::new(NoteKind::NulBytes, text).at(rows.nul_lines.clone()));
+        notes.push(Finding::new(FindingKind::NulBytes, text).at_lines(&rows.nul_lines));
     }
     notes.extend(rows.notes.iter().cloned());
     notes

@@ -1,7 +1,7 @@
 //! Times of the rows, and what was found of them.
 
+use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Clock, ClockFault, ClockOptions, Marks};
-use crate::note::{Note, NoteKind};
 use crate::recording::Timing;
 use crate::role::Role;
 use crate::text::{Batch, Format};
@@ -29,7 +29,7 @@ impl JudgedTime {
         format: &Format,
         rows: &Batch,
         temperature_c: Option<&[f64]>,
-        notes: &mut Vec<Note>,
+        notes: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
         let mut judged = JudgedTime {
@@ -58,20 +58,20 @@ impl JudgedTime {
             Some(Err(ClockFault::Frozen)) if rows.rows() < 2 => {}
             Some(Err(ClockFault::Frozen)) => {
                 let text = "the time stamps never advance; they are not used";
-                notes.push(Note::new(NoteKind::FrozenTime, text));
+                notes.push(Finding::new(FindingKind::FrozenTime, text));
             }
             Some(Err(ClockFault::NoUnit(period))) => {
                 let text = format!(
                     "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used (give --time-unit)"
                 );
-                notes.push(Note::new(NoteKind::TimeUnitUnknown, text));
+                notes.push(Finding::new(FindingKind::TimeUnitUnknown, text));
             }
             None => notes.extend(unread_stamps(format, rows)),
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
         if judged.timing.rate_hz().is_none() && needs_rate {
             let text = "no time stamps and no --rate: static intervals are counted in rows";
-            notes.push(Note::new(NoteKind::RateUnknown, text));
+            notes.push(Finding::new(FindingKind::RateUnknown, text));
         }
         judged
     }
@@ -91,31 +91,31 @@ impl JudgedTime {
         breaks
     }
 
-    fn tell(&mut self, clock: Clock, rows: &Batch, notes: &mut Vec<Note>) {
+    fn tell(&mut self, clock: Clock, rows: &Batch, notes: &mut Vec<Finding>) {
         let lines = |rows_: &[usize]| rows_.iter().map(|r| u64::from(rows.lines[*r])).collect();
         let count = rows.rows() as f64;
         let share = |n: usize| 100.0 * n as f64 / count;
         let unit = TimeUnit::of_seconds(clock.unit_s);
         let mut say = |kind, message: String, at: &[usize]| {
-            notes.push(Note::new(kind, message).at(lines(at)));
+            notes.push(Finding::new(kind, message).at_lines(&lines(at)));
         };
         if let (true, Some(unit)) = (clock.is_unit_assumed, unit) {
             let (name, rate) = (unit.name(), clock.rate_hz);
             let text = format!(
                 "the time stamps are assumed to be in {name} ({rate:.2} Hz); --time-unit overrides it"
             );
-            say(NoteKind::TimeUnitAssumed, text, &[]);
+            say(FindingKind::TimeUnitAssumed, text, &[]);
         }
         if !clock.restarts.is_empty() {
             let text = "the time stamps restart (the board was reset); a break".to_owned();
-            say(NoteKind::RestartedTime, text, &clock.restarts);
+            say(FindingKind::RestartedTime, text, &clock.restarts);
         }
         if !clock.bad.is_empty() {
             let n = clock.bad.len();
             let text = format!(
                 "{n} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept"
             );
-            say(NoteKind::BadStamps, text, &clock.bad);
+            say(FindingKind::BadStamps, text, &clock.bad);
         }
         if !clock.duplicates.is_empty() {
             let n = clock.duplicates.len();
@@ -123,11 +123,11 @@ impl JudgedTime {
                 "{n} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
                 share(n)
             );
-            say(NoteKind::DuplicateTime, text, &clock.duplicates);
+            say(FindingKind::DuplicateTime, text, &clock.duplicates);
         }
         if !clock.absent.is_empty() {
             let text = format!("{} rows have no time stamp", clock.absent.len());
-            say(NoteKind::AbsentTime, text, &clock.absent);
+            say(FindingKind::AbsentTime, text, &clock.absent);
         }
         if !clock.gaps.is_empty() {
             let note = gap_note(clock.gaps.len(), clock.longest_gap_s);
@@ -139,7 +139,7 @@ impl JudgedTime {
                 rows.rows() - 1,
                 clock.rate_hz
             );
-            say(NoteKind::BurstTime, text, &[]);
+            say(FindingKind::BurstTime, text, &[]);
         }
         let stated = self.timing.nominal_rate_hz;
         if let Some(nominal) = stated.filter(|r| (clock.rate_hz / r - 1.0).abs() > RATE_TOLERANCE)
@@ -149,7 +149,7 @@ impl JudgedTime {
                 "the claimed rate is {nominal} Hz, the time stamps give {:.2} Hz; the time stamps are used",
                 clock.rate_hz
             );
-            say(NoteKind::RateMismatch, text, &[]);
+            say(FindingKind::RateMismatch, text, &[]);
         }
         let missing_share = clock.missing / (clock.missing + count);
         if missing_share > MISSING {
@@ -158,7 +158,7 @@ impl JudgedTime {
                 clock.missing,
                 100.0 * missing_share
             );
-            say(NoteKind::MissingSamples, text, &[]);
+            say(FindingKind::MissingSamples, text, &[]);
         }
         self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
         self.timing.unit = unit;
@@ -173,14 +173,14 @@ impl JudgedTime {
 }
 
 /// Steps of more than four samples, and the longest of them.
-pub(crate) fn gap_note(count: usize, longest_s: f64) -> Note {
+pub(crate) fn gap_note(count: usize, longest_s: f64) -> Finding {
     let gaps = if count == 1 {
         "1 gap".to_owned()
     } else {
         format!("{count} gaps")
     };
     let text = format!("{gaps} of more than four samples, the longest {longest_s:.3} s");
-    Note::new(NoteKind::Gap, text)
+    Finding::new(FindingKind::Gap, text)
 }
 
 fn temperature_range(temperature_c: Option<&[f64]>) -> (f64, f64) {
@@ -298,12 +298,12 @@ fn is_split(seconds: &[f64], fraction: &[f64], unit_s: f64) -> bool {
 }
 
 /// A column of time that holds text, where no other column is a clock.
-fn unread_stamps(format: &Format, rows: &Batch) -> Option<Note> {
+fn unread_stamps(format: &Format, rows: &Batch) -> Option<Finding> {
     let mut columns = format.columns.iter().zip(&rows.words);
     let (_, words) = columns.find(|(c, words)| c.role == Role::Time && !words.is_empty())?;
     let first = words.first()?;
     let has_rate = format.options.rate_hz.or(format.rate_hz).is_some();
     let hint = if has_rate { "" } else { " (give --rate)" };
     let text = format!("time stamps like \"{first}\" are not understood; they are not used{hint}");
-    Some(Note::new(NoteKind::StampsUnread, text))
+    Some(Finding::new(FindingKind::StampsUnread, text))
 }

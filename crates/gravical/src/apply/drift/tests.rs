@@ -1,6 +1,6 @@
 use crate::apply::{ApplyOptions, ApplySummary, apply};
 use crate::calibration_file::CalibrationFile;
-use crate::recording::open::from_reader;
+use gravical_recording::bytes::from_reader;
 
 /// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
 /// to 50 °C; ay was refused.

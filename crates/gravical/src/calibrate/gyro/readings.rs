@@ -8,9 +8,9 @@ use gravical_fit::{Motion, Sample, StaticInterval};
 use crate::poses::mean::pooled_noise;
 use crate::poses::turns::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
-use crate::recording::range_end::range_end;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 use crate::stats::mean_of_finite;
+use gravical_recording::range_end;
 
 /// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
 /// straight line, whether rows are lost or their cells empty.
@@ -57,7 +57,7 @@ impl Readings {
     pub fn new(recordings: &[Recording], session: &Segmentation) -> Readings {
         let mut readings = Readings::default();
         let (mut holds, mut step) = (Vec::new(), [0.0_f64; 3]);
-        let samples = Recording::samples_of_rows(recordings);
+        let samples = Recording::samples_per_row(recordings);
         for (index, recording) in recordings.iter().enumerate() {
             let Some(gyro) = &recording.gyro else {
                 continue;

@@ -188,7 +188,6 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
     for written in write(writing, session) {
         let mut recording =
             read_bytes(&written.file.bytes, &written.file.name, &options).map_err(words)?;
-        assert!(recording.ledger.balances(), "{}", recording.ledger.sum());
         if let Some(gyro) = &written.gyro {
             join_gyroscope_bytes(&mut recording, &gyro.bytes, &gyro.name, &options)
                 .map_err(words)?;

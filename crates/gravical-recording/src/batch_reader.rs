@@ -4,23 +4,22 @@ use std::collections::VecDeque;
 use std::io::{self, BufRead};
 use std::path::Path;
 
-use gravical_recording as new;
-use gravical_recording::{Batch, CopiedText, Format, Later, Readings, Role, bytes, cwa, open_text};
-
-use super::foreign::in_file;
-use super::ledger::Ledger;
-use super::open::{Input, peek, truncated};
-use super::reading::of_judged;
-use super::text_options::text_options;
-use super::{ReadOptions, Recording, foreign};
+use crate::bytes::{self, Input, peek, truncated};
+use crate::cwa;
+use crate::error::{Error, Result};
 use crate::finding::Finding;
-use crate::{Error, Result};
+use crate::foreign::{self, in_file};
+use crate::later::{Later, Readings};
+use crate::options::ReadOptions;
+use crate::recording::{Recording, open_text};
+use crate::role::Role;
+use crate::text::{Batch, CopiedText, Format, Ledger};
 
 /// Batches by which a recording is judged: 262,144 rows.
 const HEAD_BATCHES: usize = 4;
 
 /// Rows of a recording, with the text of the columns that are copied.
-pub(crate) struct Rows {
+pub struct Rows {
     /// Text of the columns that are copied
     pub text: CopiedText,
     /// Line of each row, from 1
@@ -32,9 +31,10 @@ pub(crate) struct Rows {
 }
 
 /// A recording that is read batch by batch.
-pub(crate) struct BatchReader {
+pub struct BatchReader {
     /// What the first rows are judged to be; their channels are dropped once they are read
     pub recording: Recording,
+    /// How its lines become rows
     pub format: Format,
     /// The only column of time stamps, if it is wanted.
     stamps: Option<usize>,
@@ -45,8 +45,8 @@ pub(crate) struct BatchReader {
     later: Later,
     /// Lines without a row; and these with the rows that are no measurements, as far as they were
     /// judged with the first ones.
-    aside: new::Aside,
-    judged_aside: new::Aside,
+    ledger: Ledger,
+    judged_ledger: Ledger,
     rows: usize,
     input: Input,
     /// Findings about later rows.
@@ -61,7 +61,7 @@ impl BatchReader {
     ///
     /// # Errors
     ///
-    /// As [`read`](super::read).
+    /// As [`read`](crate::read()).
     pub fn open(
         input: Input,
         name: &str,
@@ -77,7 +77,7 @@ impl BatchReader {
     ///
     /// # Errors
     ///
-    /// As [`read_samples`](super::read_samples).
+    /// As [`read_samples`](crate::read_samples).
     pub fn open_whole(
         input: Input,
         name: &str,
@@ -119,19 +119,19 @@ impl BatchReader {
             head.append(batch);
             head.check_size().map_err(|e| in_file(e, here))?;
         }
-        let (aside, rows) = (head.aside.clone(), head.rows());
+        let (ledger, rows) = (head.ledger.clone(), head.rows());
         let (judged, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
-        let judged_aside = judged.aside.clone();
+        let judged_ledger = judged.ledger.clone();
         Ok(BatchReader {
-            recording: of_judged(judged, name),
+            recording: judged.named(name),
             format,
             stamps,
             name: name.to_owned(),
             held,
             batches,
             later,
-            aside,
-            judged_aside,
+            ledger,
+            judged_ledger,
             rows,
             input,
             findings: Vec::new(),
@@ -160,10 +160,9 @@ impl BatchReader {
         let here = Path::new(&self.name);
         let mut batch = batch.map_err(|e| in_file(e, here))?;
         self.rows += batch.rows();
-        self.judged_aside.append(batch.aside.clone());
-        self.aside.append(std::mem::take(&mut batch.aside));
-        self.findings
-            .extend(batch.notes.drain(..).map(Finding::from));
+        self.judged_ledger.append(batch.ledger.clone());
+        self.ledger.append(std::mem::take(&mut batch.ledger));
+        self.findings.extend(batch.notes.drain(..));
         let readings = self.later.read(&mut batch);
         let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {
@@ -222,12 +221,12 @@ impl BatchReader {
             self.recording.description.insert_str(0, "gzip, ");
         }
         self.recording.sha256 = self.input.sha256();
-        findings.extend(self.later.notes().into_iter().map(Finding::from));
+        findings.extend(self.later.notes());
         if written < self.rows {
-            self.aside = self.judged_aside;
-            self.aside.append(self.later.aside().clone());
+            self.ledger = self.judged_ledger;
+            self.ledger.append(self.later.ledger().clone());
         }
-        (self.recording, Ledger::of(&self.aside, written), findings)
+        (self.recording, self.ledger, findings)
     }
 }
 
@@ -241,19 +240,17 @@ fn open_batches(
     options.validate()?;
     let here = Path::new(name);
     let io = |e| Error::io(here, e);
-    let reader = std::mem::replace(&mut input.reader, Box::new(io::empty()));
-    let (magic, reader) = peek(reader, cwa::MAGIC_BYTES).map_err(io)?;
+    let (magic, reader) = peek(input.take_reader(), cwa::MAGIC_BYTES).map_err(io)?;
     foreign::refuse_container(&magic, here)?;
-    let read = text_options(options, false);
     if cwa::is_one(&magic) {
-        let (format, samples) = cwa::open(reader, &read).map_err(|e| in_file(e, here))?;
+        let (format, samples) = cwa::open(reader, options).map_err(|e| in_file(e, here))?;
         let batches = samples.with_text(&copied(&format));
         return Ok((format, Box::new(batches)));
     }
     let mut text = bytes::utf8(reader).map_err(io)?;
     foreign::refuse_calibration(text.fill_buf().map_err(io)?, here)?;
     let file = here.file_name().unwrap_or_default().to_string_lossy();
-    let (format, text) = open_text(text, &file, &read).map_err(|e| in_file(e, here))?;
+    let (format, text) = open_text(text, &file, options).map_err(|e| in_file(e, here))?;
     let batches = format.batches(text).with_text(&copied(&format));
     Ok((format, Box::new(batches)))
 }

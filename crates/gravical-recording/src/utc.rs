@@ -1,4 +1,14 @@
 //! Times in UTC, to the second: when a session was recorded, when a result was computed.
+//!
+//! ```
+//! use gravical_recording::utc::UtcTime;
+//!
+//! let time: UtcTime = "2026-03-09T12:15:00+02:00".parse()?;
+//! assert_eq!(time.to_string(), "2026-03-09T10:15:00Z");
+//! // Without a zone it is UTC; a date alone is its midnight.
+//! assert_eq!("2026-03-09".parse::<UtcTime>()?.minute(), "2026-03-09 00:00");
+//! # Ok::<(), gravical_recording::Error>(())
+//! ```
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,16 +22,6 @@ const EARLIEST_S: i64 = 946_684_800; // 2000-01-01
 const LATEST_S: i64 = 4_102_444_800; // 2100-01-01
 
 /// A time, to the second. Text and JSON: RFC 3339 in UTC, `2026-03-09T10:15:00Z`.
-///
-/// ```
-/// use gravical::utc::UtcTime;
-///
-/// let time: UtcTime = "2026-03-09T12:15:00+02:00".parse()?;
-/// assert_eq!(time.to_string(), "2026-03-09T10:15:00Z");
-/// // Without a zone it is UTC; a date alone is its midnight.
-/// assert_eq!("2026-03-09".parse::<UtcTime>()?.minute(), "2026-03-09 00:00");
-/// # Ok::<(), gravical::Error>(())
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(with = "String"))]

@@ -229,7 +229,8 @@ impl FindingKind {
     }
 
     /// True if samples were lost or could not be read.
-    pub(crate) fn is_loss(self) -> bool {
+    #[must_use]
+    pub fn is_loss(self) -> bool {
         use FindingKind as K;
         matches!(
             self,

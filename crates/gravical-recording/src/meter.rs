@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Counts the bytes of recordings as they are read. Give a clone to
-/// [`ReadOptions`](super::ReadOptions), and query it from another thread.
+/// [`ReadOptions`](crate::ReadOptions), and query it from another thread.
 ///
 /// ```
-/// use gravical::recording::{Meter, ReadOptions, read_bytes};
+/// use gravical_recording::{Meter, ReadOptions, read_bytes};
 ///
 /// let meter = Meter::default();
 /// let options = ReadOptions { meter: Some(meter.clone()), ..ReadOptions::default() };
@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex};
 /// read_bytes(text, "desk.csv", &options)?;
 /// let progress = meter.progress();
 /// assert_eq!((progress.read, progress.total), (37, Some(37)));
-/// # Ok::<(), gravical::Error>(())
+/// # Ok::<(), gravical_recording::Error>(())
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Meter(Arc<State>);
@@ -54,11 +54,11 @@ impl Meter {
     }
 
     /// Ends reading: what is being read, and what is opened later, fails with `io`; a
-    /// [`motion`](crate::motion::MotionOptions::meter) ends in the same way. For a user who does not
+    /// motion ends in the same way. For a user who does not
     /// want to wait.
     ///
     /// ```
-    /// use gravical::recording::{Meter, ReadOptions, read_bytes};
+    /// use gravical_recording::{Meter, ReadOptions, read_bytes};
     ///
     /// let meter = Meter::default();
     /// let options = ReadOptions { meter: Some(meter.clone()), ..ReadOptions::default() };
@@ -77,7 +77,9 @@ impl Meter {
     }
 
     /// True after [`stop`](Self::stop), for a computation in another crate.
-    pub(crate) fn flag(&self) -> Arc<AtomicBool> {
+    #[doc(hidden)]
+    #[must_use]
+    pub fn flag(&self) -> Arc<AtomicBool> {
         self.0.stopped.clone()
     }
 

@@ -1,14 +1,15 @@
 //! Where a gyroscope stands at the end of its range.
 
-use super::full_scale::FULL_SCALES_DEG_S;
-use super::units::{GyroScale, GyroUnit};
+use crate::full_scale::FULL_SCALES_DEG_S;
+use crate::units::{GyroScale, GyroUnit};
 
 /// Values of a channel at and beyond which it is clipped; none when it never
 /// is. The end of the range is known where the unit is; everywhere it shows as
 /// three or more readings in a row at the channel's own extreme that the signal comes
 /// to, or leaves, in a step far above its last digit: the top of a smooth
 /// motion is reached in small ones.
-pub(crate) fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> {
+#[must_use]
+pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut digit = f64::INFINITY;
     let mut before = f64::NAN;
@@ -87,7 +88,7 @@ fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::units::Origin;
+    use crate::units::Origin;
 
     #[test]
     fn a_flat_top_is_clipped_and_a_round_one_is_not() {

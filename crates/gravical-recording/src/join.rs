@@ -11,23 +11,13 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
-use crate::{Error, Result};
-
-use super::open::{self, Source};
-use super::reading::read_gyroscope;
-use super::{ReadOptions, Recording};
-use crate::finding::{Finding, FindingKind, LineSpans};
-
-/// File that was joined to a recording.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct JoinedFile {
-    /// Path of the file as given.
-    pub name: String,
-    /// SHA-256 of the file, if requested.
-    pub sha256: Option<String>,
-}
+use crate::error::{Error, Result};
+use crate::finding::{Finding, FindingKind};
+use crate::options::ReadOptions;
+use crate::read::read_gyroscope;
+use crate::recording::{JoinedFile, Recording};
+use crate::source::{Source, stem};
+use crate::spans::LineSpans;
 
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
 /// change of the rate is far below its noise.
@@ -89,7 +79,7 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
 /// True for a file named after a gyroscope and not also after an accelerometer.
 #[must_use]
 pub fn is_named_gyroscope(path: &Path) -> bool {
-    let stem = open::stem(&path.display().to_string()).to_lowercase();
+    let stem = stem(&path.display().to_string()).to_lowercase();
     stem.contains("gyr") && !stem.contains("acc")
 }
 

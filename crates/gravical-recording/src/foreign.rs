@@ -3,10 +3,9 @@
 
 use std::path::Path;
 
-use gravical_recording::axes;
-
+use crate::error::{Error, Result};
 use crate::escape::path_word;
-use crate::{Error, Result};
+use crate::text::axes;
 
 /// Files of other tools by their first bytes, what they are, and how their samples become a table.
 const CONTAINERS: [(&[u8], &str, &str); 5] = [
@@ -42,7 +41,7 @@ const CONTAINERS: [(&[u8], &str, &str); 5] = [
 /// # Errors
 ///
 /// `no-rows` with the command that makes a table of one.
-pub(super) fn refuse_container(magic: &[u8], file: &Path) -> Result<()> {
+pub(crate) fn refuse_container(magic: &[u8], file: &Path) -> Result<()> {
     let is_one = |c: &&(&[u8], &str, &str)| magic.starts_with(c.0);
     match CONTAINERS.iter().find(is_one) {
         Some((_, what, hint)) => Err(Error::input("no-rows", *what)
@@ -57,7 +56,7 @@ pub(super) fn refuse_container(magic: &[u8], file: &Path) -> Result<()> {
 /// # Errors
 ///
 /// `is-a-calibration` with the commands that take one.
-pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
+pub(crate) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
     let has = |word: &[u8]| memchr::memmem::find(head, word).is_some();
     let content = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let is_one = content.trim_ascii_start().first() == Some(&b'{')
@@ -77,7 +76,7 @@ pub(super) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
 }
 
 /// An error of reading with the file; of one axis, the two others may lie beside it.
-pub(super) fn in_file(error: impl Into<Error>, file: &Path) -> Error {
+pub(crate) fn in_file(error: impl Into<Error>, file: &Path) -> Error {
     let error = error.into().in_file(file);
     match axes::group_of(file).filter(|_| error.code() == "no-rows") {
         Some(group) => error.with_hint(format!(
@@ -90,7 +89,7 @@ pub(super) fn in_file(error: impl Into<Error>, file: &Path) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use crate::recording::{ReadOptions, read_bytes};
+    use crate::{ReadOptions, read_bytes};
 
     fn refusal(bytes: &[u8]) -> (&'static str, String) {
         let error = read_bytes(bytes, "file", &ReadOptions::default()).unwrap_err();

@@ -1,0 +1,114 @@
+//! Where a recording is read from: a path, standard input, three files of one axis each, bytes in memory.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::bytes::{Input, from_reader, peek};
+use crate::error::{Error, Result};
+use crate::options::ReadOptions;
+use crate::text::axes;
+
+/// First bytes of a ZIP archive.
+const ZIP: &[u8] = b"PK\x03\x04";
+
+/// Name of a file without folder and endings (`.csv.gz` is two).
+#[must_use]
+pub fn stem(name: &str) -> String {
+    let file = Path::new(name)
+        .file_name()
+        .map_or_else(|| name.into(), |f| f.to_string_lossy());
+    let mut stem = file.as_ref();
+    for ending in [".gz", ".csv", ".txt", ".tsv", ".log", ".dat", ".cwa"] {
+        stem = stem.strip_suffix(ending).unwrap_or(stem);
+    }
+    stem.to_owned()
+}
+
+/// Where a recording is read from.
+pub(crate) enum Source<'a> {
+    /// A file, a pipe or, as `-`, standard input.
+    Path(&'a Path),
+    /// Bytes in memory.
+    Bytes(&'a [u8]),
+}
+
+impl Source<'_> {
+    /// Opens it.
+    ///
+    /// # Errors
+    ///
+    /// As [`open`].
+    pub fn open(&self, options: &ReadOptions) -> Result<Input> {
+        match self {
+            Source::Path(path) => open(path, options),
+            Source::Bytes(bytes) => {
+                let reader = Box::new(io::Cursor::new(bytes.to_vec()));
+                counted(Path::new("-"), reader, Some(bytes.len() as u64), options)
+            }
+        }
+    }
+
+    /// True if it can be opened again: it is no pipe.
+    pub fn is_reopenable(&self) -> bool {
+        match self {
+            Source::Path(path) => *path != Path::new("-") && path.is_file(),
+            Source::Bytes(_) => true,
+        }
+    }
+}
+
+/// Opens `path` (`-` is standard input); of the options only `hash` and `meter` are used.
+///
+/// # Errors
+///
+/// Errors of the file system; `is-a-directory` for a directory.
+pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
+    let (reader, total) = raw(path)?;
+    counted(path, reader, total, options)
+}
+
+/// The bytes at `path`, and their number if it is known.
+fn raw(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
+    if path == Path::new("-") {
+        return Ok((Box::new(io::stdin().lock()), None));
+    }
+    if path.is_dir() {
+        return Err(
+            Error::input("is-a-directory", "this is a folder, not a recording")
+                .at(path, None)
+                .with_hint("give its files, or the folder to `gravical calibrate`"),
+        );
+    }
+    if let Some(text) = axes::open(path) {
+        let bytes = text.map_err(|e| e.in_file(path))?.into_bytes();
+        let total = bytes.len() as u64;
+        return Ok((Box::new(io::Cursor::new(bytes)), Some(total)));
+    }
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let total = file.metadata().ok().filter(std::fs::Metadata::is_file);
+    Ok((Box::new(file), total.map(|m| m.len())))
+}
+
+fn counted(
+    path: &Path,
+    reader: Box<dyn Read>,
+    total: Option<u64>,
+    options: &ReadOptions,
+) -> Result<Input> {
+    let reader = match &options.meter {
+        Some(meter) => meter.over(&path.display().to_string(), total, reader),
+        None => reader,
+    };
+    let mut input = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
+    let (magic, reader) = peek(input.reader, ZIP.len()).map_err(|e| Error::io(path, e))?;
+    input.reader = reader;
+    if magic == ZIP {
+        return Err(
+            Error::input("is-an-archive", "this is a ZIP archive, not a recording")
+                .at(path, None)
+                .with_hint("unpack it and give the recording in it"),
+        );
+    }
+    Ok(input)
+}

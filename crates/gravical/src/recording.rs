@@ -1,0 +1,74 @@
+//! Reading of recordings in many formats, and the faults found in them.
+//!
+//! # Overview
+//!
+//! [`read`] opens a file (plain, gzip, standard input) and reads it with the crate
+//! `gravical_recording`: its format, which column is which channel, and what the columns say of clock,
+//! units and defects. The [`Ledger`] accounts for every line: it is a row, or it was set aside for a
+//! given reason. Every fault is reported as a [`Finding`] with its lines.
+//!
+//! Values stay in the unit of the file; [`AccelScale::nominal`] is the size of one m/s² in that
+//! unit. The bias and matrix of a calibration therefore apply to the numbers in the file.
+//!
+//! # Example
+//!
+//! ```
+//! use gravical::recording::{ReadOptions, read_bytes};
+//!
+//! let csv = "t_ms,ax,ay,az\n0,0.1,0.0,9.8\n10,0.1,0.1,9.8\n20,0.1,0.0,9.7\n";
+//! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
+//! assert_eq!(recording.rows(), 3);
+//! assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
+//! # Ok::<(), gravical::Error>(())
+//! ```
+
+use crate::{Error, Result};
+
+pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
+#[doc(hidden)]
+pub use gravical_recording::{
+    BoardSettings, Follow, Form, bytes, holds_gyroscope_alone, is_named_gyroscope, source, units,
+};
+pub use gravical_recording::{
+    ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason, Recording,
+    SampleColumns, TableColumn, TimeUnit, Timing, UnitDoubt, join_gyroscope, join_gyroscope_bytes,
+    parse_columns, read, read_bytes, read_head, read_samples,
+};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
+
+/// The serial number that the files name, if any does.
+///
+/// # Errors
+///
+/// `sensors-differ` where they name several.
+pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
+    let named = || {
+        recordings
+            .iter()
+            .filter_map(|r| Some((r, r.serial.as_ref()?)))
+    };
+    let Some((one, serial)) = named().next() else {
+        return Ok(None);
+    };
+    match named().find(|(_, other)| *other != serial) {
+        None => Ok(Some(serial.clone())),
+        Some((other, another)) => Err(Error::input(
+            "sensors-differ",
+            format!(
+                "{} is of the sensor with the serial number {serial}, {} of {another}",
+                one.name, other.name
+            ),
+        )
+        .at(other.name.as_ref(), None)
+        .with_hint("calibrate the recordings of each sensor alone; --sensor-id NAME says that they are of one")),
+    }
+}
+
+/// Why a recording is taken for a calibrated one, for findings.
+pub(crate) fn why_calibrated(by_board: bool) -> &'static str {
+    if by_board {
+        "the board calibrated it, as the line with its settings says (`gravical log --format si` records raw values)"
+    } else {
+        "its columns have the names of calibrated columns"
+    }
+}
