@@ -15,7 +15,6 @@ use crate::moves::{
     Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, take_displacement,
 };
 use crate::noise::Noise;
-use crate::odd::Bridged;
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
 use crate::rough::Roughness;
@@ -58,8 +57,6 @@ const KEPT_S: f64 = LEADING_S + 5.0;
 #[derive(Debug, Clone)]
 pub struct Stepper {
     context: Context,
-    /// Samples that were forgotten.
-    forgotten: usize,
     /// True if something is missing before the next sample.
     interrupted: bool,
     source: RestDetector,
@@ -74,7 +71,7 @@ pub struct Stepper {
     /// Before the last rest began.
     undo: Option<Box<Undo>>,
     tape: Tape,
-    /// What a whole run is to have.
+    /// What a whole run is to have; its path is on the tape. Such a run forgets nothing.
     motion: Option<Motion>,
     state: SampleState,
 }
@@ -132,8 +129,6 @@ struct Candidate {
 /// A move that goes on.
 #[derive(Debug, Clone)]
 struct Live {
-    /// Where it began, of all samples.
-    start: usize,
     /// Up to what is known for good: the last stance, or where a rest was looked for.
     trail: Track,
     /// Up to the last whole node.
@@ -156,7 +151,6 @@ impl Stepper {
                 options: options.clone(),
                 noise: None,
             },
-            forgotten: 0,
             interrupted: false,
             candidate: None,
             stances: None,
@@ -206,19 +200,13 @@ impl Stepper {
             stepper.add(samples.time_s[i], samples.force[i], rate);
             let last = i + 1 == samples.len();
             while let Some(one) = bridged.next_if(|b| b.rows.end <= i || last) {
-                let local = |row: usize| row.saturating_sub(stepper.forgotten);
-                let rows = local(one.rows.start)..local(one.rows.end);
-                let one = Bridged {
-                    rows,
-                    ..one.clone()
-                };
-                stepper.context.samples.bridged.push(one);
+                stepper.context.samples.bridged.push(one.clone());
             }
             stepper.update();
         }
         stepper.finish();
-        let mut motion = stepper.motion.take().unwrap_or_default();
-        let path = std::mem::take(&mut motion.path).into_iter();
+        let mut motion = stepper.motion.unwrap_or_default();
+        let path = stepper.tape.path.into_iter();
         motion.path = path.map(|node| node.with_clock(options.clock_sd)).collect();
         let moves = motion.moves.iter_mut();
         moves.for_each(|m| m.count_bridged(&samples.bridged));
@@ -242,7 +230,9 @@ impl Stepper {
         }
         self.consider(self.context.samples.len(), false);
         self.go_on();
-        self.forget();
+        if self.motion.is_none() {
+            self.forget();
+        }
     }
 
     fn take(&mut self, event: RestEvent) {
@@ -325,7 +315,7 @@ impl Stepper {
             motion.rests.truncate(rests);
             motion.moves.truncate(moves);
             motion.stances.truncate(stances);
-            motion.path.truncate(nodes);
+            self.tape.path.truncate(nodes);
         }
     }
 
@@ -386,10 +376,11 @@ impl Stepper {
 
     fn begin_rest(&mut self, rest: Range<usize>) {
         let is_first = self.context.noise.is_none();
+        let nodes = self.tape.path.len();
         let counts = self
             .motion
             .as_ref()
-            .map(|m| [m.rests.len(), m.moves.len(), m.stances.len(), m.path.len()]);
+            .map(|m| [m.rests.len(), m.moves.len(), m.stances.len(), nodes]);
         self.undo = (!is_first).then(|| {
             Box::new(Undo {
                 filter: self.filter.clone(),
@@ -399,8 +390,7 @@ impl Stepper {
             })
         });
         if let Some(motion) = &mut self.motion {
-            let end = rest.end + self.forgotten;
-            motion.rests.push(rest.start + self.forgotten..end);
+            motion.rests.push(rest.clone());
         }
         if is_first {
             self.learn(&rest);
@@ -432,9 +422,7 @@ impl Stepper {
         close(&model, &mut self.tape, &mut filter, span.clone());
         if let (Some((mut one, stances)), Some(motion)) = (closed, &mut self.motion) {
             take_displacement(&model, &mut filter, &mut one);
-            one.samples = one.samples.start + self.forgotten..one.samples.end + self.forgotten;
             motion.moves.push(one);
-            let stances = stances.iter().map(|s| s + self.forgotten);
             motion.stances.extend(stances);
         }
         self.tape.run(&model, &mut filter, Action::Halt { to: at });
@@ -443,24 +431,12 @@ impl Stepper {
             node: PathNode::forward(&filter.node()),
         };
         self.filter = Some(filter);
-        self.keep_path();
-    }
-
-    /// Nodes of the tape, counted from the first sample of all.
-    fn keep_path(&mut self) {
-        let nodes = self.tape.path.drain(..);
-        if let Some(motion) = &mut self.motion {
-            motion.path.extend(nodes.map(|mut node| {
-                node.sample += self.forgotten;
-                node
-            }));
-        }
     }
 
     fn end_rest(&mut self, end: usize) {
         self.undo = None;
         if let Some(rest) = self.motion.as_mut().and_then(|m| m.rests.last_mut()) {
-            rest.end = (end + self.forgotten).max(rest.start + 1);
+            rest.end = end.max(rest.start + 1);
         }
         let closed = match &mut self.phase {
             Phase::Rest { closed, .. } => *closed,
@@ -471,11 +447,12 @@ impl Stepper {
         };
         let end = end.max(filter.at + 1);
         filter.run(&model, &Action::Halt { to: end - 1 }, None);
-        self.tape.path.push(PathNode::forward(&filter.node()));
+        if self.motion.is_some() {
+            self.tape.path.push(PathNode::forward(&filter.node()));
+        }
         level_before_move(&model, &mut self.tape, &mut filter, closed.min(end));
         let trail = Track::new(&model, filter.clone());
         self.phase = Phase::Move(Box::new(Live {
-            start: filter.at + self.forgotten,
             ahead: trail.clone(),
             trail,
             walks: false,
@@ -486,7 +463,6 @@ impl Stepper {
         }
         self.filter = Some(filter);
         self.stances_here.retain(|s| s.sample >= end);
-        self.keep_path();
     }
 
     /// Goes on with a move to the last whole node.
@@ -498,12 +474,11 @@ impl Stepper {
         let last = self.context.samples.len() - 1;
         let steps = match (&self.phase, self.candidate) {
             (Phase::Move(live), candidate) if found => {
-                let start = live.start - self.forgotten + 1;
                 // In a walk those before are known.
                 let from = if live.walks {
                     live.trail.filter.at
                 } else {
-                    start
+                    live.trail.start + 1
                 };
                 let end = candidate.map_or(usize::MAX, |c| c.start);
                 let mut steps = self.stances_away(from, end);
@@ -535,12 +510,8 @@ impl Stepper {
             live.ahead.advance(&model, to, None);
         }
         let to = whole(live.ahead.filter.at);
-        let mut path = self.motion.is_some().then(Vec::new);
-        live.ahead.advance(&model, to, path.as_mut());
-        live.path.extend(path.into_iter().flatten().map(|mut node| {
-            node.sample += self.forgotten;
-            node
-        }));
+        let path = self.motion.is_some().then_some(&mut live.path);
+        live.ahead.advance(&model, to, path);
     }
 
     /// The filter of a move at the last sample.
@@ -593,7 +564,7 @@ impl Stepper {
         self.go_on();
         let last = self.context.samples.len() - 1;
         let steps = match &self.phase {
-            Phase::Move(live) => self.steps(live.start - self.forgotten + 1, usize::MAX),
+            Phase::Move(live) => self.steps(live.trail.start + 1, usize::MAX),
             _ => Vec::new(),
         };
         let filter = match &self.phase {
@@ -607,13 +578,12 @@ impl Stepper {
         let Some(motion) = &mut self.motion else {
             return;
         };
-        let count = last + 1 + self.forgotten;
         match &mut self.phase {
             Phase::Unknown => {}
             Phase::Rest { .. } => {
                 filter.run(&model, &Action::Halt { to: last }, None);
                 if let Some(rest) = motion.rests.last_mut() {
-                    rest.end = count;
+                    rest.end = last + 1;
                 }
             }
             Phase::Move(live) => {
@@ -625,22 +595,16 @@ impl Stepper {
                     rest: None,
                     stances: &stances,
                 };
-                let start = live.start.saturating_sub(self.forgotten);
-                if live.start < count - 1 {
-                    let mut one = leg.result(&model, start..last, None);
+                if live.trail.start < last {
+                    let mut one = leg.result(&model, live.trail.start..last, None);
                     take_displacement(&model, &mut filter, &mut one);
-                    one.samples = live.start..count - 1;
                     motion.moves.push(one);
                 }
-                motion
-                    .stances
-                    .extend(stances.iter().map(|s| s + self.forgotten));
-                motion.path.append(&mut live.path);
+                motion.stances.extend(stances);
+                self.tape.path.append(&mut live.path);
             }
         }
-        let mut node = PathNode::forward(&filter.node());
-        node.sample = count - 1;
-        motion.path.push(node);
+        self.tape.path.push(PathNode::forward(&filter.node()));
     }
 
     /// Forgets samples that nothing needs.
@@ -681,6 +645,5 @@ impl Stepper {
         self.stances_here.iter_mut().for_each(|s| s.forget(count));
         self.source.forget(count);
         self.context.samples.forget(count);
-        self.forgotten += count;
     }
 }

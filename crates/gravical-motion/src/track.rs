@@ -14,7 +14,7 @@ const NODE_S: f64 = 0.04;
 #[derive(Debug, Clone)]
 pub(crate) struct Track {
     pub filter: Filter,
-    /// First sample of the move that is still there.
+    /// First sample of the move.
     pub start: usize,
     /// Σ ω² and the number of samples in it, and by how much it has widened the bias.
     squares: f64,
