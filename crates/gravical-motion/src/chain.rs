@@ -7,8 +7,9 @@
 use std::ops::Range;
 
 use crate::closure::{Innovation, REST_SPEED_MPS};
-use crate::filter::{Action, Filter, Model};
+use crate::filter::{Action, Filter};
 use crate::samples::Unusable;
+use crate::transition::Model;
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;

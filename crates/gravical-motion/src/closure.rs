@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::filter::{Filter, Measurement, Model};
+use crate::filter::{Filter, Measurement};
 use crate::noise::Density;
 use crate::state::Covariance;
+use crate::transition::Model;
 
 /// A rest has no velocity but this, m/s: a table that gives way.
 pub(crate) const REST_SPEED_MPS: f64 = 0.001;

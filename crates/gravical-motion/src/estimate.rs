@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravical_signal::detect_rests;
 
 use crate::chain::RestSelector;
-use crate::filter::{Action, Filter, Model};
+use crate::filter::{Action, Filter};
 use crate::moves::{Keep, Leg, Tape, close, closing, level_before_move};
 use crate::noise::Noise;
 use crate::options::MotionOptions;
@@ -16,6 +16,7 @@ use crate::smooth::Smoother;
 use crate::stance::detect_stances;
 use crate::state::Directions;
 use crate::stepper::Stepper;
+use crate::transition::Model;
 
 /// Velocity and position of calibrated samples.
 ///

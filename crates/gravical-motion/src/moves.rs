@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use crate::closure::{Closure, REST_SPEED_MPS, closure, enlargement, step_enlargement};
-use crate::filter::{Action, Filter, Model, Record};
+use crate::filter::{Action, Filter, Record};
 use crate::noise::{Density, tremor};
 use crate::result::{Budget, Ends, Move, PathNode, array, rows};
+use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.

@@ -10,7 +10,7 @@ use gravical_signal::{RestDetector, RestEvent};
 use nalgebra::Vector3;
 
 use crate::chain::contradicts;
-use crate::filter::{Action, Filter, Model};
+use crate::filter::{Action, Filter};
 use crate::moves::{
     Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, take_displacement,
 };
@@ -23,6 +23,7 @@ use crate::stance::{Stance, StanceDetector, is_walk};
 use crate::state::Directions;
 use crate::states::SampleState;
 use crate::track::{Track, node_len};
+use crate::transition::Model;
 
 /// The noise is that of the first seconds of the first rest, s.
 const LEARNED_S: f64 = 3.0;

@@ -1,9 +1,10 @@
 //! A filter that follows a move as it goes on.
 
-use crate::filter::{Action, Filter, Model};
+use crate::filter::{Action, Filter};
 use crate::moves::rectified;
 use crate::result::PathNode;
 use crate::samples::Samples;
+use crate::transition::Model;
 
 /// The move has the roughness of its last seconds, s.
 const RECENT_S: f64 = 2.0;
