@@ -48,7 +48,7 @@ mod track;
 mod transition;
 
 pub use closure::Closure;
-pub use estimate::{estimate_motion, estimate_motion_between};
+pub use estimate::estimate_motion;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd, hung_rows};
 pub use options::{CalibrationUncertainty, ForceDirection, MotionOptions, RestNoise};
 pub use result::{Budget, Ends, Motion, Move, PathNode};

@@ -1,5 +1,6 @@
 //! What is known of the sensor, and how its motion is estimated.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -71,8 +72,8 @@ pub struct MotionOptions {
     pub clock_sd: f64,
     /// Highest angular rate of a foot in stance, rad/s; 0: no stances.
     pub max_stance_rate_rad_s: f64,
-    /// Rests that are known, s; none: they are looked for.
-    pub rests_s: Option<Vec<(f64, f64)>>,
+    /// Rests that are known, as spans of samples in order; none: they are looked for.
+    pub rests: Option<Vec<Range<usize>>>,
     /// Use the past only, as [`crate::Stepper`] does. The path of a closed move, and its bands, are those after
     /// its end: a second into the rest that closes it, the noise of the whole move is known. Rests are looked for,
     /// and each has no velocity.
@@ -94,7 +95,7 @@ impl MotionOptions {
 
     /// Nothing is negative or no number, and a causal run looks for rests.
     pub(crate) fn are_possible(&self) -> bool {
-        if self.causal && (self.rests_s.is_some() || !self.zero_velocity) {
+        if self.causal && (self.rests.is_some() || !self.zero_velocity) {
             return false;
         }
         let known = &self.calibration;
@@ -123,7 +124,7 @@ impl Default for MotionOptions {
             tilt_sd_rad: 0.5_f64.to_radians(),
             clock_sd: 1e-3,
             max_stance_rate_rad_s: 1.0,
-            rests_s: None,
+            rests: None,
             causal: false,
             noise: None,
             zero_velocity: true,

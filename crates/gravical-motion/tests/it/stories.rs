@@ -186,7 +186,7 @@ fn what_rests_is_at_rest_and_says_what_could_hide() {
 fn rests_that_are_given_are_taken() {
     let scene = Scene::new(6, Trouble::None);
     let given = MotionOptions {
-        rests_s: Some(vec![(0.0, 4.9), (7.2, 12.0), (1.0, 0.0)]),
+        rests: Some(vec![0..491, 720..1200]),
         ..options()
     };
     let (recording, motion) = estimate(&scene, &given);
@@ -200,10 +200,9 @@ fn noise_needs_no_long_rest() {
     let (recording, usual) = estimate(&scene, &options());
     let truth = usual.noise.unwrap().force_mps2_sqrt_s[0];
     // 10 samples, less than a block, and 3, which are no variance.
-    for rest_s in [0.1, 0.03] {
-        let rests_s = vec![(4.9, 4.9 + rest_s - 0.005), (7.2, 7.2 + rest_s - 0.005)];
+    for count in [10, 3] {
         let given = MotionOptions {
-            rests_s: Some(rests_s),
+            rests: Some(vec![490..490 + count, 720..720 + count]),
             ..options()
         };
         let motion = estimate_motion(&samples(&recording, scene.ranges), &given);

@@ -4,10 +4,9 @@ use std::ops::Range;
 
 use gravical_motion::{
     CalibrationUncertainty, MotionOptions as EngineOptions, RestNoise, SampleState, Samples,
-    estimate_motion, estimate_motion_between,
+    estimate_motion,
 };
 
-use super::intervals::Intervals;
 use super::options::MotionOptions;
 use super::report_procedure::ReportProcedure;
 use crate::recording::Meter;
@@ -25,36 +24,24 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// By the filter, between rests that it finds or that the options give.
+    /// By the filter, between `rests` or those that it finds.
     pub fn new(
         samples: Samples,
         options: &MotionOptions,
         calibration: CalibrationUncertainty,
         noise: Option<RestNoise>,
+        rests: Option<Vec<Range<usize>>>,
     ) -> Self {
-        let engine = engine_options(options, calibration, noise);
-        let motion = estimate_motion(&samples, &engine);
-        Self::of(samples, motion, options)
-    }
-
-    /// By the filter and smoother, between the rests of another estimate of the same rows.
-    pub fn between_rests_of(
-        other: &Estimate,
-        samples: Samples,
-        options: &MotionOptions,
-        calibration: CalibrationUncertainty,
-        noise: Option<RestNoise>,
-    ) -> Self {
-        let engine = engine_options(options, calibration, noise);
-        let rests = other.rests_in(&samples);
-        let motion = estimate_motion_between(&samples, &engine, &rests);
-        Self::of(samples, motion, options)
-    }
-
-    fn of(samples: Samples, motion: gravical_motion::Motion, options: &MotionOptions) -> Self {
+        let engine = EngineOptions {
+            // Who knows the rests knows the whole.
+            causal: options.causal && rests.is_none(),
+            rests,
+            noise,
+            ..engine_options(options, calibration)
+        };
         Estimate {
+            motion: estimate_motion(&samples, &engine),
             samples,
-            motion,
             report: None,
             v0_mps: options.v0_mps.unwrap_or_default(),
             p0_m: options.p0_m,
@@ -109,18 +96,11 @@ impl Estimate {
 pub(super) fn engine_options(
     options: &MotionOptions,
     calibration: CalibrationUncertainty,
-    noise: Option<RestNoise>,
 ) -> EngineOptions {
-    let finite = |spans: &Intervals| {
-        let finite = spans.0.iter().map(|(from, to)| (*from, to.min(f64::MAX)));
-        finite.collect()
-    };
     EngineOptions {
         calibration,
         max_stance_rate_rad_s: options.stance_rate.0.unwrap_or(0.0),
-        rests_s: options.rests.as_ref().map(finite),
         causal: options.causal,
-        noise,
         zero_velocity: options.updates_at_rests(),
         stopped: options.meter.as_ref().map(Meter::flag),
         ..EngineOptions::default()

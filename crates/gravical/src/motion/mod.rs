@@ -29,7 +29,6 @@
 //! ```
 
 mod estimate;
-mod intervals;
 mod misfit;
 mod moves;
 mod options;
@@ -45,6 +44,7 @@ mod uncertainty;
 mod verdict;
 mod words;
 
+use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
@@ -57,7 +57,6 @@ use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
 use estimate::Estimate;
-use intervals::check_inside;
 use moves::{end, moves, visible_moves};
 use prepare::SensorRows;
 use scales::{Scales, scales};
@@ -67,9 +66,8 @@ use uncertainty::{
 };
 
 pub use gravical_motion::SampleState;
-pub use intervals::Intervals;
 pub use misfit::GravityMisfit;
-pub use options::{GravityRemoval, MotionOptions, Procedure};
+pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
 pub use table::{table_columns, write_table};
@@ -134,14 +132,13 @@ pub fn motion(
     let mut rows = SensorRows::new(recording, file, options, &scales, &mut findings)?;
     let samples = rows.calibrated()?;
     findings.extend(words::rows_left_out(recording, &samples, &rows.hung));
-    let rests_s = options.rests_s();
-    check_inside(samples.time_s(), rests_s)?;
-
+    let given = options.rests.as_ref();
     let work = Work {
         recording,
         file,
         options,
         scales: &scales,
+        rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
     };
     // Rests are found without the filters.
     let mut smoothed = None;
@@ -239,6 +236,8 @@ struct Work<'a> {
     file: Option<&'a CalibrationFile>,
     options: &'a MotionOptions,
     scales: &'a Scales,
+    /// Rests that are given, in samples.
+    rests: Option<Vec<Range<usize>>>,
 }
 
 impl Work<'_> {
@@ -252,7 +251,7 @@ impl Work<'_> {
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
         let directions = self.directions(&samples);
         let calibration = self.calibration(&samples, directions.clone());
-        let own = Estimate::new(samples, self.options, calibration, None);
+        let own = Estimate::new(samples, self.options, calibration, None, self.rests.clone());
         self.go_on()?;
         let misfit = self.misfit(&own, &own.samples, &directions);
         let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
@@ -263,18 +262,16 @@ impl Work<'_> {
             return Ok((own, misfit));
         }
         let directions = in_twelve(directions.into_iter().chain(doubts).collect());
-        let mut own = match smoothed {
+        let (samples, noise, rests) = match smoothed {
             // Filters hide the noise, and do not make it less.
             Some(samples) => {
-                let calibration = self.calibration(&samples, directions);
-                let noise = noise.or(rest_noise);
-                Estimate::between_rests_of(&own, samples, self.options, calibration, noise)
+                let rests = own.rests_in(&samples);
+                (samples, noise.or(rest_noise), Some(rests))
             }
-            None => {
-                let calibration = self.calibration(&own.samples, directions);
-                Estimate::new(own.samples, self.options, calibration, noise)
-            }
+            None => (own.samples, noise, self.rests.clone()),
         };
+        let calibration = self.calibration(&samples, directions);
+        let mut own = Estimate::new(samples, self.options, calibration, noise, rests);
         own.motion.noise = rest_noise;
         self.go_on()?;
         Ok((own, misfit))
@@ -286,7 +283,8 @@ impl Work<'_> {
             return Ok(Estimate::by_report(samples, self.options));
         }
         let calibration = self.calibration(&samples, DATA_SHEET.directions());
-        let plain = Estimate::between_rests_of(own, samples, self.options, calibration, None);
+        let rests = own.rests_in(&samples);
+        let plain = Estimate::new(samples, self.options, calibration, None, Some(rests));
         self.go_on()?;
         Ok(plain)
     }

@@ -112,9 +112,10 @@ impl MotionStepper {
             file,
             options,
             scales: &scales,
+            rests: None,
         };
         let calibration = work.calibration(&samples, work.directions(&samples));
-        let engine = engine_options(options, calibration, None);
+        let engine = engine_options(options, calibration);
         let channels = samples.channels();
         let unknown = [f64::NAN; 3];
         Ok(MotionStepper {
