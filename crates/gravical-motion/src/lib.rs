@@ -50,7 +50,9 @@ mod transition;
 pub use closure::Closure;
 pub use estimate::estimate_motion;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd, hung_rows};
-pub use options::{CalibrationUncertainty, ForceDirection, MotionOptions, RestNoise};
+pub use options::{
+    CalibrationUncertainty, ElementErrors, ForceDirection, MotionOptions, RestNoise,
+};
 pub use result::{Budget, Ends, Motion, Move, PathNode};
 pub use samples::{Samples, Unusable, resolutions};
 pub use states::SampleState;

@@ -28,33 +28,63 @@ pub struct CalibrationUncertainty {
     pub gravity_sd_mps2: f64,
 }
 
-impl CalibrationUncertainty {
-    /// Independent errors of single elements: relative scales and cross-axis terms of both sensors, and a
-    /// bias of the accelerometer.
+/// Independent errors of the elements of a calibration: their standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElementErrors {
+    /// Relative scale.
+    pub scale: f64,
+    /// Cross-axis terms.
+    pub cross: f64,
+    /// Bias, m/s².
+    pub bias_mps2: f64,
+}
+
+impl ElementErrors {
+    /// Directions of a gyroscope's uncertainty: nine, one for each element of the matrix, row by row.
     #[must_use]
-    pub fn independent(force_sd: f64, rate_sd: f64, bias_sd_mps2: f64) -> CalibrationUncertainty {
-        let element = |k: usize, sd: f64| {
+    pub fn matrices(&self) -> Vec<[[f64; 3]; 3]> {
+        let matrix = |k: usize| {
             let mut matrix = [[0.0; 3]; 3];
-            matrix[k / 3][k % 3] = sd;
+            matrix[k / 3][k % 3] = if k / 3 == k % 3 {
+                self.scale
+            } else {
+                self.cross
+            };
             matrix
         };
-        let mut force: Vec<ForceDirection> = (0..9)
-            .map(|k| ForceDirection {
-                matrix: element(k, force_sd),
-                offset: [0.0; 3],
-            })
-            .collect();
-        force.extend((0..3).map(|axis| {
+        (0..9).map(matrix).collect()
+    }
+
+    /// Directions of an accelerometer's: the same, and three biases.
+    #[must_use]
+    pub fn directions(&self) -> Vec<ForceDirection> {
+        let matrices = self.matrices().into_iter().map(|matrix| ForceDirection {
+            matrix,
+            offset: [0.0; 3],
+        });
+        let biases = (0..3).map(|axis| {
             let mut offset = [0.0; 3];
-            offset[axis] = bias_sd_mps2;
+            offset[axis] = self.bias_mps2;
             ForceDirection {
                 matrix: [[0.0; 3]; 3],
                 offset,
             }
-        }));
+        });
+        matrices.chain(biases).collect()
+    }
+}
+
+impl Default for CalibrationUncertainty {
+    /// A calibrated accelerometer (0.02 %, 2 mm/s²) and a gyroscope by its data sheet (2 % in each element).
+    fn default() -> Self {
+        let errors = |sd: f64, bias_mps2: f64| ElementErrors {
+            scale: sd,
+            cross: sd,
+            bias_mps2,
+        };
         CalibrationUncertainty {
-            force,
-            rate: (0..9).map(|k| element(k, rate_sd)).collect(),
+            force: errors(2e-4, 2e-3).directions(),
+            rate: errors(0.02, 0.0).matrices(),
             force_bias_sd_mps2: 1e-3,
             gravity_sd_mps2: 0.05,
         }
@@ -117,10 +147,9 @@ impl MotionOptions {
 }
 
 impl Default for MotionOptions {
-    /// A calibrated accelerometer (0.02 %, 2 mm/s²) and a gyroscope by its data sheet (2 % in each element).
     fn default() -> Self {
         MotionOptions {
-            calibration: CalibrationUncertainty::independent(2e-4, 0.02, 2e-3),
+            calibration: CalibrationUncertainty::default(),
             tilt_sd_rad: 0.5_f64.to_radians(),
             clock_sd: 1e-3,
             max_stance_rate_rad_s: 1.0,

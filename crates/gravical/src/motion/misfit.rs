@@ -4,11 +4,11 @@
 //! do not show: the bands then allow for an error of that size in each of them.
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{ForceDirection, Samples};
+use gravical_motion::{ElementErrors, ForceDirection, Samples};
 use serde::Serialize;
 
 use super::estimate::Estimate;
-use super::uncertainty::{Assumed, variance_of_magnitude};
+use super::uncertainty::variance_of_magnitude;
 
 /// Standard deviations beyond which one rest contradicts the calibration: one in 16,000.
 const CONTRADICTS: f64 = 4.0;
@@ -88,7 +88,7 @@ impl GravityMisfit {
     pub(super) fn directions(&self) -> Vec<ForceDirection> {
         let off = UNSEEN * (self.measured_mps2 - self.gravity_mps2).abs();
         let relative = off / self.gravity_mps2;
-        Assumed {
+        ElementErrors {
             scale: relative,
             cross: relative,
             bias_mps2: off,

@@ -48,7 +48,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{CalibrationUncertainty, ForceDirection, RestNoise, Samples};
+use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceDirection, RestNoise, Samples};
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
@@ -61,7 +61,7 @@ use moves::{end, moves, visible_moves};
 use prepare::SensorRows;
 use scales::{Scales, scales};
 use uncertainty::{
-    Assumed, DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
+    DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
     variance_of_magnitude,
 };
 
@@ -148,10 +148,7 @@ pub fn motion(
         findings.extend(smoothing);
         smoothed = Some(rows.calibrated()?);
     }
-    let plain = match file {
-        Some(_) => Some(rows.by_scale()?),
-        None => None,
-    };
+    let plain = file.map(|_| rows.by_scale()).transpose()?;
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
@@ -321,7 +318,7 @@ impl Work<'_> {
         let Some(file) = self.file else {
             // Gravity itself may show more than a data sheet allows.
             let off = norm(&typical(samples)) / self.gravity().value_mps2 - 1.0;
-            return Assumed {
+            return ElementErrors {
                 scale: DATA_SHEET.scale.max(off.abs()),
                 ..DATA_SHEET
             }

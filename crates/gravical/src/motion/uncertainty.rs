@@ -6,7 +6,7 @@
 
 use gravical_core::matrix3::{mul, mul_vec, norm, transpose};
 use gravical_fit::model::Covariance;
-use gravical_motion::ForceDirection;
+use gravical_motion::{ElementErrors, ForceDirection};
 use nalgebra::{DMatrix, DVector};
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, GyroMethod};
@@ -15,77 +15,34 @@ use crate::poses::face::AxisMap;
 /// Parameters of an accelerometer: nine of M, three of b.
 const PARAMETERS: usize = 12;
 
-/// Standard deviations where nothing was measured.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Assumed {
-    /// Relative scale.
-    pub scale: f64,
-    /// Off-diagonal elements of M.
-    pub cross: f64,
-    /// Bias, m/s².
-    pub bias_mps2: f64,
-}
-
 /// Data sheet of the MPU6050, which is that of most cheap parts: ±3 % and ±0.6 m/s² are limits, between
 /// which any value is as likely (JCGM 100:2008, 4.3.7), and a board sits askew by a degree.
-pub(super) const DATA_SHEET: Assumed = Assumed {
+pub(super) const DATA_SHEET: ElementErrors = ElementErrors {
     scale: 0.02,
     cross: 0.02,
     bias_mps2: 0.35,
 };
 
 /// Its gyroscope: limits of ±3 % of scale and ±2 % cross-axis.
-const GYRO_DATA_SHEET: Assumed = Assumed {
+const GYRO_DATA_SHEET: ElementErrors = ElementErrors {
     scale: 0.0173,
     cross: 0.0115,
     bias_mps2: 0.0,
 };
 
 /// A calibration that says nothing of its uncertainty: what six careful placements reach.
-pub(super) const UNSTATED: Assumed = Assumed {
+pub(super) const UNSTATED: ElementErrors = ElementErrors {
     scale: 0.005,
     cross: 0.01,
     bias_mps2: 0.02,
 };
 
 /// A gyroscope whose turns were fitted, without a covariance.
-const TURNED: Assumed = Assumed {
+const TURNED: ElementErrors = ElementErrors {
     scale: 0.005,
     cross: 0.01,
     bias_mps2: 0.0,
 };
-
-impl Assumed {
-    /// Twelve directions, an element of M or b each.
-    pub fn directions(&self) -> Vec<ForceDirection> {
-        let elements = self.elements().map(|matrix| ForceDirection {
-            matrix,
-            offset: [0.0; 3],
-        });
-        let biases = (0..3).map(|axis| {
-            let mut offset = [0.0; 3];
-            offset[axis] = self.bias_mps2;
-            ForceDirection {
-                matrix: [[0.0; 3]; 3],
-                offset,
-            }
-        });
-        elements.chain(biases).collect()
-    }
-
-    /// One matrix per element of M.
-    fn elements(self) -> impl Iterator<Item = [[f64; 3]; 3]> {
-        (0..9).map(move |k| {
-            let mut m = [[0.0; 3]; 3];
-            m[k / 3][k % 3] = if k / 3 == k % 3 {
-                self.scale
-            } else {
-                self.cross
-            };
-            m
-        })
-    }
-}
 
 /// Directions of an accelerometer by a covariance of its parameters.
 pub(super) fn by_covariance(
@@ -109,7 +66,7 @@ pub(super) fn by_covariance(
 /// else by how it was calibrated.
 pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Vec<[[f64; 3]; 3]> {
     let Some(section) = file.and_then(|f| f.gyroscope.as_ref()) else {
-        return GYRO_DATA_SHEET.elements().collect();
+        return GYRO_DATA_SHEET.matrices();
     };
     let covariance = section.covariance.as_ref().filter(|c| {
         let is_known = |row: &Vec<f64>| row.len() >= 9 && row.iter().all(|v| v.is_finite());
@@ -123,8 +80,8 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ve
                 in_case(&axes.of_rates(), &change)
             })
             .collect(),
-        None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.elements().collect(),
-        None => TURNED.elements().collect(),
+        None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.matrices(),
+        None => TURNED.matrices(),
     }
 }
 
