@@ -51,8 +51,8 @@ const KEPT_S: f64 = LEADING_S + 5.0;
 /// let mut stepper = Stepper::new(&MotionOptions::default(), 0.01, [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]);
 /// let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
 /// let mut push = |i: usize| stepper.push(i as f64 * 0.01, [dither(i), dither(i + 3), 9.81 + dither(i + 1)], None);
-/// assert!((0..100).all(|i| push(i).position_m[0].is_nan()));
-/// let state = (100..400).map(push).last();
+/// assert!((0..100).filter_map(&mut push).all(|state| state.position_m[0].is_nan()));
+/// let state = (100..400).filter_map(push).last();
 /// assert!(state.is_some_and(|s| s.at_rest && s.velocity_mps == [0.0; 3]));
 /// ```
 #[derive(Debug, Clone)]
@@ -74,7 +74,6 @@ pub struct Stepper {
     tape: Tape,
     /// What a whole run is to have; its path is on the tape. Such a run forgets nothing.
     motion: Option<Motion>,
-    state: SampleState,
 }
 
 /// What the filter knows besides its state.
@@ -141,7 +140,7 @@ struct Live {
 
 impl Stepper {
     /// Before the first sample. Samples come every `period_s` and are written in steps of `resolution`, m/s²
-    /// and rad/s, 0 where they are unknown. If an option is negative or no number, nothing is ever known.
+    /// and rad/s, 0 where they are unknown. If an option is negative or no number, no sample is taken.
     #[must_use]
     pub fn new(options: &MotionOptions, period_s: f64, resolution: [f64; 6]) -> Stepper {
         Stepper {
@@ -162,21 +161,25 @@ impl Stepper {
             undo: None,
             tape: Tape::new(Keep::Nothing),
             motion: None,
-            state: SampleState::UNKNOWN,
         }
     }
 
     /// Takes a sample: time, s, specific force, m/s², and angular rate, rad/s. With or without a gyroscope,
-    /// all samples are like the first. What is no measurement changes nothing: values that are not finite or
-    /// beyond any sensor, and a time that is not later.
+    /// all samples are like the first.
     ///
-    /// The state is that at the sample, NaN before the first rest was found.
-    pub fn push(&mut self, time_s: f64, force: [f64; 3], rate: Option<[f64; 3]>) -> SampleState {
-        if self.context.options.are_possible() && self.add(time_s, force, rate) {
-            self.update();
-            self.state = self.state_here().unwrap_or(SampleState::UNKNOWN);
+    /// The state is that at the sample, NaN before the first rest was found. None of what is no measurement, which
+    /// changes nothing: values that are not finite or beyond any sensor, and a time that is not later.
+    pub fn push(
+        &mut self,
+        time_s: f64,
+        force: [f64; 3],
+        rate: Option<[f64; 3]>,
+    ) -> Option<SampleState> {
+        if !self.context.options.are_possible() || !self.add(time_s, force, rate) {
+            return None;
         }
-        self.state
+        self.update();
+        Some(self.state_here().unwrap_or(SampleState::UNKNOWN))
     }
 
     /// Something is missing before the next sample, whatever its time says.
