@@ -3,8 +3,7 @@
 mod files;
 
 use super::*;
-use crate::motion::{Comparison, Ends, FinalState, MotionResult, Move, Rates, Track};
-use crate::motion::{MotionJudgement, MotionVerdict};
+use crate::motion::Ends;
 use crate::recording::{ReadOptions, Recording, read};
 use std::path::Path;
 
@@ -35,52 +34,22 @@ fn a_move(start_s: f64, end_s: f64) -> Move {
     one
 }
 
-/// A result and its track.
+/// A result: its track at `rate_hz`, without error, and its moves.
 struct Known {
-    result: MotionResult,
-    track: Track,
+    t_s: Vec<f64>,
+    position_m: Vec<[f64; 3]>,
+    moves: Vec<Move>,
+    findings: Vec<Finding>,
 }
 
-/// The track at `rate_hz`, without error.
 fn motion(rate_hz: f64) -> Known {
     let n = (14.0 * rate_hz) as usize;
     let t_s: Vec<f64> = (0..n).map(|i| i as f64 / rate_hz).collect();
     Known {
-        result: MotionResult {
-            input: "a.csv".to_owned(),
-            calibration: None,
-            verdict: MotionVerdict {
-                judgement: MotionJudgement::Bounded,
-                reasons: Vec::new(),
-            },
-            procedure: String::new(),
-            rate_hz: Rates {
-                nominal: None,
-                r#true: Some(rate_hz),
-            },
-            duration_s: 14.0,
-            rows: n as u64,
-            rows_left_out: 0,
-            frame: String::new(),
-            rests: Vec::new(),
-            noise: None,
-            visible_moves: Vec::new(),
-            gravity_misfit: None,
-            moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],
-            r#final: FinalState {
-                position_m: None,
-                sigma_m: None,
-                velocity_mps: None,
-            },
-            uncalibrated: None,
-            truth: None,
-            findings: Vec::new(),
-        },
-        track: Track {
-            position_m: t_s.iter().map(|t| place(*t)).collect(),
-            t_s,
-            ..Track::default()
-        },
+        position_m: t_s.iter().map(|t| place(*t)).collect(),
+        t_s,
+        moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],
+        findings: Vec::new(),
     }
 }
 
@@ -109,18 +78,19 @@ fn seen(rate_hz: f64, ahead_s: f64, yaw_rad: f64) -> Reference {
     }
 }
 
+fn try_compare(motion: &mut Known, reference: &Reference) -> Result<Comparison> {
+    motion.findings.clone_from(&reference.findings);
+    let own = Line::new(&motion.t_s, &motion.position_m);
+    let compared = compare(&own, &motion.moves, reference, &mut motion.findings);
+    compared.map(|(comparison, _)| comparison)
+}
+
 fn compared(motion: &mut Known, reference: &Reference) -> Comparison {
-    add_to(&mut motion.result, &motion.track, reference).unwrap();
-    motion.result.truth.clone().unwrap()
+    try_compare(motion, reference).unwrap()
 }
 
 fn kinds(motion: &Known) -> Vec<&str> {
-    motion
-        .result
-        .findings
-        .iter()
-        .map(|f| f.kind.name())
-        .collect()
+    motion.findings.iter().map(|f| f.kind.name()).collect()
 }
 
 #[test]
@@ -144,7 +114,7 @@ fn a_yaw_and_an_offset_are_found_at_any_rate() {
                 assert!(m.end_error_m.iter().all(|e| e.abs() < 2e-3), "{m:?}");
                 assert_eq!(m.sigma_m, Some([0.003; 3]));
             }
-            assert!(kinds(&motion).is_empty(), "{:?}", motion.result.findings);
+            assert!(kinds(&motion).is_empty(), "{:?}", motion.findings);
         }
     }
 }
@@ -153,10 +123,10 @@ fn a_yaw_and_an_offset_are_found_at_any_rate() {
 fn errors_are_errors_of_the_result() {
     let mut motion = motion(100.0);
     // 1 cm too far up in the second move, kept from then on.
-    for (t, p) in motion.track.t_s.iter().zip(&mut motion.track.position_m) {
+    for (t, p) in motion.t_s.iter().zip(&mut motion.position_m) {
         p[2] += 0.01 * ((t - 8.0) / 2.0).clamp(0.0, 1.0);
     }
-    motion.result.moves[1].displacement_m.as_mut().unwrap()[2] += 0.01;
+    motion.moves[1].displacement_m.as_mut().unwrap()[2] += 0.01;
     let reference = Reference {
         same_file: true,
         ..seen(50.0, 0.0, 0.0)
@@ -196,15 +166,15 @@ fn gaps_of_the_reference_are_not_compared() {
 #[test]
 fn no_time_in_common_is_refused() {
     let mut motion = motion(100.0);
-    motion.track.position_m.fill([f64::NAN; 3]);
-    let error = add_to(&mut motion.result, &motion.track, &seen(50.0, 0.0, 0.0)).unwrap_err();
+    motion.position_m.fill([f64::NAN; 3]);
+    let error = try_compare(&mut motion, &seen(50.0, 0.0, 0.0)).unwrap_err();
     assert_eq!(error.code(), "truth-overlap");
 }
 
 #[test]
 fn at_rest_nothing_aligns_and_that_is_said() {
     let mut motion = motion(100.0);
-    motion.track.position_m.fill([0.0; 3]);
+    motion.position_m.fill([0.0; 3]);
     let mut reference = seen(50.0, 0.0, 0.0);
     reference.position_m.fill([1.0, 2.0, 3.0]);
     let c = compared(&mut motion, &reference);
