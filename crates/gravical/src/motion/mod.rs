@@ -2,12 +2,11 @@
 //!
 //! # Overview
 //!
-//! 1. `scales`, `prepare`: units, drift with temperature, what is no measurement, calibration, time →
+//! 1. `prepare`: units, drift with temperature, what is no measurement, calibration, time →
 //!    [`gravical_motion::Samples`].
-//! 2. `uncertainty`: how far the calibration may be off. `misfit`: whether gravity at the rests
-//!    contradicts it.
+//! 2. `uncertainty`: how far the calibration may be off, and whether gravity at the rests contradicts it.
 //! 3. `estimate`: the filter of [`gravical_motion`], or the procedure of the student report.
-//! 4. `moves`, `result`, `track`, `table`: what is said, and the samples behind it. [`truth`]: beside a
+//! 4. `moves`, `result`, `words`, `track`: what is said, and the samples behind it. [`truth`]: beside a
 //!    reference.
 //!
 //! # Example
@@ -29,19 +28,14 @@
 //! ```
 
 mod estimate;
-mod misfit;
 mod moves;
 mod options;
 mod prepare;
-mod report_procedure;
 mod result;
-mod scales;
 mod stepper;
-mod table;
 mod track;
 pub mod truth;
 mod uncertainty;
-mod verdict;
 mod words;
 
 use std::ops::Range;
@@ -58,20 +52,20 @@ use crate::{Error, Result};
 
 use estimate::Estimate;
 use moves::{end, moves, visible_moves};
-use prepare::SensorRows;
-use scales::{Scales, scales};
+use prepare::{Scales, SensorRows, scales};
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
     variance_of_magnitude,
 };
 
 pub use gravical_motion::SampleState;
-pub use misfit::GravityMisfit;
 pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
-pub use table::{table_columns, write_table};
-pub use track::{MotionSample, ReferenceTrack, Track, UncalibratedTrack};
+pub use track::{
+    MotionSample, ReferenceTrack, Track, UncalibratedTrack, table_columns, write_table,
+};
+pub use uncertainty::GravityMisfit;
 
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
 const BIAS_DRIFT_MPS2: f64 = 1e-3;

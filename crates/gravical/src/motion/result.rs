@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::misfit::GravityMisfit;
+use super::uncertainty::GravityMisfit;
 use crate::recording::Finding;
 
 /// Motion of one recording.

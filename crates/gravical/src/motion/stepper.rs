@@ -5,8 +5,7 @@ use gravical_motion::{SampleState, Stepper};
 
 use super::estimate::engine_options;
 use super::options::{GravityRemoval, MotionOptions};
-use super::prepare::SensorRows;
-use super::scales::scales;
+use super::prepare::{SensorRows, scales};
 use super::track::MotionSample;
 use super::{Calibrated, Work};
 use crate::calibration_file::TemperatureModel;
