@@ -37,14 +37,12 @@ mod noise;
 mod odd;
 mod options;
 mod result;
-mod rough;
 mod samples;
 mod smooth;
 mod stance;
 mod state;
 mod states;
 mod stepper;
-mod track;
 mod transition;
 
 pub use closure::Closure;

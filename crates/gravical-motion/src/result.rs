@@ -39,7 +39,7 @@ fn deviations(covariance: &[[f64; 3]; 3]) -> [f64; 3] {
 }
 
 /// How velocity is tied down at the ends of a move.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ends {
     /// A rest before and after.
@@ -49,6 +49,7 @@ pub enum Ends {
     /// A rest after; the recording starts in motion.
     ToRest,
     /// No rest at either end.
+    #[default]
     Free,
 }
 
@@ -117,7 +118,8 @@ pub struct Move {
     pub clipped: usize,
     /// See `clipped`.
     pub spiked: usize,
-    pub(crate) unusable: Option<Unusable>,
+    /// Why its displacement is not known; none if it is, to its covariance.
+    pub unusable: Option<Unusable>,
 }
 
 impl Move {
@@ -125,12 +127,6 @@ impl Move {
     #[must_use]
     pub fn sd_m(&self) -> [f64; 3] {
         deviations(&self.covariance_m2)
-    }
-
-    /// Why its displacement is not known; none if it is, to its covariance.
-    #[must_use]
-    pub fn unusable(&self) -> Option<Unusable> {
-        self.unusable
     }
 
     pub(crate) fn count_bridged(&mut self, bridged: &[Bridged]) {

@@ -12,17 +12,15 @@ use nalgebra::Vector3;
 use crate::chain::contradicts;
 use crate::filter::{Action, Filter};
 use crate::moves::{
-    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, take_displacement,
+    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, rectified, take_displacement,
 };
-use crate::noise::Noise;
+use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
-use crate::rough::Roughness;
 use crate::samples::Samples;
 use crate::stance::{Stance, StanceDetector, is_walk};
 use crate::state::Directions;
 use crate::states::SampleState;
-use crate::track::{Track, node_len};
 use crate::transition::Model;
 
 /// The noise is that of the first seconds of the first rest, s.
@@ -35,6 +33,10 @@ const AWAITED: f64 = 0.01;
 const BELIEVED_S: f64 = 4.0;
 /// What a rest may need of what is past, s.
 const KEPT_S: f64 = LEADING_S + 5.0;
+/// The move has the roughness of its last seconds, s.
+const RECENT_S: f64 = 2.0;
+/// Nodes, s: what turns less than a swing within it.
+const NODE_S: f64 = 0.04;
 
 /// The motion of samples as they come: after each the state by what is past.
 ///
@@ -136,6 +138,60 @@ struct Live {
     /// True once it is a walk.
     walks: bool,
     path: Vec<PathNode>,
+}
+
+/// A filter that goes on through a move.
+#[derive(Debug, Clone)]
+struct Track {
+    filter: Filter,
+    /// First sample of the move.
+    start: usize,
+    /// Σ ω² and the number of samples in it, and by how much it has widened the bias.
+    squares: f64,
+    count: usize,
+    inflated: f64,
+}
+
+impl Track {
+    fn new(model: &Model<'_>, mut filter: Filter) -> Track {
+        filter.run(model, &Action::StartMove(0), None);
+        Track {
+            start: filter.at,
+            filter,
+            squares: 0.0,
+            count: 0,
+            inflated: 0.0,
+        }
+    }
+
+    /// Goes on to a sample, from node to node, which are added to `path`.
+    fn advance(&mut self, model: &Model<'_>, to: usize, mut path: Option<&mut Vec<PathNode>>) {
+        let node = node_len(model.samples);
+        let recent = model.samples.count_in(RECENT_S);
+        while self.filter.at < to {
+            let span = self.filter.at..to.min(self.filter.at + node);
+            let mean_square = self.filter.mean_square_rate(model, span.clone());
+            self.squares += mean_square * span.len() as f64;
+            self.count += span.len();
+            let rate_sd = model.directions.rate_sd;
+            let variance = rectified(self.squares / self.count as f64, rate_sd);
+            if variance > self.inflated {
+                let more = Action::InflateRateBias(variance - self.inflated);
+                self.filter.run(model, &more, None);
+                self.inflated = variance;
+            }
+            if let Some(path) = &mut path {
+                path.push(PathNode::forward(&self.filter.node()));
+            }
+            let since = self.start.max(span.end.saturating_sub(recent));
+            let propagate = Action::Propagate {
+                to: span.end,
+                node,
+                excess: model.noise.excess(since, span.end),
+            };
+            self.filter.run(model, &propagate, None);
+        }
+    }
 }
 
 impl Stepper {
@@ -650,4 +706,8 @@ impl Stepper {
         self.source.forget(count);
         self.context.samples.forget(count);
     }
+}
+
+fn node_len(samples: &Samples) -> usize {
+    samples.count_in(NODE_S).max(1)
 }

@@ -210,7 +210,7 @@ fn an_interruption_is_one_in_both() {
     };
     let samples = samples(&scene.record(), scene.ranges).with_breaks(&[600]);
     let motion = estimate_motion(&samples, &causal());
-    assert!(motion.moves[0].unusable().is_some() && motion.moves[1].unusable().is_none());
+    assert!(motion.moves[0].unusable.is_some() && motion.moves[1].unusable.is_none());
     let mut stepper = stepper(&samples, &causal());
     let mut states = Vec::new();
     for i in 0..samples.len() {

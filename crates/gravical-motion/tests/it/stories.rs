@@ -124,7 +124,7 @@ fn a_sensor_that_hangs_leaves_a_gap() {
         let motion = estimate_motion(&samples, &options());
         assert_eq!(motion.rests.len(), 2);
         assert!(matches!(
-            motion.moves[0].unusable(),
+            motion.moves[0].unusable,
             Some(Unusable::Gap { .. })
         ));
         assert!(motion.moves[0].sd_m()[0] > 0.3 && holds(&motion, &recording));
@@ -230,7 +230,7 @@ fn a_hand_that_turns_while_it_moves_does_not_stand() {
 fn how_far_it_went_is_not_known_over_a_long_gap_an_interruption_or_a_missed_turn() {
     let hang = Scene::new(4, Trouble::Hang);
     let (_, motion) = estimate(&hang, &options());
-    let Some(Unusable::Gap { missing_s }) = motion.moves[0].unusable() else {
+    let Some(Unusable::Gap { missing_s }) = motion.moves[0].unusable else {
         panic!("{:?}", motion.moves)
     };
     assert!((missing_s - 1.4).abs() < 0.02, "{missing_s}");
@@ -255,13 +255,13 @@ fn how_far_it_went_is_not_known_over_a_long_gap_an_interruption_or_a_missed_turn
     assert_eq!((broken.rows()[from], whole.pieces().len()), (from, 1));
     let motion = estimate_motion(&broken, &options());
     assert_eq!(motion.rests.len(), 3, "{:?}", motion.rests);
-    assert!(motion.moves[0].unusable().is_none());
-    assert_eq!(motion.moves[1].unusable(), Some(Unusable::Interrupted));
+    assert!(motion.moves[0].unusable.is_none());
+    assert_eq!(motion.moves[1].unusable, Some(Unusable::Interrupted));
 
     // In a rest: nobody knows whether it came back.
     let motion = estimate_motion(&whole.with_breaks(&[250]), &options());
     assert_eq!(motion.rests.len(), 4);
-    assert_eq!(motion.moves[0].unusable(), Some(Unusable::Interrupted));
+    assert_eq!(motion.moves[0].unusable, Some(Unusable::Interrupted));
 
     let turned = |range: f64| {
         let scene = Scene {
@@ -269,7 +269,7 @@ fn how_far_it_went_is_not_known_over_a_long_gap_an_interruption_or_a_missed_turn
             move_s: 1.0,
             ..Scene::new(9, Trouble::Tilt(2.0))
         };
-        estimate(&scene, &options()).1.moves[0].unusable()
+        estimate(&scene, &options()).1.moves[0].unusable
     };
     assert_eq!((turned(1e3), turned(1.2)), (None, Some(Unusable::Turn)));
 }

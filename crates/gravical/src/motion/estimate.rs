@@ -24,7 +24,7 @@ pub(super) struct Estimate {
     /// In its place, where the procedure of the report was asked for.
     pub report: Option<ReportProcedure>,
     /// Velocity and position that are added.
-    v0_mps: [f64; 3],
+    pub v0_mps: [f64; 3],
     p0_m: [f64; 3],
 }
 
@@ -73,11 +73,6 @@ impl Estimate {
             v0_mps: [0.0; 3],
             p0_m: options.p0_m,
         }
-    }
-
-    /// Velocity that is added, m/s.
-    pub fn v0_mps(&self) -> [f64; 3] {
-        self.v0_mps
     }
 
     /// One state for each sample.

@@ -4,7 +4,7 @@ use gravical_core::matrix3::norm;
 
 use super::estimate::Estimate;
 use super::options::MotionOptions;
-use super::result::{Ends, FinalState, Move, VisibleMove};
+use super::result::{FinalState, Move, VisibleMove};
 use super::words;
 
 /// Durations that visible moves are reported of, s.
@@ -21,27 +21,34 @@ pub(super) fn moves(
     let t = own.samples.time_s();
     if own.report.is_some() {
         let last = t.len() - 1;
-        let mut moves = vec![Move::new(t[0]..t[last], Ends::Free)];
+        let mut moves = vec![Move {
+            start_s: t[0],
+            end_s: t[last],
+            displacement_m: displacement(own),
+            uncalibrated_m: uncalibrated.and_then(displacement),
+            ..Move::default()
+        }];
         measure_paths(own, &mut moves);
-        moves[0].displacement_m = displacement(own);
-        moves[0].uncalibrated_m = uncalibrated.and_then(displacement);
         return moves;
     }
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
     let mut moves = Vec::with_capacity(own.motion.moves.len());
     for m in &own.motion.moves {
-        let mut one = Move::new(t[m.samples.start]..t[m.samples.end], m.ends);
-        one.stances = m.stances;
-        one.replaced = m.clipped + m.spiked;
-        one.closure = m.closure;
-        one.unusable = m
-            .unusable()
-            .map(words::unusable)
-            .or_else(|| unconfirmed(own, m, options));
+        let unusable = m.unusable.map(words::unusable);
+        let mut one = Move {
+            start_s: t[m.samples.start],
+            end_s: t[m.samples.end],
+            ends: m.ends,
+            closure: m.closure,
+            stances: m.stances,
+            replaced: m.clipped + m.spiked,
+            unusable: unusable.or_else(|| unconfirmed(own, m, options)),
+            ..Move::default()
+        };
         if one.unusable.is_none() {
             let middle = (m.samples.start + m.samples.end) / 2;
             let other = others.iter().find(|o| o.samples.contains(&middle));
-            let v0 = own.v0_mps();
+            let v0 = own.v0_mps;
             let carried =
                 |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
             one.displacement_m = Some(carried(m.displacement_m));

@@ -3,7 +3,6 @@
 mod files;
 
 use super::*;
-use crate::motion::Ends;
 use crate::recording::{ReadOptions, Recording, read};
 use std::path::Path;
 
@@ -28,10 +27,13 @@ fn place(t: f64) -> [f64; 3] {
 
 fn a_move(start_s: f64, end_s: f64) -> Move {
     let (a, b) = (place(start_s), place(end_s));
-    let mut one = Move::new(start_s..end_s, Ends::RestToRest);
-    one.displacement_m = Some(std::array::from_fn(|k| b[k] - a[k]));
-    one.sigma_m = Some([0.003; 3]);
-    one
+    Move {
+        start_s,
+        end_s,
+        displacement_m: Some(std::array::from_fn(|k| b[k] - a[k])),
+        sigma_m: Some([0.003; 3]),
+        ..Move::default()
+    }
 }
 
 /// A result: its track at `rate_hz`, without error, and its moves.
