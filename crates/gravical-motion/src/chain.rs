@@ -54,10 +54,8 @@ pub(crate) struct RestSelector<'a>(pub Model<'a>);
 
 /// What a rest says to the filter.
 fn innovation(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
-    let covariance = filter.covariance_here();
-    let m = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
     let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-    Innovation::new(&covariance, &m).with_slack(slack.powi(2))
+    Innovation::of_rest(model, filter, rest).with_slack(slack.powi(2))
 }
 
 /// True if velocity and tilt contradict that a rest begins where the filter is.

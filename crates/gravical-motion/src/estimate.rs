@@ -13,7 +13,6 @@ use crate::result::{Motion, Move, PathNode, ends};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
 use crate::stance::detect_stances;
-use crate::state::Directions;
 use crate::stepper::Stepper;
 use crate::transition::Model;
 
@@ -45,7 +44,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     if options.rests.is_some() && !in_order {
         return Motion::default();
     }
-    let directions = Directions::new(&options.calibration);
     let mut rough = Roughness::default();
     rough.extend(samples, &found);
     let noise = |rests: &[Range<usize>]| {
@@ -55,7 +53,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let mut model = Model {
         samples,
         options,
-        directions: &directions,
         noise: &found_noise,
     };
     let rests = if options.rests.is_some() {
@@ -132,12 +129,11 @@ fn forward(
 
 /// Smooths from checkpoint to checkpoint: the filter runs again from each, with its records kept.
 fn backward(model: &Model<'_>, mut tape: Tape, end: &Filter, moves: &mut [Move]) -> Vec<PathNode> {
-    let options = model.options;
-    let mut smoother = Smoother::new(options.calibration.gravity_sd_mps2, options.clock_sd);
+    let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
     let mut path = vec![PathNode::forward(&end.node())];
     let mut until = tape.plan.len();
     while let Some(checkpoint) = tape.checkpoints.pop() {
-        if options.is_stopped() {
+        if model.options.is_stopped() {
             break;
         }
         let (from, mut filter) = (checkpoint.action, checkpoint.filter);
@@ -149,6 +145,5 @@ fn backward(model: &Model<'_>, mut tape: Tape, end: &Filter, moves: &mut [Move])
         until = from;
     }
     path.reverse();
-    let with_clock = |node: PathNode| node.with_clock(options.clock_sd);
-    path.into_iter().map(with_clock).collect()
+    path.into_iter().map(PathNode::with_clock).collect()
 }

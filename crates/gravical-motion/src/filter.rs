@@ -376,7 +376,7 @@ impl Filter {
         if !model.samples.has_gyro() || span.is_empty() {
             return 0.0;
         }
-        let correction = self.nominal.correction(model.directions);
+        let correction = self.nominal.correction(&model.options.calibration);
         let squares = span
             .clone()
             .map(|i| correction.rate(&model.samples.rate[i]).norm_squared());
@@ -420,7 +420,11 @@ impl Filter {
         let mean = samples.channels().mean(rest);
         let reading = [mean[0], mean[1], mean[2]];
         let attitude = self.nominal.attitude;
-        let force = attitude * self.nominal.correction(model.directions).force(&reading);
+        let force = attitude
+            * self
+                .nominal
+                .correction(&model.options.calibration)
+                .force(&reading);
         let mut m = self.velocity_measurement(speed_sd_mps);
         let reading = Vector3::from(reading);
 
@@ -429,7 +433,7 @@ impl Filter {
         m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
             .copy_from(&-attitude);
         m.h[(5, GRAVITY)] = -1.0;
-        for (k, (matrix, offset)) in model.directions.force.iter().enumerate() {
+        for (k, (matrix, offset)) in model.options.calibration.force_directions().enumerate() {
             let column = attitude * (matrix * reading + offset);
             m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
                 .copy_from(&column);

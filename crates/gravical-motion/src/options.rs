@@ -4,6 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use nalgebra::{Matrix3, Vector3};
+
 /// One independent direction of the accelerometer's uncertainty, one standard deviation long:
 /// δf = matrix · f + offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +28,34 @@ pub struct CalibrationUncertainty {
     /// Standard deviation of the magnitude at the first rest against gravity, m/s²: that of gravity, and what
     /// the calibration leaves of the magnitude.
     pub gravity_sd_mps2: f64,
+}
+
+/// Parameters of the accelerometer and of the gyroscope.
+const FORCE_DIRECTIONS: usize = 12;
+const RATE_DIRECTIONS: usize = 9;
+
+fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| rows[i][j])
+}
+
+impl CalibrationUncertainty {
+    /// δf = matrix · f + offset for one standard deviation.
+    pub(crate) fn force_directions(&self) -> impl Iterator<Item = (Matrix3<f64>, Vector3<f64>)> {
+        let force = self.force.iter().take(FORCE_DIRECTIONS);
+        force.map(|d| (matrix(&d.matrix), Vector3::from(d.offset)))
+    }
+
+    /// δω = matrix · ω.
+    pub(crate) fn rate_directions(&self) -> impl Iterator<Item = Matrix3<f64>> {
+        self.rate.iter().take(RATE_DIRECTIONS).map(matrix)
+    }
+
+    /// Relative error of a rate, for each axis of the error.
+    pub(crate) fn rate_sd(&self) -> f64 {
+        let squares: f64 = self.rate_directions().map(|m| m.norm_squared()).sum();
+        // A rate along one axis meets three of nine elements, one for each axis of its error.
+        squares.sqrt() / 3.0
+    }
 }
 
 /// Independent errors of the elements of a calibration: their standard deviations.
@@ -96,10 +126,6 @@ impl Default for CalibrationUncertainty {
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
-    /// Tilt that a move without a gyroscope may have, rad.
-    pub tilt_sd_rad: f64,
-    /// Relative error of the clock.
-    pub clock_sd: f64,
     /// Highest angular rate of a foot in stance, rad/s; 0: no stances.
     pub max_stance_rate_rad_s: f64,
     /// Rests that are known, as spans of samples in order; none: they are looked for.
@@ -130,8 +156,6 @@ impl MotionOptions {
         }
         let known = &self.calibration;
         let sizes = [
-            self.tilt_sd_rad,
-            self.clock_sd,
             self.max_stance_rate_rad_s,
             known.force_bias_sd_mps2,
             known.gravity_sd_mps2,
@@ -150,8 +174,6 @@ impl Default for MotionOptions {
     fn default() -> Self {
         MotionOptions {
             calibration: CalibrationUncertainty::default(),
-            tilt_sd_rad: 0.5_f64.to_radians(),
-            clock_sd: 1e-3,
             max_stance_rate_rad_s: 1.0,
             rests: None,
             causal: false,

@@ -13,6 +13,8 @@ use crate::options::RestNoise;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
 
+/// Relative error of the clock.
+pub(crate) const CLOCK_SD: f64 = 1e-3;
 /// ∫ s̈² dτ of the minimum-jerk path s of length 1 in time 1 (Flash and Hogan 1985).
 const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 /// What is found: a matched filter sees it at so many standard deviations.
@@ -178,11 +180,11 @@ impl PathNode {
     }
 
     /// With the error of the clock, which is the same for the whole recording: lengths go with its square.
-    pub(crate) fn with_clock(mut self, clock_sd: f64) -> Self {
+    pub(crate) fn with_clock(mut self) -> Self {
         for c in 0..3 {
             let (p, v) = (self.position_m[c], self.velocity_mps[c]);
-            self.position_sd_m[c] = self.position_sd_m[c].hypot(2.0 * clock_sd * p);
-            self.velocity_sd_mps[c] = self.velocity_sd_mps[c].hypot(clock_sd * v);
+            self.position_sd_m[c] = self.position_sd_m[c].hypot(2.0 * CLOCK_SD * p);
+            self.velocity_sd_mps[c] = self.velocity_sd_mps[c].hypot(CLOCK_SD * v);
         }
         self
     }

@@ -19,7 +19,6 @@ use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
 use crate::samples::Samples;
 use crate::stance::{Stance, StanceDetector, is_walk};
-use crate::state::Directions;
 use crate::states::SampleState;
 use crate::transition::Model;
 
@@ -83,7 +82,6 @@ pub struct Stepper {
 struct Context {
     samples: Samples,
     options: MotionOptions,
-    directions: Directions,
     /// Once there was a rest.
     noise: Option<Noise>,
 }
@@ -93,7 +91,6 @@ impl Context {
         Some(Model {
             samples: &self.samples,
             options: &self.options,
-            directions: &self.directions,
             noise: self.noise.as_ref()?,
         })
     }
@@ -173,7 +170,7 @@ impl Track {
             let mean_square = self.filter.mean_square_rate(model, span.clone());
             self.squares += mean_square * span.len() as f64;
             self.count += span.len();
-            let rate_sd = model.directions.rate_sd;
+            let rate_sd = model.options.calibration.rate_sd();
             let variance = rectified(self.squares / self.count as f64, rate_sd);
             if variance > self.inflated {
                 let more = Action::InflateRateBias(variance - self.inflated);
@@ -203,7 +200,6 @@ impl Stepper {
             source: RestDetector::new(period_s, resolution),
             context: Context {
                 samples: Samples::empty(period_s, resolution),
-                directions: Directions::new(&options.calibration),
                 options: options.clone(),
                 noise: None,
             },
@@ -267,7 +263,7 @@ impl Stepper {
         stepper.finish();
         let mut motion = stepper.motion.unwrap_or_default();
         let path = stepper.tape.path.into_iter();
-        motion.path = path.map(|node| node.with_clock(options.clock_sd)).collect();
+        motion.path = path.map(PathNode::with_clock).collect();
         let moves = motion.moves.iter_mut();
         moves.for_each(|m| m.count_bridged(&samples.bridged));
         motion.noise = stepper.context.noise.as_ref().map(Noise::of_rests);
@@ -481,7 +477,7 @@ impl Stepper {
         let span = at..first_second.end.max(at + 1);
         close(&model, &mut self.tape, &mut filter, span.clone());
         if let (Some((mut one, stances)), Some(motion)) = (closed, &mut self.motion) {
-            take_displacement(&model, &mut filter, &mut one);
+            take_displacement(&mut filter, &mut one);
             motion.moves.push(one);
             motion.stances.extend(stances);
         }
@@ -594,10 +590,10 @@ impl Stepper {
     }
 
     fn state(&self, filter: &Filter, node: &PathNode, at_rest: bool) -> Option<SampleState> {
-        let correction = filter.nominal.correction(&self.context.directions);
+        let correction = filter.nominal.correction(&self.context.options.calibration);
         let force = correction.force(self.context.samples.force.last()?);
         let gravity = Vector3::new(0.0, 0.0, filter.nominal.gravity);
-        let node = node.clone().with_clock(self.context.options.clock_sd);
+        let node = node.clone().with_clock();
         Some(SampleState {
             at_rest,
             attitude: node.attitude,
@@ -657,7 +653,7 @@ impl Stepper {
                 };
                 if live.trail.start < last {
                     let mut one = leg.result(&model, live.trail.start..last, None);
-                    take_displacement(&model, &mut filter, &mut one);
+                    take_displacement(&mut filter, &mut one);
                     motion.moves.push(one);
                 }
                 motion.stances.extend(stances);

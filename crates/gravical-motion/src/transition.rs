@@ -9,8 +9,8 @@ use crate::odd::Sensor;
 use crate::options::MotionOptions;
 use crate::samples::Samples;
 use crate::state::{
-    ATTITUDE, Directions, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal,
-    POSITION, RATE_BIAS, RATE_PARAMETERS, VELOCITY,
+    ATTITUDE, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal, POSITION,
+    RATE_BIAS, RATE_PARAMETERS, VELOCITY,
 };
 
 /// What of the bend of the force between three samples, (h/12) Δ²f, is an error of the trapezoid. Without
@@ -25,7 +25,9 @@ const GAP_RATE_RAD_S: f64 = 1.0;
 const INTERRUPTED_S: f64 = 1.0;
 /// A rate that noise makes, rad/s: what turns slower does not turn.
 const MIN_TURN_RAD_S: f64 = 0.03;
-/// Time over which the tilt of a move without a gyroscope is its standard deviation, s.
+/// Standard deviation of the tilt that a move without a gyroscope may have, degrees, and the time over which it
+/// has that, s.
+const TILT_DEG: f64 = 0.5;
 const TILT_S: f64 = 10.0;
 /// A table does not tilt, but it turns: what a move without a gyroscope turns about the vertical, over
 /// its tilt.
@@ -65,7 +67,6 @@ struct Sums {
 pub(crate) struct Model<'a> {
     pub samples: &'a Samples,
     pub options: &'a MotionOptions,
-    pub directions: &'a Directions,
     pub noise: &'a Noise,
 }
 
@@ -75,7 +76,7 @@ impl Model<'_> {
         if self.samples.has_gyro() {
             return Vector3::zeros();
         }
-        let density = self.options.tilt_sd_rad.powi(2) / TILT_S;
+        let density = TILT_DEG.to_radians().powi(2) / TILT_S;
         Vector3::new(density, density, density * YAW_OVER_TILT.powi(2))
     }
 
@@ -83,7 +84,8 @@ impl Model<'_> {
     /// errors to first order. `excess` is noise beyond that of the rests, world axes.
     pub fn step(&self, nominal: &mut Nominal, span: Range<usize>, excess: &Density) -> Transition {
         let samples = self.samples;
-        let correction = nominal.correction(self.directions);
+        let correction = nominal.correction(&self.options.calibration);
+        let rate_sd = self.options.calibration.rate_sd();
         let start = nominal.attitude;
         let mut sums = Sums {
             force: Matrix3::zeros(),
@@ -122,7 +124,7 @@ impl Model<'_> {
             let mean_rate = (rate + next_rate) * 0.5;
             let speed = mean_rate.norm();
             turned_rad += (speed - MIN_TURN_RAD_S).max(0.0) * h;
-            sums.unsteady += (self.directions.rate_sd * speed).powi(2) * UNSTEADY_S * h;
+            sums.unsteady += (rate_sd * speed).powi(2) * UNSTEADY_S * h;
             sums.force += mean_force.cross_matrix() * h;
             sums.attitude += (nominal.attitude + next) * (0.5 * h);
             let turn = nominal.attitude * h;
@@ -177,8 +179,8 @@ impl Model<'_> {
         set(ATTITUDE, RATE_BIAS, &-sums.attitude);
         f[(VELOCITY + 2, GRAVITY)] = -seconds;
         f[(POSITION + 2, GRAVITY)] = -seconds * half;
-        for (k, matrix) in self.directions.rate.iter().enumerate() {
-            let attitude = contract(&sums.rate_by_axis, matrix);
+        for (k, matrix) in self.options.calibration.rate_directions().enumerate() {
+            let attitude = contract(&sums.rate_by_axis, &matrix);
             let velocity = sums.force * attitude * -0.5;
             let column = RATE_PARAMETERS + k;
             f.fixed_view_mut::<3, 1>(POSITION, column)
@@ -188,8 +190,8 @@ impl Model<'_> {
             f.fixed_view_mut::<3, 1>(ATTITUDE, column)
                 .copy_from(&attitude);
         }
-        for (k, (matrix, offset)) in self.directions.force.iter().enumerate() {
-            let velocity = contract(&sums.force_by_axis, matrix) + sums.attitude * offset;
+        for (k, (matrix, offset)) in self.options.calibration.force_directions().enumerate() {
+            let velocity = contract(&sums.force_by_axis, &matrix) + sums.attitude * offset;
             let column = FORCE_PARAMETERS + k;
             f.fixed_view_mut::<3, 1>(POSITION, column)
                 .copy_from(&(velocity * half));

@@ -208,9 +208,9 @@ fn bands_hold_inside_a_move() {
 fn options_must_be_possible() {
     let scene = Scene::new(3, Trouble::None);
     let samples = samples(&scene.record(), scene.ranges);
-    for clock_sd in [f64::NAN, -1.0] {
+    for max_stance_rate_rad_s in [f64::NAN, -1.0] {
         let options = MotionOptions {
-            clock_sd,
+            max_stance_rate_rad_s,
             ..options()
         };
         assert_eq!(estimate_motion(&samples, &options).moves, []);
