@@ -209,8 +209,7 @@ impl Leg<'_> {
             closure,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),
-            clipped: 0,
-            spiked: 0,
+            replaced: 0,
             samples: span,
         }
     }

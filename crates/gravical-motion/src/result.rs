@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::closure::Closure;
 use crate::filter::Node;
-use crate::odd::{BridgeKind, Bridged};
+use crate::odd::Bridged;
 use crate::options::RestNoise;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
@@ -116,10 +116,8 @@ pub struct Move {
     pub closure: Option<Closure>,
     /// Steps of a foot in it that ended its drift.
     pub stances: usize,
-    /// Runs of clipped and of spiked rows in it.
-    pub clipped: usize,
-    /// See `clipped`.
-    pub spiked: usize,
+    /// Runs of clipped or spiked rows in it.
+    pub replaced: usize,
     /// Why its displacement is not known; none if it is, to its covariance.
     pub unusable: Option<Unusable>,
 }
@@ -132,11 +130,9 @@ impl Move {
     }
 
     pub(crate) fn count_bridged(&mut self, bridged: &[Bridged]) {
-        let within = bridged
-            .iter()
-            .filter(|b| b.rows.start < self.samples.end && b.rows.end > self.samples.start);
-        let runs = |kind: BridgeKind| within.clone().filter(|b| b.kind == kind).count();
-        (self.clipped, self.spiked) = (runs(BridgeKind::Clipped), runs(BridgeKind::Spiked));
+        let span = &self.samples;
+        let within = |b: &&Bridged| b.rows.start < span.end && b.rows.end > span.start;
+        self.replaced = bridged.iter().filter(within).count();
     }
 }
 

@@ -41,7 +41,7 @@ pub(super) fn moves(
             ends: m.ends,
             closure: m.closure,
             stances: m.stances,
-            replaced: m.clipped + m.spiked,
+            replaced: m.replaced,
             unusable: unusable.or_else(|| unconfirmed(own, m, options)),
             ..Move::default()
         };
