@@ -55,7 +55,7 @@ impl Motion {
     /// deviations are linear between nodes. Without a path all numbers are NaN.
     pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
         let covered = self.path.last().is_some_and(|n| n.sample < samples.len());
-        let path = if covered { &self.path[..] } else { &[] };
+        let path = if covered { &self.path[..] } else { &[][..] };
         let mut follower = Follower {
             motion: self,
             samples,

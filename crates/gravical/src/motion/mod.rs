@@ -241,9 +241,7 @@ impl Work<'_> {
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
         let directions = self.directions(&samples);
-        let calibration = self.calibration(&samples, directions.clone());
-        let own = Estimate::new(samples, self.options, calibration, None, self.rests.clone());
-        self.go_on()?;
+        let own = self.run(samples, directions.clone(), None, self.rests.clone())?;
         let misfit = self.misfit(&own, &own.samples, &directions);
         let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
         let doubts = self.doubts(misfit, raw_misfit, findings);
@@ -261,10 +259,8 @@ impl Work<'_> {
             }
             None => (own.samples, noise, self.rests.clone()),
         };
-        let calibration = self.calibration(&samples, directions);
-        let mut own = Estimate::new(samples, self.options, calibration, noise, rests);
+        let mut own = self.run(samples, directions, noise, rests)?;
         own.motion.noise = rest_noise;
-        self.go_on()?;
         Ok((own, misfit))
     }
 
@@ -273,21 +269,25 @@ impl Work<'_> {
         if own.report.is_some() {
             return Ok(Estimate::by_report(samples, self.options));
         }
-        let calibration = self.calibration(&samples, DATA_SHEET.directions());
         let rests = own.rests_in(&samples);
-        let plain = Estimate::new(samples, self.options, calibration, None, Some(rests));
-        self.go_on()?;
-        Ok(plain)
+        self.run(samples, DATA_SHEET.directions(), None, Some(rests))
     }
 
-    fn go_on(&self) -> Result<()> {
-        match self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
-            true => Err(Error::io(
-                Path::new(&self.recording.name),
-                std::io::Error::other("its motion was stopped"),
-            )),
-            false => Ok(()),
+    /// An estimate, unless it was stopped.
+    fn run(
+        &self,
+        samples: Samples,
+        directions: Vec<ForceDirection>,
+        noise: Option<RestNoise>,
+        rests: Option<Vec<Range<usize>>>,
+    ) -> Result<Estimate> {
+        let calibration = self.calibration(&samples, directions);
+        let estimate = Estimate::new(samples, self.options, calibration, noise, rests);
+        if self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
+            let stopped = std::io::Error::other("its motion was stopped");
+            return Err(Error::io(Path::new(&self.recording.name), stopped));
         }
+        Ok(estimate)
     }
 
     fn calibration(

@@ -418,9 +418,5 @@ fn judge_unit(
         return Ok(());
     }
     let gravity = options.gravity.map_or(file.gravity_mps2, |g| g.value_mps2);
-    let from = findings.len();
-    crate::calibration_file::judge_unit(file, recording, &mut norms, gravity, findings)?;
-    // A file is named once, at the end.
-    findings[from..].iter_mut().for_each(|f| f.file = None);
-    Ok(())
+    crate::calibration_file::judge_unit(file, recording, &mut norms, gravity, findings)
 }

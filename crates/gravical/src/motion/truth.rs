@@ -218,19 +218,18 @@ fn no_columns(names: &[String]) -> Error {
 /// Columns called `px_m`, `pos_x`, `Position X (mm)` …, and metres of their unit; in a file of its own also
 /// plain `x`, `y`, `z`, which in a recording would be acceleration.
 fn position_columns(names: &[String], same_file: bool) -> Option<([usize; 3], f64)> {
-    let styles: &[&[&str]] = if same_file {
-        &[&["p", "pos", "position"]]
+    let prefixes = ["p", "pos", "position", ""];
+    let prefixes = if same_file {
+        &prefixes[..3]
     } else {
-        &[&["p", "pos", "position"], &[""]]
+        &prefixes[..]
     };
-    styles.iter().find_map(|prefixes| {
+    let names: Vec<(String, f64)> = names.iter().map(|name| plain_name(name)).collect();
+    prefixes.iter().find_map(|prefix| {
         let find = |axis: &str| {
-            let one = |(i, name): (usize, &String)| {
-                let (plain, metres) = plain_name(name);
-                let is_it = prefixes.iter().any(|p| plain == format!("{p}{axis}"));
-                is_it.then_some((i, metres))
-            };
-            names.iter().enumerate().find_map(one)
+            let name = format!("{prefix}{axis}");
+            let at = names.iter().position(|(plain, _)| *plain == name)?;
+            Some((at, names[at].1))
         };
         let [x, y, z] = [find("x")?, find("y")?, find("z")?];
         (x.1 == y.1 && y.1 == z.1).then_some(([x.0, y.0, z.0], x.1))
