@@ -112,26 +112,20 @@ fn measure_paths(own: &Estimate, moves: &mut [Move]) {
 
 /// The end of the recording.
 pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
-    let is_known = moves.iter().all(|m| m.unusable.is_none());
-    let ends_unknown = |t_s: &f64| {
-        moves
-            .iter()
-            .any(|m| m.unusable.is_some() && m.end_s == *t_s)
-    };
-    let last = own.states().last();
-    let last = last.filter(|s| s.position_m.iter().all(|v| v.is_finite()));
+    let mut unusable = moves.iter().filter(|m| m.unusable.is_some());
+    let is_known = unusable.clone().next().is_none();
+    let last_s = own.samples.time_s().last();
+    let ends_unknown = unusable.any(|m| Some(&m.end_s) == last_s);
+    // At rest it is what may hide in the rest, not the noise.
+    let has_band = is_known && !options.no_bands && !moves.is_empty();
+    let is_finite = |v: [f64; 3]| v.iter().all(|v| v.is_finite());
+    let last = own.states().last().filter(|s| is_finite(s.position_m));
     FinalState {
         position_m: last.filter(|_| is_known).map(|s| s.position_m),
         sigma_m: last
-            .filter(|s| {
-                let bands = !options.no_bands && s.position_sd_m.iter().all(|v| v.is_finite());
-                // At rest it is what may hide in the rest, not the noise.
-                is_known && bands && !moves.is_empty()
-            })
-            .map(|s| s.position_sd_m),
-        velocity_mps: last
-            .filter(|_| !own.samples.time_s().last().is_some_and(ends_unknown))
-            .map(|s| s.velocity_mps),
+            .map(|s| s.position_sd_m)
+            .filter(|sigma| has_band && is_finite(*sigma)),
+        velocity_mps: last.filter(|_| !ends_unknown).map(|s| s.velocity_mps),
     }
 }
 

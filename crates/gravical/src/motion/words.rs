@@ -158,32 +158,30 @@ pub(super) fn rows_left_out(
 ) -> Vec<Finding> {
     let (mut incomplete, mut hung) = (LineSpans::default(), LineSpans::default());
     let mut kept = samples.rows().iter().peekable();
-    let mut hangs = hung_rows.iter().peekable();
     for row in 0..recording.rows() {
         if kept.next_if(|k| **k == row).is_some() {
             continue;
         }
-        while hangs.next_if(|span| span.end <= row).is_some() {}
-        match hangs.peek().is_some_and(|span| span.contains(&row)) {
-            true => hung.push(recording.line(row)),
-            false => incomplete.push(recording.line(row)),
-        }
+        let hang = hung_rows.partition_point(|span| span.end <= row);
+        let is_hung = hung_rows.get(hang).is_some_and(|span| span.contains(&row));
+        let lines = if is_hung { &mut hung } else { &mut incomplete };
+        lines.push(recording.line(row));
     }
-    let incomplete = (!incomplete.is_empty()).then(|| {
-        Finding::new(
+    let found = [
+        (
+            incomplete,
             FindingKind::RowsLeftOut,
             "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them",
-        )
-        .at_lines(&incomplete)
-    });
-    let hung = (!hung.is_empty()).then(|| {
-        Finding::new(
+        ),
+        (
+            hung,
             FindingKind::SensorHung,
             "all channels stand still to the last digit for longer than noise allows: the sensor, or its bus, hung; what happened then is not known",
-        )
-        .at_lines(&hung)
-    });
-    incomplete.into_iter().chain(hung).collect()
+        ),
+    ];
+    let found = found.into_iter().filter(|(lines, ..)| !lines.is_empty());
+    let found = found.map(|(lines, kind, text)| Finding::new(kind, text).at_lines(&lines));
+    found.collect()
 }
 
 /// A length to two digits, m.
