@@ -207,32 +207,27 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
     }
     let widened = moves
         .iter()
-        .filter(|m| m.closure.is_some_and(|c| c.widened))
-        .count();
-    if widened > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::ClosureContradicts,
-                format!(
-                    "at the end of {widened} of {} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes",
-                    moves.len()
-                ),
-            )
-            .counting(widened as u64),
-        );
-    }
+        .filter(|m| m.closure.is_some_and(|c| c.widened));
+    let (widened, all) = (widened.count(), moves.len());
     let replaced = moves.iter().map(|m| m.replaced).sum::<usize>();
-    if replaced > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::ValuesReplaced,
-                format!(
-                    "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been",
-                ),
-            )
-            .counting(replaced as u64),
-        );
-    }
+    let counted = [
+        (
+            widened,
+            FindingKind::ClosureContradicts,
+            format!(
+                "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
+            ),
+        ),
+        (
+            replaced,
+            FindingKind::ValuesReplaced,
+            format!(
+                "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
+            ),
+        ),
+    ];
+    let counted = counted.into_iter().filter(|(count, ..)| *count > 0);
+    out.extend(counted.map(|(n, kind, text)| Finding::new(kind, text).counting(n as u64)));
     out
 }
 
@@ -319,20 +314,16 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option
 
 /// N of the noise file, as far as it is known of all axes; `gyro` is none without a gyroscope.
 pub(super) fn noise_used(accel: bool, gyro: Option<bool>) -> Finding {
-    let of = |sensor: &str, is_known: bool| {
-        let source = if is_known {
+    let sensors = [("accelerometer", Some(accel)), ("gyroscope", gyro)];
+    let sources = sensors.into_iter().filter_map(|(sensor, is_known)| {
+        let source = if is_known? {
             "the noise file"
         } else {
             "the rests, since the file lacks an axis"
         };
-        format!("N of the {sensor} by {source}")
-    };
-    let gyro = gyro.map(|known| of("gyroscope", known));
-    let all: Vec<String> = std::iter::once(of("accelerometer", accel))
-        .chain(gyro)
-        .collect();
-    Finding::new(
-        FindingKind::NoiseUsed,
-        format!("the bands use {}", all.join(", ")),
-    )
+        Some(format!("N of the {sensor} by {source}"))
+    });
+    let sources: Vec<String> = sources.collect();
+    let text = format!("the bands use {}", sources.join(", "));
+    Finding::new(FindingKind::NoiseUsed, text)
 }
