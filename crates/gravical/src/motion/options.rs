@@ -301,12 +301,7 @@ impl MotionOptions {
     #[must_use]
     pub fn report() -> Self {
         MotionOptions {
-            gravity_removal: GravityRemoval::InitialMean,
-            smooth: vec![FilterSpec::SavitzkyGolay {
-                window: 5,
-                order: 2,
-                derivative: 0,
-            }],
+            procedure: Procedure::Report,
             ..Self::default()
         }
     }
@@ -316,12 +311,15 @@ impl MotionOptions {
     pub(super) fn resolved(&self) -> Self {
         let mut options = self.clone();
         if self.procedure == Procedure::Report {
-            let report = MotionOptions::report();
             if options.gravity_removal == GravityRemoval::default() {
-                options.gravity_removal = report.gravity_removal;
+                options.gravity_removal = GravityRemoval::InitialMean;
             }
             if options.smooth.is_empty() {
-                options.smooth = report.smooth;
+                options.smooth.push(FilterSpec::SavitzkyGolay {
+                    window: 5,
+                    order: 2,
+                    derivative: 0,
+                });
             }
         }
         options
