@@ -8,14 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::simulated::{G, Scene, Trouble};
-use crate::study::{options, samples, unbridged};
-
-fn causal() -> MotionOptions {
-    MotionOptions {
-        causal: true,
-        ..options()
-    }
-}
+use crate::study::{causal, samples, unbridged};
 
 fn stepper(samples: &Samples, options: &MotionOptions) -> Stepper {
     let channels = samples.channels();

@@ -23,6 +23,13 @@ pub fn options() -> MotionOptions {
     }
 }
 
+pub fn causal() -> MotionOptions {
+    MotionOptions {
+        causal: true,
+        ..options()
+    }
+}
+
 /// Samples of which nothing was bridged.
 pub fn unbridged(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Samples {
     Samples::new(time_s, force, rate, Vec::new(), resolutions(force, rate))

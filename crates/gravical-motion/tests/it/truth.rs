@@ -3,7 +3,7 @@
 use gravical_motion::{MotionOptions, estimate_motion};
 
 use crate::simulated::{Scene, Trouble};
-use crate::study::{Study, estimate, kinds, options, samples};
+use crate::study::{Study, causal, estimate, kinds, options, samples};
 
 /// 150 seeds of the tables are 1000 to 1149; these are others.
 fn study(name: &str, seeds: u64, options: &MotionOptions) -> Study {
@@ -89,17 +89,13 @@ fn tilts_are_in_the_bands_without_a_gyroscope() {
 
 #[test]
 fn causal_bands_hold() {
-    let causal = MotionOptions {
-        causal: true,
-        ..options()
-    };
     for (name, rms_mm) in [
         ("plain", 3.6),
         ("slow 8 s", 40.0),
         ("wobble ±3°", 5.5),
         ("cart", 100.0),
     ] {
-        let study = study(name, 20, &causal);
+        let study = study(name, 20, &causal());
         assert!(study.found >= 19, "{name}: {}", study.found);
         assert!(study.rms_mm() < rms_mm, "{name}: {} mm", study.rms_mm());
         assert!(study.coverage(2.0) > 0.9, "{name}: {}", study.coverage(2.0));
