@@ -127,11 +127,14 @@ impl RestSelector<'_> {
             for (next, cost) in costs {
                 let one = !self.speeds_up(&spans[k], &spans[next]);
                 let together = seconds[next] + if one { together_s[k] } else { 0.0 };
-                let gain = match none_agrees {
-                    false if one => rested(together) - rested(together_s[k]) - cost,
-                    false => weight[next] - cost,
-                    true if cost <= least => TIE / (1.0 + cost),
-                    true => continue,
+                let gain = if none_agrees && cost > least {
+                    continue;
+                } else if none_agrees {
+                    TIE / (1.0 + cost)
+                } else if one {
+                    rested(together) - rested(together_s[k]) - cost
+                } else {
+                    weight[next] - cost
                 };
                 if best[k] + gain > best[next] {
                     (best[next], before[next]) = (best[k] + gain, Some(k));

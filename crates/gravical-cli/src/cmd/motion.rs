@@ -171,9 +171,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Target::Stdout | Target::Nowhere => {}
     }
     let drawn = args.report.is_wanted() || args.figures.figures.is_some();
-    let figures = match drawn {
-        true => figure::motion::figures(&motion),
-        false => Vec::new(),
+    let figures = if drawn {
+        figure::motion::figures(&motion)
+    } else {
+        Vec::new()
     };
     args.figures.write(&figures, args.force, args.quiet)?;
     if args.report.is_wanted() {

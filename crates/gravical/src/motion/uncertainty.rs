@@ -112,9 +112,10 @@ pub(super) fn applied_twice(
 /// Variance of the magnitude of a specific force by these directions, (m/s²)².
 pub(super) fn variance_of_magnitude(directions: &[ForceDirection], force: &[f64; 3]) -> f64 {
     let size = norm(force);
-    let up = match size > 0.0 {
-        true => force.map(|f| f / size),
-        false => [0.0, 0.0, 1.0],
+    let up = if size > 0.0 {
+        force.map(|f| f / size)
+    } else {
+        [0.0, 0.0, 1.0]
     };
     let along = |d: &ForceDirection| -> f64 {
         let turned = mul_vec(&d.matrix, force);

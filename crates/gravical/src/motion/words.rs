@@ -115,22 +115,21 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
         GravityRemoval::ConstantTilt => "tilt by the rests, the gyroscope not used",
         GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
     };
-    let ends = match options.updates_at_rests() {
-        true => "velocity zero at rests",
-        false => "no zero-velocity update",
+    let ends = if options.updates_at_rests() {
+        "velocity zero at rests"
+    } else {
+        "no zero-velocity update"
     };
     let how = match (options.gravity_removal, options.causal) {
         (GravityRemoval::InitialMean, _) => "",
         (_, true) => "; error-state filter, forwards",
         (_, false) => "; error-state filter and smoother",
     };
-    let smoothing = match options.smooth.is_empty() {
-        true => String::new(),
-        false => {
-            let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
-            format!("smoothed by {}; ", names.join(", "))
-        }
-    };
+    let mut smoothing = String::new();
+    if !options.smooth.is_empty() {
+        let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
+        smoothing = format!("smoothed by {}; ", names.join(", "));
+    }
     format!("{smoothing}{gravity}; trapezoid; {ends}{how}")
 }
 
