@@ -7,8 +7,9 @@
 use std::ops::Range;
 
 use crate::closure::{Innovation, REST_SPEED_MPS};
-use crate::filter::{Action, Filter, Model};
+use crate::filter::{Action, Filter};
 use crate::samples::Unusable;
+use crate::transition::Model;
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;
@@ -53,10 +54,8 @@ pub(crate) struct RestSelector<'a>(pub Model<'a>);
 
 /// What a rest says to the filter.
 fn innovation(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
-    let covariance = filter.covariance_here();
-    let m = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
     let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-    Innovation::new(&covariance, &m).with_slack(slack.powi(2))
+    Innovation::of_rest(model, filter, rest).with_slack(slack.powi(2))
 }
 
 /// True if velocity and tilt contradict that a rest begins where the filter is.
@@ -128,11 +127,14 @@ impl RestSelector<'_> {
             for (next, cost) in costs {
                 let one = !self.speeds_up(&spans[k], &spans[next]);
                 let together = seconds[next] + if one { together_s[k] } else { 0.0 };
-                let gain = match none_agrees {
-                    false if one => rested(together) - rested(together_s[k]) - cost,
-                    false => weight[next] - cost,
-                    true if cost <= least => TIE / (1.0 + cost),
-                    true => continue,
+                let gain = if none_agrees && cost > least {
+                    continue;
+                } else if none_agrees {
+                    TIE / (1.0 + cost)
+                } else if one {
+                    rested(together) - rested(together_s[k]) - cost
+                } else {
+                    weight[next] - cost
                 };
                 if best[k] + gain > best[next] {
                     (best[next], before[next]) = (best[k] + gain, Some(k));

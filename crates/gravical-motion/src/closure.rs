@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::filter::{Filter, Measurement, Model};
+use crate::filter::{Filter, Measurement};
 use crate::noise::Density;
 use crate::state::Covariance;
+use crate::transition::Model;
 
 /// A rest has no velocity but this, m/s: a table that gives way.
 pub(crate) const REST_SPEED_MPS: f64 = 0.001;
@@ -43,7 +44,14 @@ pub(crate) struct Innovation {
 }
 
 impl Innovation {
-    pub fn new(covariance: &Covariance, m: &Measurement) -> Innovation {
+    /// Of a rest that begins where the filter is.
+    pub fn of_rest(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
+        let covariance = filter.covariance_here();
+        let measurement = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
+        Innovation::new(&covariance, &measurement)
+    }
+
+    fn new(covariance: &Covariance, m: &Measurement) -> Innovation {
         Innovation {
             y: m.innovation,
             s: m.h * covariance * m.h.transpose() + m.noise,
@@ -72,50 +80,39 @@ impl Innovation {
         (0..3).map(|c| self.s[(c, c)]).fold(0.0, f64::max).sqrt()
     }
 
-    fn closure(&self) -> Closure {
+    /// How well a move closes with it.
+    pub fn closure(&self) -> Closure {
         Closure {
             velocity_chi2: self.chi2::<3>(0, 0.0),
             tilt_chi2: self.chi2::<2>(3, 0.0),
             widened: false,
         }
     }
+
+    /// The density over `seconds` that makes a velocity whose χ² is above `limit` one of chance. None if it is
+    /// one.
+    fn force_density(&self, limit: f64, seconds: f64) -> Option<Density> {
+        (self.chi2::<3>(0, 0.0) > limit).then(|| {
+            let variance = solve_falling(|v| self.chi2::<3>(0, v), USUAL_VELOCITY_CHI2);
+            Density {
+                force: isotropic(variance, seconds),
+                ..Density::ZERO
+            }
+        })
+    }
 }
 
-/// The closure of a move that took `seconds` at the rest that ends it.
-pub(crate) fn closure(
-    model: &Model<'_>,
-    filter: &Filter,
-    rest: &Range<usize>,
-) -> (Closure, Innovation) {
-    let covariance = filter.covariance_here();
-    let measurement = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
-    let innovation = Innovation::new(&covariance, &measurement);
-    (innovation.closure(), innovation)
-}
-
-/// The density that makes a closure that fails one of chance: a model that fails, fails in every
-/// direction. Tilt first, since it explains velocity as well. None if the closure holds.
-pub(crate) fn enlargement(
-    closure: &Closure,
-    innovation: &Innovation,
-    gravity: f64,
-    seconds: f64,
-) -> Option<Density> {
-    let isotropic = |variance: f64| Vector3::repeat(variance / seconds.max(f64::MIN_POSITIVE));
-    if closure.tilt_chi2 > MAX_TILT_CHI2 {
+/// The density that makes a closure that fails one of chance, in a move that took `seconds`: a model that fails,
+/// fails in every direction. Tilt first, since it explains velocity as well. None if the closure holds.
+pub(crate) fn enlargement(innovation: &Innovation, gravity: f64, seconds: f64) -> Option<Density> {
+    if innovation.chi2::<2>(3, 0.0) > MAX_TILT_CHI2 {
         let variance = solve_falling(|v| innovation.chi2::<2>(3, v), USUAL_TILT_CHI2);
         return Some(Density {
-            rate: isotropic(variance / gravity.powi(2).max(f64::MIN_POSITIVE)),
+            rate: isotropic(variance / gravity.powi(2).max(f64::MIN_POSITIVE), seconds),
             ..Density::ZERO
         });
     }
-    (closure.velocity_chi2 > MAX_VELOCITY_CHI2).then(|| Density {
-        force: isotropic(solve_falling(
-            |v| innovation.chi2::<3>(0, v),
-            USUAL_VELOCITY_CHI2,
-        )),
-        ..Density::ZERO
-    })
+    innovation.force_density(MAX_VELOCITY_CHI2, seconds)
 }
 
 /// The density that makes the velocity at a stance one of chance, in a step that took `seconds`: a foot that
@@ -123,13 +120,11 @@ pub(crate) fn enlargement(
 /// all steps, are taken for the scale of the sensor. None if it is one.
 pub(crate) fn step_enlargement(filter: &Filter, seconds: f64) -> Option<Density> {
     let innovation = Innovation::new(&filter.covariance_here(), &filter.stance_measurement());
-    (innovation.chi2::<3>(0, 0.0) > MAX_STEP_CHI2).then(|| {
-        let variance = solve_falling(|v| innovation.chi2::<3>(0, v), USUAL_VELOCITY_CHI2);
-        Density {
-            force: Vector3::repeat(variance / seconds.max(f64::MIN_POSITIVE)),
-            ..Density::ZERO
-        }
-    })
+    innovation.force_density(MAX_STEP_CHI2, seconds)
+}
+
+fn isotropic(variance: f64, seconds: f64) -> Vector3<f64> {
+    Vector3::repeat(variance / seconds.max(f64::MIN_POSITIVE))
 }
 
 /// Where a function that falls with its argument reaches a value.

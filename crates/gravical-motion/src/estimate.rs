@@ -5,17 +5,16 @@ use std::ops::Range;
 use gravical_signal::detect_rests;
 
 use crate::chain::RestSelector;
-use crate::filter::{Action, Filter, Model};
+use crate::filter::{Action, Filter};
 use crate::moves::{Keep, Leg, Tape, close, closing, level_before_move};
-use crate::noise::Noise;
+use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, Move, PathNode, ends};
-use crate::rough::Roughness;
 use crate::samples::Samples;
 use crate::smooth::Smoother;
 use crate::stance::detect_stances;
-use crate::state::Directions;
 use crate::stepper::Stepper;
+use crate::transition::Model;
 
 /// Velocity and position of calibrated samples.
 ///
@@ -28,7 +27,8 @@ use crate::stepper::Stepper;
 ///
 /// A causal run is that of a [`Stepper`] instead.
 ///
-/// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number.
+/// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
+/// or rests that are given are not spans of samples in order.
 #[must_use]
 pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     if !options.are_possible() {
@@ -37,38 +37,13 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     if options.causal {
         return Stepper::drive(samples, options);
     }
-    match &options.rests_s {
-        Some(spans) => between(samples, options, given_rests(samples, spans), true),
-        None => {
-            let found = detect_rests(&samples.channels());
-            between(samples, options, found, false)
-        }
-    }
-}
-
-/// The same with `rests` that are known, as spans of samples in order: those of other samples of the same
-/// motion. Never causal.
-#[must_use]
-pub fn estimate_motion_between(
-    samples: &Samples,
-    options: &MotionOptions,
-    rests: &[Range<usize>],
-) -> Motion {
+    let given = options.rests.clone();
+    let found = given.unwrap_or_else(|| detect_rests(&samples.channels()));
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
-    if !options.are_possible() || !rests.iter().all(fits) {
+    let in_order = found.iter().all(fits) && found.is_sorted_by(|a, b| a.end <= b.start);
+    if options.rests.is_some() && !in_order {
         return Motion::default();
     }
-    between(samples, options, rests.to_vec(), true)
-}
-
-/// Between the quiet spans that were `found`, or those of them that are rests.
-fn between(
-    samples: &Samples,
-    options: &MotionOptions,
-    found: Vec<Range<usize>>,
-    are_rests: bool,
-) -> Motion {
-    let directions = Directions::new(&options.calibration);
     let mut rough = Roughness::default();
     rough.extend(samples, &found);
     let noise = |rests: &[Range<usize>]| {
@@ -78,10 +53,9 @@ fn between(
     let mut model = Model {
         samples,
         options,
-        directions: &directions,
         noise: &found_noise,
     };
-    let rests = if are_rests {
+    let rests = if options.rests.is_some() {
         found
     } else {
         RestSelector(model).chain(&found)
@@ -110,27 +84,6 @@ fn between(
         stances,
         rests,
     }
-}
-
-/// Spans of samples of times, in order, joined where they touch; what holds fewer than two samples is left
-/// out.
-fn given_rests(samples: &Samples, spans_s: &[(f64, f64)]) -> Vec<Range<usize>> {
-    let index = |t_s: f64| samples.time_s.partition_point(|t| *t < t_s);
-    let mut spans: Vec<Range<usize>> = spans_s
-        .iter()
-        .filter(|(from_s, to_s)| from_s.is_finite() && to_s.is_finite())
-        .map(|(from_s, to_s)| index(*from_s)..samples.time_s.partition_point(|t| t <= to_s))
-        .filter(|span| span.start + 1 < span.end)
-        .collect();
-    spans.sort_by_key(|span| span.start);
-    let mut rests: Vec<Range<usize>> = Vec::new();
-    for span in spans {
-        match rests.last_mut().filter(|last| last.end >= span.start) {
-            Some(last) => last.end = last.end.max(span.end),
-            None => rests.push(span),
-        }
-    }
-    rests
 }
 
 /// Goes through all rests and moves.
@@ -176,12 +129,11 @@ fn forward(
 
 /// Smooths from checkpoint to checkpoint: the filter runs again from each, with its records kept.
 fn backward(model: &Model<'_>, mut tape: Tape, end: &Filter, moves: &mut [Move]) -> Vec<PathNode> {
-    let options = model.options;
-    let mut smoother = Smoother::new(options.calibration.gravity_sd_mps2, options.clock_sd);
+    let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
     let mut path = vec![PathNode::forward(&end.node())];
     let mut until = tape.plan.len();
     while let Some(checkpoint) = tape.checkpoints.pop() {
-        if options.is_stopped() {
+        if model.options.is_stopped() {
             break;
         }
         let (from, mut filter) = (checkpoint.action, checkpoint.filter);
@@ -193,6 +145,5 @@ fn backward(model: &Model<'_>, mut tape: Tape, end: &Filter, moves: &mut [Move])
         until = from;
     }
     path.reverse();
-    let with_clock = |node: PathNode| node.with_clock(options.clock_sd);
-    path.into_iter().map(with_clock).collect()
+    path.into_iter().map(PathNode::with_clock).collect()
 }

@@ -4,14 +4,12 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
-use crate::noise::{Density, Noise};
-use crate::options::MotionOptions;
-use crate::samples::Samples;
+use crate::noise::Density;
 use crate::state::{
-    ATTITUDE, Covariance, Directions, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING,
-    NineRows, Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, level,
+    ATTITUDE, Covariance, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
+    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, level,
 };
-use crate::transition::{Integrator, Transition};
+use crate::transition::{Model, Transition};
 
 /// Random walks of the biases, m/s²/√s and rad/s/√s: bias instability of a cheap sensor over a minute.
 const FORCE_BIAS_WALK: f64 = 2e-4;
@@ -21,11 +19,6 @@ const RATE_BIAS_WALK: f64 = 5e-6;
 const INITIAL_SPEED_MPS: f64 = 30.0;
 const INITIAL_TILT_RAD: f64 = 0.3;
 const INITIAL_RATE_BIAS_RAD_S: f64 = 0.02;
-/// Time over which the tilt of a move without a gyroscope is its standard deviation, s.
-const TILT_S: f64 = 10.0;
-/// A table does not tilt, but it turns: what a move without a gyroscope turns about the vertical, over
-/// its tilt.
-const YAW_OVER_TILT: f64 = 20.0;
 /// A foot in stance creeps, m/s (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, use 0.01 to 0.1).
 const STANCE_SPEED_MPS: f64 = 0.02;
 /// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
@@ -115,26 +108,6 @@ struct MoveStart {
     position: Vector3<f64>,
     covariance: Matrix3<f64>,
     cross: SMatrix<f64, STATES, 3>,
-}
-
-/// What the filter knows besides its state.
-#[derive(Clone, Copy)]
-pub(crate) struct Model<'a> {
-    pub samples: &'a Samples,
-    pub options: &'a MotionOptions,
-    pub directions: &'a Directions,
-    pub noise: &'a Noise,
-}
-
-impl Model<'_> {
-    /// Density of the tilt of a move without a gyroscope, rad²/s.
-    fn tilt(&self) -> Vector3<f64> {
-        if self.samples.has_gyro() {
-            return Vector3::zeros();
-        }
-        let density = self.options.tilt_sd_rad.powi(2) / TILT_S;
-        Vector3::new(density, density, density * YAW_OVER_TILT.powi(2))
-    }
 }
 
 /// The filter. Propagation is deferred: over a leg it gathers x = Φ x₀ + w, which costs less than
@@ -264,14 +237,7 @@ impl Filter {
         records: Option<&mut Vec<Record>>,
     ) {
         let node = records.is_some().then(|| Box::new(self.node()));
-        let integrator = Integrator {
-            samples: model.samples,
-            directions: model.directions,
-            noise: model.noise.white,
-            tilt: model.tilt(),
-        };
-        let correction = self.nominal.correction(model.directions);
-        let step = integrator.step(&mut self.nominal, &correction, self.at..to, excess);
+        let step = model.step(&mut self.nominal, self.at..to, excess);
         self.turned_rad += step.turned_rad;
         self.at = to;
 
@@ -410,7 +376,7 @@ impl Filter {
         if !model.samples.has_gyro() || span.is_empty() {
             return 0.0;
         }
-        let correction = self.nominal.correction(model.directions);
+        let correction = self.nominal.correction(&model.options.calibration);
         let squares = span
             .clone()
             .map(|i| correction.rate(&model.samples.rate[i]).norm_squared());
@@ -454,7 +420,11 @@ impl Filter {
         let mean = samples.channels().mean(rest);
         let reading = [mean[0], mean[1], mean[2]];
         let attitude = self.nominal.attitude;
-        let force = attitude * self.nominal.correction(model.directions).force(&reading);
+        let force = attitude
+            * self
+                .nominal
+                .correction(&model.options.calibration)
+                .force(&reading);
         let mut m = self.velocity_measurement(speed_sd_mps);
         let reading = Vector3::from(reading);
 
@@ -463,7 +433,7 @@ impl Filter {
         m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
             .copy_from(&-attitude);
         m.h[(5, GRAVITY)] = -1.0;
-        for (k, (matrix, offset)) in model.directions.force.iter().enumerate() {
+        for (k, (matrix, offset)) in model.options.calibration.force_directions().enumerate() {
             let column = attitude * (matrix * reading + offset);
             m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
                 .copy_from(&column);

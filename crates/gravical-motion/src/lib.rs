@@ -37,20 +37,20 @@ mod noise;
 mod odd;
 mod options;
 mod result;
-mod rough;
 mod samples;
 mod smooth;
 mod stance;
 mod state;
 mod states;
 mod stepper;
-mod track;
 mod transition;
 
 pub use closure::Closure;
-pub use estimate::{estimate_motion, estimate_motion_between};
+pub use estimate::estimate_motion;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd, hung_rows};
-pub use options::{CalibrationUncertainty, ForceDirection, MotionOptions, RestNoise};
+pub use options::{
+    CalibrationUncertainty, ElementErrors, ForceDirection, MotionOptions, RestNoise,
+};
 pub use result::{Budget, Ends, Motion, Move, PathNode};
 pub use samples::{Samples, Unusable, resolutions};
 pub use states::SampleState;

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use crate::closure::{Closure, REST_SPEED_MPS, closure, enlargement, step_enlargement};
-use crate::filter::{Action, Filter, Model, Record};
+use crate::closure::{Closure, Innovation, REST_SPEED_MPS, enlargement, step_enlargement};
+use crate::filter::{Action, Filter, Record};
 use crate::noise::{Density, tremor};
-use crate::result::{Budget, Ends, Move, PathNode, array, rows};
+use crate::result::{Budget, CLOCK_SD, Ends, Move, PathNode, array, rows};
+use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.
@@ -146,9 +147,9 @@ impl Leg<'_> {
             tape.rewind(mark);
             self.propagate(model, tape, &mut trial, &excess);
             let more = self.rest.as_ref().and_then(|rest| {
-                let (found, innovation) = closure(model, &trial, rest);
-                closed.get_or_insert(found);
-                enlargement(&found, &innovation, trial.nominal.gravity, seconds)
+                let innovation = Innovation::of_rest(model, &trial, rest);
+                closed.get_or_insert_with(|| innovation.closure());
+                enlargement(&innovation, trial.nominal.gravity, seconds)
             });
             match (more, &mut closed) {
                 (Some(more), Some(closed)) if enlarged < MAX_ENLARGED => {
@@ -169,7 +170,7 @@ impl Leg<'_> {
         let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
         let node = ((end - from) / MIN_NODES).clamp(1, most);
         let mean_square = filter.mean_square_rate(model, from..end);
-        let inflation = rectified(mean_square, model.directions.rate_sd);
+        let inflation = rectified(mean_square, model.options.calibration.rate_sd());
         tape.run(model, filter, Action::StartMove(self.number));
         tape.run(model, filter, Action::InflateRateBias(inflation));
         let advance = |tape: &mut Tape, filter: &mut Filter, stance: usize, excess: Density| {
@@ -208,18 +209,17 @@ impl Leg<'_> {
             closure,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),
-            clipped: 0,
-            spiked: 0,
+            replaced: 0,
             samples: span,
         }
     }
 }
 
 /// The displacement of a move as the filter knows it, which is at its end or in the rest after it.
-pub(crate) fn take_displacement(model: &Model<'_>, filter: &mut Filter, one: &mut Move) {
+pub(crate) fn take_displacement(filter: &mut Filter, one: &mut Move) {
     let (displacement, mut covariance) = filter.displacement();
     for c in 0..3 {
-        covariance[(c, c)] += (2.0 * model.options.clock_sd * displacement[c]).powi(2);
+        covariance[(c, c)] += (2.0 * CLOCK_SD * displacement[c]).powi(2);
     }
     one.displacement_m = array(&displacement);
     one.covariance_m2 = rows(&covariance);

@@ -1,12 +1,15 @@
 //! White noise of the rests, and what a move has beyond it.
+//!
+//! Wheels, hands and steps make a move rougher than the rests around it, and its displacement less
+//! certain. What is faster than a motion of interest counts as white noise.
 
+use std::f64::consts::PI;
 use std::ops::Range;
 
-use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks};
+use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks, quantile};
 use nalgebra::Vector3;
 
 use crate::options::RestNoise;
-use crate::rough::Roughness;
 use crate::samples::Samples;
 
 /// Samples that a variance takes.
@@ -16,6 +19,20 @@ const QUIETEST: f64 = 0.1;
 /// Steps of the gyroscope's resolution hide a rate for about so long, s: a turn of a hand goes through
 /// several steps within it.
 const HIDDEN_RATE_S: f64 = 0.2;
+/// Windows, s: a swing of a hand and a bump are apart.
+const WINDOW_S: f64 = 0.32;
+/// Rows of a window: a spectrum needs some, and costs by their square.
+const MIN_ROWS: usize = 12;
+const MAX_ROWS: usize = 128;
+/// What is slower is motion: a hand reaches 3 to 4 Hz.
+const MIN_ROUGH_HZ: f64 = 5.0;
+/// Factor by which the density has to exceed that of the rests: a window of 16 frequencies and three
+/// axes exceeds it by chance once in 10⁶.
+const MIN_EXCESS: f64 = 2.0;
+/// The top third of the spectrum times this factor limits the density, and so does the typical sample:
+/// what is sampled well has little of both, while white noise and aliased vibration have as much of them
+/// as of all.
+const MAX_SLOPE: f64 = 3.0;
 
 /// Power densities of white noise: (m/s²)² s and (rad/s)² s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,4 +183,159 @@ pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> Option<f64> {
     }
     let noise = Noise::new(samples, std::slice::from_ref(rest), Roughness::default());
     Some(noise.rest.force.sum())
+}
+
+/// Densities of windows, (m/s²)² s and (rad/s)² s, mean of the axes.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Roughness {
+    /// Middle sample of each window with its densities.
+    windows: Vec<(usize, [f64; 2])>,
+    /// Where the next window begins.
+    next: usize,
+    spectrum: Option<Spectrum>,
+}
+
+impl Roughness {
+    /// Adds the windows that the samples so far hold; those in `quiet` spans are no rougher than the rests.
+    pub fn extend(&mut self, samples: &Samples, quiet: &[Range<usize>]) {
+        let sensors = if samples.has_gyro() { 2 } else { 1 };
+        let spectrum = self.spectrum.get_or_insert_with(|| {
+            let rows = samples.count_in(WINDOW_S).clamp(MIN_ROWS, MAX_ROWS) / 4 * 4;
+            Spectrum::new(rows, samples.period_s)
+        });
+        let rows = spectrum.window.len();
+        while self.next < samples.len() {
+            let (from, end) = (self.next, samples.channels().piece(self.next).end);
+            if from + rows > end {
+                if end == samples.len() {
+                    break;
+                }
+                self.next = end;
+                continue;
+            }
+            let middle = from + rows / 2;
+            let after = quiet.partition_point(|q| q.end <= middle);
+            let mut density = [0.0; 2];
+            if !quiet.get(after).is_some_and(|q| q.contains(&middle)) {
+                for sensor in 0..sensors {
+                    let column = [&samples.force, &samples.rate][sensor];
+                    density[sensor] = spectrum.density(&column[from..from + rows]);
+                }
+            }
+            self.windows.push((middle, density));
+            self.next += rows / 4;
+        }
+    }
+
+    /// Starts again at a sample.
+    pub fn restart(&mut self, at: usize) {
+        self.windows.clear();
+        self.next = at;
+    }
+
+    /// Takes a span for no rougher than the rests.
+    pub fn silence(&mut self, span: &Range<usize>) {
+        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
+        let windows = at(span.start)..at(span.end).max(at(span.start));
+        for window in &mut self.windows[windows] {
+            window.1 = [0.0; 2];
+        }
+    }
+
+    /// Counts samples from the `count`-th on.
+    pub fn forget(&mut self, count: usize) {
+        self.windows.retain(|w| w.0 >= count);
+        self.windows.iter_mut().for_each(|w| w.0 -= count);
+        self.next = self.next.saturating_sub(count);
+    }
+
+    /// Densities of a span beyond `level`, those of its median window, since a knock is no noise; 0 where it
+    /// is not rougher.
+    pub fn excess(&self, span: Range<usize>, level: [f64; 2]) -> [f64; 2] {
+        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
+        let windows = &self.windows[at(span.start)..at(span.end)];
+        [0, 1].map(|sensor| {
+            let density = quantile(windows.iter().map(|w| w.1[sensor]).collect(), 0.5);
+            if density > MIN_EXCESS * level[sensor] {
+                density - level[sensor]
+            } else {
+                0.0
+            }
+        })
+    }
+}
+
+/// Periodogram of a Hann window by its definition: too short for an FFT to pay.
+#[derive(Debug, Clone)]
+struct Spectrum {
+    window: Vec<f64>,
+    /// Sine and cosine of 2πi/n.
+    circle: Vec<(f64, f64)>,
+    /// Lowest frequency that is rough, and that of the top third.
+    first: usize,
+    top: usize,
+    /// From squares to a density.
+    scale: f64,
+    period_s: f64,
+}
+
+impl Spectrum {
+    fn new(n: usize, period_s: f64) -> Spectrum {
+        let window: Vec<f64> = (0..n)
+            .map(|i| (PI * (i as f64 + 0.5) / n as f64).sin().powi(2))
+            .collect();
+        let first = ((MIN_ROUGH_HZ * period_s * n as f64).ceil() as usize).clamp(2, n / 4);
+        Spectrum {
+            circle: (0..n)
+                .map(|i| (2.0 * PI * i as f64 / n as f64).sin_cos())
+                .collect(),
+            first,
+            top: first.max(n / 3),
+            scale: period_s / window.iter().map(|w| w * w).sum::<f64>() / 3.0,
+            period_s,
+            window,
+        }
+    }
+
+    /// Mean density of three axes above the lowest rough frequency.
+    fn density(&self, rows: &[[f64; 3]]) -> f64 {
+        let n = self.window.len();
+        let mut power = vec![0.0; n / 2];
+        for axis in 0..3 {
+            let mean = rows.iter().map(|x| x[axis]).sum::<f64>() / n as f64;
+            let tapered: Vec<f64> = rows
+                .iter()
+                .zip(&self.window)
+                .map(|(x, w)| (x[axis] - mean) * w)
+                .collect();
+            for (k, power) in power.iter_mut().enumerate().skip(self.first) {
+                let (mut re, mut im, mut place) = (0.0, 0.0, 0);
+                for v in &tapered {
+                    let (sin, cos) = self.circle[place];
+                    re += v * cos;
+                    im += v * sin;
+                    place += k;
+                    if place >= n {
+                        place -= n;
+                    }
+                }
+                *power += (re * re + im * im) * self.scale;
+            }
+        }
+        let mean = |k: usize| power[k..].iter().sum::<f64>() / (n / 2 - k) as f64;
+        let limit = mean(self.top).min(typical_variance(rows) * self.period_s);
+        mean(self.first).min(MAX_SLOPE * limit)
+    }
+}
+
+/// Variance of white noise by the median square of third differences, mean of the axes: a step or a knock
+/// changes few of them.
+fn typical_variance(rows: &[[f64; 3]]) -> f64 {
+    let third = |w: &[[f64; 3]], c: usize| w[3][c] - 3.0 * w[2][c] + 3.0 * w[1][c] - w[0][c];
+    let variance = |c: usize| {
+        let squares = rows.windows(4).map(|w| third(w, c).powi(2)).collect();
+        // 1 + 9 + 9 + 1 times the variance; the median of χ² with one degree of freedom is 0.4549.
+        quantile(squares, 0.5) / (20.0 * 0.4549)
+    };
+    (0..3).map(variance).sum::<f64>() / 3.0
 }

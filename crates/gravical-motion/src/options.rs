@@ -1,7 +1,10 @@
 //! What is known of the sensor, and how its motion is estimated.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::{Matrix3, Vector3};
 
 /// One independent direction of the accelerometer's uncertainty, one standard deviation long:
 /// δf = matrix · f + offset.
@@ -27,33 +30,91 @@ pub struct CalibrationUncertainty {
     pub gravity_sd_mps2: f64,
 }
 
+/// Parameters of the accelerometer and of the gyroscope.
+const FORCE_DIRECTIONS: usize = 12;
+const RATE_DIRECTIONS: usize = 9;
+
+fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| rows[i][j])
+}
+
 impl CalibrationUncertainty {
-    /// Independent errors of single elements: relative scales and cross-axis terms of both sensors, and a
-    /// bias of the accelerometer.
+    /// δf = matrix · f + offset for one standard deviation.
+    pub(crate) fn force_directions(&self) -> impl Iterator<Item = (Matrix3<f64>, Vector3<f64>)> {
+        let force = self.force.iter().take(FORCE_DIRECTIONS);
+        force.map(|d| (matrix(&d.matrix), Vector3::from(d.offset)))
+    }
+
+    /// δω = matrix · ω.
+    pub(crate) fn rate_directions(&self) -> impl Iterator<Item = Matrix3<f64>> {
+        self.rate.iter().take(RATE_DIRECTIONS).map(matrix)
+    }
+
+    /// Relative error of a rate, for each axis of the error.
+    pub(crate) fn rate_sd(&self) -> f64 {
+        let squares: f64 = self.rate_directions().map(|m| m.norm_squared()).sum();
+        // A rate along one axis meets three of nine elements, one for each axis of its error.
+        squares.sqrt() / 3.0
+    }
+}
+
+/// Independent errors of the elements of a calibration: their standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElementErrors {
+    /// Relative scale.
+    pub scale: f64,
+    /// Cross-axis terms.
+    pub cross: f64,
+    /// Bias, m/s².
+    pub bias_mps2: f64,
+}
+
+impl ElementErrors {
+    /// Directions of a gyroscope's uncertainty: nine, one for each element of the matrix, row by row.
     #[must_use]
-    pub fn independent(force_sd: f64, rate_sd: f64, bias_sd_mps2: f64) -> CalibrationUncertainty {
-        let element = |k: usize, sd: f64| {
+    pub fn matrices(&self) -> Vec<[[f64; 3]; 3]> {
+        let matrix = |k: usize| {
             let mut matrix = [[0.0; 3]; 3];
-            matrix[k / 3][k % 3] = sd;
+            matrix[k / 3][k % 3] = if k / 3 == k % 3 {
+                self.scale
+            } else {
+                self.cross
+            };
             matrix
         };
-        let mut force: Vec<ForceDirection> = (0..9)
-            .map(|k| ForceDirection {
-                matrix: element(k, force_sd),
-                offset: [0.0; 3],
-            })
-            .collect();
-        force.extend((0..3).map(|axis| {
+        (0..9).map(matrix).collect()
+    }
+
+    /// Directions of an accelerometer's: the same, and three biases.
+    #[must_use]
+    pub fn directions(&self) -> Vec<ForceDirection> {
+        let matrices = self.matrices().into_iter().map(|matrix| ForceDirection {
+            matrix,
+            offset: [0.0; 3],
+        });
+        let biases = (0..3).map(|axis| {
             let mut offset = [0.0; 3];
-            offset[axis] = bias_sd_mps2;
+            offset[axis] = self.bias_mps2;
             ForceDirection {
                 matrix: [[0.0; 3]; 3],
                 offset,
             }
-        }));
+        });
+        matrices.chain(biases).collect()
+    }
+}
+
+impl Default for CalibrationUncertainty {
+    /// A calibrated accelerometer (0.02 %, 2 mm/s²) and a gyroscope by its data sheet (2 % in each element).
+    fn default() -> Self {
+        let errors = |sd: f64, bias_mps2: f64| ElementErrors {
+            scale: sd,
+            cross: sd,
+            bias_mps2,
+        };
         CalibrationUncertainty {
-            force,
-            rate: (0..9).map(|k| element(k, rate_sd)).collect(),
+            force: errors(2e-4, 2e-3).directions(),
+            rate: errors(0.02, 0.0).matrices(),
             force_bias_sd_mps2: 1e-3,
             gravity_sd_mps2: 0.05,
         }
@@ -65,14 +126,10 @@ impl CalibrationUncertainty {
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
-    /// Tilt that a move without a gyroscope may have, rad.
-    pub tilt_sd_rad: f64,
-    /// Relative error of the clock.
-    pub clock_sd: f64,
     /// Highest angular rate of a foot in stance, rad/s; 0: no stances.
     pub max_stance_rate_rad_s: f64,
-    /// Rests that are known, s; none: they are looked for.
-    pub rests_s: Option<Vec<(f64, f64)>>,
+    /// Rests that are known, as spans of samples in order; none: they are looked for.
+    pub rests: Option<Vec<Range<usize>>>,
     /// Use the past only, as [`crate::Stepper`] does. The path of a closed move, and its bands, are those after
     /// its end: a second into the rest that closes it, the noise of the whole move is known. Rests are looked for,
     /// and each has no velocity.
@@ -94,13 +151,11 @@ impl MotionOptions {
 
     /// Nothing is negative or no number, and a causal run looks for rests.
     pub(crate) fn are_possible(&self) -> bool {
-        if self.causal && (self.rests_s.is_some() || !self.zero_velocity) {
+        if self.causal && (self.rests.is_some() || !self.zero_velocity) {
             return false;
         }
         let known = &self.calibration;
         let sizes = [
-            self.tilt_sd_rad,
-            self.clock_sd,
             self.max_stance_rate_rad_s,
             known.force_bias_sd_mps2,
             known.gravity_sd_mps2,
@@ -116,14 +171,11 @@ impl MotionOptions {
 }
 
 impl Default for MotionOptions {
-    /// A calibrated accelerometer (0.02 %, 2 mm/s²) and a gyroscope by its data sheet (2 % in each element).
     fn default() -> Self {
         MotionOptions {
-            calibration: CalibrationUncertainty::independent(2e-4, 0.02, 2e-3),
-            tilt_sd_rad: 0.5_f64.to_radians(),
-            clock_sd: 1e-3,
+            calibration: CalibrationUncertainty::default(),
             max_stance_rate_rad_s: 1.0,
-            rests_s: None,
+            rests: None,
             causal: false,
             noise: None,
             zero_velocity: true,

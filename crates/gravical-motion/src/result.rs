@@ -8,11 +8,13 @@ use serde::Serialize;
 
 use crate::closure::Closure;
 use crate::filter::Node;
-use crate::odd::{BridgeKind, Bridged};
+use crate::odd::Bridged;
 use crate::options::RestNoise;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
 
+/// Relative error of the clock.
+pub(crate) const CLOCK_SD: f64 = 1e-3;
 /// ∫ s̈² dτ of the minimum-jerk path s of length 1 in time 1 (Flash and Hogan 1985).
 const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 /// What is found: a matched filter sees it at so many standard deviations.
@@ -39,7 +41,7 @@ fn deviations(covariance: &[[f64; 3]; 3]) -> [f64; 3] {
 }
 
 /// How velocity is tied down at the ends of a move.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ends {
     /// A rest before and after.
@@ -49,6 +51,7 @@ pub enum Ends {
     /// A rest after; the recording starts in motion.
     ToRest,
     /// No rest at either end.
+    #[default]
     Free,
 }
 
@@ -113,11 +116,10 @@ pub struct Move {
     pub closure: Option<Closure>,
     /// Steps of a foot in it that ended its drift.
     pub stances: usize,
-    /// Runs of clipped and of spiked rows in it.
-    pub clipped: usize,
-    /// See `clipped`.
-    pub spiked: usize,
-    pub(crate) unusable: Option<Unusable>,
+    /// Runs of clipped or spiked rows in it.
+    pub replaced: usize,
+    /// Why its displacement is not known; none if it is, to its covariance.
+    pub unusable: Option<Unusable>,
 }
 
 impl Move {
@@ -127,18 +129,10 @@ impl Move {
         deviations(&self.covariance_m2)
     }
 
-    /// Why its displacement is not known; none if it is, to its covariance.
-    #[must_use]
-    pub fn unusable(&self) -> Option<Unusable> {
-        self.unusable
-    }
-
     pub(crate) fn count_bridged(&mut self, bridged: &[Bridged]) {
-        let within = bridged
-            .iter()
-            .filter(|b| b.rows.start < self.samples.end && b.rows.end > self.samples.start);
-        let runs = |kind: BridgeKind| within.clone().filter(|b| b.kind == kind).count();
-        (self.clipped, self.spiked) = (runs(BridgeKind::Clipped), runs(BridgeKind::Spiked));
+        let span = &self.samples;
+        let within = |b: &&Bridged| b.rows.start < span.end && b.rows.end > span.start;
+        self.replaced = bridged.iter().filter(within).count();
     }
 }
 
@@ -182,11 +176,11 @@ impl PathNode {
     }
 
     /// With the error of the clock, which is the same for the whole recording: lengths go with its square.
-    pub(crate) fn with_clock(mut self, clock_sd: f64) -> Self {
+    pub(crate) fn with_clock(mut self) -> Self {
         for c in 0..3 {
             let (p, v) = (self.position_m[c], self.velocity_mps[c]);
-            self.position_sd_m[c] = self.position_sd_m[c].hypot(2.0 * clock_sd * p);
-            self.velocity_sd_mps[c] = self.velocity_sd_mps[c].hypot(clock_sd * v);
+            self.position_sd_m[c] = self.position_sd_m[c].hypot(2.0 * CLOCK_SD * p);
+            self.velocity_sd_mps[c] = self.velocity_sd_mps[c].hypot(CLOCK_SD * v);
         }
         self
     }

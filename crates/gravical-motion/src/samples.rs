@@ -100,28 +100,14 @@ impl Samples {
         } else {
             count
         };
-        let mut samples = Samples {
-            time_s: Vec::with_capacity(count),
-            force: Vec::with_capacity(count),
-            rate: Vec::with_capacity(if has_gyro { count } else { 0 }),
-            period_s: 0.0,
-            pieces: Vec::new(),
-            resolution,
-            bridged: Vec::new(),
-            rows: Vec::new(),
-            breaks: Vec::new(),
-        };
+        // Without a gap, until the period is known.
+        let mut samples = Samples::empty(f64::INFINITY, resolution);
+        samples.time_s.reserve_exact(count);
+        samples.force.reserve_exact(count);
+        samples.rate.reserve_exact(if has_gyro { count } else { 0 });
         for i in 0..count {
-            let later = samples.time_s.last().is_none_or(|last| *last < time_s[i]);
-            let rate = rate_rad_s.get(i).copied().unwrap_or_default();
-            if !later || !is_possible(time_s[i], &force_mps2[i], &rate) {
-                continue;
-            }
-            samples.time_s.push(time_s[i]);
-            samples.force.push(force_mps2[i]);
-            samples.rows.push(i);
-            if has_gyro {
-                samples.rate.push(rate);
+            if samples.push(time_s[i], force_mps2[i], rate_rad_s.get(i).copied(), false) {
+                samples.rows.push(i);
             }
         }
         samples.period_s = sampling_period(&samples.time_s);
@@ -137,8 +123,15 @@ impl Samples {
     /// Samples that come later ([`Samples::push`]).
     pub(crate) fn empty(period_s: f64, resolution: [f64; 6]) -> Samples {
         Samples {
+            time_s: Vec::new(),
+            force: Vec::new(),
+            rate: Vec::new(),
             period_s,
-            ..Samples::new(&[], &[], &[], Vec::new(), resolution)
+            pieces: Vec::new(),
+            resolution,
+            bridged: Vec::new(),
+            rows: Vec::new(),
+            breaks: Vec::new(),
         }
     }
 

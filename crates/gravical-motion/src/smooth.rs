@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::filter::{FullNode, Node, Record, Update};
-use crate::result::{Budget, Move, PathNode, array, rows};
+use crate::result::{Budget, CLOCK_SD, Move, PathNode, array, rows};
 use crate::state::{Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY};
 use crate::transition::Transition;
 
@@ -34,19 +34,16 @@ pub(crate) struct Smoother {
     open: Option<OpenMove>,
     /// Standard deviation of gravity before the first rest, m/s².
     gravity_sd: f64,
-    /// Relative error of the clock.
-    clock_sd: f64,
 }
 
 impl Smoother {
     /// At the end of the recording, where nothing follows.
-    pub fn new(gravity_sd: f64, clock_sd: f64) -> Smoother {
+    pub fn new(gravity_sd: f64) -> Smoother {
         Smoother {
             adjoint: ErrorState::zeros(),
             information: Covariance::zeros(),
             open: None,
             gravity_sd,
-            clock_sd,
         }
     }
 
@@ -133,7 +130,7 @@ impl Smoother {
         let displacement = end - start;
         let mut total = block(&at_end) + block(&at_start) - cross - cross.transpose();
         for c in 0..3 {
-            total[(c, c)] += (2.0 * self.clock_sd * displacement[c]).powi(2);
+            total[(c, c)] += (2.0 * CLOCK_SD * displacement[c]).powi(2);
         }
         // An error of a constant, one standard deviation σ before the recording, acts on the estimate by
         // its covariance after it over σ.

@@ -25,41 +25,6 @@ pub(crate) type ErrorState = SVector<f64, STATES>;
 /// Nine rows over all states.
 pub(crate) type NineRows = SMatrix<f64, MOVING, STATES>;
 
-/// The calibration's uncertainty, in the types of the filter.
-#[derive(Debug, Clone)]
-pub(crate) struct Directions {
-    /// δf = matrix · f + offset for one standard deviation.
-    pub force: [(Matrix3<f64>, Vector3<f64>); 12],
-    /// δω = matrix · ω.
-    pub rate: [Matrix3<f64>; 9],
-    /// Relative error of a rate, for each axis of the error.
-    pub rate_sd: f64,
-}
-
-fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from_fn(|i, j| rows[i][j])
-}
-
-impl Directions {
-    pub fn new(uncertainty: &CalibrationUncertainty) -> Directions {
-        let force = std::array::from_fn(|k| {
-            let direction = uncertainty.force.get(k);
-            direction.map_or((Matrix3::zeros(), Vector3::zeros()), |d| {
-                (matrix(&d.matrix), Vector3::from(d.offset))
-            })
-        });
-        let rate: [Matrix3<f64>; 9] =
-            std::array::from_fn(|k| uncertainty.rate.get(k).map_or(Matrix3::zeros(), matrix));
-        let squares: f64 = rate.iter().map(Matrix3::norm_squared).sum();
-        Directions {
-            force,
-            rate,
-            // A rate along one axis meets three of nine elements, one for each axis of its error.
-            rate_sd: squares.sqrt() / 3.0,
-        }
-    }
-}
-
 /// The nominal state.
 #[derive(Debug, Clone)]
 pub(crate) struct Nominal {
@@ -94,14 +59,14 @@ impl Nominal {
     }
 
     /// The correction of the readings that the nominal parameters are.
-    pub fn correction(&self, directions: &Directions) -> Correction {
+    pub fn correction(&self, calibration: &CalibrationUncertainty) -> Correction {
         let mut force = (Matrix3::identity(), -self.force_bias);
-        for ((matrix, offset), k) in directions.force.iter().zip(self.force_parameters) {
+        for ((matrix, offset), k) in calibration.force_directions().zip(self.force_parameters) {
             force.0 += matrix * k;
             force.1 += offset * k;
         }
         let mut rate = Matrix3::identity();
-        for (matrix, k) in directions.rate.iter().zip(self.rate_parameters) {
+        for (matrix, k) in calibration.rate_directions().zip(self.rate_parameters) {
             rate += matrix * k;
         }
         Correction {

@@ -4,8 +4,6 @@
 //! (biases, calibration, smoothing) is spread over the interval: of the attitude as a rotation that grows
 //! linearly, of the velocity as a constant acceleration, of the position as a cubic.
 
-use std::collections::VecDeque;
-
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::result::{Motion, PathNode, array};
@@ -57,93 +55,52 @@ impl Motion {
     /// deviations are linear between nodes. Without a path all numbers are NaN.
     pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
         let covered = self.path.last().is_some_and(|n| n.sample < samples.len());
-        States {
+        let path = if covered { &self.path[..] } else { &[][..] };
+        let mut follower = Follower {
             motion: self,
             samples,
-            nodes: if covered { &self.path } else { &[] },
-            sample: 0,
             moves: 0,
-            rests: 0,
             correction: Vector3::zeros(),
             last_acceleration: None,
             single: false,
-            interval: None,
-            integrated: VecDeque::new(),
-        }
+        };
+        let mut next = 0;
+        let pairs = path.windows(2).filter(|p| p[0].sample < p[1].sample);
+        let known = pairs.flat_map(move |pair| {
+            let first = std::mem::replace(&mut next, pair[1].sample + 1);
+            follower.states(Interval::new(samples, &pair[0], &pair[1]), first)
+        });
+        let unknown = std::iter::repeat(SampleState::UNKNOWN);
+        let mut rests = self.rests.iter().peekable();
+        let states = known.chain(unknown).take(samples.len()).enumerate();
+        states.map(move |(i, mut state)| {
+            while rests.next_if(|r| r.end <= i).is_some() {}
+            state.at_rest = !self.path.is_empty() && rests.peek().is_some_and(|r| r.contains(&i));
+            state
+        })
     }
 }
 
-struct States<'a> {
+/// Goes from interval to interval.
+struct Follower<'a> {
     motion: &'a Motion,
     samples: &'a Samples,
-    /// Those whose interval is still to come.
-    nodes: &'a [PathNode],
-    /// The next sample, and the moves and rests that it is after.
-    sample: usize,
+    /// The moves that it is after.
     moves: usize,
-    rests: usize,
     /// What the samples before lack, and the acceleration of the last of them with it, m/s².
     correction: Vector3<f64>,
     last_acceleration: Option<Vector3<f64>>,
     /// True if the interval before had one step.
     single: bool,
-    /// A rest, or what is around a gap.
-    interval: Option<Interval<'a>>,
-    /// Samples of a move.
-    integrated: VecDeque<SampleState>,
 }
 
-impl Iterator for States<'_> {
-    type Item = SampleState;
-
-    fn next(&mut self) -> Option<SampleState> {
-        if self.sample >= self.samples.len() {
-            return None;
-        }
-        let mut state = self.here();
-        let rests = &self.motion.rests;
-        while rests.get(self.rests).is_some_and(|r| r.end <= self.sample) {
-            self.rests += 1;
-        }
-        let rest = rests
-            .get(self.rests)
-            .filter(|_| !self.motion.path.is_empty());
-        state.at_rest = rest.is_some_and(|r| r.contains(&self.sample));
-        self.sample += 1;
-        Some(state)
-    }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        let left = self.samples.len() - self.sample;
-        (left, Some(left))
-    }
-}
-
-impl<'a> States<'a> {
-    fn here(&mut self) -> SampleState {
-        loop {
-            if let Some(state) = self.integrated.pop_front() {
-                return state;
-            }
-            if let Some(interval) = self.interval.filter(|i| self.sample <= i.to.sample) {
-                return interval.interpolated(self.sample, &self.correction);
-            }
-            let (from, to) = match self.nodes {
-                [from, to, ..] => (from, to),
-                [node] if node.sample == self.sample => (node, node),
-                _ => return SampleState::UNKNOWN,
-            };
-            self.nodes = &self.nodes[1..];
-            let interval = Interval::new(self.samples, from, to);
-            if from.sample < to.sample {
-                self.enter(interval);
-            } else if self.nodes.len() < 2 && to.sample == self.sample {
-                self.interval = Some(interval);
-            }
-        }
-    }
-
-    fn enter(&mut self, interval: Interval<'a>) {
+impl<'a> Follower<'a> {
+    /// From sample `first` to the end of the interval.
+    fn states(
+        &mut self,
+        interval: Interval<'a>,
+        first: usize,
+    ) -> Box<dyn Iterator<Item = SampleState> + 'a> {
         let span = interval.from.sample..interval.to.sample;
         let moves = &self.motion.moves;
         while moves
@@ -152,21 +109,20 @@ impl<'a> States<'a> {
         {
             self.moves += 1;
         }
-        let one = moves
+        let moving = moves
             .get(self.moves)
-            .filter(|m| m.samples.start <= span.start);
-        let has_gap = self.samples.gaps(&span).next().is_some();
-        if has_gap {
+            .is_some_and(|m| m.samples.start <= span.start);
+        if self.samples.gaps(&span).next().is_some() {
             let last = interval.acceleration(span.end, &interval.attitude(span.end));
             self.last_acceleration = Some(last + self.correction);
-            self.interval = Some(interval);
-        } else if one.is_some() {
-            self.integrate(&interval);
+        } else if moving {
+            let states = self.integrate(&interval).into_iter();
+            return Box::new(states.skip(first - span.start));
         } else {
-            let attitude = |i: usize| interval.attitude(i);
-            self.correct(&interval, attitude);
-            self.interval = Some(interval);
+            self.correct(&interval, |i| interval.attitude(i));
         }
+        let correction = self.correction;
+        Box::new((first..=span.end).map(move |i| interval.interpolated(i, &correction)))
     }
 
     /// Takes the correction of an interval by which the trapezoid of the accelerations, the first as it
@@ -200,7 +156,8 @@ impl<'a> States<'a> {
         self.last_acceleration = Some(raw(to) + self.correction);
     }
 
-    fn integrate(&mut self, interval: &Interval<'_>) {
+    /// All samples of the interval, both ends included.
+    fn integrate(&mut self, interval: &Interval<'_>) -> Vec<SampleState> {
         let samples = self.samples;
         let time_s = &samples.time_s;
         let (from, to) = (interval.from.sample, interval.to.sample);
@@ -254,7 +211,7 @@ impl<'a> States<'a> {
             last.velocity_mps = interval.to.velocity_mps;
             last.position_m = interval.to.position_m;
         }
-        self.integrated.extend(states.drain(self.sample - from..));
+        states
     }
 }
 

@@ -10,20 +10,17 @@ use gravical_signal::{RestDetector, RestEvent};
 use nalgebra::Vector3;
 
 use crate::chain::contradicts;
-use crate::filter::{Action, Filter, Model};
+use crate::filter::{Action, Filter};
 use crate::moves::{
-    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, take_displacement,
+    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, rectified, take_displacement,
 };
-use crate::noise::Noise;
-use crate::odd::Bridged;
+use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
-use crate::rough::Roughness;
 use crate::samples::Samples;
 use crate::stance::{Stance, StanceDetector, is_walk};
-use crate::state::Directions;
 use crate::states::SampleState;
-use crate::track::{Track, node_len};
+use crate::transition::Model;
 
 /// The noise is that of the first seconds of the first rest, s.
 const LEARNED_S: f64 = 3.0;
@@ -35,6 +32,10 @@ const AWAITED: f64 = 0.01;
 const BELIEVED_S: f64 = 4.0;
 /// What a rest may need of what is past, s.
 const KEPT_S: f64 = LEADING_S + 5.0;
+/// The move has the roughness of its last seconds, s.
+const RECENT_S: f64 = 2.0;
+/// Nodes, s: what turns less than a swing within it.
+const NODE_S: f64 = 0.04;
 
 /// The motion of samples as they come: after each the state by what is past.
 ///
@@ -51,15 +52,13 @@ const KEPT_S: f64 = LEADING_S + 5.0;
 /// let mut stepper = Stepper::new(&MotionOptions::default(), 0.01, [0.01, 0.01, 0.01, 0.0, 0.0, 0.0]);
 /// let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
 /// let mut push = |i: usize| stepper.push(i as f64 * 0.01, [dither(i), dither(i + 3), 9.81 + dither(i + 1)], None);
-/// assert!((0..100).all(|i| push(i).position_m[0].is_nan()));
-/// let state = (100..400).map(push).last();
+/// assert!((0..100).filter_map(&mut push).all(|state| state.position_m[0].is_nan()));
+/// let state = (100..400).filter_map(push).last();
 /// assert!(state.is_some_and(|s| s.at_rest && s.velocity_mps == [0.0; 3]));
 /// ```
 #[derive(Debug, Clone)]
 pub struct Stepper {
     context: Context,
-    /// Samples that were forgotten.
-    forgotten: usize,
     /// True if something is missing before the next sample.
     interrupted: bool,
     source: RestDetector,
@@ -74,9 +73,8 @@ pub struct Stepper {
     /// Before the last rest began.
     undo: Option<Box<Undo>>,
     tape: Tape,
-    /// What a whole run is to have.
+    /// What a whole run is to have; its path is on the tape. Such a run forgets nothing.
     motion: Option<Motion>,
-    state: SampleState,
 }
 
 /// What the filter knows besides its state.
@@ -84,7 +82,6 @@ pub struct Stepper {
 struct Context {
     samples: Samples,
     options: MotionOptions,
-    directions: Directions,
     /// Once there was a rest.
     noise: Option<Noise>,
 }
@@ -94,7 +91,6 @@ impl Context {
         Some(Model {
             samples: &self.samples,
             options: &self.options,
-            directions: &self.directions,
             noise: self.noise.as_ref()?,
         })
     }
@@ -132,8 +128,6 @@ struct Candidate {
 /// A move that goes on.
 #[derive(Debug, Clone)]
 struct Live {
-    /// Where it began, of all samples.
-    start: usize,
     /// Up to what is known for good: the last stance, or where a rest was looked for.
     trail: Track,
     /// Up to the last whole node.
@@ -143,20 +137,72 @@ struct Live {
     path: Vec<PathNode>,
 }
 
+/// A filter that goes on through a move.
+#[derive(Debug, Clone)]
+struct Track {
+    filter: Filter,
+    /// First sample of the move.
+    start: usize,
+    /// Σ ω² and the number of samples in it, and by how much it has widened the bias.
+    squares: f64,
+    count: usize,
+    inflated: f64,
+}
+
+impl Track {
+    fn new(model: &Model<'_>, mut filter: Filter) -> Track {
+        filter.run(model, &Action::StartMove(0), None);
+        Track {
+            start: filter.at,
+            filter,
+            squares: 0.0,
+            count: 0,
+            inflated: 0.0,
+        }
+    }
+
+    /// Goes on to a sample, from node to node, which are added to `path`.
+    fn advance(&mut self, model: &Model<'_>, to: usize, mut path: Option<&mut Vec<PathNode>>) {
+        let node = node_len(model.samples);
+        let recent = model.samples.count_in(RECENT_S);
+        while self.filter.at < to {
+            let span = self.filter.at..to.min(self.filter.at + node);
+            let mean_square = self.filter.mean_square_rate(model, span.clone());
+            self.squares += mean_square * span.len() as f64;
+            self.count += span.len();
+            let rate_sd = model.options.calibration.rate_sd();
+            let variance = rectified(self.squares / self.count as f64, rate_sd);
+            if variance > self.inflated {
+                let more = Action::InflateRateBias(variance - self.inflated);
+                self.filter.run(model, &more, None);
+                self.inflated = variance;
+            }
+            if let Some(path) = &mut path {
+                path.push(PathNode::forward(&self.filter.node()));
+            }
+            let since = self.start.max(span.end.saturating_sub(recent));
+            let propagate = Action::Propagate {
+                to: span.end,
+                node,
+                excess: model.noise.excess(since, span.end),
+            };
+            self.filter.run(model, &propagate, None);
+        }
+    }
+}
+
 impl Stepper {
     /// Before the first sample. Samples come every `period_s` and are written in steps of `resolution`, m/s²
-    /// and rad/s, 0 where they are unknown. If an option is negative or no number, nothing is ever known.
+    /// and rad/s, 0 where they are unknown. If an option is negative or no number, no sample is taken.
     #[must_use]
     pub fn new(options: &MotionOptions, period_s: f64, resolution: [f64; 6]) -> Stepper {
         Stepper {
             source: RestDetector::new(period_s, resolution),
             context: Context {
                 samples: Samples::empty(period_s, resolution),
-                directions: Directions::new(&options.calibration),
                 options: options.clone(),
                 noise: None,
             },
-            forgotten: 0,
             interrupted: false,
             candidate: None,
             stances: None,
@@ -167,21 +213,25 @@ impl Stepper {
             undo: None,
             tape: Tape::new(Keep::Nothing),
             motion: None,
-            state: SampleState::UNKNOWN,
         }
     }
 
     /// Takes a sample: time, s, specific force, m/s², and angular rate, rad/s. With or without a gyroscope,
-    /// all samples are like the first. What is no measurement changes nothing: values that are not finite or
-    /// beyond any sensor, and a time that is not later.
+    /// all samples are like the first.
     ///
-    /// The state is that at the sample, NaN before the first rest was found.
-    pub fn push(&mut self, time_s: f64, force: [f64; 3], rate: Option<[f64; 3]>) -> SampleState {
-        if self.context.options.are_possible() && self.add(time_s, force, rate) {
-            self.update();
-            self.state = self.state_here().unwrap_or(SampleState::UNKNOWN);
+    /// The state is that at the sample, NaN before the first rest was found. None of what is no measurement, which
+    /// changes nothing: values that are not finite or beyond any sensor, and a time that is not later.
+    pub fn push(
+        &mut self,
+        time_s: f64,
+        force: [f64; 3],
+        rate: Option<[f64; 3]>,
+    ) -> Option<SampleState> {
+        if !self.context.options.are_possible() || !self.add(time_s, force, rate) {
+            return None;
         }
-        self.state
+        self.update();
+        Some(self.state_here().unwrap_or(SampleState::UNKNOWN))
     }
 
     /// Something is missing before the next sample, whatever its time says.
@@ -206,20 +256,14 @@ impl Stepper {
             stepper.add(samples.time_s[i], samples.force[i], rate);
             let last = i + 1 == samples.len();
             while let Some(one) = bridged.next_if(|b| b.rows.end <= i || last) {
-                let local = |row: usize| row.saturating_sub(stepper.forgotten);
-                let rows = local(one.rows.start)..local(one.rows.end);
-                let one = Bridged {
-                    rows,
-                    ..one.clone()
-                };
-                stepper.context.samples.bridged.push(one);
+                stepper.context.samples.bridged.push(one.clone());
             }
             stepper.update();
         }
         stepper.finish();
-        let mut motion = stepper.motion.take().unwrap_or_default();
-        let path = std::mem::take(&mut motion.path).into_iter();
-        motion.path = path.map(|node| node.with_clock(options.clock_sd)).collect();
+        let mut motion = stepper.motion.unwrap_or_default();
+        let path = stepper.tape.path.into_iter();
+        motion.path = path.map(PathNode::with_clock).collect();
         let moves = motion.moves.iter_mut();
         moves.for_each(|m| m.count_bridged(&samples.bridged));
         motion.noise = stepper.context.noise.as_ref().map(Noise::of_rests);
@@ -242,7 +286,9 @@ impl Stepper {
         }
         self.consider(self.context.samples.len(), false);
         self.go_on();
-        self.forget();
+        if self.motion.is_none() {
+            self.forget();
+        }
     }
 
     fn take(&mut self, event: RestEvent) {
@@ -325,7 +371,7 @@ impl Stepper {
             motion.rests.truncate(rests);
             motion.moves.truncate(moves);
             motion.stances.truncate(stances);
-            motion.path.truncate(nodes);
+            self.tape.path.truncate(nodes);
         }
     }
 
@@ -386,10 +432,11 @@ impl Stepper {
 
     fn begin_rest(&mut self, rest: Range<usize>) {
         let is_first = self.context.noise.is_none();
+        let nodes = self.tape.path.len();
         let counts = self
             .motion
             .as_ref()
-            .map(|m| [m.rests.len(), m.moves.len(), m.stances.len(), m.path.len()]);
+            .map(|m| [m.rests.len(), m.moves.len(), m.stances.len(), nodes]);
         self.undo = (!is_first).then(|| {
             Box::new(Undo {
                 filter: self.filter.clone(),
@@ -399,8 +446,7 @@ impl Stepper {
             })
         });
         if let Some(motion) = &mut self.motion {
-            let end = rest.end + self.forgotten;
-            motion.rests.push(rest.start + self.forgotten..end);
+            motion.rests.push(rest.clone());
         }
         if is_first {
             self.learn(&rest);
@@ -431,10 +477,8 @@ impl Stepper {
         let span = at..first_second.end.max(at + 1);
         close(&model, &mut self.tape, &mut filter, span.clone());
         if let (Some((mut one, stances)), Some(motion)) = (closed, &mut self.motion) {
-            take_displacement(&model, &mut filter, &mut one);
-            one.samples = one.samples.start + self.forgotten..one.samples.end + self.forgotten;
+            take_displacement(&mut filter, &mut one);
             motion.moves.push(one);
-            let stances = stances.iter().map(|s| s + self.forgotten);
             motion.stances.extend(stances);
         }
         self.tape.run(&model, &mut filter, Action::Halt { to: at });
@@ -443,24 +487,12 @@ impl Stepper {
             node: PathNode::forward(&filter.node()),
         };
         self.filter = Some(filter);
-        self.keep_path();
-    }
-
-    /// Nodes of the tape, counted from the first sample of all.
-    fn keep_path(&mut self) {
-        let nodes = self.tape.path.drain(..);
-        if let Some(motion) = &mut self.motion {
-            motion.path.extend(nodes.map(|mut node| {
-                node.sample += self.forgotten;
-                node
-            }));
-        }
     }
 
     fn end_rest(&mut self, end: usize) {
         self.undo = None;
         if let Some(rest) = self.motion.as_mut().and_then(|m| m.rests.last_mut()) {
-            rest.end = (end + self.forgotten).max(rest.start + 1);
+            rest.end = end.max(rest.start + 1);
         }
         let closed = match &mut self.phase {
             Phase::Rest { closed, .. } => *closed,
@@ -471,11 +503,12 @@ impl Stepper {
         };
         let end = end.max(filter.at + 1);
         filter.run(&model, &Action::Halt { to: end - 1 }, None);
-        self.tape.path.push(PathNode::forward(&filter.node()));
+        if self.motion.is_some() {
+            self.tape.path.push(PathNode::forward(&filter.node()));
+        }
         level_before_move(&model, &mut self.tape, &mut filter, closed.min(end));
         let trail = Track::new(&model, filter.clone());
         self.phase = Phase::Move(Box::new(Live {
-            start: filter.at + self.forgotten,
             ahead: trail.clone(),
             trail,
             walks: false,
@@ -486,7 +519,6 @@ impl Stepper {
         }
         self.filter = Some(filter);
         self.stances_here.retain(|s| s.sample >= end);
-        self.keep_path();
     }
 
     /// Goes on with a move to the last whole node.
@@ -498,12 +530,11 @@ impl Stepper {
         let last = self.context.samples.len() - 1;
         let steps = match (&self.phase, self.candidate) {
             (Phase::Move(live), candidate) if found => {
-                let start = live.start - self.forgotten + 1;
                 // In a walk those before are known.
                 let from = if live.walks {
                     live.trail.filter.at
                 } else {
-                    start
+                    live.trail.start + 1
                 };
                 let end = candidate.map_or(usize::MAX, |c| c.start);
                 let mut steps = self.stances_away(from, end);
@@ -535,12 +566,8 @@ impl Stepper {
             live.ahead.advance(&model, to, None);
         }
         let to = whole(live.ahead.filter.at);
-        let mut path = self.motion.is_some().then(Vec::new);
-        live.ahead.advance(&model, to, path.as_mut());
-        live.path.extend(path.into_iter().flatten().map(|mut node| {
-            node.sample += self.forgotten;
-            node
-        }));
+        let path = self.motion.is_some().then_some(&mut live.path);
+        live.ahead.advance(&model, to, path);
     }
 
     /// The filter of a move at the last sample.
@@ -563,10 +590,10 @@ impl Stepper {
     }
 
     fn state(&self, filter: &Filter, node: &PathNode, at_rest: bool) -> Option<SampleState> {
-        let correction = filter.nominal.correction(&self.context.directions);
+        let correction = filter.nominal.correction(&self.context.options.calibration);
         let force = correction.force(self.context.samples.force.last()?);
         let gravity = Vector3::new(0.0, 0.0, filter.nominal.gravity);
-        let node = node.clone().with_clock(self.context.options.clock_sd);
+        let node = node.clone().with_clock();
         Some(SampleState {
             at_rest,
             attitude: node.attitude,
@@ -593,7 +620,7 @@ impl Stepper {
         self.go_on();
         let last = self.context.samples.len() - 1;
         let steps = match &self.phase {
-            Phase::Move(live) => self.steps(live.start - self.forgotten + 1, usize::MAX),
+            Phase::Move(live) => self.steps(live.trail.start + 1, usize::MAX),
             _ => Vec::new(),
         };
         let filter = match &self.phase {
@@ -607,13 +634,12 @@ impl Stepper {
         let Some(motion) = &mut self.motion else {
             return;
         };
-        let count = last + 1 + self.forgotten;
         match &mut self.phase {
             Phase::Unknown => {}
             Phase::Rest { .. } => {
                 filter.run(&model, &Action::Halt { to: last }, None);
                 if let Some(rest) = motion.rests.last_mut() {
-                    rest.end = count;
+                    rest.end = last + 1;
                 }
             }
             Phase::Move(live) => {
@@ -625,22 +651,16 @@ impl Stepper {
                     rest: None,
                     stances: &stances,
                 };
-                let start = live.start.saturating_sub(self.forgotten);
-                if live.start < count - 1 {
-                    let mut one = leg.result(&model, start..last, None);
-                    take_displacement(&model, &mut filter, &mut one);
-                    one.samples = live.start..count - 1;
+                if live.trail.start < last {
+                    let mut one = leg.result(&model, live.trail.start..last, None);
+                    take_displacement(&mut filter, &mut one);
                     motion.moves.push(one);
                 }
-                motion
-                    .stances
-                    .extend(stances.iter().map(|s| s + self.forgotten));
-                motion.path.append(&mut live.path);
+                motion.stances.extend(stances);
+                self.tape.path.append(&mut live.path);
             }
         }
-        let mut node = PathNode::forward(&filter.node());
-        node.sample = count - 1;
-        motion.path.push(node);
+        self.tape.path.push(PathNode::forward(&filter.node()));
     }
 
     /// Forgets samples that nothing needs.
@@ -681,6 +701,9 @@ impl Stepper {
         self.stances_here.iter_mut().for_each(|s| s.forget(count));
         self.source.forget(count);
         self.context.samples.forget(count);
-        self.forgotten += count;
     }
+}
+
+fn node_len(samples: &Samples) -> usize {
+    samples.count_in(NODE_S).max(1)
 }

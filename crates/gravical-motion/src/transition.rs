@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
-use crate::noise::Density;
+use crate::noise::{Density, Noise};
 use crate::odd::Sensor;
+use crate::options::MotionOptions;
 use crate::samples::Samples;
 use crate::state::{
-    ATTITUDE, Correction, Directions, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
-    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, VELOCITY,
+    ATTITUDE, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal, POSITION,
+    RATE_BIAS, RATE_PARAMETERS, VELOCITY,
 };
 
 /// What of the bend of the force between three samples, (h/12) Δ²f, is an error of the trapezoid. Without
@@ -23,7 +24,14 @@ const GAP_RATE_RAD_S: f64 = 1.0;
 /// An interruption of unknown length counts as a gap that long, s: enough that no rest after it is doubted.
 const INTERRUPTED_S: f64 = 1.0;
 /// A rate that noise makes, rad/s: what turns slower does not turn.
-pub(crate) const MIN_TURN_RAD_S: f64 = 0.03;
+const MIN_TURN_RAD_S: f64 = 0.03;
+/// Standard deviation of the tilt that a move without a gyroscope may have, degrees, and the time over which it
+/// has that, s.
+const TILT_DEG: f64 = 0.5;
+const TILT_S: f64 = 10.0;
+/// A table does not tilt, but it turns: what a move without a gyroscope turns about the vertical, over
+/// its tilt.
+const YAW_OVER_TILT: f64 = 20.0;
 
 /// Error propagation over one node: x(end) = F x(start) + w, covariance of w Q.
 #[derive(Debug, Clone)]
@@ -54,28 +62,30 @@ struct Sums {
     unsteady: f64,
 }
 
-/// What integration needs besides the state.
+/// What the filter knows besides its state.
 #[derive(Clone, Copy)]
-pub(crate) struct Integrator<'a> {
+pub(crate) struct Model<'a> {
     pub samples: &'a Samples,
-    pub directions: &'a Directions,
-    /// White noise, sensor axes.
-    pub noise: Density,
-    /// Density of the tilt of a move without a gyroscope, rad²/s.
-    pub tilt: Vector3<f64>,
+    pub options: &'a MotionOptions,
+    pub noise: &'a Noise,
 }
 
-impl Integrator<'_> {
+impl Model<'_> {
+    /// Density of the tilt of a move without a gyroscope, rad²/s.
+    fn tilt(&self) -> Vector3<f64> {
+        if self.samples.has_gyro() {
+            return Vector3::zeros();
+        }
+        let density = TILT_DEG.to_radians().powi(2) / TILT_S;
+        Vector3::new(density, density, density * YAW_OVER_TILT.powi(2))
+    }
+
     /// Integrates samples `span.start` to `span.end`, that one included, into `nominal` (trapezoid), and its
     /// errors to first order. `excess` is noise beyond that of the rests, world axes.
-    pub fn step(
-        &self,
-        nominal: &mut Nominal,
-        correction: &Correction,
-        span: Range<usize>,
-        excess: &Density,
-    ) -> Transition {
+    pub fn step(&self, nominal: &mut Nominal, span: Range<usize>, excess: &Density) -> Transition {
         let samples = self.samples;
+        let correction = nominal.correction(&self.options.calibration);
+        let rate_sd = self.options.calibration.rate_sd();
         let start = nominal.attitude;
         let mut sums = Sums {
             force: Matrix3::zeros(),
@@ -114,7 +124,7 @@ impl Integrator<'_> {
             let mean_rate = (rate + next_rate) * 0.5;
             let speed = mean_rate.norm();
             turned_rad += (speed - MIN_TURN_RAD_S).max(0.0) * h;
-            sums.unsteady += (self.directions.rate_sd * speed).powi(2) * UNSTEADY_S * h;
+            sums.unsteady += (rate_sd * speed).powi(2) * UNSTEADY_S * h;
             sums.force += mean_force.cross_matrix() * h;
             sums.attitude += (nominal.attitude + next) * (0.5 * h);
             let turn = nominal.attitude * h;
@@ -131,7 +141,7 @@ impl Integrator<'_> {
             (rate, force) = (next_rate, next_force);
         }
         let seconds = samples.time_s[span.end] - samples.time_s[span.start];
-        let (q, q_rate) = self.noise(&span, &start, &sums, seconds, excess);
+        let (q, q_rate) = self.process_noise(&span, &start, &sums, seconds, excess);
         Transition {
             f: self.derivatives(&sums, seconds),
             q,
@@ -169,8 +179,8 @@ impl Integrator<'_> {
         set(ATTITUDE, RATE_BIAS, &-sums.attitude);
         f[(VELOCITY + 2, GRAVITY)] = -seconds;
         f[(POSITION + 2, GRAVITY)] = -seconds * half;
-        for (k, matrix) in self.directions.rate.iter().enumerate() {
-            let attitude = contract(&sums.rate_by_axis, matrix);
+        for (k, matrix) in self.options.calibration.rate_directions().enumerate() {
+            let attitude = contract(&sums.rate_by_axis, &matrix);
             let velocity = sums.force * attitude * -0.5;
             let column = RATE_PARAMETERS + k;
             f.fixed_view_mut::<3, 1>(POSITION, column)
@@ -180,8 +190,8 @@ impl Integrator<'_> {
             f.fixed_view_mut::<3, 1>(ATTITUDE, column)
                 .copy_from(&attitude);
         }
-        for (k, (matrix, offset)) in self.directions.force.iter().enumerate() {
-            let velocity = contract(&sums.force_by_axis, matrix) + sums.attitude * offset;
+        for (k, (matrix, offset)) in self.options.calibration.force_directions().enumerate() {
+            let velocity = contract(&sums.force_by_axis, &matrix) + sums.attitude * offset;
             let column = FORCE_PARAMETERS + k;
             f.fixed_view_mut::<3, 1>(POSITION, column)
                 .copy_from(&(velocity * half));
@@ -192,7 +202,7 @@ impl Integrator<'_> {
     }
 
     /// Process noise: white noise of both sensors, and what was bridged, bent or missing.
-    fn noise(
+    fn process_noise(
         &self,
         span: &Range<usize>,
         start: &Matrix3<f64>,
@@ -210,12 +220,11 @@ impl Integrator<'_> {
             start * Matrix3::from_diagonal(&(rest * seconds + unmeasured)) * start.transpose()
                 + Matrix3::from_diagonal(&(excess * seconds))
         };
-        let force = white(&self.noise.force, &unmeasured.force, &excess.force);
-        let rate = white(
-            &self.noise.rate,
-            &unmeasured.rate,
-            &(excess.rate + self.tilt),
-        ) + Matrix3::identity() * sums.unsteady;
+        let noise = &self.noise.white;
+        let force = white(&noise.force, &unmeasured.force, &excess.force);
+        let tilts = excess.rate + self.tilt();
+        let rate =
+            white(&noise.rate, &unmeasured.rate, &tilts) + Matrix3::identity() * sums.unsteady;
         let mut q = SMatrix::<f64, 9, 9>::zeros();
         let set = |q: &mut SMatrix<f64, 9, 9>, i: usize, j: usize, block: &Matrix3<f64>| {
             q.fixed_view_mut::<3, 3>(i, j).copy_from(block);

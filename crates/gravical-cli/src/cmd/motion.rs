@@ -1,28 +1,115 @@
 //! `gravical motion`: velocity and position with error bands.
 
-mod args;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionResult, motion, write_table};
+use gravical::motion::{
+    Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, motion, write_table,
+};
 use gravical::noise::read_noise;
 use gravical::output::write_atomic;
-use gravical::recording::{Recording, join_gyroscope, read_samples};
+use gravical::recording::{ReadOptions, Recording, join_gyroscope, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::report;
 
+use crate::calibration::{OriginArgs, files_of};
 use crate::failure::QUALITY;
-use crate::options::reading;
-use crate::report::{check_outputs, with_origin};
+use crate::figures::FigureArgs;
+use crate::options::{GravityArgs, reading};
+use crate::report::{ReportArgs, check_outputs, with_origin};
 use crate::table::Target;
 use crate::text;
 
-pub use args::Args;
+/// Compute velocity and position with error bands
+///
+/// Finds the rests, subtracts gravity using the attitude, integrates, and sets the velocity to zero at
+/// the rests. The table goes to -o or a pipe, the summary to stderr.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Keep the sensor at rest for some seconds before and after each move.
+
+Example: gravical motion walk.csv -c cal.json -o track.csv --report motion.html
+
+Exit codes: 0 computed, 3 bad input, 4 no move is usable (the table is written)")]
+pub struct Args {
+    /// Recording, plain or .gz; - reads standard input
+    #[arg(value_name = "RECORDING")]
+    input: PathBuf,
+    /// Table (CSV); - is stdout [default: if no terminal]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgs,
+    #[command(flatten)]
+    figures: FigureArgs,
+    /// File of `gravical calibrate` or imucal, or a folder
+    #[arg(short, long, value_name = "CAL")]
+    calibration: Option<PathBuf>,
+    /// Result of `gravical noise`, for the bands
+    #[arg(long, value_name = "FILE")]
+    noise: Option<PathBuf>,
+    /// Gyroscope in a second file, joined by time
+    #[arg(long, value_name = "FILE")]
+    gyro: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    force: bool,
+    /// Print the result as JSON; the table needs -o
+    #[arg(long)]
+    pub json: bool,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    method: MotionOptions,
+    #[command(flatten)]
+    origin: OriginArgs,
+    #[command(flatten)]
+    truth: TruthArgs,
+    #[command(flatten)]
+    gravity: GravityArgs,
+    #[command(flatten)]
+    recording: ReadOptions,
+}
+
+#[derive(Debug, clap::Args)]
+struct TruthArgs {
+    /// Reference positions: t_s,px_m,py_m,pz_m
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+}
+
+impl Args {
+    /// All input files.
+    fn files(&self) -> Vec<PathBuf> {
+        let others = [&self.gyro, &self.noise, &self.truth.truth];
+        let files = [&self.input]
+            .into_iter()
+            .chain(others.into_iter().flatten());
+        let calibrations = self.calibration.iter().flat_map(|path| files_of(path));
+        files.cloned().chain(calibrations).collect()
+    }
+
+    /// The reference; none without --truth.
+    ///
+    /// # Errors
+    ///
+    /// `truth-stdin` (usage) for standard input.
+    fn truth(&self) -> Result<Option<&Path>> {
+        let path = self.truth.truth.as_deref();
+        if path == Some(Path::new("-")) {
+            return Err(
+                Error::usage("truth-stdin", "--truth reads a file, not standard input")
+                    .with_hint("write the reference to a file first"),
+            );
+        }
+        Ok(path)
+    }
+}
 
 /// Runs the command.
 ///
@@ -40,7 +127,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.force,
     )?;
     let noise = args.noise.as_deref().map(read_noise).transpose()?;
-    let options = args.options(noise.as_ref().map(|(result, _)| result.section()))?;
+    let options = MotionOptions {
+        noise: noise.as_ref().map(|(result, _)| result.section()),
+        gravity: args.gravity.given()?,
+        ..args.method.clone()
+    };
     options.validate()?;
     let truth = args.truth()?;
     // A report lists the checksum of its input.
@@ -80,9 +171,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Target::Stdout | Target::Nowhere => {}
     }
     let drawn = args.report.is_wanted() || args.figures.figures.is_some();
-    let figures = match drawn {
-        true => figure::motion::figures(&motion),
-        false => Vec::new(),
+    let figures = if drawn {
+        figure::motion::figures(&motion)
+    } else {
+        Vec::new()
     };
     args.figures.write(&figures, args.force, args.quiet)?;
     if args.report.is_wanted() {

@@ -6,7 +6,7 @@ use gravical_motion::{
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{estimate, options, unbridged};
+use crate::study::{causal, estimate, options, unbridged};
 
 fn motion_of(recording: &Recording) -> Motion {
     let samples = unbridged(&recording.time_s, &recording.force, &recording.rate);
@@ -69,10 +69,6 @@ fn parts_of_a_recording_agree_with_it() {
 
 #[test]
 fn a_causal_run_does_not_look_ahead() {
-    let causal = MotionOptions {
-        causal: true,
-        ..options()
-    };
     let recording = Scene {
         moves: 3,
         ..Scene::new(11, Trouble::Wobble(0.1))
@@ -85,7 +81,7 @@ fn a_causal_run_does_not_look_ahead() {
             &recording.force[..n],
             &recording.rate[..n],
         );
-        estimate_motion(&part, &causal)
+        estimate_motion(&part, &causal())
     };
     let (whole, part) = (run(f64::MAX), run(18.0));
     // Both know the second move; what came after it changes neither that nor the path before.
@@ -113,13 +109,7 @@ fn the_smoother_ends_where_the_filter_does() {
         ..Scene::new(12, Trouble::None)
     };
     let (recording, whole) = estimate(&scene, &options());
-    let (_, causal) = estimate(
-        &scene,
-        &MotionOptions {
-            causal: true,
-            ..options()
-        },
-    );
+    let (_, causal) = estimate(&scene, &causal());
     let (a, b) = (whole.path.last().unwrap(), causal.path.last().unwrap());
     assert_near(a.position_m, b.position_m, a.position_sd_m[0]);
     let total = recording.displacement * 3.0;
@@ -196,8 +186,8 @@ proptest! {
         let rate = if gyro { force.iter().map(|f| [f[1], f[0], f[1] * 0.1]).collect() } else { Vec::new() };
         let bridged = bridge_odd(&time_s, &mut force, Sensor::Accelerometer, &[19.6, 0.0], 5.0);
         let samples = Samples::new(&time_s, &force, &rate, bridged, resolutions(&force, &rate));
-        let rests_s = given.then(|| vec![(0.0, 1.0), (f64::NAN, 3.0), (2.0, 1e300)]);
-        let options = MotionOptions { causal, rests_s, zero_velocity, ..options() };
+        let rests = given.then(|| vec![0..still / 2, still / 2 + 3..still]);
+        let options = MotionOptions { causal, rests, zero_velocity, ..options() };
         let motion = estimate_motion(&samples, &options);
         prop_assert!(motion.rests.iter().all(|r| r.start < r.end && r.end <= samples.len()));
         prop_assert!(motion.rests.windows(2).all(|w| w[0].end <= w[1].start));

@@ -126,7 +126,8 @@ fn walks_close_as_samples_come() {
         // What a stepper says at the end is the same.
         let channels = samples.channels();
         let mut stepper = Stepper::new(&causal, channels.period_s, channels.resolution);
-        let states = (0..rows.len()).map(|i| stepper.push(time_s[i], force[i], Some(rate[i])));
+        let states =
+            (0..rows.len()).filter_map(|i| stepper.push(time_s[i], force[i], Some(rate[i])));
         let last = states.last().unwrap().position_m;
         let node = motion.path.last().unwrap().position_m;
         assert!(norm([0, 1, 2].map(|c| last[c] - node[c])) < 1e-9);

@@ -1,22 +1,32 @@
 //! Errors against bands over many recordings.
 
 use gravical_motion::{
-    CalibrationUncertainty, Ends, Motion, MotionOptions, Samples, Sensor, bridge_odd,
-    estimate_motion, hung_rows, resolutions,
+    CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
+    bridge_odd, estimate_motion, hung_rows, resolutions,
 };
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
 
 pub fn options() -> MotionOptions {
-    let mut calibration = CalibrationUncertainty::independent(FORCE_SD, RATE_SD[1], BIAS_SD);
-    for (k, matrix) in calibration.rate.iter_mut().enumerate() {
-        if k % 4 == 0 {
-            matrix[k / 3][k / 3] = RATE_SD[0];
-        }
-    }
+    let errors = |scale: f64, cross: f64| ElementErrors {
+        scale,
+        cross,
+        bias_mps2: BIAS_SD,
+    };
     MotionOptions {
-        calibration,
+        calibration: CalibrationUncertainty {
+            force: errors(FORCE_SD, FORCE_SD).directions(),
+            rate: errors(RATE_SD[0], RATE_SD[1]).matrices(),
+            ..CalibrationUncertainty::default()
+        },
         ..MotionOptions::default()
+    }
+}
+
+pub fn causal() -> MotionOptions {
+    MotionOptions {
+        causal: true,
+        ..options()
     }
 }
 

@@ -3,7 +3,7 @@
 use gravical_motion::{MotionOptions, estimate_motion};
 
 use crate::simulated::{Scene, Trouble};
-use crate::study::{Study, estimate, kinds, options, samples};
+use crate::study::{Study, causal, estimate, kinds, options, samples};
 
 /// 150 seeds of the tables are 1000 to 1149; these are others.
 fn study(name: &str, seeds: u64, options: &MotionOptions) -> Study {
@@ -89,17 +89,13 @@ fn tilts_are_in_the_bands_without_a_gyroscope() {
 
 #[test]
 fn causal_bands_hold() {
-    let causal = MotionOptions {
-        causal: true,
-        ..options()
-    };
     for (name, rms_mm) in [
         ("plain", 3.6),
         ("slow 8 s", 40.0),
         ("wobble ±3°", 5.5),
         ("cart", 100.0),
     ] {
-        let study = study(name, 20, &causal);
+        let study = study(name, 20, &causal());
         assert!(study.found >= 19, "{name}: {}", study.found);
         assert!(study.rms_mm() < rms_mm, "{name}: {} mm", study.rms_mm());
         assert!(study.coverage(2.0) > 0.9, "{name}: {}", study.coverage(2.0));
@@ -205,24 +201,12 @@ fn bands_hold_inside_a_move() {
 }
 
 #[test]
-fn rests_may_be_given_in_any_order_and_options_must_be_possible() {
+fn options_must_be_possible() {
     let scene = Scene::new(3, Trouble::None);
-    let recording = scene.record();
-    let samples = samples(&recording, scene.ranges);
-    let (from_s, to_s) = recording.moves_s[0];
-    let last_s = recording.time_s[recording.time_s.len() - 1];
-    let with = |rests_s: Vec<(f64, f64)>| MotionOptions {
-        rests_s: Some(rests_s),
-        ..options()
-    };
-    let in_order = estimate_motion(&samples, &with(vec![(0.0, from_s), (to_s, last_s)]));
-    let halves = [(to_s, last_s), (1.0, from_s), (0.0, 1.0), (f64::NAN, 2.0)];
-    let mixed = estimate_motion(&samples, &with(halves.to_vec()));
-    assert_eq!(mixed, in_order);
-    assert_eq!(mixed.moves.len(), 1);
-    for clock_sd in [f64::NAN, -1.0] {
+    let samples = samples(&scene.record(), scene.ranges);
+    for max_stance_rate_rad_s in [f64::NAN, -1.0] {
         let options = MotionOptions {
-            clock_sd,
+            max_stance_rate_rad_s,
             ..options()
         };
         assert_eq!(estimate_motion(&samples, &options).moves, []);

@@ -98,7 +98,8 @@ class States(NamedTuple):
     sigma_velocity: Floats
     sigma_position: Floats
     still: npt.NDArray[np.bool_]
-    #: False for samples that were left out: a value is missing, or the time falls behind.
+    #: False for samples that were left out: a value is missing or beyond any sensor, or the time
+    #: falls behind.
     taken: npt.NDArray[np.bool_]
 
 

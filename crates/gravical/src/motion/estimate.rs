@@ -4,13 +4,17 @@ use std::ops::Range;
 
 use gravical_motion::{
     CalibrationUncertainty, MotionOptions as EngineOptions, RestNoise, SampleState, Samples,
-    estimate_motion, estimate_motion_between,
+    estimate_motion,
 };
+use gravical_signal::detect_rests;
 
-use super::intervals::Intervals;
 use super::options::MotionOptions;
-use super::report_procedure::ReportProcedure;
 use crate::recording::Meter;
+
+/// Rows that the mean of the student report is over.
+const ROWS: usize = 500;
+/// What a rest may miss of them at its end: half a block of the detector, s.
+const MISSED_S: f64 = 0.1;
 
 /// An estimate, and the samples that it is of.
 #[derive(Debug, Clone)]
@@ -20,41 +24,29 @@ pub(super) struct Estimate {
     /// In its place, where the procedure of the report was asked for.
     pub report: Option<ReportProcedure>,
     /// Velocity and position that are added.
-    v0_mps: [f64; 3],
+    pub v0_mps: [f64; 3],
     p0_m: [f64; 3],
 }
 
 impl Estimate {
-    /// By the filter, between rests that it finds or that the options give.
+    /// By the filter, between `rests` or those that it finds.
     pub fn new(
         samples: Samples,
         options: &MotionOptions,
         calibration: CalibrationUncertainty,
         noise: Option<RestNoise>,
+        rests: Option<Vec<Range<usize>>>,
     ) -> Self {
-        let engine = engine_options(options, calibration, noise);
-        let motion = estimate_motion(&samples, &engine);
-        Self::of(samples, motion, options)
-    }
-
-    /// By the filter and smoother, between the rests of another estimate of the same rows.
-    pub fn between_rests_of(
-        other: &Estimate,
-        samples: Samples,
-        options: &MotionOptions,
-        calibration: CalibrationUncertainty,
-        noise: Option<RestNoise>,
-    ) -> Self {
-        let engine = engine_options(options, calibration, noise);
-        let rests = other.rests_in(&samples);
-        let motion = estimate_motion_between(&samples, &engine, &rests);
-        Self::of(samples, motion, options)
-    }
-
-    fn of(samples: Samples, motion: gravical_motion::Motion, options: &MotionOptions) -> Self {
+        let engine = EngineOptions {
+            // Who knows the rests knows the whole.
+            causal: options.causal && rests.is_none(),
+            rests,
+            noise,
+            ..engine_options(options, calibration)
+        };
         Estimate {
+            motion: estimate_motion(&samples, &engine),
             samples,
-            motion,
             report: None,
             v0_mps: options.v0_mps.unwrap_or_default(),
             p0_m: options.p0_m,
@@ -83,11 +75,6 @@ impl Estimate {
         }
     }
 
-    /// Velocity that is added, m/s.
-    pub fn v0_mps(&self) -> [f64; 3] {
-        self.v0_mps
-    }
-
     /// One state for each sample.
     pub fn states(&self) -> Box<dyn Iterator<Item = SampleState> + '_> {
         let states: Box<dyn Iterator<Item = SampleState> + '_> = match &self.report {
@@ -109,20 +96,71 @@ impl Estimate {
 pub(super) fn engine_options(
     options: &MotionOptions,
     calibration: CalibrationUncertainty,
-    noise: Option<RestNoise>,
 ) -> EngineOptions {
-    let finite = |spans: &Intervals| {
-        let finite = spans.0.iter().map(|(from, to)| (*from, to.min(f64::MAX)));
-        finite.collect()
-    };
     EngineOptions {
         calibration,
         max_stance_rate_rad_s: options.stance_rate.0.unwrap_or(0.0),
-        rests_s: options.rests.as_ref().map(finite),
         causal: options.causal,
-        noise,
         zero_velocity: options.updates_at_rests(),
         stopped: options.meter.as_ref().map(Meter::flag),
         ..EngineOptions::default()
+    }
+}
+
+/// The procedure of the student report: the mean of the first rows off, trapezoid.
+///
+/// The mean that is subtracted, and whether the sensor moves while it is taken.
+#[derive(Debug, Clone)]
+pub(super) struct ReportProcedure {
+    mean_mps2: [f64; 3],
+    /// The first time within the averaged rows at which it moves, s.
+    pub moves_at_s: Option<f64>,
+}
+
+impl ReportProcedure {
+    pub fn new(samples: &Samples) -> Self {
+        let rows = 0..ROWS.min(samples.len());
+        let force = &samples.force_mps2()[rows.clone()];
+        let mean = |c: usize| force.iter().map(|f| f[c]).sum::<f64>() / force.len() as f64;
+        let rests = detect_rests(&samples.channels());
+        let first = rests.first().cloned().unwrap_or(0..0);
+        let t = samples.time_s();
+        let moved = if first.start > 0 { 0 } else { first.end };
+        let averaged_until_s = t[rows.end - 1];
+        ReportProcedure {
+            mean_mps2: std::array::from_fn(mean),
+            moves_at_s: t
+                .get(moved)
+                .copied()
+                .filter(|t| t + MISSED_S < averaged_until_s),
+        }
+    }
+
+    /// Velocity and position of each sample; without bands, in the axes of the sensor.
+    pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
+        let (mut velocity, mut position) = ([0.0; 3], [0.0; 3]);
+        let mut last: Option<(f64, [f64; 3])> = None;
+        let all = samples.time_s().iter().zip(samples.force_mps2());
+        all.map(move |(&t, force)| {
+            let acceleration: [f64; 3] = std::array::from_fn(|c| force[c] - self.mean_mps2[c]);
+            if let Some((before, a)) = last {
+                let h = t - before;
+                for c in 0..3 {
+                    let faster = 0.5 * (a[c] + acceleration[c]) * h;
+                    position[c] += (velocity[c] + 0.5 * faster) * h;
+                    velocity[c] += faster;
+                }
+            }
+            last = Some((t, acceleration));
+            SampleState {
+                at_rest: false,
+                attitude: [1.0, 0.0, 0.0, 0.0],
+                acceleration_mps2: acceleration,
+                velocity_mps: velocity,
+                velocity_sd_mps: [f64::NAN; 3],
+                position_m: position,
+                position_sd_m: [f64::NAN; 3],
+            }
+        })
     }
 }

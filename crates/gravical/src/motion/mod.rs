@@ -2,12 +2,11 @@
 //!
 //! # Overview
 //!
-//! 1. `scales`, `prepare`: units, drift with temperature, what is no measurement, calibration, time →
+//! 1. `prepare`: units, drift with temperature, what is no measurement, calibration, time →
 //!    [`gravical_motion::Samples`].
-//! 2. `uncertainty`: how far the calibration may be off. `misfit`: whether gravity at the rests
-//!    contradicts it.
+//! 2. `uncertainty`: how far the calibration may be off, and whether gravity at the rests contradicts it.
 //! 3. `estimate`: the filter of [`gravical_motion`], or the procedure of the student report.
-//! 4. `moves`, `result`, `track`, `table`: what is said, and the samples behind it. [`truth`]: beside a
+//! 4. `moves`, `result`, `words`, `track`: what is said, and the samples behind it. [`truth`]: beside a
 //!    reference.
 //!
 //! # Example
@@ -29,26 +28,21 @@
 //! ```
 
 mod estimate;
-mod intervals;
-mod misfit;
 mod moves;
 mod options;
 mod prepare;
-mod report_procedure;
 mod result;
-mod scales;
 mod stepper;
-mod table;
 mod track;
 pub mod truth;
 mod uncertainty;
-mod verdict;
 mod words;
 
+use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{CalibrationUncertainty, ForceDirection, RestNoise, Samples};
+use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceDirection, RestNoise, Samples};
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
@@ -57,23 +51,21 @@ use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
 use estimate::Estimate;
-use intervals::check_inside;
 use moves::{end, moves, visible_moves};
-use prepare::SensorRows;
-use scales::{Scales, scales};
+use prepare::{Scales, SensorRows, scales};
 use uncertainty::{
-    Assumed, DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
+    DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
     variance_of_magnitude,
 };
 
 pub use gravical_motion::SampleState;
-pub use intervals::Intervals;
-pub use misfit::GravityMisfit;
-pub use options::{GravityRemoval, MotionOptions, Procedure};
+pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
-pub use table::{table_columns, write_table};
-pub use track::{MotionSample, ReferenceTrack, Track, UncalibratedTrack};
+pub use track::{
+    MotionSample, ReferenceTrack, Track, UncalibratedTrack, table_columns, write_table,
+};
+pub use uncertainty::GravityMisfit;
 
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
 const BIAS_DRIFT_MPS2: f64 = 1e-3;
@@ -134,14 +126,13 @@ pub fn motion(
     let mut rows = SensorRows::new(recording, file, options, &scales, &mut findings)?;
     let samples = rows.calibrated()?;
     findings.extend(words::rows_left_out(recording, &samples, &rows.hung));
-    let rests_s = options.rests_s();
-    check_inside(samples.time_s(), rests_s)?;
-
+    let given = options.rests.as_ref();
     let work = Work {
         recording,
         file,
         options,
         scales: &scales,
+        rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
     };
     // Rests are found without the filters.
     let mut smoothed = None;
@@ -151,10 +142,7 @@ pub fn motion(
         findings.extend(smoothing);
         smoothed = Some(rows.calibrated()?);
     }
-    let plain = match file {
-        Some(_) => Some(rows.by_scale()?),
-        None => None,
-    };
+    let plain = file.map(|_| rows.by_scale()).transpose()?;
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
@@ -239,6 +227,8 @@ struct Work<'a> {
     file: Option<&'a CalibrationFile>,
     options: &'a MotionOptions,
     scales: &'a Scales,
+    /// Rests that are given, in samples.
+    rests: Option<Vec<Range<usize>>>,
 }
 
 impl Work<'_> {
@@ -251,9 +241,7 @@ impl Work<'_> {
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
         let directions = self.directions(&samples);
-        let calibration = self.calibration(&samples, directions.clone());
-        let own = Estimate::new(samples, self.options, calibration, None);
-        self.go_on()?;
+        let own = self.run(samples, directions.clone(), None, self.rests.clone())?;
         let misfit = self.misfit(&own, &own.samples, &directions);
         let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
         let doubts = self.doubts(misfit, raw_misfit, findings);
@@ -263,20 +251,16 @@ impl Work<'_> {
             return Ok((own, misfit));
         }
         let directions = in_twelve(directions.into_iter().chain(doubts).collect());
-        let mut own = match smoothed {
+        let (samples, noise, rests) = match smoothed {
             // Filters hide the noise, and do not make it less.
             Some(samples) => {
-                let calibration = self.calibration(&samples, directions);
-                let noise = noise.or(rest_noise);
-                Estimate::between_rests_of(&own, samples, self.options, calibration, noise)
+                let rests = own.rests_in(&samples);
+                (samples, noise.or(rest_noise), Some(rests))
             }
-            None => {
-                let calibration = self.calibration(&own.samples, directions);
-                Estimate::new(own.samples, self.options, calibration, noise)
-            }
+            None => (own.samples, noise, self.rests.clone()),
         };
+        let mut own = self.run(samples, directions, noise, rests)?;
         own.motion.noise = rest_noise;
-        self.go_on()?;
         Ok((own, misfit))
     }
 
@@ -285,20 +269,25 @@ impl Work<'_> {
         if own.report.is_some() {
             return Ok(Estimate::by_report(samples, self.options));
         }
-        let calibration = self.calibration(&samples, DATA_SHEET.directions());
-        let plain = Estimate::between_rests_of(own, samples, self.options, calibration, None);
-        self.go_on()?;
-        Ok(plain)
+        let rests = own.rests_in(&samples);
+        self.run(samples, DATA_SHEET.directions(), None, Some(rests))
     }
 
-    fn go_on(&self) -> Result<()> {
-        match self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
-            true => Err(Error::io(
-                Path::new(&self.recording.name),
-                std::io::Error::other("its motion was stopped"),
-            )),
-            false => Ok(()),
+    /// An estimate, unless it was stopped.
+    fn run(
+        &self,
+        samples: Samples,
+        directions: Vec<ForceDirection>,
+        noise: Option<RestNoise>,
+        rests: Option<Vec<Range<usize>>>,
+    ) -> Result<Estimate> {
+        let calibration = self.calibration(&samples, directions);
+        let estimate = Estimate::new(samples, self.options, calibration, noise, rests);
+        if self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
+            let stopped = std::io::Error::other("its motion was stopped");
+            return Err(Error::io(Path::new(&self.recording.name), stopped));
         }
+        Ok(estimate)
     }
 
     fn calibration(
@@ -323,7 +312,7 @@ impl Work<'_> {
         let Some(file) = self.file else {
             // Gravity itself may show more than a data sheet allows.
             let off = norm(&typical(samples)) / self.gravity().value_mps2 - 1.0;
-            return Assumed {
+            return ElementErrors {
                 scale: DATA_SHEET.scale.max(off.abs()),
                 ..DATA_SHEET
             }

@@ -4,7 +4,7 @@ use gravical_core::matrix3::norm;
 
 use super::estimate::Estimate;
 use super::options::MotionOptions;
-use super::result::{Ends, FinalState, Move, VisibleMove};
+use super::result::{FinalState, Move, VisibleMove};
 use super::words;
 
 /// Durations that visible moves are reported of, s.
@@ -21,27 +21,34 @@ pub(super) fn moves(
     let t = own.samples.time_s();
     if own.report.is_some() {
         let last = t.len() - 1;
-        let mut moves = vec![Move::new(t[0]..t[last], Ends::Free)];
+        let mut moves = vec![Move {
+            start_s: t[0],
+            end_s: t[last],
+            displacement_m: displacement(own),
+            uncalibrated_m: uncalibrated.and_then(displacement),
+            ..Move::default()
+        }];
         measure_paths(own, &mut moves);
-        moves[0].displacement_m = displacement(own);
-        moves[0].uncalibrated_m = uncalibrated.and_then(displacement);
         return moves;
     }
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
     let mut moves = Vec::with_capacity(own.motion.moves.len());
     for m in &own.motion.moves {
-        let mut one = Move::new(t[m.samples.start]..t[m.samples.end], m.ends);
-        one.stances = m.stances;
-        one.replaced = m.clipped + m.spiked;
-        one.closure = m.closure;
-        one.unusable = m
-            .unusable()
-            .map(words::unusable)
-            .or_else(|| unconfirmed(own, m, options));
+        let unusable = m.unusable.map(words::unusable);
+        let mut one = Move {
+            start_s: t[m.samples.start],
+            end_s: t[m.samples.end],
+            ends: m.ends,
+            closure: m.closure,
+            stances: m.stances,
+            replaced: m.replaced,
+            unusable: unusable.or_else(|| unconfirmed(own, m, options)),
+            ..Move::default()
+        };
         if one.unusable.is_none() {
             let middle = (m.samples.start + m.samples.end) / 2;
             let other = others.iter().find(|o| o.samples.contains(&middle));
-            let v0 = own.v0_mps();
+            let v0 = own.v0_mps;
             let carried =
                 |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
             one.displacement_m = Some(carried(m.displacement_m));
@@ -105,26 +112,20 @@ fn measure_paths(own: &Estimate, moves: &mut [Move]) {
 
 /// The end of the recording.
 pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
-    let is_known = moves.iter().all(|m| m.unusable.is_none());
-    let ends_unknown = |t_s: &f64| {
-        moves
-            .iter()
-            .any(|m| m.unusable.is_some() && m.end_s == *t_s)
-    };
-    let last = own.states().last();
-    let last = last.filter(|s| s.position_m.iter().all(|v| v.is_finite()));
+    let mut unusable = moves.iter().filter(|m| m.unusable.is_some());
+    let is_known = unusable.clone().next().is_none();
+    let last_s = own.samples.time_s().last();
+    let ends_unknown = unusable.any(|m| Some(&m.end_s) == last_s);
+    // At rest it is what may hide in the rest, not the noise.
+    let has_band = is_known && !options.no_bands && !moves.is_empty();
+    let is_finite = |v: [f64; 3]| v.iter().all(|v| v.is_finite());
+    let last = own.states().last().filter(|s| is_finite(s.position_m));
     FinalState {
         position_m: last.filter(|_| is_known).map(|s| s.position_m),
         sigma_m: last
-            .filter(|s| {
-                let bands = !options.no_bands && s.position_sd_m.iter().all(|v| v.is_finite());
-                // At rest it is what may hide in the rest, not the noise.
-                is_known && bands && !moves.is_empty()
-            })
-            .map(|s| s.position_sd_m),
-        velocity_mps: last
-            .filter(|_| !own.samples.time_s().last().is_some_and(ends_unknown))
-            .map(|s| s.velocity_mps),
+            .map(|s| s.position_sd_m)
+            .filter(|sigma| has_band && is_finite(*sigma)),
+        velocity_mps: last.filter(|_| !ends_unknown).map(|s| s.velocity_mps),
     }
 }
 

@@ -1,11 +1,11 @@
 //! How motion is computed.
 
 use std::fmt;
+use std::ops::Range;
 use std::str::FromStr;
 
 use serde::Deserialize;
 
-use super::intervals::{Intervals, check_intervals};
 use crate::calibration_file::NoiseSection;
 use crate::denoise::FilterSpec;
 use crate::gravity::Gravity;
@@ -75,6 +75,96 @@ impl FromStr for StanceRate {
                 format!("{text:?} is neither a rate in rad/s nor off"),
             )),
         }
+    }
+}
+
+/// A list of intervals in seconds: `0-5,7.2-`. Without an end an interval goes to
+/// the end of the recording, without a start it begins with it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Intervals(pub Vec<(f64, f64)>);
+
+impl FromStr for Intervals {
+    type Err = Error;
+
+    /// # Errors
+    ///
+    /// `rests-syntax` (usage) for anything that is no list of intervals, or an
+    /// interval that ends before it starts.
+    fn from_str(text: &str) -> Result<Self> {
+        let intervals = text.split(',').map(interval).collect::<Result<Vec<_>>>()?;
+        Ok(Intervals(intervals))
+    }
+}
+
+fn interval(text: &str) -> Result<(f64, f64)> {
+    let bad = |why: &str| {
+        Error::usage("rests-syntax", format!("interval {text:?}: {why}"))
+            .with_hint("write seconds as 0-5,7.2-: from 0 to 5 s, and from 7.2 s to the end")
+    };
+    // The dash of an exponent (1e-3) parts nothing.
+    let dash = text
+        .char_indices()
+        .find(|&(i, c)| c == '-' && !text[..i].ends_with(['e', 'E']));
+    let Some((dash, _)) = dash else {
+        return Err(bad("there is no dash between start and end"));
+    };
+    let number = |part: &str, open: f64| -> Result<f64> {
+        let part = part.trim();
+        if part.is_empty() {
+            return Ok(open);
+        }
+        match part.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(bad(&format!("{part:?} is no number"))),
+        }
+    };
+    let (start, end) = (&text[..dash], &text[dash + 1..]);
+    if start.trim().is_empty() && end.trim().is_empty() {
+        return Err(bad("neither a start nor an end"));
+    }
+    let pair = (number(start, 0.0)?, number(end, f64::INFINITY)?);
+    if pair.1 <= pair.0 {
+        return Err(bad("it ends before it starts"));
+    }
+    Ok(pair)
+}
+
+impl Intervals {
+    /// Spans of samples with these times, in order, joined where they touch.
+    ///
+    /// # Errors
+    ///
+    /// `rests-outside` (usage) where one holds fewer than two samples.
+    pub(super) fn spans(&self, time_s: &[f64]) -> Result<Vec<Range<usize>>> {
+        let mut spans = Vec::with_capacity(self.0.len());
+        for &(start, end) in &self.0 {
+            let from = time_s.partition_point(|t| *t < start);
+            let span = from..time_s.partition_point(|t| *t <= end);
+            if span.len() < 2 {
+                let until = if end.is_finite() {
+                    format!("{end} s")
+                } else {
+                    "the end".to_owned()
+                };
+                let [first, .., last] = time_s else { break };
+                let text = format!(
+                    "there are fewer than two samples in the rest from {start} s to {until}: \
+                     the recording goes from {first:.3} s to {last:.3} s"
+                );
+                return Err(Error::usage("rests-outside", text)
+                    .with_hint("seconds count from the first row of the recording"));
+            }
+            spans.push(span);
+        }
+        spans.sort_by_key(|span| span.start);
+        spans.dedup_by(|next, last| {
+            let touch = next.start <= last.end;
+            if touch {
+                last.end = last.end.max(next.end);
+            }
+            touch
+        });
+        Ok(spans)
     }
 }
 
@@ -211,12 +301,7 @@ impl MotionOptions {
     #[must_use]
     pub fn report() -> Self {
         MotionOptions {
-            gravity_removal: GravityRemoval::InitialMean,
-            smooth: vec![FilterSpec::SavitzkyGolay {
-                window: 5,
-                order: 2,
-                derivative: 0,
-            }],
+            procedure: Procedure::Report,
             ..Self::default()
         }
     }
@@ -226,20 +311,18 @@ impl MotionOptions {
     pub(super) fn resolved(&self) -> Self {
         let mut options = self.clone();
         if self.procedure == Procedure::Report {
-            let report = MotionOptions::report();
             if options.gravity_removal == GravityRemoval::default() {
-                options.gravity_removal = report.gravity_removal;
+                options.gravity_removal = GravityRemoval::InitialMean;
             }
             if options.smooth.is_empty() {
-                options.smooth = report.smooth;
+                options.smooth.push(FilterSpec::SavitzkyGolay {
+                    window: 5,
+                    order: 2,
+                    derivative: 0,
+                });
             }
         }
         options
-    }
-
-    /// Rests given by hand.
-    pub(super) fn rests_s(&self) -> &[(f64, f64)] {
-        self.rests.as_ref().map_or(&[], |rests| &rests.0)
     }
 
     /// Whether velocity is zero at rests; the mean of the first rows knows no rests.
@@ -252,8 +335,7 @@ impl MotionOptions {
     ///
     /// # Errors
     ///
-    /// `option-range` (usage); `rests-syntax` (usage) for a rest that is no number or ends before it
-    /// starts.
+    /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
         self.resolved().check()
     }
@@ -305,7 +387,6 @@ impl MotionOptions {
                 Error::range("v0", what).with_hint("leave it out, or add --zero-velocity off")
             );
         }
-        check_intervals(self.rests_s())?;
         if let Some(rate) = self.stance_rate.0
             && !(0.01..=5.0).contains(&rate)
         {

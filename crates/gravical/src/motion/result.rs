@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::misfit::GravityMisfit;
+use super::uncertainty::GravityMisfit;
 use crate::recording::Finding;
 
 /// Motion of one recording.
@@ -138,7 +138,7 @@ pub struct VisibleMove {
 }
 
 /// One move.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Move {
     /// Its start, s.
     pub start_s: f64,
@@ -167,27 +167,6 @@ pub struct Move {
     pub replaced: usize,
     /// Why its displacement cannot be known; null where it is.
     pub unusable: Option<String>,
-}
-
-impl Move {
-    /// A move of which nothing is known but its times, s.
-    pub(super) fn new(time_s: Range<f64>, ends: Ends) -> Self {
-        Move {
-            start_s: time_s.start,
-            end_s: time_s.end,
-            ends,
-            displacement_m: None,
-            sigma_m: None,
-            budget_m: None,
-            uncalibrated_m: None,
-            peak_speed_mps: None,
-            path_m: None,
-            closure: None,
-            stances: 0,
-            replaced: 0,
-            unusable: None,
-        }
-    }
 }
 
 /// State at the end.

@@ -5,8 +5,7 @@ use gravical_motion::{SampleState, Stepper};
 
 use super::estimate::engine_options;
 use super::options::{GravityRemoval, MotionOptions};
-use super::prepare::SensorRows;
-use super::scales::scales;
+use super::prepare::{SensorRows, scales};
 use super::track::MotionSample;
 use super::{Calibrated, Work};
 use crate::calibration_file::TemperatureModel;
@@ -112,9 +111,10 @@ impl MotionStepper {
             file,
             options,
             scales: &scales,
+            rests: None,
         };
         let calibration = work.calibration(&samples, work.directions(&samples));
-        let engine = engine_options(options, calibration, None);
+        let engine = engine_options(options, calibration);
         let channels = samples.channels();
         let unknown = [f64::NAN; 3];
         Ok(MotionStepper {
@@ -138,8 +138,8 @@ impl MotionStepper {
         })
     }
 
-    /// Takes the next sample; false if it is left out because a value is missing or its time is not
-    /// later.
+    /// Takes the next sample; false if it is left out because a value is missing or beyond any sensor, or its
+    /// time is not later.
     pub fn update(&mut self, readings: &Readings) -> bool {
         let t_s = readings.t_s.unwrap_or(self.count as f64 * self.step_s);
         self.count += 1;
@@ -158,15 +158,9 @@ impl MotionStepper {
             let rate = gyro.apply(at_reference(3, readings.gyro), on_board);
             self.axes.of_rates().to_case(rate)
         });
-        let later = self.last.t_s.is_nan() || t_s > self.last.t_s;
-        let whole = force
-            .iter()
-            .chain(rate.iter().flatten())
-            .all(|v| v.is_finite());
-        if !(later && whole && t_s.is_finite()) {
+        let Some(mut state) = self.engine.push(t_s, force, rate) else {
             return false;
-        }
-        let mut state = self.engine.push(t_s, force, rate);
+        };
         for (position, start) in state.position_m.iter_mut().zip(self.p0_m) {
             *position += start;
         }

@@ -17,7 +17,7 @@ use gravical_recording::{
     Format, HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, source, whole_lines,
 };
 
-use super::{Comparison, Motion, MotionResult, Move, MoveComparison, ReferenceTrack, Track};
+use super::{Comparison, Motion, Move, MoveComparison, ReferenceTrack};
 use crate::calibration_file::{InputFile, InputRole};
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording};
 use crate::{Error, Result};
@@ -217,19 +217,18 @@ fn no_columns(names: &[String]) -> Error {
 /// Columns called `px_m`, `pos_x`, `Position X (mm)` …, and metres of their unit; in a file of its own also
 /// plain `x`, `y`, `z`, which in a recording would be acceleration.
 fn position_columns(names: &[String], same_file: bool) -> Option<([usize; 3], f64)> {
-    let styles: &[&[&str]] = if same_file {
-        &[&["p", "pos", "position"]]
+    let prefixes = ["p", "pos", "position", ""];
+    let prefixes = if same_file {
+        &prefixes[..3]
     } else {
-        &[&["p", "pos", "position"], &[""]]
+        &prefixes[..]
     };
-    styles.iter().find_map(|prefixes| {
+    let names: Vec<(String, f64)> = names.iter().map(|name| plain_name(name)).collect();
+    prefixes.iter().find_map(|prefix| {
         let find = |axis: &str| {
-            let one = |(i, name): (usize, &String)| {
-                let (plain, metres) = plain_name(name);
-                let is_it = prefixes.iter().any(|p| plain == format!("{p}{axis}"));
-                is_it.then_some((i, metres))
-            };
-            names.iter().enumerate().find_map(one)
+            let name = format!("{prefix}{axis}");
+            let at = names.iter().position(|(plain, _)| *plain == name)?;
+            Some((at, names[at].1))
         };
         let [x, y, z] = [find("x")?, find("y")?, find("z")?];
         (x.1 == y.1 && y.1 == z.1).then_some(([x.0, y.0, z.0], x.1))
@@ -260,40 +259,47 @@ fn plain_name(name: &str) -> (String, f64) {
 ///
 /// `truth-overlap` (input) when the two have no time in common.
 pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> {
-    let track = motion.track();
-    motion.reference = Some(add_to(&mut motion.result, &track, reference)?);
+    let position_m: Vec<[f64; 3]> = motion.samples().map(|s| s.state.position_m).collect();
+    let own = Line::new(motion.own.samples.time_s(), &position_m);
+    let mut findings = reference.findings.clone();
+    let (comparison, track) = compare(&own, &motion.result.moves, reference, &mut findings)?;
+    motion.reference = Some(track);
+    motion.result.truth = Some(comparison);
+    for finding in &mut findings {
+        finding.file.get_or_insert_with(|| reference.source.clone());
+    }
+    motion.result.findings.extend(findings);
     Ok(())
 }
 
-fn add_to(
-    result: &mut MotionResult,
-    track: &Track,
+fn compare(
+    own: &Line<'_>,
+    moves: &[Move],
     reference: &Reference,
-) -> Result<ReferenceTrack> {
-    let mut findings = reference.findings.clone();
-    let own = Line::new(&track.t_s, &track.position_m);
+    findings: &mut Vec<Finding>,
+) -> Result<(Comparison, ReferenceTrack)> {
     let offset_s = if reference.same_file {
         0.0
     } else {
         let other = Line::new(&reference.t_s, &reference.position_m);
-        offset_s(&own, &other, &mut findings)
+        offset_s(own, &other, findings)
     };
     let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
-    let points = Points::new(&own, &t_s, &reference.position_m);
-    let mut points = points.ok_or_else(|| no_overlap(&track.t_s, &t_s))?;
+    let points = Points::new(own, &t_s, &reference.position_m);
+    let mut points = points.ok_or_else(|| no_overlap(own.t_s, &t_s))?;
     let yaw_rad = points.yaw_rad();
     let (sine, cosine) = yaw_rad.sin_cos();
     for [x, y, _] in &mut points.reference {
         (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
     }
     let lines = [&points.result, &points.reference].map(|p| Line::new(&points.t_s, p));
-    let moves = (1..).zip(&result.moves);
+    let moves = (1..).zip(moves);
     let moves = moves
         .filter_map(|(number, m)| points.compare_move(number, m, &lines))
         .collect();
     let last = points.t_s.len() - 1;
     let (path_m, end_error_m) = (points.path_m(), points.error_m(last));
-    result.truth = Some(Comparison {
+    let comparison = Comparison {
         source: reference.source.clone(),
         end_error_m,
         rmse_m: rms((0..=last).map(|i| points.error_m(i))),
@@ -305,18 +311,12 @@ fn add_to(
         yaw_deg: yaw_rad.to_degrees(),
         moves,
         points: points.t_s.len() as u64,
-    });
-    for finding in &mut findings {
-        finding.file.get_or_insert_with(|| reference.source.clone());
-    }
-    result.findings.extend(findings);
+    };
     let origin = points.origin;
     let shifted = |p: &[f64; 3]| std::array::from_fn(|k| p[k] + origin[k]);
     let position_m = points.reference.iter().map(shifted).collect();
-    Ok(ReferenceTrack {
-        t_s: points.t_s,
-        position_m,
-    })
+    let t_s = points.t_s;
+    Ok((comparison, ReferenceTrack { t_s, position_m }))
 }
 
 fn no_overlap(own: &[f64], other: &[f64]) -> Error {

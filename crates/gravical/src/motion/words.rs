@@ -1,19 +1,108 @@
-//! What was done, what the axes are, and what is odd, in words.
+//! What can be determined and why, what was done, what the axes are, and what is odd, in words.
 
 use std::ops::Range;
 
 use gravical_core::matrix3::norm;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{Samples, Unusable};
 
+use super::estimate::ReportProcedure;
 use super::options::{GravityRemoval, MotionOptions};
-use super::report_procedure::ReportProcedure;
-use super::result::Move;
+use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
+use super::uncertainty::GravityMisfit;
 use crate::gravity::Gravity;
 use crate::recording::why_calibrated;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
+
+/// What a move without a rest at one of its ends costs.
+const GROWS: &str = "the error grows with the square of time: rest for 2 s before the first move and after the last";
+
+impl MotionVerdict {
+    pub(super) fn of(
+        moves: &[Move],
+        visible: &[VisibleMove],
+        no_rest: bool,
+        zero_velocity: bool,
+        misfit: Option<GravityMisfit>,
+    ) -> Self {
+        use MotionJudgement::{AtRest, Bounded, NotUsable, Open, PartlyOpen};
+        let all = moves.len();
+        let lost = moves.iter().filter(|m| m.unusable.is_some()).count();
+        let is_closed = |m: &&Move| m.ends == Ends::RestToRest && m.unusable.is_none();
+        let closed = moves.iter().filter(is_closed).count();
+        let (judgement, mut reason) = if no_rest {
+            (
+                NotUsable,
+                "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.".to_owned(),
+            )
+        } else if all == 0 {
+            (AtRest, at_rest(visible))
+        } else if lost == all {
+            (
+                NotUsable,
+                "No displacement can be determined from this recording; the table of moves gives the reasons.".to_owned(),
+            )
+        } else if closed == all {
+            (
+                Bounded,
+                "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.".to_owned(),
+            )
+        } else if closed > 0 {
+            let open = match all - closed - lost {
+                0 => String::new(),
+                _ => format!("; with one end open {GROWS}"),
+            };
+            let text = format!("{closed} of {all} moves are known and between two rests{open}.");
+            (PartlyOpen, text)
+        } else if !zero_velocity {
+            (
+                Open,
+                "Nothing corrects the drift after the first rest: the error grows with the square of time and faster.".to_owned(),
+            )
+        } else {
+            (
+                Open,
+                format!("No move is between two rests: with one end open {GROWS}."),
+            )
+        };
+        if (1..all).contains(&lost) {
+            reason += &format!(
+                " {lost} of {all} moves cannot be used; the table of moves gives the reasons."
+            );
+        }
+        let contradicts = misfit.filter(|m| m.contradicts);
+        let reasons = contradicts
+            .iter()
+            .map(contradiction)
+            .chain([reason])
+            .collect();
+        MotionVerdict { judgement, reasons }
+    }
+}
+
+/// The reason for a recording without a visible move.
+fn at_rest(visible: &[VisibleMove]) -> String {
+    let hidden = visible.iter().find(|v| v.seconds >= 2.0).or(visible.last());
+    let hidden = hidden.map_or(String::new(), |v| {
+        let (distance, seconds) = (rounded(v.distance_m), v.seconds);
+        format!(" A displacement of up to {distance} m in {seconds} s could hide in it.")
+    });
+    format!("No move is visible in the recording.{hidden}")
+}
+
+fn contradiction(misfit: &GravityMisfit) -> String {
+    let off = misfit.measured_mps2 - misfit.gravity_mps2;
+    format!(
+        "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
+        misfit.measured_mps2,
+        misfit.gravity_mps2,
+        1e3 * off / STANDARD_GRAVITY_MPS2,
+        misfit.sigmas()
+    )
+}
 
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
@@ -26,22 +115,21 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
         GravityRemoval::ConstantTilt => "tilt by the rests, the gyroscope not used",
         GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
     };
-    let ends = match options.updates_at_rests() {
-        true => "velocity zero at rests",
-        false => "no zero-velocity update",
+    let ends = if options.updates_at_rests() {
+        "velocity zero at rests"
+    } else {
+        "no zero-velocity update"
     };
     let how = match (options.gravity_removal, options.causal) {
         (GravityRemoval::InitialMean, _) => "",
         (_, true) => "; error-state filter, forwards",
         (_, false) => "; error-state filter and smoother",
     };
-    let smoothing = match options.smooth.is_empty() {
-        true => String::new(),
-        false => {
-            let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
-            format!("smoothed by {}; ", names.join(", "))
-        }
-    };
+    let mut smoothing = String::new();
+    if !options.smooth.is_empty() {
+        let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
+        smoothing = format!("smoothed by {}; ", names.join(", "));
+    }
     format!("{smoothing}{gravity}; trapezoid; {ends}{how}")
 }
 
@@ -69,32 +157,30 @@ pub(super) fn rows_left_out(
 ) -> Vec<Finding> {
     let (mut incomplete, mut hung) = (LineSpans::default(), LineSpans::default());
     let mut kept = samples.rows().iter().peekable();
-    let mut hangs = hung_rows.iter().peekable();
     for row in 0..recording.rows() {
         if kept.next_if(|k| **k == row).is_some() {
             continue;
         }
-        while hangs.next_if(|span| span.end <= row).is_some() {}
-        match hangs.peek().is_some_and(|span| span.contains(&row)) {
-            true => hung.push(recording.line(row)),
-            false => incomplete.push(recording.line(row)),
-        }
+        let hang = hung_rows.partition_point(|span| span.end <= row);
+        let is_hung = hung_rows.get(hang).is_some_and(|span| span.contains(&row));
+        let lines = if is_hung { &mut hung } else { &mut incomplete };
+        lines.push(recording.line(row));
     }
-    let incomplete = (!incomplete.is_empty()).then(|| {
-        Finding::new(
+    let found = [
+        (
+            incomplete,
             FindingKind::RowsLeftOut,
             "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them",
-        )
-        .at_lines(&incomplete)
-    });
-    let hung = (!hung.is_empty()).then(|| {
-        Finding::new(
+        ),
+        (
+            hung,
             FindingKind::SensorHung,
             "all channels stand still to the last digit for longer than noise allows: the sensor, or its bus, hung; what happened then is not known",
-        )
-        .at_lines(&hung)
-    });
-    incomplete.into_iter().chain(hung).collect()
+        ),
+    ];
+    let found = found.into_iter().filter(|(lines, ..)| !lines.is_empty());
+    let found = found.map(|(lines, kind, text)| Finding::new(kind, text).at_lines(&lines));
+    found.collect()
 }
 
 /// A length to two digits, m.
@@ -120,32 +206,27 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
     }
     let widened = moves
         .iter()
-        .filter(|m| m.closure.is_some_and(|c| c.widened))
-        .count();
-    if widened > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::ClosureContradicts,
-                format!(
-                    "at the end of {widened} of {} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes",
-                    moves.len()
-                ),
-            )
-            .counting(widened as u64),
-        );
-    }
+        .filter(|m| m.closure.is_some_and(|c| c.widened));
+    let (widened, all) = (widened.count(), moves.len());
     let replaced = moves.iter().map(|m| m.replaced).sum::<usize>();
-    if replaced > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::ValuesReplaced,
-                format!(
-                    "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been",
-                ),
-            )
-            .counting(replaced as u64),
-        );
-    }
+    let counted = [
+        (
+            widened,
+            FindingKind::ClosureContradicts,
+            format!(
+                "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
+            ),
+        ),
+        (
+            replaced,
+            FindingKind::ValuesReplaced,
+            format!(
+                "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
+            ),
+        ),
+    ];
+    let counted = counted.into_iter().filter(|(count, ..)| *count > 0);
+    out.extend(counted.map(|(n, kind, text)| Finding::new(kind, text).counting(n as u64)));
     out
 }
 
@@ -232,20 +313,16 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option
 
 /// N of the noise file, as far as it is known of all axes; `gyro` is none without a gyroscope.
 pub(super) fn noise_used(accel: bool, gyro: Option<bool>) -> Finding {
-    let of = |sensor: &str, is_known: bool| {
-        let source = if is_known {
+    let sensors = [("accelerometer", Some(accel)), ("gyroscope", gyro)];
+    let sources = sensors.into_iter().filter_map(|(sensor, is_known)| {
+        let source = if is_known? {
             "the noise file"
         } else {
             "the rests, since the file lacks an axis"
         };
-        format!("N of the {sensor} by {source}")
-    };
-    let gyro = gyro.map(|known| of("gyroscope", known));
-    let all: Vec<String> = std::iter::once(of("accelerometer", accel))
-        .chain(gyro)
-        .collect();
-    Finding::new(
-        FindingKind::NoiseUsed,
-        format!("the bands use {}", all.join(", ")),
-    )
+        Some(format!("N of the {sensor} by {source}"))
+    });
+    let sources: Vec<String> = sources.collect();
+    let text = format!("the bands use {}", sources.join(", "));
+    Finding::new(FindingKind::NoiseUsed, text)
 }

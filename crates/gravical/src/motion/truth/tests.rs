@@ -1,10 +1,7 @@
-//! References made from a known track: turned, delayed, at other rates.
-
-mod files;
+//! References made from a known track: turned, delayed, at other rates; as files: the recording itself, one of
+//! its own, none.
 
 use super::*;
-use crate::motion::{Comparison, Ends, FinalState, MotionResult, Move, Rates, Track};
-use crate::motion::{MotionJudgement, MotionVerdict};
 use crate::recording::{ReadOptions, Recording, read};
 use std::path::Path;
 
@@ -29,58 +26,31 @@ fn place(t: f64) -> [f64; 3] {
 
 fn a_move(start_s: f64, end_s: f64) -> Move {
     let (a, b) = (place(start_s), place(end_s));
-    let mut one = Move::new(start_s..end_s, Ends::RestToRest);
-    one.displacement_m = Some(std::array::from_fn(|k| b[k] - a[k]));
-    one.sigma_m = Some([0.003; 3]);
-    one
+    Move {
+        start_s,
+        end_s,
+        displacement_m: Some(std::array::from_fn(|k| b[k] - a[k])),
+        sigma_m: Some([0.003; 3]),
+        ..Move::default()
+    }
 }
 
-/// A result and its track.
+/// A result: its track at `rate_hz`, without error, and its moves.
 struct Known {
-    result: MotionResult,
-    track: Track,
+    t_s: Vec<f64>,
+    position_m: Vec<[f64; 3]>,
+    moves: Vec<Move>,
+    findings: Vec<Finding>,
 }
 
-/// The track at `rate_hz`, without error.
 fn motion(rate_hz: f64) -> Known {
     let n = (14.0 * rate_hz) as usize;
     let t_s: Vec<f64> = (0..n).map(|i| i as f64 / rate_hz).collect();
     Known {
-        result: MotionResult {
-            input: "a.csv".to_owned(),
-            calibration: None,
-            verdict: MotionVerdict {
-                judgement: MotionJudgement::Bounded,
-                reasons: Vec::new(),
-            },
-            procedure: String::new(),
-            rate_hz: Rates {
-                nominal: None,
-                r#true: Some(rate_hz),
-            },
-            duration_s: 14.0,
-            rows: n as u64,
-            rows_left_out: 0,
-            frame: String::new(),
-            rests: Vec::new(),
-            noise: None,
-            visible_moves: Vec::new(),
-            gravity_misfit: None,
-            moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],
-            r#final: FinalState {
-                position_m: None,
-                sigma_m: None,
-                velocity_mps: None,
-            },
-            uncalibrated: None,
-            truth: None,
-            findings: Vec::new(),
-        },
-        track: Track {
-            position_m: t_s.iter().map(|t| place(*t)).collect(),
-            t_s,
-            ..Track::default()
-        },
+        position_m: t_s.iter().map(|t| place(*t)).collect(),
+        t_s,
+        moves: vec![a_move(3.0, 5.0), a_move(8.0, 10.0)],
+        findings: Vec::new(),
     }
 }
 
@@ -109,18 +79,19 @@ fn seen(rate_hz: f64, ahead_s: f64, yaw_rad: f64) -> Reference {
     }
 }
 
+fn try_compare(motion: &mut Known, reference: &Reference) -> Result<Comparison> {
+    motion.findings.clone_from(&reference.findings);
+    let own = Line::new(&motion.t_s, &motion.position_m);
+    let compared = compare(&own, &motion.moves, reference, &mut motion.findings);
+    compared.map(|(comparison, _)| comparison)
+}
+
 fn compared(motion: &mut Known, reference: &Reference) -> Comparison {
-    add_to(&mut motion.result, &motion.track, reference).unwrap();
-    motion.result.truth.clone().unwrap()
+    try_compare(motion, reference).unwrap()
 }
 
 fn kinds(motion: &Known) -> Vec<&str> {
-    motion
-        .result
-        .findings
-        .iter()
-        .map(|f| f.kind.name())
-        .collect()
+    motion.findings.iter().map(|f| f.kind.name()).collect()
 }
 
 #[test]
@@ -144,7 +115,7 @@ fn a_yaw_and_an_offset_are_found_at_any_rate() {
                 assert!(m.end_error_m.iter().all(|e| e.abs() < 2e-3), "{m:?}");
                 assert_eq!(m.sigma_m, Some([0.003; 3]));
             }
-            assert!(kinds(&motion).is_empty(), "{:?}", motion.result.findings);
+            assert!(kinds(&motion).is_empty(), "{:?}", motion.findings);
         }
     }
 }
@@ -153,10 +124,10 @@ fn a_yaw_and_an_offset_are_found_at_any_rate() {
 fn errors_are_errors_of_the_result() {
     let mut motion = motion(100.0);
     // 1 cm too far up in the second move, kept from then on.
-    for (t, p) in motion.track.t_s.iter().zip(&mut motion.track.position_m) {
+    for (t, p) in motion.t_s.iter().zip(&mut motion.position_m) {
         p[2] += 0.01 * ((t - 8.0) / 2.0).clamp(0.0, 1.0);
     }
-    motion.result.moves[1].displacement_m.as_mut().unwrap()[2] += 0.01;
+    motion.moves[1].displacement_m.as_mut().unwrap()[2] += 0.01;
     let reference = Reference {
         same_file: true,
         ..seen(50.0, 0.0, 0.0)
@@ -196,15 +167,15 @@ fn gaps_of_the_reference_are_not_compared() {
 #[test]
 fn no_time_in_common_is_refused() {
     let mut motion = motion(100.0);
-    motion.track.position_m.fill([f64::NAN; 3]);
-    let error = add_to(&mut motion.result, &motion.track, &seen(50.0, 0.0, 0.0)).unwrap_err();
+    motion.position_m.fill([f64::NAN; 3]);
+    let error = try_compare(&mut motion, &seen(50.0, 0.0, 0.0)).unwrap_err();
     assert_eq!(error.code(), "truth-overlap");
 }
 
 #[test]
 fn at_rest_nothing_aligns_and_that_is_said() {
     let mut motion = motion(100.0);
-    motion.track.position_m.fill([0.0; 3]);
+    motion.position_m.fill([0.0; 3]);
     let mut reference = seen(50.0, 0.0, 0.0);
     reference.position_m.fill([1.0, 2.0, 3.0]);
     let c = compared(&mut motion, &reference);
@@ -213,4 +184,93 @@ fn at_rest_nothing_aligns_and_that_is_said() {
         (None, 0.0, 0.0)
     );
     assert_eq!(kinds(&motion), ["truth-offset"]);
+}
+
+/// A recording of a line with its file.
+fn recorded(folder: &Path, extra: &str) -> (Recording, std::path::PathBuf) {
+    let path = folder.join("own.csv");
+    let mut text = format!("# made for a test\nTimestamp (ms),ax,ay,az{extra}\n");
+    for i in 0..1400 {
+        let t = 0.01 * f64::from(i);
+        let p = place(t);
+        // Every fifth row has no position.
+        let cells = if extra.is_empty() {
+            String::new()
+        } else if i % 5 == 0 {
+            ",,,".to_owned()
+        } else {
+            format!(",{:.5},{:.5},{:.5}", 1e3 * p[0], 1e3 * p[1], 1e3 * p[2])
+        };
+        text.push_str(&format!("{},0.0{},0.0,9.8{cells}\n", 5000 + 10 * i, i % 3));
+    }
+    std::fs::write(&path, text).unwrap();
+    (read(&path, &ReadOptions::default()).unwrap(), path)
+}
+
+#[test]
+fn columns_of_the_recording_itself_keep_its_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let (recording, path) = recorded(folder.path(), ",pos_x_mm,pos_y_mm,pos_z_mm");
+    let reference = read_reference(&path, &recording, &path).unwrap();
+    assert!(reference.same_file);
+    assert_eq!(reference.t_s.len(), 1120);
+    assert!((reference.t_s[0] - 0.01).abs() < 1e-12);
+    assert_eq!(reference.findings[0].kind, "truth-gaps");
+    let mut motion = motion(100.0);
+    let c = compared(&mut motion, &reference);
+    assert_eq!(c.time_offset_s, 0.0);
+    assert!(c.rmse_m < 1e-5, "{c:?}");
+}
+
+#[test]
+fn a_file_of_its_own_with_other_names_and_stamps() {
+    let folder = tempfile::tempdir().unwrap();
+    let (recording, path) = recorded(folder.path(), "");
+    let mut text = String::from("camera;time [ms];X [mm];Y [mm];Z [mm]\n");
+    for i in 0..280 {
+        let t = 0.05 * f64::from(i);
+        let p = place(t).map(|v| 1e3 * v);
+        // Stamps of the recorder itself.
+        text.push_str(&format!("1;{};{};{};{}\n", 5000 + 50 * i, p[0], p[1], p[2]));
+    }
+    text.push_str("1;19000;half");
+    let truth = folder.path().join("truth.csv");
+    std::fs::write(&truth, text).unwrap();
+    let reference = read_reference(&truth, &recording, &path).unwrap();
+    assert!(!reference.same_file);
+    let mut motion = motion(100.0);
+    let c = compared(&mut motion, &reference);
+    assert!(c.rmse_m < 2e-3, "{c:?}");
+    // The stamps of the recorder begin at 5 s.
+    assert!((c.time_offset_s + 5.0).abs() < 2e-3, "{c:?}");
+    assert_eq!(kinds(&motion), ["truth-gaps"]);
+}
+
+#[test]
+fn what_is_no_reference_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (recording, path) = recorded(folder.path(), "");
+    let read = |text: &str| {
+        let truth = folder.path().join("truth.csv");
+        std::fs::write(&truth, text).unwrap();
+        let refused = read_reference(&truth, &recording, &path).unwrap_err();
+        refused.code()
+    };
+    for (text, code) in [
+        ("", "no-rows"),
+        ("a,b\nx,y\n", "no-rows"),
+        ("t_s,a,b,c\n0,1,2,3\n1,1,2,3\n", "truth-columns-missing"),
+        (
+            "t_s,px_mm,py_m,pz_m\n0,1,2,3\n1,1,2,3\n",
+            "truth-columns-missing",
+        ),
+        ("t_s,px_m,py_m,pz_m\n0,1,2,3\n", "truth-time"),
+        ("t_s,px_m,py_m,pz_m\n0,1,2,3\n0,1,2,3\n", "truth-time"),
+        ("t_s,px_m,py_m,pz_m\n0,1,2,3\n1,1,2,\n2,,,\n", "truth-empty"),
+        ("n,px_m,py_m,pz_m\n0,1,2,3\n1,1,2,3\n", "truth-time"),
+    ] {
+        assert_eq!(read(text), code, "{text}");
+    }
+    let none = read_reference(&folder.path().join("none"), &recording, &path);
+    assert_eq!(none.unwrap_err().code(), "not-found");
 }
