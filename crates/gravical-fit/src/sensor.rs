@@ -1,6 +1,7 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
 use nalgebra::{DMatrix, SMatrix};
+use serde::{Deserialize, Serialize};
 
 use crate::model::{
     BENDS, BIAS, Covariance, DIRECTIONS, Parameters, invariants, jacobian, matrix, sensitivity,
@@ -46,10 +47,22 @@ pub(crate) fn derivative_by_gravity(x: &Parameters) -> Parameters {
     Parameters::from_fn(|i, _| if i < BIAS { -x[i] } else { 0.0 })
 }
 
+/// Standard deviations (1σ) from the covariance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Deviations {
+    /// Of the bias, input unit.
+    pub bias: [f64; 3],
+    /// Of the scale, input unit per m/s².
+    pub scale: [f64; 3],
+    /// Of the angles between the sensitive axes xy, yz and zx, degrees.
+    pub axis_angle_deg: [f64; 3],
+}
+
 /// Standard deviations of what no turn of the board changes: bias, lengths of the rows of M (scale), and
-/// angles between them (xy, xz, yz), rad; NaN where M is singular.
+/// angles between them; NaN where M is singular.
 #[must_use]
-pub fn deviations(x: &Parameters, covariance: &Covariance) -> [f64; 9] {
+pub fn deviations(x: &Parameters, covariance: &Covariance) -> Deviations {
     // Derivatives are taken where M is about 1.
     let unit = matrix(x).norm() / 3_f64.sqrt();
     let scaled = x / unit;
@@ -58,7 +71,12 @@ pub fn deviations(x: &Parameters, covariance: &Covariance) -> [f64; 9] {
     let slopes = slopes.unwrap_or_else(|| DMatrix::repeat(9, BENDS, f64::NAN));
     let covariance = covariance.view((0, 0), (BENDS, BENDS)) / (unit * unit);
     let variances = (&slopes * covariance * slopes.transpose()).diagonal();
-    std::array::from_fn(|i| root(variances[i]) * if i < 6 { unit } else { 1.0 })
+    let sd = |i: usize| root(variances[i]);
+    Deviations {
+        bias: [0, 1, 2].map(|i| unit * sd(i)),
+        scale: [3, 4, 5].map(|i| unit * sd(i)),
+        axis_angle_deg: [6, 8, 7].map(|i| sd(i).to_degrees()),
+    }
 }
 
 /// Root of a variance that rounding may have left below zero.
@@ -194,8 +212,8 @@ mod tests {
         let counts = one.clone().rescaled(1.0 / 1670.0);
         let in_mps2 = deviations(&one.parameters, &one.covariance_with_gravity());
         let in_counts = deviations(&counts.parameters, &counts.covariance_with_gravity());
-        assert!((in_mps2[0] - 0.3).abs() < 1e-9 && in_mps2[3] == 0.0);
-        assert!((in_counts[0] / 1670.0 / in_mps2[0] - 1.0).abs() < 1e-9);
+        assert!((in_mps2.bias[0] - 0.3).abs() < 1e-9 && in_mps2.scale[0] == 0.0);
+        assert!((in_counts.bias[0] / 1670.0 / in_mps2.bias[0] - 1.0).abs() < 1e-9);
         assert!((counts.predicted_mps2() / one.predicted_mps2() - 1.0).abs() < 1e-9);
     }
 }

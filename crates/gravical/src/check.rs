@@ -23,6 +23,7 @@ use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
 use crate::finding::after_losses;
+use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
@@ -212,10 +213,7 @@ pub fn check(
 
     let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
     widen_for_temperature(&mut sensor, calibration, &intervals);
-    let here = options.gravity.map(|g| gravical_fit::Gravity {
-        value_mps2: g.value_mps2,
-        sd_mps2: g.uncertainty_mps2(),
-    });
+    let here = options.gravity.map(|g| g.for_fit());
     let mean = |interval: &Pose| static_mean(&recordings[interval.recording], interval);
     let means: Vec<StaticMean> = intervals.iter().map(mean).collect();
     let fitted = fitted(calibration, recordings, &intervals);
@@ -412,9 +410,9 @@ fn keep_longest(intervals: &mut Vec<Pose>, findings: &mut Vec<Finding>) {
     intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
     intervals.truncate(MAX_INTERVALS);
     intervals.sort_by_key(|p| (p.recording, p.lines));
-    findings.push(Finding::new(
-        FindingKind::IntervalsLeftOut,
-        format!("{all} static intervals; the longest {MAX_INTERVALS} are compared"),
+    findings.push(finding!(
+        IntervalsLeftOut,
+        "{all} static intervals; the longest {MAX_INTERVALS} are compared"
     ));
 }
 
@@ -617,14 +615,14 @@ fn of_recording(calibration: &CalibrationFile, recording: &Recording) -> Vec<Fin
     let mut found = Vec::new();
     if recording.is_calibrated {
         let why = why_calibrated(recording.is_calibrated_by_board);
-        found.push(Finding::new(
-            FindingKind::AlreadyCalibrated,
-            format!("{why}: a check needs the raw recording"),
+        found.push(finding!(
+            AlreadyCalibrated,
+            "{why}: a check needs the raw recording"
         ));
     }
     if inputs_of(calibration, recording).next().is_some() {
-        found.push(Finding::new(
-            FindingKind::SameRecordings,
+        found.push(finding!(
+            SameRecordings,
             "the calibration was made from this recording: static intervals that it was fitted to cannot test it, and count only where there are no others",
         ));
     }

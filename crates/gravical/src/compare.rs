@@ -14,6 +14,7 @@ use gravical_fit::{Sensor, Test};
 use serde::Serialize;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};
+use crate::finding::finding;
 use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, signed, unit};
 use crate::recording::{AccelUnit, Finding, FindingKind};
@@ -235,8 +236,8 @@ impl Evidence {
         findings: &mut Vec<Finding>,
     ) -> Option<OrientationDifference> {
         let Some((turn, test)) = &found.turn else {
-            findings.push(Finding::new(
-                FindingKind::FramesMirrored,
+            findings.push(finding!(
+                FramesMirrored,
                 "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign",
             ));
             return None;

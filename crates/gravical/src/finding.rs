@@ -104,6 +104,14 @@ impl Finding {
     }
 }
 
+/// `finding!(Kind, "text {}", value)`: a [`Finding`] that matters as its kind does.
+macro_rules! finding {
+    ($kind:ident, $($text:tt)+) => {
+        $crate::finding::Finding::new($crate::finding::FindingKind::$kind, format!($($text)+))
+    };
+}
+pub(crate) use finding;
+
 impl From<gravical_recording::Note> for Finding {
     fn from(note: gravical_recording::Note) -> Self {
         let kind = FindingKind::of_name(note.kind.name()).unwrap_or(FindingKind::Other);

@@ -5,7 +5,8 @@ use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
 use serde::Deserialize;
 
 use crate::calibration_file::GravitySource;
-use crate::recording::{Finding, FindingKind};
+use crate::finding::finding;
+use crate::recording::Finding;
 use crate::{Error, Result};
 
 /// Local gravity and its source.
@@ -102,6 +103,14 @@ impl Gravity {
         }
     }
 
+    /// As the estimators take it.
+    pub(crate) fn for_fit(&self) -> gravical_fit::Gravity {
+        gravical_fit::Gravity {
+            value_mps2: self.value_mps2,
+            sd_mps2: self.uncertainty_mps2(),
+        }
+    }
+
     /// A given value, m/s².
     ///
     /// # Errors
@@ -147,8 +156,8 @@ impl Gravity {
     #[must_use]
     pub fn finding(&self) -> Option<Finding> {
         (self.source == GravitySource::Standard).then(|| {
-            Finding::new(
-                FindingKind::GravityAssumed,
+            finding!(
+                GravityAssumed,
                 "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give --latitude and --altitude, or --gravity",
             )
         })

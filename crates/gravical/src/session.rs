@@ -9,6 +9,7 @@ use serde::Deserialize;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::CalibrationFile;
 use crate::escape::path_word;
+use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::poses::Segmentation;
@@ -360,22 +361,17 @@ pub fn read_session(
         match recording {
             // A result beside its sources is no placement.
             Ok(recording) if folder.is_some() && recording.is_result() => {
-                let finding = Finding::new(
-                    FindingKind::AlreadyCalibrated,
-                    "a result of this program, by its column names, not a recording; left out",
+                let finding = finding!(
+                    AlreadyCalibrated,
+                    "a result of this program, by its column names, not a recording; left out"
                 );
                 left_out.push(finding.in_file(&recording.name));
             }
             Ok(recording) => recordings.push(recording),
             Err(error) if folder.is_some() && is_something_else(&error) => {
                 let file = path.display().to_string();
-                left_out.push(
-                    Finding::new(
-                        FindingKind::NoRecording,
-                        format!("{}; left out", error.message()),
-                    )
-                    .in_file(&file),
-                );
+                left_out
+                    .push(finding!(NoRecording, "{}; left out", error.message()).in_file(&file));
             }
             Err(error) => return Err(error),
         }
@@ -399,9 +395,10 @@ pub fn read_session(
         ([one], None, [gyro]) if one.gyro.is_none() => {
             let file = gyro.display().to_string();
             left_out.push(match join_gyroscope(one, gyro, options) {
-                Ok(()) => Finding::new(
-                    FindingKind::GyroJoined,
-                    format!("a gyroscope alone, beside one recording: joined to {} on time, as --gyro does", one.name),
+                Ok(()) => finding!(
+                    GyroJoined,
+                    "a gyroscope alone, beside one recording: joined to {} on time, as --gyro does",
+                    one.name,
                 ),
                 Err(why) => Finding::warning(
                     FindingKind::GyroLeftOut,

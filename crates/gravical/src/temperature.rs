@@ -48,6 +48,7 @@ use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
     TemperatureRange,
 };
+use crate::finding::finding;
 use crate::numfmt::{milli_g, small};
 use crate::poses::MANY_POSES;
 use crate::poses::{Pose, Segmentation, check_units};
@@ -304,24 +305,20 @@ pub fn for_calibration(
     }
     let [low, high] = model.range_c;
     let Some(session) = temperatures(&segmentation.poses) else {
-        findings.push(Finding::new(
-            FindingKind::TemperatureReference,
-            format!(
-                "the poses have no temperature: bias and matrix are assumed to be valid at {:.1} °C, the middle of the soak; {}",
-                model.reference_c,
-                cost_text(&model)
-            ),
+        findings.push(finding!(
+            TemperatureReference,
+            "the poses have no temperature: bias and matrix are assumed to be valid at {:.1} °C, the middle of the soak; {}",
+            model.reference_c,
+            cost_text(&model),
         ));
         return Ok(Some(model));
     };
     let session_c = session.mean;
     let reference_c = session_c.clamp(low, high);
     if reference_c != session_c {
-        findings.push(Finding::new(
-            FindingKind::TemperatureOutside,
-            format!(
-                "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used"
-            ),
+        findings.push(finding!(
+            TemperatureOutside,
+            "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
         ));
     }
     model = model.about(reference_c);
@@ -423,11 +420,9 @@ fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
     let [low, high] = model.range_c;
     let (corrected, others) = (list(true), list(false));
     if corrected.is_empty() {
-        return Finding::new(
-            FindingKind::TemperatureRefused,
-            format!(
-                "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
-            ),
+        return finding!(
+            TemperatureRefused,
+            "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
         );
     }
     let idle = if !with_gyro && corrected.contains('g') {
@@ -440,11 +435,9 @@ fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
     } else {
         format!("; that of {others} is not predictable or not significant")
     };
-    Finding::new(
-        FindingKind::TemperatureModel,
-        format!(
-            "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
-        ),
+    finding!(
+        TemperatureModel,
+        "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
     )
 }
 

@@ -11,6 +11,7 @@ use gravical_core::matrix3;
 use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MotionFit};
 
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
+use crate::finding::finding;
 use crate::poses::Segmentation;
 use crate::poses::face::AXES;
 use crate::recording::units::GyroUnit;
@@ -144,12 +145,10 @@ fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
 }
 
 fn scale_unknown(rest: &GyroRest) -> Finding {
-    Finding::new(
-        FindingKind::GyroScaleUnknown,
-        format!(
-            "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give --gyro-unit and, for counts, --gyro-range",
-            rest.bias.map(|b| format!("{b:.4}")).join(", ")
-        ),
+    finding!(
+        GyroScaleUnknown,
+        "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give --gyro-unit and, for counts, --gyro-range",
+        rest.bias.map(|b| format!("{b:.4}")).join(", ")
     )
 }
 
@@ -211,13 +210,11 @@ fn outliers(recordings: &[Recording], readings: &Readings, fit: &MotionFit) -> V
             }
         }
         (count > 0).then(|| {
-            Finding::new(
-                FindingKind::GyroMotionOutlier,
-                format!(
-                    "{count} of {all} motions contradict the others (gravity off by up to {:.1}°, usually {:.2}°): a bump, lost samples, or turned too fast; left out of the gyroscope's fit",
-                    chord_deg(worst),
-                    chord_deg(usual)
-                ),
+            finding!(
+                GyroMotionOutlier,
+                "{count} of {all} motions contradict the others (gravity off by up to {:.1}°, usually {:.2}°): a bump, lost samples, or turned too fast; left out of the gyroscope's fit",
+                chord_deg(worst),
+                chord_deg(usual),
             )
             .at_lines(&spans)
             .in_file(&recording.name)

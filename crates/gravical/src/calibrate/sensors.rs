@@ -7,7 +7,7 @@ use gravical_fit::{Fit, Options, Pose, Sensor, fit};
 use crate::numfmt::milli_g;
 use crate::{Error, Result};
 
-use super::session::Session;
+use super::estimate::Session;
 
 /// A recording is fitted alone from so many poses: scale, angles and bias are nine parameters, or six
 /// faces.

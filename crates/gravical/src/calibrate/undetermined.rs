@@ -7,7 +7,7 @@ use crate::Error;
 use crate::numfmt::{count, milli_g};
 use crate::poses::face::{AXES, Face, in_words};
 
-use super::session::Session;
+use super::estimate::Session;
 
 /// The error for poses that leave the parameters open.
 pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {

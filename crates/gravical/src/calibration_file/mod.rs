@@ -28,7 +28,7 @@ use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 pub use folder::{FoundCalibration, RecordingOrigin, find_calibration, json_files};
-pub use gravical_fit::{Grade, NextPose, Undetected, WorstDirection};
+pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use noise::*;

@@ -51,7 +51,7 @@ impl GyroscopeSection {
         }
         let parameters = parameters(&self.matrix, &self.bias, [0.0; 6])?;
         let sd = deviations(&parameters, &covariance.of_parameters()?);
-        Some(([sd[0], sd[1], sd[2]], Some([sd[3], sd[4], sd[5]])))
+        Some((sd.bias, Some(sd.scale)))
     }
 }
 

@@ -5,39 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use super::{AccelerometerSection, GravitySource, PoseKind, PoseResult};
 
-/// Standard deviations (1σ) from the covariance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Deviations {
-    /// Of the bias, input unit.
-    pub bias: [f64; 3],
-    /// Of the scale, input unit per m/s².
-    pub scale: [f64; 3],
-    /// Of the angles between the sensitive axes xy, yz and zx, degrees.
-    pub axis_angle_deg: [f64; 3],
-}
-
-/// Quality of a fit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct FitQuality {
-    /// χ² of the readings with the noise of their means, over its degrees of freedom; null
-    /// without any. Above 1 the sensor deviates from the model by more than noise.
-    pub chi2_per_freedom: Option<f64>,
-    /// Degrees of freedom of the readings.
-    pub freedom: f64,
-    /// Standard deviation added to every mean so that χ² equals its expected value, m/s²;
-    /// included in the covariance.
-    pub model_error_mps2: f64,
-    /// False if too few faces determine the orientation of the sensor frame in the case; the
-    /// matrix is then triangular by convention.
-    pub oriented: bool,
-    /// Components of the tilts that the data determine.
-    pub tilt_degrees_of_freedom: f64,
-    /// The data sheet was used.
-    pub prior: bool,
-}
-
 /// Poses are proposed if all of them together bring an error below this share.
 const MATTERS: f64 = 0.8;
 

@@ -1,10 +1,10 @@
 //! Fields of a calibration file.
 
 use gravical_core::matrix3;
-use gravical_fit::{Grade, NextPose, Undetected, WorstDirection};
+use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::trust::{Budget, Deviations, FitQuality};
+use super::trust::Budget;
 use super::{InputFile, NoiseSection, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};

@@ -5,6 +5,7 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::CalibrationFile;
+use crate::finding::finding;
 use crate::recording::{AccelScale, AccelUnit, Finding, FindingKind, Origin, Recording};
 use crate::{Error, Result};
 
@@ -93,11 +94,9 @@ impl Applied<'_> {
                 }
             }
             None if unknown => findings.push(
-                Finding::new(
-                    FindingKind::UnitUnverified,
-                    format!(
-                        "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}",
-                    ),
+                finding!(
+                    UnitUnverified,
+                    "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}",
                 )
                 .in_file(self.name),
             ),

@@ -6,11 +6,12 @@ use gravical_core::matrix3::dot;
 use super::intervals::include_slow_noise;
 use super::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
+use crate::finding::finding;
 use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::poses::mean::PoseMean;
 use crate::poses::turns::motions;
 use crate::poses::{Pose, Stretches, cut, means_of};
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 
 /// A calibrated rate at rest above this is worth a new bias, °/s: what an
 /// MPU6050 may drift in 3 °C (product specification, 6.1: ±20 °/s over 125 °C).
@@ -40,12 +41,10 @@ pub(super) fn gyroscope(
         let scale = Claims::of(recording, Some(section)).map(|c| decide(c, &evidence, findings));
         if let Some(why) = scale.and_then(|scale| mismatch(section, &scale)) {
             findings.push(
-                Finding::new(
-                    FindingKind::UnitMismatch,
-                    format!(
-                        "{why}; it is not tested (--gyro-unit {} when that is what it is in)",
-                        section.input_unit.name()
-                    ),
+                finding!(
+                    UnitMismatch,
+                    "{why}; it is not tested (--gyro-unit {} when that is what it is in)",
+                    section.input_unit.name()
                 )
                 .in_file(&recording.name),
             );

@@ -5,6 +5,7 @@ use std::ops::Range;
 use gravical_core::rounding;
 use gravical_fit::{Motion, Sample, StaticInterval};
 
+use crate::finding::finding;
 use crate::poses::mean::pooled_noise;
 use crate::poses::turns::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
@@ -132,11 +133,9 @@ impl Readings {
                     true => "the samples were averaged",
                     false => "no time stamps and no --rate",
                 };
-                let finding = Finding::new(
-                    FindingKind::GyroRateUnknown,
-                    format!(
-                        "{why}: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only"
-                    ),
+                let finding = finding!(
+                    GyroRateUnknown,
+                    "{why}: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only"
                 );
                 self.findings.push(finding.in_file(&recording.name));
             }
