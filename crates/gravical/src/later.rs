@@ -5,7 +5,7 @@ use gravical_fit::model::{BIAS, Covariance};
 use gravical_fit::{Gravity, SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
-pub use gravical_fit::later::{Cause, Explanation};
+pub use gravical_fit::later::{Cause, Explanation, ParameterDifference};
 
 use crate::calibration_file::CalibrationFile;
 use crate::numfmt::count;
@@ -65,25 +65,6 @@ pub struct Verdict {
     pub judgement: Judgement,
     /// Why: what was found, what explains it, what was not tested.
     pub reasons: Vec<String>,
-}
-
-/// One parameter of two calibrations.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ParameterDifference {
-    /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
-    pub name: &'static str,
-    /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
-    pub unit: &'static str,
-    /// Value in A; null for the rotation, which is between the two.
-    pub a: Option<f64>,
-    /// Value in B.
-    pub b: Option<f64>,
-    /// B − A.
-    pub difference: f64,
-    /// Its standard deviation by both covariances; null without them.
-    pub sigma: Option<f64>,
-    /// difference / sigma.
-    pub z: Option<f64>,
 }
 
 /// A calibration as numbers, with readings divided by `unit` once `offset` is taken off: about the input

@@ -1,6 +1,6 @@
 //! Recordings of one session that are of different sensors.
 
-use gravical_fit::later::{Compare, Difference, compare};
+use gravical_fit::later::{Compare, ParameterDifference, compare};
 use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Fit, Options, Pose, Sensor, fit};
 
@@ -70,9 +70,10 @@ fn sensor(fit: &Fit, unit: f64) -> Sensor {
 
 /// Largest differences of scales in % and of biases in mg.
 fn apart(compared: &Compare) -> [f64; 2] {
-    let largest = |range: &[Difference]| range.iter().fold(0.0_f64, |m, d| m.max(d.change.abs()));
-    [
-        100.0 * largest(&compared.invariants[3..6]),
-        milli_g(largest(&compared.invariants[..3])),
-    ]
+    let largest = |range: &[ParameterDifference]| {
+        let sizes = range.iter().map(|d| d.difference.abs());
+        sizes.fold(0.0, f64::max)
+    };
+    let [bias, scale] = [&compared.parameters[..3], &compared.parameters[3..6]].map(largest);
+    [scale, milli_g(bias)]
 }

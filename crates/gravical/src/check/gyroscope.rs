@@ -20,6 +20,25 @@ const GYRO_LIMIT_DEG_S: f64 = 0.5;
 /// Standard errors by which a mean has to be beyond the limit: 99 %.
 const CONFIDENCE: f64 = 2.576;
 
+impl GyroscopeCheck {
+    /// The judgement in words.
+    pub(super) fn reason(&self) -> String {
+        let largest = self.rate_deg_s.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+        let limit = self.limit_deg_s;
+        match self.judgement {
+            Judgement::Undecided => {
+                format!("gyroscope: too short or unsteady to test its bias against {limit} °/s")
+            }
+            Judgement::DoesNotFit => format!(
+                "gyroscope: its bias has changed, the rate at rest is up to {largest:.2} °/s (limit {limit} °/s); it changes with every power-up"
+            ),
+            _ => format!(
+                "gyroscope: its bias fits, the rate at rest is {largest:.2} °/s at most (limit {limit} °/s)"
+            ),
+        }
+    }
+}
+
 /// Mean calibrated rate over all static intervals, weighted by their rows; `accel` is the
 /// calibrated specific force of each, m/s².
 pub(super) fn gyroscope(
