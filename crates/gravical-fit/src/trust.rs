@@ -65,7 +65,6 @@ pub struct NextPose {
     /// Predicted error of ‖a‖ over all directions with this pose, m/s².
     pub predicted_norm_error_mps2: f64,
     /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; none without redundancy.
-    #[serde(default)]
     pub undetected_effect_mps2: Option<f64>,
 }
 

@@ -37,8 +37,8 @@ use gravical_core::matrix3;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    AccelerometerSection, CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource,
-    SensorInfo, TemperatureRange, creation_time,
+    AccelerometerSection, CalibrationFile, FORMAT, GyroMethod, InputFile, RecordingTime,
+    RecordingTimeSource, SensorInfo, TemperatureRange, creation_time,
 };
 use crate::finding::{after, after_losses};
 use crate::gravity::Gravity;
@@ -218,12 +218,17 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         )?,
         None => gyro::Gyroscope::default(),
     };
-    // … else from the motions between the stills.
-    let gyroscope = if turns.section.is_some() {
-        turns
-    } else {
-        gyro::of_session(recordings, &segmentation, &estimate.calibration).or_after(turns.findings)
-    };
+    // … else from the motions between the stills. That turns are missing matters only where the
+    // motions do not do without them.
+    let mut gyroscope = turns;
+    if gyroscope.section.is_none() {
+        let missing = gyroscope.findings;
+        gyroscope = gyro::of_session(recordings, &segmentation, &estimate.calibration);
+        let method = gyroscope.section.as_ref().map(|s| s.method);
+        if method != Some(GyroMethod::Motion) {
+            gyroscope.findings.splice(0..0, missing);
+        }
+    }
 
     // What do the placements say of the result, and what can they not say?
     let offset = recordings.first().map_or(0.0, |r| r.zero_offset);

@@ -24,11 +24,8 @@ struct Imucal {
     acc_unit: Option<String>,
     #[serde(alias = "gyro_unit")]
     gyr_unit: Option<String>,
-    #[serde(default)]
     from_acc_unit: Option<String>,
-    #[serde(default)]
     from_gyr_unit: Option<String>,
-    #[serde(default)]
     comment: Option<String>,
     K_a: Matrix,
     R_a: Matrix,
@@ -80,6 +77,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
             .as_deref()
             .and_then(AccelUnit::parse)
             .unwrap_or(AccelUnit::Unknown),
+        output_unit: AccelUnit::MetrePerSecondSquared,
         bias: file.b_a,
         matrix,
         scale,
@@ -101,6 +99,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
                 .as_deref()
                 .and_then(GyroUnit::parse)
                 .unwrap_or(GyroUnit::Unknown),
+            output_unit: GyroUnit::RadianPerSecond,
             bias: file.b_g,
             matrix,
             scale,
