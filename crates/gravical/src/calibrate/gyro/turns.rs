@@ -34,10 +34,11 @@ pub(in crate::calibrate) fn gyroscope(
     if session.turns.is_empty() {
         return Ok(fit);
     }
-    let missing: Vec<String> = (0..3)
-        .filter(|axis| session.turns.iter().all(|t| t.axis != *axis))
-        .map(|axis| AXES[axis].to_string())
-        .collect();
+    let names = |is_one: &dyn Fn(usize) -> bool| -> Vec<String> {
+        let axes = (0..3).filter(|axis| is_one(*axis));
+        axes.map(|axis| AXES[axis].to_string()).collect()
+    };
+    let missing = names(&|axis| session.turns.iter().all(|t| t.axis != axis));
     if !missing.is_empty() {
         fit.findings.push(finding!(
             TurnsIncomplete,
@@ -73,11 +74,8 @@ pub(in crate::calibrate) fn gyroscope(
         )
     })?;
     let in_case = axes.of_rates().rows_to_case(&parameters.orientation);
-    let diagonal: [f64; 3] = std::array::from_fn(|i| in_case[i][i]);
-    let backwards: Vec<String> = (0..3)
-        .filter(|&i| diagonal[i] < 0.0)
-        .map(|i| AXES[i].to_string())
-        .collect();
+    let diagonal = [0, 1, 2].map(|i| in_case[i][i]);
+    let backwards = names(&|axis| diagonal[axis] < 0.0);
     if !backwards.is_empty() {
         let degrees = angle_rad.to_degrees();
         fit.findings.push(finding!(
