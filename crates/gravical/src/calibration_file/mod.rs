@@ -6,14 +6,12 @@
 //! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/2` fields are only added.
 
 mod check;
+mod derived;
 mod folder;
 mod imucal;
 mod input;
 mod noise;
-mod nominal;
-mod numbers;
 mod temperature;
-mod trust;
 mod types;
 mod unit;
 
@@ -33,7 +31,6 @@ pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use noise::*;
 pub use temperature::*;
-pub use trust::*;
 pub use types::*;
 pub(crate) use unit::{Applied, judge_unit};
 
@@ -135,26 +132,22 @@ impl CalibrationFile {
         if value.get("K_a").is_some() {
             return from_imucal(&value);
         }
-        match value.get("format").and_then(serde_json::Value::as_str) {
+        let format = value.get("format").and_then(serde_json::Value::as_str);
+        let refuse = |what: &str| Error::input("calibration-format", what);
+        match format {
             Some(FORMAT) => {}
             Some(OLD_FORMAT) => {
-                return Err(Error::input(
-                    "calibration-format",
-                    "this calibration was made before 0.1.0, in a format that is no longer read",
-                )
-                .with_hint("calibrate again from the recordings"));
+                let what =
+                    "this calibration was made before 0.1.0, in a format that is no longer read";
+                return Err(refuse(what).with_hint("calibrate again from the recordings"));
             }
             Some(other) => {
-                return Err(Error::input(
-                    "calibration-format",
-                    format!("the format is \"{other}\"; this program reads {FORMAT}"),
-                ));
+                let what = format!("the format is \"{other}\"; this program reads {FORMAT}");
+                return Err(refuse(&what));
             }
             None => {
-                return Err(Error::input(
-                    "calibration-format",
-                    "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal",
-                ));
+                let what = "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal";
+                return Err(refuse(what));
             }
         }
         let file: CalibrationFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;

@@ -3,7 +3,6 @@
 use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::trust::Budget;
 use super::{InputFile, NoiseSection, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
@@ -330,6 +329,55 @@ impl FitErrors {
             mean_norm: norms.sum::<f64>() / errors.len() as f64,
         })
     }
+}
+
+/// Uncertainty of ‖a‖ at rest, root mean square over all directions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Budget {
+    /// Contributions.
+    pub contributions: Vec<Contribution>,
+    /// Root of the sum of their squares, m/s².
+    pub combined_mps2: f64,
+    /// Coverage factor k.
+    pub coverage_factor: f64,
+    /// k times the combined uncertainty, m/s².
+    pub expanded_mps2: f64,
+}
+
+/// A contribution to the uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Contribution {
+    /// Where it comes from.
+    pub source: Source,
+    /// Standard uncertainty of ‖a‖, m/s²; null if unknown.
+    pub norm_mps2: Option<f64>,
+}
+
+/// Source of an uncertainty of ‖a‖.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// Noise of the means.
+    Noise,
+    /// Rounding of the readings.
+    Quantisation,
+    /// What the model misses of the readings beyond their noise.
+    ModelError,
+    /// Nonlinear response that the poses show.
+    Nonlinearity,
+    /// Tilt of face poses.
+    PoseTilt,
+    /// Data sheet, where the poses determine less.
+    DataSheet,
+    /// Noise and tilt together, by the closed form.
+    NoiseAndTilt,
+    /// Gravity at the place.
+    LocalGravity,
+    /// Change of temperature during the session.
+    Temperature,
 }
 
 /// Tilt of the poses and its source.
