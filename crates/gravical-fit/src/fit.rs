@@ -317,20 +317,17 @@ fn tilt_freedom(search: &Search, found: &Found) -> f64 {
 
 impl Fit {
     /// M of u = M a + b, input unit per m/s², row-major.
-    #[must_use]
     pub fn model(&self) -> [[f64; 3]; 3] {
         let m = matrix(self.found.x()) * self.scale;
         std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
     }
 
     /// b, input unit.
-    #[must_use]
     pub fn bias(&self) -> [f64; 3] {
         std::array::from_fn(|i| self.found.x()[BIAS + i] * self.scale)
     }
 
     /// Drift of b, if it was fitted.
-    #[must_use]
     pub fn drift(&self) -> Option<BiasDrift> {
         let sd = |i: usize| self.found.solution.covariance[(DRIFT + i, DRIFT + i)].sqrt();
         self.search.held.drift.then(|| BiasDrift {
@@ -342,13 +339,11 @@ impl Fit {
 
     /// Bends of the axes: what a nonlinear response adds to ‖a‖ in units of g at 1 g, quadratic then
     /// cubic, x y z each. They are shown and not applied.
-    #[must_use]
     pub fn bends(&self) -> [f64; 6] {
         std::array::from_fn(|i| self.found.x()[BENDS + i])
     }
 
     /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
-    #[must_use]
     pub fn covariance(&self) -> [[f64; 18]; 18] {
         let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
         let unit = |i: usize| if i < DRIFT { self.scale } else { 1.0 };
@@ -363,7 +358,6 @@ impl Fit {
     }
 
     /// The calibration as numbers, for readings in units of `unit`.
-    #[must_use]
     pub fn sensor(&self, unit: f64) -> Sensor {
         let sensor = Sensor {
             parameters: *self.found.x(),
@@ -379,13 +373,11 @@ impl Fit {
     }
 
     /// Standard deviation of each component of a face's tilt, rad.
-    #[must_use]
     pub fn tilt(&self) -> f64 {
         self.search.held.tilt
     }
 
     /// What became of each pose.
-    #[must_use]
     pub fn poses(&self) -> Vec<FittedPose> {
         self.place_of.iter().map(|&k| self.fitted(k)).collect()
     }

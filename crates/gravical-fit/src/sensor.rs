@@ -36,7 +36,6 @@ pub struct Sensor {
 
 /// What a relative error of gravity of this standard deviation does to the parameters: M is fitted in
 /// proportion to 1/g, b does not depend on it.
-#[must_use]
 pub fn covariance_by_gravity(x: &Parameters, relative_sd: f64) -> Covariance {
     let by_gravity = derivative_by_gravity(x) * relative_sd;
     by_gravity * by_gravity.transpose()
@@ -61,7 +60,6 @@ pub struct Deviations {
 
 /// Standard deviations of what no turn of the board changes: bias, lengths of the rows of M (scale), and
 /// angles between them; NaN where M is singular.
-#[must_use]
 pub fn deviations(x: &Parameters, covariance: &Covariance) -> Deviations {
     // Derivatives are taken where M is about 1.
     let unit = matrix(x).norm() / 3_f64.sqrt();
@@ -86,7 +84,6 @@ fn root(variance: f64) -> f64 {
 
 impl Gravity {
     /// Its standard uncertainty as a fraction of it.
-    #[must_use]
     pub fn relative_sd(&self) -> f64 {
         self.sd_mps2 / self.value_mps2
     }
@@ -115,7 +112,6 @@ impl Sensor {
     }
 
     /// The covariance with the error of gravity.
-    #[must_use]
     pub fn covariance_with_gravity(&self) -> Covariance {
         self.covariance + covariance_by_gravity(&self.parameters, self.gravity.relative_sd())
     }
@@ -136,14 +132,12 @@ impl Sensor {
     }
 
     /// Root mean square of [`Self::sd_along`] over the sphere, m/s².
-    #[must_use]
     pub fn predicted_mps2(&self) -> f64 {
         let each = self.sd_along(sphere(DIRECTIONS).map(Into::into));
         (each.iter().map(|sd| sd * sd).sum::<f64>() / DIRECTIONS as f64).sqrt()
     }
 
     /// The direction in which [`Self::sd_along`] is largest, and its value there, m/s².
-    #[must_use]
     pub fn weakest(&self) -> ([f64; 3], f64) {
         let each = self.sd_along(sphere(DIRECTIONS).map(Into::into));
         let each = sphere(DIRECTIONS).map(Into::into).zip(each);

@@ -104,7 +104,6 @@ pub struct RecordOptions {
 
 impl RecordOptions {
     /// The sensor.
-    #[must_use]
     pub fn sensor(&self) -> SensorInfo {
         SensorInfo {
             id: self.sensor_id.clone(),

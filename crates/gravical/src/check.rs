@@ -332,7 +332,6 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
 }
 
 /// A single change that explains the errors, in words.
-#[must_use]
 pub fn explain(explanation: &Explanation, gravity_mps2: f64) -> String {
     let (what, factor, unit) = match explanation.cause {
         Cause::Share => ("common scale error", 100.0, "%"),

@@ -94,7 +94,6 @@ const ANOMALY_MPS2: f64 = 0.0005;
 
 impl Gravity {
     /// Standard uncertainty, m/s²; a given value is assumed to be exact.
-    #[must_use]
     pub fn uncertainty_mps2(&self) -> f64 {
         match self.source {
             GravitySource::Given => 0.0,
@@ -153,7 +152,6 @@ impl Gravity {
     }
 
     /// Finding about the uncertainty of an assumed value.
-    #[must_use]
     pub fn finding(&self) -> Option<Finding> {
         (self.source == GravitySource::Standard).then(|| {
             finding!(

@@ -184,7 +184,6 @@ pub(crate) fn is_result_file(path: &Path) -> bool {
 
 /// True for the summary of many sessions.
 #[doc(hidden)]
-#[must_use]
 pub fn is_summary(path: &Path) -> bool {
     let columns = SUMMARY_COLUMNS.join(",");
     let mut head = vec![0; columns.len()];

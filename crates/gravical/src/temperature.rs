@@ -346,7 +346,6 @@ pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
 /// True where the poses are enough, and at temperatures far enough apart, to fit the drift of the
 /// accelerometer with its other parameters: rests in which the temperature changes, which [`study`]
 /// needs, are then not needed.
-#[must_use]
 pub fn enough_poses(poses: &[Pose]) -> bool {
     let span_c = temperatures(poses).map_or(0.0, |range| range.span_c());
     let complete = poses.iter().all(|p| p.temperature_c.is_some());
@@ -356,7 +355,6 @@ pub fn enough_poses(poses: &[Pose]) -> bool {
 /// The drift of the accelerometer as the poses of the session were `fitted` and tested, and that of the
 /// gyroscope from its static intervals. The means of the poses are converted to the temperature at
 /// which bias and matrix are valid. None without temperatures.
-#[must_use]
 pub(crate) fn from_poses(
     recordings: &[Recording],
     test: DriftTest,

@@ -92,7 +92,6 @@ pub struct NormDifference {
 /// Both have the same bends: the second calibration is moved to those of the first or the other
 /// way round, whichever knows them better. If one knows nothing of them, neither is moved: what they
 /// leave open of M and b is in the covariance of the other. Equal gravities share their error.
-#[must_use]
 pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
     let models = [matrix(&a.parameters), matrix(&b.parameters)];
     let regular = models.iter().all(|m| m.try_inverse().is_some());

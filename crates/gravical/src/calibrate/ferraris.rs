@@ -38,7 +38,6 @@ pub(super) fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
 
 impl Faces {
     /// The face for which placement `index` is used; none when it is oblique.
-    #[must_use]
     pub fn face_of(&self, index: usize) -> Option<Face> {
         Face::all()
             .into_iter()
@@ -163,7 +162,6 @@ impl AccelerometerFit {
     /// Angle of each face that placement and misalignment leave when bias and
     /// scale are taken off, rms over the faces, degrees. Ferraris' method
     /// cannot tell the two apart, so this bounds the tilt from above.
-    #[must_use]
     pub fn face_angle_rms_deg(&self, faces: &Faces) -> f64 {
         let AccelerometerParameters { scale, bias, .. } = &self.parameters;
         let squares = faces.means.iter().map(|reading| {
@@ -178,7 +176,6 @@ impl AccelerometerFit {
     ///
     /// The closed form is computed again with each of its 30 errors: a tilt costs the matrix about σ_tilt,
     /// and the bias g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms.
-    #[must_use]
     pub(super) fn covariance(
         &self,
         faces: &Faces,

@@ -37,7 +37,6 @@ pub struct Gyroscope {
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to m/s²; its
 /// axes become those of the gyroscope.
-#[must_use]
 pub fn of_session(
     recordings: &[Recording],
     session: &Segmentation,

@@ -49,7 +49,6 @@ impl Covariance {
 
 impl GyroscopeSection {
     /// Standard deviations of bias and scale; the scale has none where only the bias was estimated.
-    #[must_use]
     pub fn deviations(&self) -> Option<([f64; 3], Option<[f64; 3]>)> {
         let covariance = self.covariance.as_ref()?;
         if let [x, y, z] = &covariance.values[..] {
@@ -63,14 +62,12 @@ impl GyroscopeSection {
 
 impl AccelerometerSection {
     /// M, b and bends, in the input unit; none where the matrix is singular.
-    #[must_use]
     pub fn parameters(&self) -> Option<Parameters> {
         parameters(&self.matrix, &self.bias, self.bends.unwrap_or_default())
     }
 
     /// Covariance of these, the error of gravity included; none where it is absent, of another size,
     /// not finite or zero throughout.
-    #[must_use]
     pub fn covariance_of_parameters(&self) -> Option<ParameterCovariance> {
         self.covariance.as_ref()?.of_parameters()
     }
@@ -97,7 +94,6 @@ impl AccelerometerSection {
 impl CalibrationFile {
     /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
     /// matrix is singular or the file has no covariance.
-    #[must_use]
     pub fn sensor(&self) -> Option<Sensor> {
         let section = &self.accelerometer;
         let parameters = section.parameters()?;
@@ -127,7 +123,6 @@ impl AccelerometerSection {
 
     /// Input units per m/s² by definition, or by the deviation that the file gives.
     #[doc(hidden)]
-    #[must_use]
     pub fn nominal_per_mps2(&self) -> Option<f64> {
         match self.input_unit {
             AccelUnit::MetrePerSecondSquared => Some(1.0),
@@ -143,7 +138,6 @@ impl AccelerometerSection {
 
     /// The offset of unsigned counts, where the bias shows that it contains one.
     #[doc(hidden)]
-    #[must_use]
     pub fn zero_offset(&self) -> f64 {
         let counts = self.input_unit == AccelUnit::Counts;
         unsigned_offset(self.bias, counts)
@@ -152,7 +146,6 @@ impl AccelerometerSection {
     /// A raw reading in m/s² without the calibration, by the nominal scale. None if that is
     /// unknown, or zero is: a bias beyond 4 g is an offset of the counts.
     #[doc(hidden)]
-    #[must_use]
     pub fn nominally(&self, raw: [f64; 3]) -> Option<[f64; 3]> {
         let (nominal, offset) = (self.nominal_per_mps2()?, self.zero_offset());
         let values = |v: [f64; 3]| v.map(|v| (v - offset) / nominal);
@@ -204,7 +197,6 @@ const MATTERS: f64 = 0.8;
 
 impl AccelerometerSection {
     /// True if the proposed poses lower the predicted error of ‖a‖ by more than a fifth.
-    #[must_use]
     pub fn next_poses_lower_error(&self) -> bool {
         let now = self.predicted_norm_error_mps2;
         let then = self.next_poses.last().map(|p| p.predicted_norm_error_mps2);
@@ -214,7 +206,6 @@ impl AccelerometerSection {
 
     /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
     /// where that is above 5 mg, the error that one pose can cause undetected.
-    #[must_use]
     pub fn proposed_poses(&self) -> &[NextPose] {
         let now = self.undetected.as_ref().map(|u| u.effect_mps2);
         let then = self.next_poses.iter();
@@ -230,7 +221,6 @@ impl AccelerometerSection {
     }
 
     /// Predicted error of ‖a‖ without that of gravity, m/s², if gravity was assumed and is most of it.
-    #[must_use]
     pub fn error_with_known_gravity(&self, source: GravitySource) -> Option<f64> {
         let squared = self.predicted_norm_error_mps2?.powi(2);
         let without = (squared - self.gravity_sd_mps2.powi(2)).max(0.0);
@@ -240,7 +230,6 @@ impl AccelerometerSection {
 
     /// The number of the pose with the largest leave-one-out error, in its own standard deviations, and
     /// that ratio.
-    #[must_use]
     pub fn least_consistent(&self) -> Option<(usize, f64)> {
         let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
         let each = self.poses.iter().enumerate();
@@ -250,14 +239,12 @@ impl AccelerometerSection {
 
     /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
     /// its standard deviations it is off.
-    #[must_use]
     pub fn contradiction(&self) -> Option<(usize, f64)> {
         self.least_consistent()
             .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
     }
 
     /// RMS of ‖a‖ − g over free poses that took no part in the fit, m/s², and their number.
-    #[must_use]
     pub(crate) fn free_norm_error(&self) -> Option<(f64, usize)> {
         let free = self.poses.iter();
         let free = free.filter(|p| p.kind == PoseKind::Free && !p.fitted);

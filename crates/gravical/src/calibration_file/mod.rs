@@ -41,7 +41,6 @@ const OLD_FORMAT: &str = "gravical-calibration/1";
 
 impl CalibrationFile {
     /// Parameters of the accelerometer for the core crate.
-    #[must_use]
     pub fn accelerometer_calibration(&self) -> gravical_core::calibration::Calibration<f64> {
         gravical_core::calibration::Calibration {
             matrix: self.accelerometer.matrix,
@@ -50,7 +49,6 @@ impl CalibrationFile {
     }
 
     /// Parameters of the gyroscope for the core crate.
-    #[must_use]
     pub fn gyroscope_calibration(
         &self,
     ) -> Option<gravical_core::calibration::GyroscopeCalibration<f64>> {
@@ -157,7 +155,6 @@ impl CalibrationFile {
 
     /// The JSON schema of the format.
     #[cfg(feature = "schema")]
-    #[must_use]
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(CalibrationFile).to_value()
     }
@@ -187,7 +184,6 @@ fn syntax(error: &serde_json::Error) -> Error {
 }
 
 /// Time for `created`: the current time, or SOURCE_DATE_EPOCH.
-#[must_use]
 pub fn creation_time() -> String {
     UtcTime::now().to_string()
 }

@@ -213,7 +213,6 @@ pub struct Covariance {
 
 impl Covariance {
     /// Names of the twelve parameters.
-    #[must_use]
     pub fn parameter_names() -> Vec<String> {
         let axes = ["x", "y", "z"];
         let elements = axes
@@ -225,7 +224,6 @@ impl Covariance {
     }
 
     /// The same, and of the six bends.
-    #[must_use]
     pub fn names_with_bends() -> Vec<String> {
         let bends = ["2", "3"].map(|power| ["x", "y", "z"].map(|a| format!("bend_{a}{power}")));
         let mut names = Self::parameter_names();
@@ -291,7 +289,6 @@ pub struct PoseResult {
 impl PoseResult {
     /// Label with lines, since a face can occur several times.
     #[doc(hidden)]
-    #[must_use]
     pub fn called(&self) -> String {
         match self.lines {
             Some([first, last]) => format!("{} in lines {first}-{last}", self.label),
@@ -319,7 +316,6 @@ pub struct FitErrors {
 impl FitErrors {
     /// Of the errors of these faces; none without any.
     #[doc(hidden)]
-    #[must_use]
     pub fn of(errors: &[[f64; 3]]) -> Option<Self> {
         let components = errors.as_flattened();
         let norms = errors.iter().map(gravical_core::matrix3::norm);
