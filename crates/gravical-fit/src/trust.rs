@@ -196,22 +196,29 @@ impl Fit {
         (bent, open.hypot(self.search.held.model_error))
     }
 
+    /// Directions over the sphere, and what is claimed along each.
+    fn claims(&self, covariance: &Covariance) -> impl Iterator<Item = (Vector3<f64>, f64, f64)> {
+        let inverse = self.inverse();
+        sphere(DIRECTIONS).map(move |n| {
+            let (bent, sd) = self.claim(&inverse, covariance, &n);
+            (n, bent, sd)
+        })
+    }
+
     /// The direction in which the error claimed of ‖a‖ is largest.
     pub fn weakest(&self) -> WorstDirection {
         self.weakest_by(&self.with_gravity())
     }
 
     fn weakest_by(&self, covariance: &Covariance) -> WorstDirection {
-        let inverse = self.inverse();
-        let factor = self.coverage_factor(&inverse, covariance);
-        let each = sphere(DIRECTIONS).map(|n| {
-            let (bent, sd_mps2) = self.claim(&inverse, covariance, &n);
-            WorstDirection {
+        let factor = self.coverage_factor(covariance);
+        let each = self
+            .claims(covariance)
+            .map(|(n, bent, sd_mps2)| WorstDirection {
                 direction: n.into(),
                 error_mps2: bent.abs() + factor * sd_mps2,
                 sd_mps2,
-            }
-        });
+            });
         let worst = each.max_by(|a, b| a.error_mps2.total_cmp(&b.error_mps2));
         worst.unwrap_or(WorstDirection {
             direction: [0.0, 0.0, 1.0],
@@ -223,13 +230,13 @@ impl Fit {
     /// So many times its largest standard deviation is what ‖a‖ is off in any direction in 95 % of
     /// sessions: 2 where one combination of parameters is open, up to 3 where several are. Errors are
     /// drawn from the covariance, always the same ones.
-    fn coverage_factor(&self, inverse: &Matrix3<f64>, covariance: &Covariance) -> f64 {
-        let gravity = self.search.held.gravity;
+    fn coverage_factor(&self, covariance: &Covariance) -> f64 {
+        let (inverse, gravity) = (self.inverse(), self.search.held.gravity);
         let eigen = covariance.symmetric_eigen();
         let spread = Covariance::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
         let root = eigen.eigenvectors * spread;
         let rows: Vec<Parameters> = sphere(100)
-            .map(|n| root.tr_mul(&sensitivity(inverse, &n, gravity)))
+            .map(|n| root.tr_mul(&sensitivity(&inverse, &n, gravity)))
             .collect();
         let largest_sd = rows.iter().map(Parameters::norm).fold(0.0, f64::max);
         let mut largest: Vec<f64> = normal_draws()
@@ -237,8 +244,8 @@ impl Fit {
             .collect();
         largest.sort_by(f64::total_cmp);
         let quantile = largest[largest.len() * 95 / 100] / largest_sd;
-        if quantile.is_finite() {
-            quantile.max(2.0)
+        if quantile > 2.0 && quantile.is_finite() {
+            quantile
         } else {
             2.0
         }
@@ -250,11 +257,8 @@ impl Fit {
     }
 
     fn predicted_by(&self, covariance: &Covariance) -> f64 {
-        let inverse = self.inverse();
-        let squares = sphere(DIRECTIONS).map(|n| {
-            let (bent, sd) = self.claim(&inverse, covariance, &n);
-            bent * bent + sd * sd
-        });
+        let claims = self.claims(covariance);
+        let squares = claims.map(|(_, bent, sd)| bent * bent + sd * sd);
         (squares.sum::<f64>() / DIRECTIONS as f64).sqrt()
     }
 
@@ -285,10 +289,8 @@ impl Fit {
             ..*held
         };
         let bare = linear.solve(&normal, &without_sheet)?;
-        let inverse = self.inverse();
-        let sd_without_sheet = sphere(DIRECTIONS)
-            .map(|n| self.claim(&inverse, &bare.covariance, &n).1)
-            .fold(0.0, f64::max);
+        let claims = self.claims(&bare.covariance);
+        let sd_without_sheet = claims.map(|(_, _, sd)| sd).fold(0.0, f64::max);
         if sd_without_sheet.is_nan() || sd_without_sheet > MAX_UNDETERMINED_MPS2 {
             return None;
         }

@@ -29,8 +29,7 @@ pub mod ferraris;
 #[doc(hidden)]
 pub mod gyro;
 mod section;
-mod sensors;
-mod undetermined;
+mod session;
 mod verdict;
 
 use gravical_core::matrix3;
@@ -48,7 +47,8 @@ use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-use estimate::{Session, accelerometer};
+use estimate::accelerometer;
+use session::Session;
 
 pub use crate::calibration_file::Method;
 pub use estimate::{EstimateOptions, Prior};

@@ -2,7 +2,7 @@
 //! test in words, a verdict with its reasons.
 
 use gravical_fit::model::{BIAS, Covariance};
-use gravical_fit::{Gravity, SIGNIFICANCE, Sensor, Test};
+use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
 pub use gravical_fit::later::{Cause, Explanation, ParameterDifference};
@@ -74,18 +74,15 @@ pub struct Verdict {
 ///
 /// `calibration-values` for a singular matrix; `name` is the file.
 pub(crate) fn sensor(file: &CalibrationFile, name: &str, unit: f64, offset: f64) -> Result<Sensor> {
-    let section = &file.accelerometer;
-    let parameters = section.parameters().ok_or_else(|| singular(name))?;
-    let mut sensor = file.sensor().unwrap_or(Sensor {
-        parameters,
-        covariance: Covariance::zeros(),
-        gravity: Gravity {
-            value_mps2: file.gravity_mps2,
-            sd_mps2: section.gravity_sd_mps2,
-        },
-        model_error_mps2: ASSUMED_ERROR_MPS2,
-        tilt_freedom: f64::INFINITY,
-    });
+    let gravity = file.gravity_mps2;
+    let assumed = || {
+        let section = &file.accelerometer;
+        section.sensor(gravity, Covariance::zeros(), ASSUMED_ERROR_MPS2)
+    };
+    let mut sensor = file
+        .sensor()
+        .or_else(assumed)
+        .ok_or_else(|| singular(name))?;
     for axis in 0..3 {
         sensor.parameters[BIAS + axis] -= offset;
     }

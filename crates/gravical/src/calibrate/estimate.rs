@@ -7,16 +7,13 @@ use gravical_fit::{DriftTest, Fit, Options, Trust, fit};
 use serde::Deserialize;
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
-use crate::gravity::Gravity;
-use crate::poses::face::{AxisMap, Face};
+use crate::poses::Pose;
+use crate::poses::face::Face;
 use crate::poses::for_fit::{Names, Poses, poses, start};
-use crate::poses::{Pose, Segmentation};
-use crate::recording::Recording;
 use crate::{Error, Result};
 
 use super::ferraris;
-use super::sensors::one_sensor;
-use super::undetermined::explain;
+use super::session::{Session, explain, one_sensor};
 
 /// What the user says about estimating.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -89,34 +86,6 @@ pub enum Prior {
     DataSheet,
     /// Nothing.
     Off,
-}
-
-/// Recordings, poses, and what the user says of them.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Session<'a> {
-    pub recordings: &'a [Recording],
-    pub segmentation: &'a Segmentation,
-    /// How the board sits in its case.
-    pub axes: &'a AxisMap,
-    /// Names of placements are believed, not data.
-    pub faces_by_name: bool,
-    pub gravity: &'a Gravity,
-    /// The drift with temperature is tested, and fitted where it helps.
-    pub drift: bool,
-}
-
-impl Session<'_> {
-    fn nominal(&self) -> Option<f64> {
-        self.recordings.first()?.accel_scale.nominal()
-    }
-
-    /// Input units per m/s²: nominal, or as gravity reads.
-    pub fn scale(&self) -> f64 {
-        let placements = self.segmentation.poses.iter();
-        let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
-        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity.value_mps2;
-        self.nominal().unwrap_or_else(usual)
-    }
 }
 
 /// What a placement was used for.

@@ -2,8 +2,8 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_fit::deviations;
 use gravical_fit::model::DRIFT;
-use gravical_fit::{Sensor, deviations};
 
 use crate::calibration_file::{
     AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult,
@@ -68,15 +68,10 @@ fn by_fit(section: &mut AccelerometerSection, estimate: &Estimate) {
 fn by_ferraris(section: &mut AccelerometerSection, estimate: &Estimate, gravity: &Gravity) {
     let faces = section.poses.iter().filter(|p| p.kind == PoseKind::Face);
     section.errors = FitErrors::of(&faces.map(|p| p.error).collect::<Vec<_>>());
-    let (Some(parameters), Some(covariance)) = (section.parameters(), &estimate.covariance) else {
+    let covariance = estimate.covariance.as_deref();
+    let sensor = covariance.and_then(|c| section.sensor(gravity.value_mps2, *c, 0.0));
+    let Some(sensor) = sensor else {
         return;
-    };
-    let sensor = Sensor {
-        parameters,
-        covariance: **covariance,
-        gravity: gravity.for_fit(),
-        model_error_mps2: 0.0,
-        tilt_freedom: f64::INFINITY,
     };
     let (direction, sd_mps2) = sensor.weakest();
     section.predicted_norm_error_mps2 = Some(sensor.predicted_mps2()).filter(|p| p.is_finite());

@@ -82,6 +82,25 @@ impl AccelerometerSection {
         }
     }
 
+    /// The accelerometer with this covariance by its readings; none where the matrix is singular.
+    pub(crate) fn sensor(
+        &self,
+        gravity_mps2: f64,
+        covariance: ParameterCovariance,
+        model_error_mps2: f64,
+    ) -> Option<Sensor> {
+        Some(Sensor {
+            parameters: self.parameters()?,
+            covariance,
+            gravity: Gravity {
+                value_mps2: gravity_mps2,
+                sd_mps2: self.gravity_sd_mps2,
+            },
+            model_error_mps2,
+            tilt_freedom: self.tilt_freedom(),
+        })
+    }
+
     /// Tilts that σ_tilt was estimated from.
     fn tilt_freedom(&self) -> f64 {
         let tilt = self.pose_tilt_deg.as_ref();
@@ -96,19 +115,11 @@ impl CalibrationFile {
     /// matrix is singular or the file has no covariance.
     pub fn sensor(&self) -> Option<Sensor> {
         let section = &self.accelerometer;
-        let parameters = section.parameters()?;
-        let gravity = Gravity {
-            value_mps2: self.gravity_mps2,
-            sd_mps2: section.gravity_sd_mps2,
-        };
-        let by_gravity = covariance_by_gravity(&parameters, gravity.relative_sd());
-        Some(Sensor {
-            parameters,
-            covariance: section.covariance_of_parameters()? - by_gravity,
-            gravity,
-            model_error_mps2: section.model_error_mps2(),
-            tilt_freedom: section.tilt_freedom(),
-        })
+        let all = section.covariance_of_parameters()?;
+        let mut sensor = section.sensor(self.gravity_mps2, all, section.model_error_mps2())?;
+        let relative_sd = sensor.gravity.relative_sd();
+        sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
+        Some(sensor)
     }
 }
 
