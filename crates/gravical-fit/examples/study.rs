@@ -130,7 +130,7 @@ fn element_intervals(found: &Fit, truth: &Matrix3<f64>) -> (usize, usize) {
     let m = Matrix3::from_fn(|r, k| m[r][k]);
     let c = nalgebra::DMatrix::from_fn(9, 9, |i, k| c[i][k]);
     let holds = |difference: f64, variance: f64| difference.abs() < 1.96 * variance.sqrt();
-    if found.oriented {
+    if found.quality.oriented {
         let each = (0..9).map(|i| holds(m[(i / 3, i % 3)] - truth[(i / 3, i % 3)], c[(i, i)]));
         return (each.filter(|h| *h).count(), 9);
     }

@@ -1,6 +1,6 @@
 //! Drift of the bias with temperature, from many poses: is it predictable?
 
-use crate::fit::{Options, Undetermined, prepare_search};
+use crate::fit::{Options, Undetermined, least_covered, prepare};
 use crate::pose::Pose;
 use crate::rows::force;
 
@@ -45,7 +45,11 @@ pub fn test_drift(poses: &[Pose], options: &Options) -> Result<DriftTest, Undete
 
 /// Mean of |‖a‖ − g| over each part, by the fit to the others.
 fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undetermined> {
-    let (mut search, open) = prepare_search(poses, options)?;
+    let open = Undetermined {
+        direction: least_covered(poses),
+        sd_mps2: f64::INFINITY,
+    };
+    let mut search = prepare(poses, options).ok_or(open)?.search;
     if search.poses.len() < PARTS {
         return Err(open);
     }

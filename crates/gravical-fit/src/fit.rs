@@ -2,6 +2,7 @@
 
 use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::model::{BENDS, BIAS, Covariance, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
@@ -76,6 +77,27 @@ pub struct BiasDrift {
     pub sd: [f64; 3],
 }
 
+/// Quality of a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FitQuality {
+    /// χ² of the readings with the noise of their means, over its degrees of freedom; null
+    /// without any. Above 1 the sensor deviates from the model by more than noise.
+    pub chi2_per_freedom: Option<f64>,
+    /// Degrees of freedom of the readings.
+    pub freedom: f64,
+    /// Standard deviation added to every mean so that χ² equals its expected value, m/s²;
+    /// included in the covariance.
+    pub model_error_mps2: f64,
+    /// False if too few faces determine the orientation of the sensor frame in the case; the
+    /// matrix is then triangular by convention.
+    pub oriented: bool,
+    /// Components of the tilts that the data determine.
+    pub tilt_degrees_of_freedom: f64,
+    /// The data sheet was used.
+    pub prior: bool,
+}
+
 /// The fitted accelerometer.
 #[derive(Debug, Clone)]
 pub struct Fit {
@@ -88,15 +110,8 @@ pub struct Fit {
     /// Input unit per working unit.
     scale: f64,
     reference_c: f64,
-    /// Some faces hold the frame of the case.
-    pub oriented: bool,
-    /// Degrees of freedom of the angles of faces: what the tilt is estimated from.
-    pub tilt_freedom: f64,
-    /// … of the lengths.
-    pub freedom: f64,
-    /// χ² of the lengths by the noise of the means alone, over its degrees of freedom; none with less
-    /// than one.
-    pub chi2_per_freedom: Option<f64>,
+    /// How well the poses suit the model.
+    pub quality: FitQuality,
 }
 
 /// σ(‖a‖) above this fraction of g in some direction counts as undetermined: the data sheet alone says
@@ -121,8 +136,12 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
         direction: least_covered(poses),
         sd_mps2: f64::INFINITY,
     };
-    let (mut search, place_of, scale, reference_c) = prepare(poses, options).ok_or_else(open)?;
-    search.first_roles();
+    let Prepared {
+        mut search,
+        place_of,
+        scale,
+        reference_c,
+    } = prepare(poses, options).ok_or_else(open)?;
     let mut found = search.settle().ok_or_else(open)?;
     let mut bad = vec![None; search.poses.len()];
     let mut misfits = search.misfits();
@@ -152,31 +171,29 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
         bad,
         scale,
         reference_c,
-        oriented: search.is_oriented(),
-        tilt_freedom: tilt_freedom(&search, &found),
-        freedom: lengths.freedom,
-        chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
+        quality: FitQuality {
+            chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
+            freedom: lengths.freedom,
+            model_error_mps2: search.held.model_error,
+            oriented: search.is_oriented(),
+            tilt_degrees_of_freedom: tilt_freedom(&search, &found),
+            prior: search.held.prior,
+        },
         search,
         found,
     })
 }
 
-/// The search with the first roles, and the error if it finds nothing.
-pub(crate) fn prepare_search(
-    poses: &[Pose],
-    options: &Options,
-) -> Result<(Search, Undetermined), Undetermined> {
-    let open = Undetermined {
-        direction: least_covered(poses),
-        sd_mps2: f64::INFINITY,
-    };
-    let (mut search, ..) = prepare(poses, options).ok_or(open)?;
-    search.first_roles();
-    Ok((search, open))
+/// The poses in working units, repeats merged, and how they were brought there.
+pub(crate) struct Prepared {
+    pub search: Search,
+    place_of: Vec<usize>,
+    scale: f64,
+    reference_c: f64,
 }
 
-/// The poses in working units, repeats merged.
-fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64, f64)> {
+/// The search with the first roles.
+pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Prepared> {
     let is_finite = |pose: &Pose| {
         matrix3::norm(&pose.mean).is_finite()
             && pose.sd.iter().all(|s| s.is_finite() && *s > 0.0)
@@ -218,7 +235,7 @@ fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64
         };
         place_of.push(place(&mut placed, one, poses.len(), options.gravity));
     }
-    let search = Search {
+    let mut search = Search {
         poses: placed.into_iter().map(|(pose, _)| pose).collect(),
         held: Held {
             gravity: options.gravity,
@@ -237,7 +254,13 @@ fn prepare(poses: &[Pose], options: &Options) -> Option<(Search, Vec<usize>, f64
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
         x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),
     };
-    Some((search, place_of, scale, reference_c))
+    search.first_roles();
+    Some(Prepared {
+        search,
+        place_of,
+        scale,
+        reference_c,
+    })
 }
 
 /// Merges a pose into one that it repeats, or adds it; its place.
@@ -263,7 +286,7 @@ fn place(placed: &mut Vec<(Placed, f64)>, pose: Placed, count: usize, gravity: f
 }
 
 /// The direction that the readings cover least.
-fn least_covered(poses: &[Pose]) -> [f64; 3] {
+pub(crate) fn least_covered(poses: &[Pose]) -> [f64; 3] {
     let mut spread = Matrix3::zeros();
     for pose in poses.iter().filter(|p| matrix3::norm(&p.mean).is_finite()) {
         let n = Vector3::from(pose.mean)
@@ -294,20 +317,17 @@ fn tilt_freedom(search: &Search, found: &Found) -> f64 {
 
 impl Fit {
     /// M of u = M a + b, input unit per m/s², row-major.
-    #[must_use]
     pub fn model(&self) -> [[f64; 3]; 3] {
         let m = matrix(self.found.x()) * self.scale;
         std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
     }
 
     /// b, input unit.
-    #[must_use]
     pub fn bias(&self) -> [f64; 3] {
         std::array::from_fn(|i| self.found.x()[BIAS + i] * self.scale)
     }
 
     /// Drift of b, if it was fitted.
-    #[must_use]
     pub fn drift(&self) -> Option<BiasDrift> {
         let sd = |i: usize| self.found.solution.covariance[(DRIFT + i, DRIFT + i)].sqrt();
         self.search.held.drift.then(|| BiasDrift {
@@ -319,13 +339,11 @@ impl Fit {
 
     /// Bends of the axes: what a nonlinear response adds to ‖a‖ in units of g at 1 g, quadratic then
     /// cubic, x y z each. They are shown and not applied.
-    #[must_use]
     pub fn bends(&self) -> [f64; 6] {
         std::array::from_fn(|i| self.found.x()[BENDS + i])
     }
 
     /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
-    #[must_use]
     pub fn covariance(&self) -> [[f64; 18]; 18] {
         let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
         let unit = |i: usize| if i < DRIFT { self.scale } else { 1.0 };
@@ -340,7 +358,6 @@ impl Fit {
     }
 
     /// The calibration as numbers, for readings in units of `unit`.
-    #[must_use]
     pub fn sensor(&self, unit: f64) -> Sensor {
         let sensor = Sensor {
             parameters: *self.found.x(),
@@ -350,31 +367,17 @@ impl Fit {
                 sd_mps2: self.gravity_sd,
             },
             model_error_mps2: self.search.held.model_error,
-            tilt_freedom: self.tilt_freedom,
+            tilt_freedom: self.quality.tilt_degrees_of_freedom,
         };
         sensor.rescaled(unit / self.scale)
     }
 
     /// Standard deviation of each component of a face's tilt, rad.
-    #[must_use]
     pub fn tilt(&self) -> f64 {
         self.search.held.tilt
     }
 
-    /// Standard deviation of what the model misses of a mean, m/s².
-    #[must_use]
-    pub fn model_error_mps2(&self) -> f64 {
-        self.search.held.model_error
-    }
-
-    /// The data sheet counted.
-    #[must_use]
-    pub fn used_prior(&self) -> bool {
-        self.search.held.prior
-    }
-
     /// What became of each pose.
-    #[must_use]
     pub fn poses(&self) -> Vec<FittedPose> {
         self.place_of.iter().map(|&k| self.fitted(k)).collect()
     }

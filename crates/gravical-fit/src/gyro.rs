@@ -143,7 +143,6 @@ const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 
 impl MotionFit {
     /// True if a typical motion misses by so much (3°) that the motions are not those of this sensor.
-    #[must_use]
     pub fn is_misfit(&self) -> bool {
         self.typical_rad > MISFIT_RAD
     }
@@ -153,7 +152,6 @@ impl MotionFit {
 /// of it is in the covariance only as far as the residuals show it.
 ///
 /// None without static intervals, if one has no duration, or if a value is no number.
-#[must_use]
 pub fn gyro(
     intervals: &[StaticInterval],
     motions: &[Motion],

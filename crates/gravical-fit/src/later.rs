@@ -18,7 +18,7 @@ use crate::model::{Covariance, Parameters};
 use crate::propagate::propagate;
 
 pub use check::{Cause, Check, Explanation, Length, StaticMean, check};
-pub use compare::{Compare, Difference, NormDifference, compare};
+pub use compare::{Compare, NormDifference, ParameterDifference, compare};
 
 /// Covariance of `f` by the errors of the parameters, from steps along the axes of their covariance.
 fn propagated(

@@ -28,17 +28,18 @@ mod search;
 mod sensor;
 pub mod temperature;
 mod trust;
-mod verdict;
 
 pub use bias_drift::{DriftTest, test_drift};
 pub use consistent::{SIGNIFICANCE, Test, consistent};
-pub use fit::{BiasDrift, Fit, FittedPose, Options, Undetermined, fit};
+pub use fit::{BiasDrift, Fit, FitQuality, FittedPose, Options, Undetermined, fit};
 pub use gyro::{
     FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, Motion, MotionFit,
     Sample, StaticInterval, gyro,
 };
 pub use pose::{Face, Hint, Pose, angle_deg};
 pub use propagate::propagate;
-pub use sensor::{Gravity, Sensor, covariance_by_gravity, deviations};
-pub use trust::{Budget, GOOD_MPS2, LeftOut, NextPose, Undetected, WorstDirection};
-pub use verdict::{CONTRADICTION, FAIR_MPS2, Grade, Trust, UNVERIFIED_MPS2};
+pub use sensor::{Deviations, Gravity, Sensor, covariance_by_gravity, deviations};
+pub use trust::{
+    Budget, CONTRADICTION, FAIR_MPS2, GOOD_MPS2, Grade, LeftOut, NextPose, Trust, UNVERIFIED_MPS2,
+    Undetected, WorstDirection,
+};

@@ -20,13 +20,11 @@ pub type Parameters = SVector<f64, PARAMETERS>;
 pub type Covariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// M.
-#[must_use]
 pub fn matrix(x: &Parameters) -> Matrix3<f64> {
     Matrix3::from_fn(|r, c| x[3 * r + c])
 }
 
 /// b at a temperature `warmer_c` above that of reference.
-#[must_use]
 pub fn bias(x: &Parameters, warmer_c: f64) -> Vector3<f64> {
     Vector3::from_fn(|i, _| x[BIAS + i] + warmer_c * x[DRIFT + i])
 }
@@ -34,7 +32,6 @@ pub fn bias(x: &Parameters, warmer_c: f64) -> Vector3<f64> {
 /// Relative error of ‖a‖ along n by a nonlinear response of the axes, for each of the six bends:
 /// Legendre's P₃ and P₄ (monic) of every component, the part of n² and n³ of an axis that no M and b
 /// imitate. M and b are thus those that suit the bent sensor best over the sphere.
-#[must_use]
 pub fn bends(n: &Vector3<f64>) -> SVector<f64, 6> {
     SVector::from_fn(|i, _| {
         let c = n[i % 3];
@@ -47,14 +44,12 @@ pub fn bends(n: &Vector3<f64>) -> SVector<f64, 6> {
 }
 
 /// Relative error of ‖a‖ along n by all bends.
-#[must_use]
 pub fn bend(x: &Parameters, n: &Vector3<f64>) -> f64 {
     bends(n).dot(&x.fixed_rows::<6>(BENDS))
 }
 
 /// h of ‖a‖ along n: an error d of the parameters moves the length of a calibrated reading by
 /// −hᵀd. With w = M⁻ᵀ n it is [g w⊗n ; w], and g times [`bends`].
-#[must_use]
 pub fn sensitivity(inverse: &Matrix3<f64>, n: &Vector3<f64>, gravity: f64) -> Parameters {
     let w = inverse.transpose() * n;
     let bends = bends(n);
@@ -68,7 +63,6 @@ pub fn sensitivity(inverse: &Matrix3<f64>, n: &Vector3<f64>, gravity: f64) -> Pa
 
 /// What no turn of the board changes, and ‖a‖ depends on: b (unit of the readings), the lengths of the rows of M,
 /// and the angles xy, xz, yz between them beyond 90° (rad).
-#[must_use]
 pub fn invariants(x: &Parameters) -> DVector<f64> {
     let m = matrix(x);
     let row = |i: usize| m.row(i).transpose();
@@ -118,7 +112,6 @@ pub fn sphere(count: usize) -> impl Iterator<Item = Vector3<f64>> {
 }
 
 /// Two unit vectors that are perpendicular to n and to each other.
-#[must_use]
 pub fn tangents(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let t = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
     [t, n.cross(&t)]

@@ -13,7 +13,6 @@ pub struct Face {
 
 impl Face {
     /// All six: +x −x +y −y +z −z.
-    #[must_use]
     pub fn all() -> [Face; 6] {
         std::array::from_fn(|i| Face {
             axis: i / 2,
@@ -55,7 +54,6 @@ impl Face {
     }
 
     /// The face nearest to a vector, and the angle between them in degrees.
-    #[must_use]
     pub fn nearest(vector: [f64; 3]) -> (Face, f64) {
         let mut axis = 0;
         for i in 1..3 {
@@ -72,7 +70,6 @@ impl Face {
 }
 
 /// Angle between two vectors in degrees, accurate for small angles; 90 for a vector without length.
-#[must_use]
 pub fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
     let (sine, cosine) = (norm(&cross(&a, &b)), dot(&a, &b));
     if sine == 0.0 && cosine == 0.0 {

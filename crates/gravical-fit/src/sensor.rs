@@ -1,6 +1,7 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
 use nalgebra::{DMatrix, SMatrix};
+use serde::{Deserialize, Serialize};
 
 use crate::model::{
     BENDS, BIAS, Covariance, DIRECTIONS, Parameters, invariants, jacobian, matrix, sensitivity,
@@ -35,7 +36,6 @@ pub struct Sensor {
 
 /// What a relative error of gravity of this standard deviation does to the parameters: M is fitted in
 /// proportion to 1/g, b does not depend on it.
-#[must_use]
 pub fn covariance_by_gravity(x: &Parameters, relative_sd: f64) -> Covariance {
     let by_gravity = derivative_by_gravity(x) * relative_sd;
     by_gravity * by_gravity.transpose()
@@ -46,10 +46,21 @@ pub(crate) fn derivative_by_gravity(x: &Parameters) -> Parameters {
     Parameters::from_fn(|i, _| if i < BIAS { -x[i] } else { 0.0 })
 }
 
+/// Standard deviations (1σ) from the covariance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Deviations {
+    /// Of the bias, input unit.
+    pub bias: [f64; 3],
+    /// Of the scale, input unit per m/s².
+    pub scale: [f64; 3],
+    /// Of the angles between the sensitive axes xy, yz and zx, degrees.
+    pub axis_angle_deg: [f64; 3],
+}
+
 /// Standard deviations of what no turn of the board changes: bias, lengths of the rows of M (scale), and
-/// angles between them (xy, xz, yz), rad; NaN where M is singular.
-#[must_use]
-pub fn deviations(x: &Parameters, covariance: &Covariance) -> [f64; 9] {
+/// angles between them; NaN where M is singular.
+pub fn deviations(x: &Parameters, covariance: &Covariance) -> Deviations {
     // Derivatives are taken where M is about 1.
     let unit = matrix(x).norm() / 3_f64.sqrt();
     let scaled = x / unit;
@@ -58,7 +69,12 @@ pub fn deviations(x: &Parameters, covariance: &Covariance) -> [f64; 9] {
     let slopes = slopes.unwrap_or_else(|| DMatrix::repeat(9, BENDS, f64::NAN));
     let covariance = covariance.view((0, 0), (BENDS, BENDS)) / (unit * unit);
     let variances = (&slopes * covariance * slopes.transpose()).diagonal();
-    std::array::from_fn(|i| root(variances[i]) * if i < 6 { unit } else { 1.0 })
+    let sd = |i: usize| root(variances[i]);
+    Deviations {
+        bias: [0, 1, 2].map(|i| unit * sd(i)),
+        scale: [3, 4, 5].map(|i| unit * sd(i)),
+        axis_angle_deg: [6, 8, 7].map(|i| sd(i).to_degrees()),
+    }
 }
 
 /// Root of a variance that rounding may have left below zero.
@@ -68,7 +84,6 @@ fn root(variance: f64) -> f64 {
 
 impl Gravity {
     /// Its standard uncertainty as a fraction of it.
-    #[must_use]
     pub fn relative_sd(&self) -> f64 {
         self.sd_mps2 / self.value_mps2
     }
@@ -97,7 +112,6 @@ impl Sensor {
     }
 
     /// The covariance with the error of gravity.
-    #[must_use]
     pub fn covariance_with_gravity(&self) -> Covariance {
         self.covariance + covariance_by_gravity(&self.parameters, self.gravity.relative_sd())
     }
@@ -118,14 +132,12 @@ impl Sensor {
     }
 
     /// Root mean square of [`Self::sd_along`] over the sphere, m/s².
-    #[must_use]
     pub fn predicted_mps2(&self) -> f64 {
         let each = self.sd_along(sphere(DIRECTIONS).map(Into::into));
         (each.iter().map(|sd| sd * sd).sum::<f64>() / DIRECTIONS as f64).sqrt()
     }
 
     /// The direction in which [`Self::sd_along`] is largest, and its value there, m/s².
-    #[must_use]
     pub fn weakest(&self) -> ([f64; 3], f64) {
         let each = self.sd_along(sphere(DIRECTIONS).map(Into::into));
         let each = sphere(DIRECTIONS).map(Into::into).zip(each);
@@ -194,8 +206,8 @@ mod tests {
         let counts = one.clone().rescaled(1.0 / 1670.0);
         let in_mps2 = deviations(&one.parameters, &one.covariance_with_gravity());
         let in_counts = deviations(&counts.parameters, &counts.covariance_with_gravity());
-        assert!((in_mps2[0] - 0.3).abs() < 1e-9 && in_mps2[3] == 0.0);
-        assert!((in_counts[0] / 1670.0 / in_mps2[0] - 1.0).abs() < 1e-9);
+        assert!((in_mps2.bias[0] - 0.3).abs() < 1e-9 && in_mps2.scale[0] == 0.0);
+        assert!((in_counts.bias[0] / 1670.0 / in_mps2.bias[0] - 1.0).abs() < 1e-9);
         assert!((counts.predicted_mps2() / one.predicted_mps2() - 1.0).abs() < 1e-9);
     }
 }

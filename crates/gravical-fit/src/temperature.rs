@@ -60,7 +60,6 @@ pub struct Drift {
 
 impl Drift {
     /// True if each direction predicts the other.
-    #[must_use]
     pub fn is_predictable(&self) -> bool {
         self.r2_cooling_to_warming.min(self.r2_warming_to_cooling) >= MIN_R2
     }
@@ -68,7 +67,6 @@ impl Drift {
 
 /// Direction of each of the temperatures `t_c` (in order of time): it changes at the extreme from
 /// which the temperature has come back by `turn_c`. Empty if it never changes by that much.
-#[must_use]
 pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
     let mut turns: Vec<(usize, Direction)> = Vec::new();
     let (mut lowest, mut highest) = (0, 0);
@@ -104,7 +102,6 @@ pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
 /// of the temperature to the other. Random folds, or folds within one direction, would not test it:
 /// neighbours in time agree whatever the cause of their drift. `None` where the blocks determine
 /// nothing.
-#[must_use]
 pub fn fit_drift(blocks: &[Block], reference_c: f64) -> Option<Drift> {
     let bins = mean_by_degree(blocks);
     let of_direction = |direction| -> Vec<Bin> {

@@ -1,4 +1,6 @@
-//! How far a fit can be trusted: numbers only.
+//! How far a fit can be trusted: the numbers that decide, and the grade by them.
+
+use std::fmt;
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use serde::{Deserialize, Serialize};
@@ -17,6 +19,61 @@ const NEIGHBOUR: f64 = 25.0 * std::f64::consts::PI / 180.0;
 const MAX_LEFT_OUT: usize = 64;
 /// Error of ‖a‖ (95 %) up to which a result is good: 5 mg in m/s².
 pub const GOOD_MPS2: f64 = 5e-3 * gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+/// Free poses that are proposed.
+const PROPOSED: usize = 3;
+/// Claimed error of ‖a‖, and effect of an error of one pose that nothing shows, up to which a result is
+/// fair: 20 mg in m/s².
+pub const FAIR_MPS2: f64 = 4.0 * GOOD_MPS2;
+/// Predicted error (2σ over the sphere) beyond which a result that nothing verifies is poor: 50 mg in
+/// m/s². Six faces placed by hand stay below.
+pub const UNVERIFIED_MPS2: f64 = 10.0 * GOOD_MPS2;
+/// A pose that is left out contradicts the others beyond so many of its own standard deviations.
+pub const CONTRADICTION: f64 = 3.0;
+
+/// What a person decides by, in m/s².
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trust {
+    /// Predicted error of ‖a‖, root mean square over the sphere.
+    pub predicted_mps2: f64,
+    /// … where it is largest.
+    pub worst: WorstDirection,
+    /// Error of each pose by a fit without it.
+    pub left_out: Vec<Option<LeftOut>>,
+    /// The error of one pose that does most harm unseen; none without poses.
+    pub undetected: Option<Undetected>,
+    /// Free poses that would improve the result most.
+    pub next: Vec<NextPose>,
+    /// Where the uncertainty comes from.
+    pub budget: Option<Budget>,
+}
+
+/// Grade of a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Grade {
+    /// The error of ‖a‖ is at most 5 mg (95 %) in every direction, and an error of one pose that changes it
+    /// by more would have been detected.
+    Good,
+    /// The same with 20 mg.
+    Fair,
+    /// An error of one pose would not have been detected.
+    NotVerifiable,
+    /// Anything else: the reasons of the verdict name it.
+    Poor,
+}
+
+impl fmt::Display for Grade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Grade::Good => "good",
+            Grade::Fair => "fair",
+            Grade::NotVerifiable => "not verifiable",
+            Grade::Poor => "poor",
+        })
+    }
+}
 
 /// ‖a‖ − g of a pose that the fit did not use.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +122,6 @@ pub struct NextPose {
     /// Predicted error of ‖a‖ over all directions with this pose, m/s².
     pub predicted_norm_error_mps2: f64,
     /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; none without redundancy.
-    #[serde(default)]
     pub undetected_effect_mps2: Option<f64>,
 }
 
@@ -97,6 +153,18 @@ struct State {
 }
 
 impl Fit {
+    /// All of it.
+    pub fn trust(&self) -> Trust {
+        Trust {
+            predicted_mps2: self.predicted_mps2(),
+            worst: self.weakest(),
+            left_out: self.left_out(),
+            undetected: self.undetected(),
+            next: self.next(PROPOSED),
+            budget: self.budget(),
+        }
+    }
+
     fn inverse(&self) -> Matrix3<f64> {
         matrix(self.found.x())
             .try_inverse()
@@ -110,7 +178,6 @@ impl Fit {
     /// What is claimed of ‖a‖ along n, m/s²: the error by the bends that the poses show, and the
     /// standard deviation of what they leave open. The model error is in it once and in full: poses do
     /// not average it out.
-    #[must_use]
     pub fn error_along(&self, direction: [f64; 3]) -> (f64, f64) {
         let n = Vector3::from(direction);
         self.claim(&self.inverse(), &self.with_gravity(), &n)
@@ -129,23 +196,29 @@ impl Fit {
         (bent, open.hypot(self.search.held.model_error))
     }
 
+    /// Directions over the sphere, and what is claimed along each.
+    fn claims(&self, covariance: &Covariance) -> impl Iterator<Item = (Vector3<f64>, f64, f64)> {
+        let inverse = self.inverse();
+        sphere(DIRECTIONS).map(move |n| {
+            let (bent, sd) = self.claim(&inverse, covariance, &n);
+            (n, bent, sd)
+        })
+    }
+
     /// The direction in which the error claimed of ‖a‖ is largest.
-    #[must_use]
     pub fn weakest(&self) -> WorstDirection {
         self.weakest_by(&self.with_gravity())
     }
 
     fn weakest_by(&self, covariance: &Covariance) -> WorstDirection {
-        let inverse = self.inverse();
-        let factor = self.coverage_factor(&inverse, covariance);
-        let each = sphere(DIRECTIONS).map(|n| {
-            let (bent, sd_mps2) = self.claim(&inverse, covariance, &n);
-            WorstDirection {
+        let factor = self.coverage_factor(covariance);
+        let each = self
+            .claims(covariance)
+            .map(|(n, bent, sd_mps2)| WorstDirection {
                 direction: n.into(),
                 error_mps2: bent.abs() + factor * sd_mps2,
                 sd_mps2,
-            }
-        });
+            });
         let worst = each.max_by(|a, b| a.error_mps2.total_cmp(&b.error_mps2));
         worst.unwrap_or(WorstDirection {
             direction: [0.0, 0.0, 1.0],
@@ -157,13 +230,13 @@ impl Fit {
     /// So many times its largest standard deviation is what ‖a‖ is off in any direction in 95 % of
     /// sessions: 2 where one combination of parameters is open, up to 3 where several are. Errors are
     /// drawn from the covariance, always the same ones.
-    fn coverage_factor(&self, inverse: &Matrix3<f64>, covariance: &Covariance) -> f64 {
-        let gravity = self.search.held.gravity;
+    fn coverage_factor(&self, covariance: &Covariance) -> f64 {
+        let (inverse, gravity) = (self.inverse(), self.search.held.gravity);
         let eigen = covariance.symmetric_eigen();
         let spread = Covariance::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
         let root = eigen.eigenvectors * spread;
         let rows: Vec<Parameters> = sphere(100)
-            .map(|n| root.tr_mul(&sensitivity(inverse, &n, gravity)))
+            .map(|n| root.tr_mul(&sensitivity(&inverse, &n, gravity)))
             .collect();
         let largest_sd = rows.iter().map(Parameters::norm).fold(0.0, f64::max);
         let mut largest: Vec<f64> = normal_draws()
@@ -171,31 +244,26 @@ impl Fit {
             .collect();
         largest.sort_by(f64::total_cmp);
         let quantile = largest[largest.len() * 95 / 100] / largest_sd;
-        if quantile.is_finite() {
-            quantile.max(2.0)
+        if quantile > 2.0 && quantile.is_finite() {
+            quantile
         } else {
             2.0
         }
     }
 
     /// Predicted error of ‖a‖, root mean square over the sphere, m/s².
-    #[must_use]
     pub fn predicted_mps2(&self) -> f64 {
         self.predicted_by(&self.with_gravity())
     }
 
     fn predicted_by(&self, covariance: &Covariance) -> f64 {
-        let inverse = self.inverse();
-        let squares = sphere(DIRECTIONS).map(|n| {
-            let (bent, sd) = self.claim(&inverse, covariance, &n);
-            bent * bent + sd * sd
-        });
+        let claims = self.claims(covariance);
+        let squares = claims.map(|(_, bent, sd)| bent * bent + sd * sd);
         (squares.sum::<f64>() / DIRECTIONS as f64).sqrt()
     }
 
     /// ‖a‖ − g of each pose by a fit without it and all within 25° of it; none where the others do not
     /// determine the parameters without the data sheet.
-    #[must_use]
     pub fn left_out(&self) -> Vec<Option<LeftOut>> {
         let poses = &self.search.poses;
         let directions = self.directions();
@@ -221,10 +289,8 @@ impl Fit {
             ..*held
         };
         let bare = linear.solve(&normal, &without_sheet)?;
-        let inverse = self.inverse();
-        let sd_without_sheet = sphere(DIRECTIONS)
-            .map(|n| self.claim(&inverse, &bare.covariance, &n).1)
-            .fold(0.0, f64::max);
+        let claims = self.claims(&bare.covariance);
+        let sd_without_sheet = claims.map(|(_, _, sd)| sd).fold(0.0, f64::max);
         if sd_without_sheet.is_nan() || sd_without_sheet > MAX_UNDETERMINED_MPS2 {
             return None;
         }
@@ -271,7 +337,6 @@ impl Fit {
     /// with 90 %: Baarda's external reliability (A testing procedure for use in geodetic networks, 1968)
     /// for an error of a mean along gravity. The residual is held against Student's t, 5 % over all poses,
     /// with the scale of the others and of what is usual.
-    #[must_use]
     pub fn undetected(&self) -> Option<Undetected> {
         let hidden = self.undetected_by(&self.state()?)?;
         let pose = self.place_of.iter().position(|k| *k == hidden.pose)?;
@@ -327,7 +392,6 @@ impl Fit {
 
     /// Free poses that improve the result most, each after those before it: the direction in which ‖a‖
     /// is known least, and once that is good, the one after which an undetected error does least.
-    #[must_use]
     pub fn next(&self, count: usize) -> Vec<NextPose> {
         let Some(mut state) = self.state() else {
             return Vec::new();
@@ -380,7 +444,6 @@ impl Fit {
 
     /// The uncertainty of ‖a‖ by source: of each row the part of its covariance by every source is
     /// propagated.
-    #[must_use]
     pub fn budget(&self) -> Option<Budget> {
         let Found { linear, solution } = &self.found;
         let held = &self.search.held;
@@ -440,4 +503,47 @@ fn normal_draws() -> impl Iterator<Item = Parameters> {
             normal.inverse_cdf((0.5 + step * f64::from(k)).fract())
         })
     })
+}
+
+impl Trust {
+    /// Root mean square of the errors of poses left out, and their number; none if no pose can be.
+    pub fn left_out_rms(&self) -> Option<(f64, usize)> {
+        let errors = self.left_out.iter().flatten();
+        let count = errors.clone().count();
+        let squares: f64 = errors.map(|e| e.error_mps2.powi(2)).sum();
+        (count > 0).then(|| ((squares / count as f64).sqrt(), count))
+    }
+
+    /// The pose that the others contradict most, when they do: its number and its error over its
+    /// standard deviation.
+    pub fn contradiction(&self) -> Option<(usize, f64)> {
+        let each = self.left_out.iter().enumerate();
+        each.filter_map(|(k, left_out)| {
+            let left_out = (*left_out)?;
+            Some((k, left_out.error_mps2.abs() / left_out.sd_mps2))
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .filter(|(_, z)| *z > CONTRADICTION)
+    }
+
+    /// The grade by these numbers; what is wrong with the session itself comes on top.
+    pub fn grade(&self) -> Grade {
+        let claimed = self.worst.error_mps2;
+        let hidden = self.undetected.map_or(f64::INFINITY, |u| u.effect_mps2);
+        if self.contradiction().is_some() {
+            return Grade::Poor;
+        }
+        if self.left_out_rms().is_some() && hidden <= FAIR_MPS2 {
+            return match claimed.max(hidden) {
+                most if most <= GOOD_MPS2 => Grade::Good,
+                most if most <= FAIR_MPS2 => Grade::Fair,
+                _ => Grade::Poor,
+            };
+        }
+        if 2.0 * self.predicted_mps2 <= UNVERIFIED_MPS2 {
+            Grade::NotVerifiable
+        } else {
+            Grade::Poor
+        }
+    }
 }

@@ -12,7 +12,7 @@ use crate::time_unit::time_scale_s;
 pub const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
 
 /// Unit of an accelerometer channel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum AccelUnit {
@@ -34,6 +34,7 @@ pub enum AccelUnit {
     /// Given neither by the header nor by the data.
     #[serde(rename = "unknown")]
     #[cfg_attr(feature = "clap", value(skip))]
+    #[default]
     Unknown,
 }
 
@@ -132,7 +133,7 @@ fn listed(units: &[UnitNames], text: &str) -> Option<f64> {
 }
 
 /// Unit of a gyroscope channel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum GyroUnit {
@@ -150,6 +151,7 @@ pub enum GyroUnit {
     /// Given neither by the header nor by the data.
     #[serde(rename = "unknown")]
     #[cfg_attr(feature = "clap", value(skip))]
+    #[default]
     Unknown,
 }
 

@@ -29,17 +29,15 @@ pub mod ferraris;
 #[doc(hidden)]
 pub mod gyro;
 mod section;
-mod sensors;
 mod session;
-mod undetermined;
 mod verdict;
 
 use gravical_core::matrix3;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    AccelerometerSection, CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource,
-    SensorInfo, TemperatureRange, creation_time,
+    AccelerometerSection, CalibrationFile, FORMAT, GyroMethod, InputFile, RecordingTime,
+    RecordingTimeSource, SensorInfo, TemperatureRange, creation_time,
 };
 use crate::finding::{after, after_losses};
 use crate::gravity::Gravity;
@@ -49,7 +47,7 @@ use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-use estimate::{Estimate, accelerometer};
+use estimate::accelerometer;
 use session::Session;
 
 pub use crate::calibration_file::Method;
@@ -106,7 +104,6 @@ pub struct RecordOptions {
 
 impl RecordOptions {
     /// The sensor.
-    #[must_use]
     pub fn sensor(&self) -> SensorInfo {
         SensorInfo {
             id: self.sensor_id.clone(),
@@ -195,7 +192,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
     let mut estimate = estimated(&segmentation, drift)?;
     if drift {
-        temperature_model = estimate.drift_test().and_then(|test| {
+        temperature_model = estimate.drift_test.and_then(|test| {
             let drift = estimate.fit().and_then(gravical_fit::Fit::drift);
             from_poses(recordings, test, drift, &mut segmentation)
         });
@@ -220,21 +217,26 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         )?,
         None => gyro::Gyroscope::default(),
     };
-    // … else from the motions between the stills.
-    let gyroscope = if turns.section.is_some() {
-        turns
-    } else {
-        gyro::of_session(recordings, &segmentation, &estimate.calibration).or_after(turns.findings)
-    };
+    // … else from the motions between the stills. That turns are missing matters only where the
+    // motions do not do without them.
+    let mut gyroscope = turns;
+    if gyroscope.section.is_none() {
+        let missing = gyroscope.findings;
+        gyroscope = gyro::of_session(recordings, &segmentation, &estimate.calibration);
+        let method = gyroscope.section.as_ref().map(|s| s.method);
+        if method != Some(GyroMethod::Motion) {
+            gyroscope.findings.splice(0..0, missing);
+        }
+    }
 
     // What do the placements say of the result, and what can they not say?
     let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
     let poses = section::poses(placements, &estimate, gravity, offset);
-    let temperatures: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
-    let range = TemperatureRange::of(temperatures.iter().copied());
+    let range = TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c));
     let nominal = recordings.first().and_then(|r| r.accel_scale.nominal());
     let scale = matrix3::row_norms(&estimate.model);
-    let accelerometer = AccelerometerSection {
+    let fitted = estimate.uses.iter().filter(|u| u.fitted).count() as u32;
+    let mut accelerometer = AccelerometerSection {
         method: options.estimate.method,
         input_unit: recordings
             .first()
@@ -242,22 +244,17 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         output_unit: AccelUnit::MetrePerSecondSquared,
         // A zero offset is only a way of reading; what is applied to the file's
         // own numbers carries it in the bias.
-        bias: estimate.bias.map(|b| b + offset),
+        bias: estimate.calibration.bias.map(|b| b + offset),
         matrix: estimate.calibration.matrix,
         scale,
         orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
-        degrees_of_freedom: degrees_of_freedom(&estimate),
+        // The parameters of a magnitude are nine by a fit, six by the closed form.
+        degrees_of_freedom: fitted.saturating_sub(if estimate.fit.is_some() { 9 } else { 6 }),
         poses,
         scale_deviation_percent: nominal.map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
         ..AccelerometerSection::default()
     };
-    let accelerometer = section::complete(
-        accelerometer,
-        &estimate,
-        &options.gravity,
-        range.as_ref(),
-        &temperatures,
-    );
+    section::complete(&mut accelerometer, &estimate, &options.gravity, placements);
 
     // Everything odd, gathered; the verdict follows from it.
     let mut findings: Vec<Finding> = recordings
@@ -274,11 +271,9 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         placements,
         offset,
     ));
-    findings.extend(checks::names(
-        &options.segment.axes,
-        placements,
-        options.segment.faces_from.are_names(),
-    ));
+    if !options.segment.faces_from.are_names() {
+        findings.extend(checks::names(&options.segment.axes, placements));
+    }
     if findings
         .iter()
         .any(|f| f.kind == FindingKind::GyroScaleFound)
@@ -314,12 +309,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         noise: None,
     };
     Ok(Calibrated { file, segmentation })
-}
-
-/// Poses beyond the parameters of their magnitude: nine by a fit, six by the closed form.
-fn degrees_of_freedom(estimate: &Estimate) -> u32 {
-    let fitted = estimate.uses.iter().filter(|u| u.fitted).count() as u32;
-    fitted.saturating_sub(if estimate.fit().is_some() { 9 } else { 6 })
 }
 
 /// When a session was recorded, as far as that is known.

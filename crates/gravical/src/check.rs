@@ -14,7 +14,6 @@ use gravical_core::matrix3::norm;
 use gravical_fit::later::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::Result;
@@ -23,13 +22,13 @@ use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
 use crate::finding::after_losses;
+use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
 use crate::poses::face::{AxisMap, Face};
 use crate::poses::{Pose, Selection};
-use crate::recording::why_calibrated;
-use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
+use crate::recording::{Finding, GyroUnit, Recording, why_calibrated};
 
 use intervals::static_intervals;
 
@@ -208,47 +207,52 @@ pub fn check(
         value_mps2: calibration.gravity_mps2,
         source: calibration.gravity_source,
     });
+    let has_covariance = calibration
+        .accelerometer
+        .covariance_of_parameters()
+        .is_some();
     judge_units(calibration, recordings, &intervals, &gravity, &mut findings)?;
 
     let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
-    widen_for_temperature(&mut sensor, calibration, &intervals);
-    let here = options.gravity.map(|g| gravical_fit::Gravity {
-        value_mps2: g.value_mps2,
-        sd_mps2: g.uncertainty_mps2(),
-    });
+    if has_covariance {
+        widen_for_temperature(&mut sensor, calibration, &intervals);
+    }
+    let here = options.gravity.map(|g| g.for_fit());
     let mean = |interval: &Pose| static_mean(&recordings[interval.recording], interval);
     let means: Vec<StaticMean> = intervals.iter().map(mean).collect();
-    let fitted = fitted(calibration, recordings, &intervals);
+    let fitted: Vec<bool> = intervals
+        .iter()
+        .map(|interval| is_fitted(calibration, &recordings[interval.recording], interval))
+        .collect();
     let counted = counted(&intervals, &fitted);
-    let counts = |i: usize| counted.contains(&i);
-    let result = later::check(&sensor, here, &means, counts).ok_or_else(|| singular(name))?;
+    let result = later::check(&sensor, here, &means, |i| counted.contains(&i))
+        .ok_or_else(|| singular(name))?;
     let used: Vec<&Length> = counted.iter().map(|i| &result.lengths[*i]).collect();
-
-    let mut checks = Vec::new();
-    for (i, (interval, length)) in intervals.iter().zip(&result.lengths).enumerate() {
-        let mut check = describe(
-            &recordings[interval.recording],
-            interval,
-            length,
-            &options.axes,
-        );
-        check.counts = counts(i);
-        checks.push(check);
+    let describe = |(i, length): (usize, &Length)| {
+        let recording = &recordings[intervals[i].recording];
+        let counts = counted.contains(&i);
+        describe(recording, &intervals[i], length, &options.axes, counts)
+    };
+    let checks: Vec<StillCheck> = result.lengths.iter().enumerate().map(describe).collect();
+    circumstances(calibration, recordings, &intervals, &mut findings);
+    if let Some(here) = options.gravity {
+        findings.extend(gravity_differs(calibration, &here));
     }
-    circumstances(
-        calibration,
-        recordings,
-        &intervals,
-        &gravity,
-        options,
-        &mut findings,
-    );
     let forces: Vec<[f64; 3]> = result.lengths.iter().map(|l| l.force.into()).collect();
     let gyroscope =
         gyroscope::gyroscope(calibration, recordings, &intervals, &forces, &mut findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
-    let is_own = counted.iter().all(|i| fitted[*i]);
-    let judgement = judgement(calibration, &result, is_own);
+    let only_fitted = counted.iter().all(|i| fitted[*i]);
+    let judgement = if result.p < SIGNIFICANCE {
+        Judgement::DoesNotFit
+    } else if only_fitted || !has_covariance {
+        // What it was fitted to agrees with it; what is assumed is no proof.
+        Judgement::Undecided
+    } else {
+        Judgement::Fits
+    };
+    let size = |i: &&usize| checks[**i].z.abs();
+    let worst = counted.iter().max_by(|i, j| size(i).total_cmp(&size(j)));
     let [untested_axes, one_way_axes] = coverage(&used, &options.axes);
     let mut report = CheckReport {
         calibration: name.to_owned(),
@@ -256,20 +260,19 @@ pub fn check(
         gravity_mps2: gravity.value_mps2,
         gravity_source: gravity.source,
         gravity_of_calibration: options.gravity.is_none(),
-        worst: worst(&checks),
+        worst: worst.copied().unwrap_or(0),
         static_intervals: checks,
         rms_mps2: root_mean_square(&used, |l| l.error_mps2),
         predicted_rms_mps2: root_mean_square(&used, |l| l.sd_mps2),
         test: result.test,
         p_value: result.p,
-        explanations: if judgement.is_change() {
-            result.explanations
-        } else {
-            Vec::new()
+        explanations: match judgement.is_change() {
+            true => result.explanations,
+            false => Vec::new(),
         },
         untested_axes,
         one_way_axes,
-        only_fitted: is_own,
+        only_fitted,
         gyroscope,
         findings,
         verdict: Verdict {
@@ -277,32 +280,13 @@ pub fn check(
             reasons: Vec::new(),
         },
     };
-    report.verdict.reasons = reasons(&report, calibration, &gravity);
+    report.verdict.reasons = reasons(&report, has_covariance, &gravity);
     Ok(report)
 }
 
-/// True if the covariance says something of every parameter.
-fn has_covariance(calibration: &CalibrationFile) -> bool {
-    calibration
-        .accelerometer
-        .covariance_of_parameters()
-        .is_some()
-}
-
-fn judgement(calibration: &CalibrationFile, result: &later::Check, is_own: bool) -> Judgement {
-    if result.p < SIGNIFICANCE {
-        Judgement::DoesNotFit
-    } else if is_own || !has_covariance(calibration) {
-        // What it was fitted to agrees with it; what is assumed is no proof.
-        Judgement::Undecided
-    } else {
-        Judgement::Fits
-    }
-}
-
 /// Is it still good? Where not, what explains it? What was not tested?
-fn reasons(report: &CheckReport, calibration: &CalibrationFile, gravity: &Gravity) -> Vec<String> {
-    let expected = if has_covariance(calibration) {
+fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec<String> {
+    let expected = if has_covariance {
         let predicted = mg(report.predicted_rms_mps2);
         format!("its uncertainty predicts {predicted} mg rms")
     } else {
@@ -342,20 +326,11 @@ fn reasons(report: &CheckReport, calibration: &CalibrationFile, gravity: &Gravit
             milli_g(2.0 * gravity.uncertainty_mps2())
         ));
     }
-    reasons.extend(report.gyroscope.as_ref().map(|g| {
-        let largest = g.rate_deg_s.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
-        let limit = g.limit_deg_s;
-        match g.judgement {
-            Judgement::Undecided => format!("gyroscope: too short or unsteady to test its bias against {limit} °/s"),
-            Judgement::DoesNotFit => format!("gyroscope: its bias has changed, the rate at rest is up to {largest:.2} °/s (limit {limit} °/s); it changes with every power-up"),
-            _ => format!("gyroscope: its bias fits, the rate at rest is {largest:.2} °/s at most (limit {limit} °/s)"),
-        }
-    }));
+    reasons.extend(report.gyroscope.as_ref().map(GyroscopeCheck::reason));
     reasons
 }
 
 /// A single change that explains the errors, in words.
-#[must_use]
 pub fn explain(explanation: &Explanation, gravity_mps2: f64) -> String {
     let (what, factor, unit) = match explanation.cause {
         Cause::Share => ("common scale error", 100.0, "%"),
@@ -381,9 +356,9 @@ fn untested(none: &[&str], one_way: &[&str]) -> String {
         parts.push(format!("does not test the {} {axes}", none.join(" and ")));
     }
     if !one_way.is_empty() {
+        let axes = one_way.join(" and ");
         parts.push(format!(
-            "{} pointed one way only, where bias and scale are not distinguished",
-            one_way.join(" and ")
+            "{axes} pointed one way only, where bias and scale are not distinguished"
         ));
     }
     if parts.is_empty() {
@@ -394,12 +369,10 @@ fn untested(none: &[&str], one_way: &[&str]) -> String {
 
 /// The findings of a recording, with its name.
 fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
-    recording.findings.iter().cloned().map(|finding| {
-        if finding.file.is_some() {
-            finding
-        } else {
-            finding.in_file(&recording.name)
-        }
+    let findings = recording.findings.iter().cloned();
+    findings.map(|finding| match finding.file {
+        Some(_) => finding,
+        None => finding.in_file(&recording.name),
     })
 }
 
@@ -412,9 +385,9 @@ fn keep_longest(intervals: &mut Vec<Pose>, findings: &mut Vec<Finding>) {
     intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
     intervals.truncate(MAX_INTERVALS);
     intervals.sort_by_key(|p| (p.recording, p.lines));
-    findings.push(Finding::new(
-        FindingKind::IntervalsLeftOut,
-        format!("{all} static intervals; the longest {MAX_INTERVALS} are compared"),
+    findings.push(finding!(
+        IntervalsLeftOut,
+        "{all} static intervals; the longest {MAX_INTERVALS} are compared"
     ));
 }
 
@@ -431,17 +404,12 @@ fn judge_units(
     findings: &mut Vec<Finding>,
 ) -> Result<()> {
     let apply = calibration.accelerometer_calibration();
+    let gravity = gravity.value_mps2;
     for (index, recording) in recordings.iter().enumerate() {
         let own = intervals.iter().filter(|r| r.recording == index);
         let mut norms: Vec<f64> = own.map(|r| norm(&apply.apply(r.mean))).collect();
         if !norms.is_empty() {
-            judge_unit(
-                calibration,
-                recording,
-                &mut norms,
-                gravity.value_mps2,
-                findings,
-            )?;
+            judge_unit(calibration, recording, &mut norms, gravity, findings)?;
         }
     }
     Ok(())
@@ -451,7 +419,7 @@ fn judge_units(
 fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, intervals: &[Pose]) {
     let is_known = (calibration.drift_model().is_some() || calibration.temperature_c.is_some())
         && intervals.iter().all(|r| r.temperature_c.is_some());
-    if is_known || !has_covariance(calibration) {
+    if is_known {
         return;
     }
     let drift = UNKNOWN_TEMPERATURE_C * DRIFT_MPS2_PER_C;
@@ -470,31 +438,21 @@ fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
         REST_SPEED_MPS * rate_hz / interval.count as f64
     };
     StaticMean {
-        mean: Vector3::from(interval.mean),
-        sd: interval
-            .standard_error
-            .map_or_else(Vector3::zeros, Vector3::from),
+        mean: interval.mean.into(),
+        sd: interval.standard_error.unwrap_or_default().into(),
         sd_of_length_mps2: speed.hypot(FLOOR_MPS2),
     }
 }
 
-/// True for each static interval that the calibration was fitted to.
-fn fitted(
-    calibration: &CalibrationFile,
-    recordings: &[Recording],
-    intervals: &[Pose],
-) -> Vec<bool> {
-    let fitted = |interval: &Pose| {
-        let recording = &recordings[interval.recording];
-        let [first, last] = interval.lines.unwrap_or_default();
-        inputs_of(calibration, recording).any(|input| {
-            let poses = calibration.accelerometer.poses.iter();
-            let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
-            // Without lines the pose may be anywhere in the file.
-            poses.any(|p| p.lines.is_none_or(|[from, to]| from <= last && first <= to))
-        })
-    };
-    intervals.iter().map(fitted).collect()
+/// True for a static interval that the calibration was fitted to.
+fn is_fitted(calibration: &CalibrationFile, recording: &Recording, interval: &Pose) -> bool {
+    let [first, last] = interval.lines.unwrap_or_default();
+    inputs_of(calibration, recording).any(|input| {
+        let poses = calibration.accelerometer.poses.iter();
+        let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
+        // Without lines the pose may be anywhere in the file.
+        poses.any(|p| p.lines.is_none_or(|[from, to]| from <= last && first <= to))
+    })
 }
 
 /// The inputs of the calibration that are this recording, by its checksum.
@@ -503,9 +461,8 @@ fn inputs_of<'a>(
     recording: &'a Recording,
 ) -> impl Iterator<Item = &'a InputFile> {
     let known = recording.sha256.as_ref();
-    calibration
-        .recordings()
-        .filter(move |i| known.is_some() && i.sha256.as_ref() == known)
+    let inputs = calibration.recordings();
+    inputs.filter(move |i| known.is_some() && i.sha256.as_ref() == known)
 }
 
 /// The intervals that the judgement uses: those that the calibration was not fitted to, among them
@@ -521,7 +478,13 @@ fn counted(intervals: &[Pose], fitted: &[bool]) -> Vec<usize> {
     counted
 }
 
-fn describe(recording: &Recording, interval: &Pose, length: &Length, axes: &AxisMap) -> StillCheck {
+fn describe(
+    recording: &Recording,
+    interval: &Pose,
+    length: &Length,
+    axes: &AxisMap,
+    counts: bool,
+) -> StillCheck {
     let (rate, is_assumed) = recording.working_rate_hz();
     let first = interval.rows.first().map_or(0, |rows| rows.start);
     let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
@@ -545,15 +508,8 @@ fn describe(recording: &Recording, interval: &Pose, length: &Length, axes: &Axis
         z: length.error_mps2 / length.sd_mps2,
         temperature_c: interval.temperature_c,
         clipped: interval.clipped as u64,
-        counts: true,
+        counts,
     }
-}
-
-fn worst(intervals: &[StillCheck]) -> usize {
-    (0..intervals.len())
-        .filter(|i| intervals[*i].counts)
-        .max_by(|i, j| intervals[*i].z.abs().total_cmp(&intervals[*j].z.abs()))
-        .unwrap_or(0)
 }
 
 fn root_mean_square(lengths: &[&Length], value: fn(&Length) -> f64) -> f64 {
@@ -563,75 +519,61 @@ fn root_mean_square(lengths: &[&Length], value: fn(&Length) -> f64) -> f64 {
 
 /// Axes of the case that are not tested, and those that are in one direction only.
 fn coverage(lengths: &[&Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
-    let directions: Vec<[f64; 3]> = lengths
-        .iter()
-        .map(|l| axes.to_case(l.force.normalize().into()))
-        .collect();
+    let direction = |l: &&Length| axes.to_case(l.force.normalize().into());
+    let directions: Vec<[f64; 3]> = lengths.iter().map(direction).collect();
     let ways = |k: usize| {
         let points = |sign: f64| directions.iter().any(|n| sign * n[k] >= TESTED_COSINE);
         usize::from(points(1.0)) + usize::from(points(-1.0))
     };
-    let named = |count: usize| -> Vec<&'static str> {
+    [0, 1].map(|count| {
         let axes = (0..3).filter(|k| ways(*k) == count);
         axes.map(|k| ["x", "y", "z"][k]).collect()
-    };
-    [named(0), named(1)]
+    })
 }
 
-/// Quality, inputs, clipping, temperature, gravity.
+/// Quality, inputs, clipping, temperature.
 fn circumstances(
     calibration: &CalibrationFile,
     recordings: &[Recording],
     intervals: &[Pose],
-    gravity: &Gravity,
-    options: &CheckOptions,
     findings: &mut Vec<Finding>,
 ) {
     findings.extend(calibration.poor_finding());
     for recording in recordings {
-        findings.extend(of_recording(calibration, recording));
+        if recording.is_calibrated {
+            let why = why_calibrated(recording.is_calibrated_by_board);
+            let calibrated = finding!(AlreadyCalibrated, "{why}: a check needs the raw recording");
+            findings.push(calibrated.in_file(&recording.name));
+        }
+        if inputs_of(calibration, recording).next().is_some() {
+            let same = finding!(
+                SameRecordings,
+                "the calibration was made from this recording: static intervals that it was fitted to cannot test it, and count only where there are no others"
+            );
+            findings.push(same.in_file(&recording.name));
+        }
     }
     for interval in intervals.iter().filter(|r| r.clipped > 0) {
-        let recording = &recordings[interval.recording];
         let (count, [first, last]) = (interval.clipped, interval.lines.unwrap_or_default());
-        let text = format!(
+        let clipped = finding!(
+            ClippedPose,
             "{count} samples at the end of the range in lines {first} to {last}: the mean is too small, and the interval does not count unless there is no other"
         );
-        findings.push(Finding::new(FindingKind::ClippedPose, text).in_file(&recording.name));
+        findings.push(clipped.in_file(&recordings[interval.recording].name));
     }
     findings.extend(temperature(calibration, intervals));
-    let off = (gravity.value_mps2 / calibration.gravity_mps2 - 1.0).abs();
-    if options.gravity.is_some() && off > SAME_GRAVITY {
-        let text = format!(
-            "the calibration was computed with g = {:.5} m/s², here g = {:.5}: if it was made here, that alone makes every ‖a‖ wrong by {:.2} %",
-            calibration.gravity_mps2,
-            gravity.value_mps2,
-            100.0 * off
-        );
-        findings.push(Finding::new(FindingKind::GravityDiffers, text));
-    }
 }
 
-/// Calibrated already, or fitted to.
-fn of_recording(calibration: &CalibrationFile, recording: &Recording) -> Vec<Finding> {
-    let mut found = Vec::new();
-    if recording.is_calibrated {
-        let why = why_calibrated(recording.is_calibrated_by_board);
-        found.push(Finding::new(
-            FindingKind::AlreadyCalibrated,
-            format!("{why}: a check needs the raw recording"),
-        ));
-    }
-    if inputs_of(calibration, recording).next().is_some() {
-        found.push(Finding::new(
-            FindingKind::SameRecordings,
-            "the calibration was made from this recording: static intervals that it was fitted to cannot test it, and count only where there are no others",
-        ));
-    }
-    found
-        .into_iter()
-        .map(|f| f.in_file(&recording.name))
-        .collect()
+fn gravity_differs(calibration: &CalibrationFile, here: &Gravity) -> Option<Finding> {
+    let (there, here) = (calibration.gravity_mps2, here.value_mps2);
+    let off = (here / there - 1.0).abs();
+    (off > SAME_GRAVITY).then(|| {
+        finding!(
+            GravityDiffers,
+            "the calibration was computed with g = {there:.5} m/s², here g = {here:.5}: if it was made here, that alone makes every ‖a‖ wrong by {:.2} %",
+            100.0 * off
+        )
+    })
 }
 
 fn temperature(calibration: &CalibrationFile, intervals: &[Pose]) -> Option<Finding> {
@@ -643,9 +585,11 @@ fn temperature(calibration: &CalibrationFile, intervals: &[Pose]) -> Option<Find
     };
     let range = TemperatureRange::of(intervals.iter().filter_map(|r| r.temperature_c))?;
     let (low, high) = (range.min, range.max);
-    let text = format!(
-        "the static intervals are at {low:.1} to {high:.1} °C, the calibration is for {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainty does not include; calibrate at this temperature"
-    );
     let outside = (least - low).max(high - most) > TEMPERATURE_MARGIN_C;
-    outside.then(|| Finding::new(FindingKind::TemperatureOutside, text))
+    outside.then(|| {
+        finding!(
+            TemperatureOutside,
+            "the static intervals are at {low:.1} to {high:.1} °C, the calibration is for {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainty does not include; calibrate at this temperature"
+        )
+    })
 }

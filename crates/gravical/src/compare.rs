@@ -8,15 +8,15 @@
 //! It rests on the covariances of both files. What they leave out (drift with temperature, another
 //! gravity, shared recordings) is said.
 
-use gravical_core::matrix3::norm;
-use gravical_fit::later::{self, Difference};
+use gravical_fit::later;
 use gravical_fit::{Sensor, Test};
 use serde::Serialize;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};
+use crate::finding::finding;
 use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, signed, unit};
-use crate::recording::{AccelUnit, Finding, FindingKind};
+use crate::recording::{AccelUnit, Finding};
 use crate::{Error, Result};
 
 pub use crate::later::{Judgement, ParameterDifference, Verdict};
@@ -31,25 +31,6 @@ const TEMPERATURE_STEP_C: f64 = 3.0;
 
 /// Scales of gyroscopes further apart than this are of two ranges, %.
 const SAME_RANGE_PERCENT: f64 = 20.0;
-
-/// Name, unit, and factor to it: of the nine numbers that change ‖a‖, and of the turn.
-const PARAMETERS: [(&str, &str, f64); 12] = {
-    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-    [
-        ("bias_x", "m/s^2", 1.0),
-        ("bias_y", "m/s^2", 1.0),
-        ("bias_z", "m/s^2", 1.0),
-        ("scale_x", "%", 100.0),
-        ("scale_y", "%", 100.0),
-        ("scale_z", "%", 100.0),
-        ("angle_xy", "deg", DEGREES),
-        ("angle_xz", "deg", DEGREES),
-        ("angle_yz", "deg", DEGREES),
-        ("rotation_x", "deg", DEGREES),
-        ("rotation_y", "deg", DEGREES),
-        ("rotation_z", "deg", DEGREES),
-    ]
-};
 
 /// Two calibrations, compared. A is the first one, B the second; every difference is B − A.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -159,9 +140,40 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
     circumstances(pair, names, &mut findings);
     let evidence = Evidence::new(pair, &mut findings);
-    let magnitude = evidence.magnitude(&found);
-    let orientation = evidence.orientation(&found, &mut findings);
-    let parameters = parameters(&found, evidence.has_covariances);
+    let mut parameters = found.parameters;
+    if !evidence.has_covariances {
+        for parameter in &mut parameters {
+            (parameter.sigma, parameter.z) = (None, None);
+        }
+    }
+    let test = evidence.test(found.magnitude);
+    let magnitude = MagnitudeDifference {
+        test,
+        judgement: evidence.judge(test),
+        norm_rms_mps2: found.norm.rms_mps2,
+        predicted_rms_mps2: Some(found.norm.predicted_rms_mps2)
+            .filter(|_| evidence.has_covariances),
+        norm_largest_mps2: found.norm.largest_mps2,
+        largest_at: found.norm.largest_at.into(),
+    };
+    let orientation = found.turn.map(|(turn, test)| {
+        let (angle, test) = (turn.norm(), evidence.test(test));
+        let test = test.filter(|_| evidence.is_oriented);
+        OrientationDifference {
+            angle_deg: angle.to_degrees(),
+            axis: turn
+                .map(|v| if angle > 0.0 { v / angle } else { 0.0 })
+                .into(),
+            test,
+            judgement: evidence.judge(test),
+        }
+    });
+    if orientation.is_none() {
+        findings.push(finding!(
+            FramesMirrored,
+            "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign"
+        ));
+    }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     Ok(Comparison {
         files: names.map(str::to_owned),
@@ -193,13 +205,13 @@ impl Evidence {
         let [x, y] = [&a.accelerometer, &b.accelerometer];
         let is_same = x.matrix == y.matrix && x.bias == y.bias;
         let shared = if is_same { None } else { shared(a, b) };
-        findings.extend(shared.clone());
+        let is_shared = shared.is_some();
+        findings.extend(shared);
+        let has_covariance = |s: &AccelerometerSection| s.covariance_of_parameters().is_some();
         Evidence {
-            has_covariances: [x, y]
-                .iter()
-                .all(|s| s.covariance_of_parameters().is_some()),
+            has_covariances: has_covariance(x) && has_covariance(y),
             is_same,
-            is_shared: shared.is_some(),
+            is_shared,
             is_oriented: [x, y].iter().all(|s| s.fit.is_none_or(|fit| fit.oriented)),
         }
     }
@@ -216,42 +228,6 @@ impl Evidence {
         (self.has_covariances && test.degrees_of_freedom > 0).then_some(test)
     }
 
-    fn magnitude(&self, found: &later::Compare) -> MagnitudeDifference {
-        let test = self.test(found.magnitude);
-        let norm = &found.norm;
-        MagnitudeDifference {
-            test,
-            judgement: self.judge(test),
-            norm_rms_mps2: norm.rms_mps2,
-            predicted_rms_mps2: self.has_covariances.then_some(norm.predicted_rms_mps2),
-            norm_largest_mps2: norm.largest_mps2,
-            largest_at: norm.largest_at.into(),
-        }
-    }
-
-    fn orientation(
-        &self,
-        found: &later::Compare,
-        findings: &mut Vec<Finding>,
-    ) -> Option<OrientationDifference> {
-        let Some((turn, test)) = &found.turn else {
-            findings.push(Finding::new(
-                FindingKind::FramesMirrored,
-                "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign",
-            ));
-            return None;
-        };
-        let vector = turn.map(|d| d.change);
-        let angle = norm(&vector);
-        let test = self.test(*test).filter(|_| self.is_oriented);
-        Some(OrientationDifference {
-            angle_deg: angle.to_degrees(),
-            axis: vector.map(|v| if angle > 0.0 { v / angle } else { 0.0 }),
-            test,
-            judgement: self.judge(test),
-        })
-    }
-
     /// Did it change? What most, and what may explain it?
     fn verdict(
         &self,
@@ -260,14 +236,6 @@ impl Evidence {
         orientation: Option<&OrientationDifference>,
         parameters: &[ParameterDifference],
     ) -> Verdict {
-        // Mirror images differ, whatever their uncertainty.
-        let turned = orientation.map_or(Judgement::Differ, |o| o.judgement);
-        let judgement = if turned.is_change() {
-            Judgement::Differ
-        } else {
-            // The rotation may be a convention; ‖a‖ does not depend on it.
-            magnitude.judgement
-        };
         let named = ["bias, scale and misalignment", "differ", "agree"];
         let mut reasons = vec![self.part(named, magnitude.judgement, magnitude.test)];
         if magnitude.judgement.is_change() {
@@ -277,14 +245,16 @@ impl Evidence {
             None => "the orientation of the axes differs: one is the mirror image of the other"
                 .to_owned(),
             Some(o) => {
-                let named = [
-                    "the orientation of the axes in the case",
-                    "differs",
-                    "agrees",
-                ];
-                self.part(named, o.judgement, o.test)
+                let part = "the orientation of the axes in the case";
+                self.part([part, "differs", "agrees"], o.judgement, o.test)
             }
         });
+        // Mirror images differ, whatever their uncertainty. A rotation that agrees may be a
+        // convention; ‖a‖ does not depend on it.
+        let judgement = match orientation {
+            Some(o) if !o.judgement.is_change() => magnitude.judgement,
+            _ => Judgement::Differ,
+        };
         if judgement.is_change() {
             reasons.extend(circumstance(pair));
         }
@@ -310,25 +280,21 @@ impl Evidence {
             Judgement::Differ => format!("{differs} by more than"),
             _ => format!("{agrees} within"),
         };
-        let p = probability(test.p_value);
+        let (p, chi_square) = (probability(test.p_value), chi_square(&test));
         format!(
-            "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({})",
-            chi_square(&test)
+            "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({chi_square})"
         )
     }
 }
 
 fn most(parameters: &[ParameterDifference]) -> Option<String> {
-    let size = |p: &ParameterDifference| Some(p.z?.abs());
-    let each = parameters.iter().filter_map(|p| Some((p, size(p)?)));
+    let each = parameters.iter().filter_map(|p| Some((p, p.z?.abs())));
     let (p, _) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let (name, sigma) = (p.name.replace('_', " "), p.sigma.unwrap_or(0.0));
     let n = decimals_for(sigma);
     let (change, sigma) = (signed(p.difference, n), fixed(sigma, n));
-    Some(format!(
-        "most of all {name}, by {change} ± {sigma} {}",
-        unit(p.unit)
-    ))
+    let unit = unit(p.unit);
+    Some(format!("most of all {name}, by {change} ± {sigma} {unit}"))
 }
 
 /// Names or types, where the files are of two sensors.
@@ -346,39 +312,10 @@ fn circumstance(pair: [&CalibrationFile; 2]) -> Option<String> {
         return Some(format!("these are two sensors, \"{a}\" and \"{b}\""));
     }
     let [a, b] = pair.map(|f| f.temperature_c.map(|range| range.mean));
-    let (a, b) = a
-        .zip(b)
-        .filter(|(a, b)| (b - a).abs() > TEMPERATURE_STEP_C)?;
-    Some(format!(
+    let (a, b) = a.zip(b)?;
+    ((b - a).abs() > TEMPERATURE_STEP_C).then(|| format!(
         "the sessions were at {a:.1} °C and {b:.1} °C; the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainties do not include"
     ))
-}
-
-fn parameters(found: &later::Compare, has_covariances: bool) -> Vec<ParameterDifference> {
-    let turn = found.turn.iter().flat_map(|(turn, _)| turn);
-    let list = PARAMETERS.iter().zip(found.invariants.iter().chain(turn));
-    list.map(|(&(name, unit, factor), d)| parameter(name, unit, factor, d, has_covariances))
-        .collect()
-}
-
-fn parameter(
-    name: &'static str,
-    unit: &'static str,
-    factor: f64,
-    d: &Difference,
-    has_covariances: bool,
-) -> ParameterDifference {
-    let sigma = has_covariances.then_some(factor * d.sd);
-    let difference = factor * d.change;
-    ParameterDifference {
-        name,
-        unit,
-        a: d.values.map(|[a, _]| factor * a),
-        b: d.values.map(|[_, b]| factor * b),
-        difference,
-        sigma,
-        z: sigma.filter(|s| *s > 0.0).map(|s| difference / s),
-    }
 }
 
 /// Says which recordings both were made from.
@@ -386,27 +323,24 @@ fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
     let mut shared = a
         .recordings()
         .filter(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256));
-    let first = shared.next()?;
-    let text = format!(
-        "{} of {} recordings of the first calibration went into the second one, too ({}): their errors are shared, so that agreement proves nothing",
-        1 + shared.count(),
-        a.recordings().count(),
-        first.path
-    );
-    Some(Finding::new(FindingKind::SameRecordings, text))
+    let first = &shared.next()?.path;
+    let (count, all) = (1 + shared.count(), a.recordings().count());
+    Some(finding!(
+        SameRecordings,
+        "{count} of {all} recordings of the first calibration went into the second one, too ({first}): their errors are shared, so that agreement proves nothing"
+    ))
 }
 
 /// Gravity and quality.
 fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut Vec<Finding>) {
-    let ratio = b.gravity_mps2 / a.gravity_mps2 - 1.0;
+    let (of_a, of_b) = (a.gravity_mps2, b.gravity_mps2);
+    let ratio = of_b / of_a - 1.0;
     if ratio.abs() > SAME_GRAVITY {
-        let text = format!(
-            "the scales rest on {:.5} m/s² and {:.5} m/s²: if both sessions were in one place, {:+.3} % of scale comes from that alone; calibrate both with the same gravity",
-            a.gravity_mps2,
-            b.gravity_mps2,
+        findings.push(finding!(
+            GravityDiffers,
+            "the scales rest on {of_a:.5} m/s² and {of_b:.5} m/s²: if both sessions were in one place, {:+.3} % of scale comes from that alone; calibrate both with the same gravity",
             -100.0 * ratio
-        );
-        findings.push(Finding::new(FindingKind::GravityDiffers, text));
+        ));
     }
     for (file, name) in [a, b].into_iter().zip(names) {
         findings.extend(file.poor_finding().map(|f| f.in_file(name)));
@@ -435,8 +369,10 @@ fn sensors(
                 return Err(units_differ([x, y], names));
             }
             if unknown {
-                let text = "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same";
-                findings.push(Finding::new(FindingKind::UnitUnverified, text));
+                findings.push(finding!(
+                    UnitUnverified,
+                    "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same"
+                ));
             }
             [known.or(other).unwrap_or(of_x); 2]
         }
@@ -448,14 +384,13 @@ fn sensors(
     Ok([one(0)?, one(1)?])
 }
 
-fn units_differ(pair: [&AccelerometerSection; 2], names: [&str; 2]) -> Error {
+fn units_differ(pair: [&AccelerometerSection; 2], [name_a, name_b]: [&str; 2]) -> Error {
     let [a, b] = pair.map(|s| {
         let known = s.nominal_per_mps2().is_some();
         let note = if known { "" } else { ", nominal scale unknown" };
         let unit = s.input_unit.name();
         format!("{unit} ({:.5} per m/s²{note})", s.mean_scale())
     });
-    let [name_a, name_b] = names;
     let text =
         format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
     Error::input("units-differ", text).with_hint(
@@ -466,12 +401,12 @@ fn units_differ(pair: [&AccelerometerSection; 2], names: [&str; 2]) -> Error {
 fn gyroscope(a: &CalibrationFile, b: &CalibrationFile) -> Option<GyroscopeDifference> {
     let (ga, gb) = (a.gyroscope.as_ref()?, b.gyroscope.as_ref()?);
     let (bias_a, bias_b) = (ga.bias_deg_s(), gb.bias_deg_s());
-    let ratios: [f64; 3] = std::array::from_fn(|i| 100.0 * (gb.scale[i] / ga.scale[i] - 1.0));
+    let ratios = [0, 1, 2].map(|i| 100.0 * (gb.scale[i] / ga.scale[i] - 1.0));
     let is_alike = ratios.iter().all(|r| r.abs() < SAME_RANGE_PERCENT);
     Some(GyroscopeDifference {
         bias_a_deg_s: bias_a,
         bias_b_deg_s: bias_b,
-        bias_difference_deg_s: std::array::from_fn(|i| bias_b[i] - bias_a[i]),
+        bias_difference_deg_s: [0, 1, 2].map(|i| bias_b[i] - bias_a[i]),
         scale_difference_percent: (ga.input_unit == gb.input_unit && is_alike).then_some(ratios),
     })
 }

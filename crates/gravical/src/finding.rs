@@ -7,6 +7,14 @@ use crate::escape::path_word;
 
 pub use gravical_recording::{Finding, FindingKind, LineSpans, Severity, format_spans};
 
+/// `finding!(Kind, "text {}", value)`: a [`Finding`] that matters as its kind does.
+macro_rules! finding {
+    ($kind:ident, $($text:tt)+) => {
+        $crate::finding::Finding::new($crate::finding::FindingKind::$kind, format!($($text)+))
+    };
+}
+pub(crate) use finding;
+
 /// Adds the findings of `kind` to an error: a file that was left out can be its cause.
 #[must_use]
 pub(crate) fn after(error: Error, findings: &[Finding], kind: FindingKind) -> Error {

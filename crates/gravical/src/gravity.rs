@@ -5,7 +5,8 @@ use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
 use serde::Deserialize;
 
 use crate::calibration_file::GravitySource;
-use crate::recording::{Finding, FindingKind};
+use crate::finding::finding;
+use crate::recording::Finding;
 use crate::{Error, Result};
 
 /// Local gravity and its source.
@@ -93,12 +94,19 @@ const ANOMALY_MPS2: f64 = 0.0005;
 
 impl Gravity {
     /// Standard uncertainty, m/s²; a given value is assumed to be exact.
-    #[must_use]
     pub fn uncertainty_mps2(&self) -> f64 {
         match self.source {
             GravitySource::Given => 0.0,
             GravitySource::Latitude => ANOMALY_MPS2,
             GravitySource::Standard => UNKNOWN_PLACE_MPS2,
+        }
+    }
+
+    /// As the estimators take it.
+    pub(crate) fn for_fit(&self) -> gravical_fit::Gravity {
+        gravical_fit::Gravity {
+            value_mps2: self.value_mps2,
+            sd_mps2: self.uncertainty_mps2(),
         }
     }
 
@@ -144,11 +152,10 @@ impl Gravity {
     }
 
     /// Finding about the uncertainty of an assumed value.
-    #[must_use]
     pub fn finding(&self) -> Option<Finding> {
         (self.source == GravitySource::Standard).then(|| {
-            Finding::new(
-                FindingKind::GravityAssumed,
+            finding!(
+                GravityAssumed,
                 "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give --latitude and --altitude, or --gravity",
             )
         })

@@ -2,10 +2,10 @@
 //! test in words, a verdict with its reasons.
 
 use gravical_fit::model::{BIAS, Covariance};
-use gravical_fit::{Gravity, SIGNIFICANCE, Sensor, Test};
+use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
-pub use gravical_fit::later::{Cause, Explanation};
+pub use gravical_fit::later::{Cause, Explanation, ParameterDifference};
 
 use crate::calibration_file::CalibrationFile;
 use crate::numfmt::count;
@@ -67,25 +67,6 @@ pub struct Verdict {
     pub reasons: Vec<String>,
 }
 
-/// One parameter of two calibrations.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ParameterDifference {
-    /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
-    pub name: &'static str,
-    /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
-    pub unit: &'static str,
-    /// Value in A; null for the rotation, which is between the two.
-    pub a: Option<f64>,
-    /// Value in B.
-    pub b: Option<f64>,
-    /// B − A.
-    pub difference: f64,
-    /// Its standard deviation by both covariances; null without them.
-    pub sigma: Option<f64>,
-    /// difference / sigma.
-    pub z: Option<f64>,
-}
-
 /// A calibration as numbers, with readings divided by `unit` once `offset` is taken off: about the input
 /// units per m/s². Without a covariance an error of [`ASSUMED_ERROR_MPS2`] stands for it.
 ///
@@ -93,18 +74,15 @@ pub struct ParameterDifference {
 ///
 /// `calibration-values` for a singular matrix; `name` is the file.
 pub(crate) fn sensor(file: &CalibrationFile, name: &str, unit: f64, offset: f64) -> Result<Sensor> {
-    let section = &file.accelerometer;
-    let parameters = section.parameters().ok_or_else(|| singular(name))?;
-    let mut sensor = file.sensor().unwrap_or(Sensor {
-        parameters,
-        covariance: Covariance::zeros(),
-        gravity: Gravity {
-            value_mps2: file.gravity_mps2,
-            sd_mps2: section.gravity_sd_mps2,
-        },
-        model_error_mps2: ASSUMED_ERROR_MPS2,
-        tilt_freedom: f64::INFINITY,
-    });
+    let gravity = file.gravity_mps2;
+    let assumed = || {
+        let section = &file.accelerometer;
+        section.sensor(gravity, Covariance::zeros(), ASSUMED_ERROR_MPS2)
+    };
+    let mut sensor = file
+        .sensor()
+        .or_else(assumed)
+        .ok_or_else(|| singular(name))?;
     for axis in 0..3 {
         sensor.parameters[BIAS + axis] -= offset;
     }

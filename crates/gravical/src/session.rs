@@ -9,6 +9,7 @@ use serde::Deserialize;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::CalibrationFile;
 use crate::escape::path_word;
+use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::poses::Segmentation;
@@ -183,7 +184,6 @@ pub(crate) fn is_result_file(path: &Path) -> bool {
 
 /// True for the summary of many sessions.
 #[doc(hidden)]
-#[must_use]
 pub fn is_summary(path: &Path) -> bool {
     let columns = SUMMARY_COLUMNS.join(",");
     let mut head = vec![0; columns.len()];
@@ -194,8 +194,7 @@ pub fn is_summary(path: &Path) -> bool {
 
 fn no_recordings(folder: &Path) -> Error {
     let inside = left_out_folders(folder).unwrap_or_default();
-    let inside = inside.first().and_then(|f| f.file.as_deref());
-    let hint = match inside {
+    let hint = match inside.first().and_then(|f| f.file.as_deref()) {
         Some(inside) => format!(
             "folders inside are not read; name one: {}",
             path_word(Path::new(inside))
@@ -212,27 +211,26 @@ fn no_recordings(folder: &Path) -> Error {
 /// The same with what each file is instead.
 fn none_among(folder: &Path, left_out: &[Finding], gyroscopes: &[&PathBuf]) -> Error {
     const MOST: usize = 4;
+    let alone = gyroscopes
+        .iter()
+        .map(|p| format!("{}: a gyroscope alone", p.display()));
     let others = left_out.iter().map(|f| {
         let file = f.file.as_deref().unwrap_or("-");
         format!("{file}: {}", f.message.trim_end_matches("; left out"))
     });
-    let alone = gyroscopes
-        .iter()
-        .map(|p| format!("{}: a gyroscope alone", p.display()));
     let mut all: Vec<String> = alone.chain(others).collect();
-    let more = all.len().saturating_sub(MOST);
-    all.truncate(MOST);
-    if more > 0 {
+    if let more @ 1.. = all.len().saturating_sub(MOST) {
+        all.truncate(MOST);
         all.push(format!("and {more} more"));
     }
     let error = no_recordings(folder);
-    let message = format!("{} ({})", error.message(), all.join("; "));
-    Error::input("no-recordings", message)
-        .at(folder, None)
-        .with_hint(format!(
-            "{}; `gravical inspect` says of each file what helps",
-            error.hint().unwrap_or_default()
-        ))
+    let hint = format!(
+        "{}; `gravical inspect` says of each file what helps",
+        error.hint().unwrap_or_default()
+    );
+    error
+        .with_detail(&format!(" ({})", all.join("; ")))
+        .with_hint(hint)
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.
@@ -241,12 +239,12 @@ fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
     for path in entries(folder)?.into_iter().filter(|p| p.is_dir()) {
         let inside = files_in(&path).map_or(0, |files| files.len());
         if inside > 0 {
-            let what = format!(
-                "a folder with {inside} file{} that may be recordings; not read",
-                if inside == 1 { "" } else { "s" }
+            let files = crate::numfmt::count(inside, "file");
+            let left = finding!(
+                FolderLeftOut,
+                "a folder with {files} that may be recordings; not read"
             );
-            let name = path.display().to_string();
-            findings.push(Finding::new(FindingKind::FolderLeftOut, what).in_file(&name));
+            findings.push(left.in_file(&path.display().to_string()));
         }
     }
     Ok(findings)
@@ -338,10 +336,12 @@ pub fn read_session(
         if gyro.is_some_and(|gyro| paths.len() > 1 && is_same(gyro, path)) {
             continue;
         }
+        let named = |finding: Finding| finding.in_file(&path.display().to_string());
         if folder.is_some() && is_rescued(path) {
-            let what = "what `gravical log` rescued when its file was lost: another name makes it a recording; left out";
-            let finding = Finding::new(FindingKind::NoRecording, what);
-            left_out.push(finding.in_file(&path.display().to_string()));
+            left_out.push(named(finding!(
+                NoRecording,
+                "what `gravical log` rescued when its file was lost: another name makes it a recording; left out"
+            )));
             continue;
         }
         let recording = match folder {
@@ -360,22 +360,19 @@ pub fn read_session(
         match recording {
             // A result beside its sources is no placement.
             Ok(recording) if folder.is_some() && recording.is_result() => {
-                let finding = Finding::new(
-                    FindingKind::AlreadyCalibrated,
-                    "a result of this program, by its column names, not a recording; left out",
+                let result = finding!(
+                    AlreadyCalibrated,
+                    "a result of this program, by its column names, not a recording; left out"
                 );
-                left_out.push(finding.in_file(&recording.name));
+                left_out.push(result.in_file(&recording.name));
             }
             Ok(recording) => recordings.push(recording),
             Err(error) if folder.is_some() && is_something_else(&error) => {
-                let file = path.display().to_string();
-                left_out.push(
-                    Finding::new(
-                        FindingKind::NoRecording,
-                        format!("{}; left out", error.message()),
-                    )
-                    .in_file(&file),
-                );
+                left_out.push(named(finding!(
+                    NoRecording,
+                    "{}; left out",
+                    error.message()
+                )));
             }
             Err(error) => return Err(error),
         }
@@ -397,27 +394,32 @@ pub fn read_session(
         ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,
         (several, Some(_), _) => return Err(several_with_gyro(several.len())),
         ([one], None, [gyro]) if one.gyro.is_none() => {
-            let file = gyro.display().to_string();
-            left_out.push(match join_gyroscope(one, gyro, options) {
-                Ok(()) => Finding::new(
-                    FindingKind::GyroJoined,
-                    format!("a gyroscope alone, beside one recording: joined to {} on time, as --gyro does", one.name),
+            let finding = match join_gyroscope(one, gyro, options) {
+                Ok(()) => finding!(
+                    GyroJoined,
+                    "a gyroscope alone, beside one recording: joined to {} on time, as --gyro does",
+                    one.name
                 ),
                 Err(why) => Finding::warning(
                     FindingKind::GyroLeftOut,
-                    format!("a gyroscope alone, which does not belong to {}: {}; left out", one.name, why.message()),
+                    format!(
+                        "a gyroscope alone, which does not belong to {}: {}; left out",
+                        one.name,
+                        why.message()
+                    ),
                 ),
-            }.in_file(&file));
+            };
+            left_out.push(finding.in_file(&gyro.display().to_string()));
         }
         (several, None, gyroscopes) => {
-            let what = if several.len() == 1 {
-                "a gyroscope alone, and no pose; left out. --gyro says which file belongs to the recording"
-            } else {
-                "a gyroscope alone, and no pose; left out. With one recording, --gyro joins the gyroscope's file to it"
+            let belongs = match several.len() {
+                1 => "--gyro says which file belongs to the recording",
+                _ => "With one recording, --gyro joins the gyroscope's file to it",
             };
             for path in gyroscopes {
-                let file = path.display().to_string();
-                left_out.push(Finding::note(FindingKind::GyroLeftOut, what).in_file(&file));
+                let what = format!("a gyroscope alone, and no pose; left out. {belongs}");
+                let finding = Finding::note(FindingKind::GyroLeftOut, what);
+                left_out.push(finding.in_file(&path.display().to_string()));
             }
         }
     }
@@ -431,14 +433,13 @@ fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>
     if recordings.iter().all(linear) {
         return;
     }
-    recordings.retain(|recording| {
-        let keep = !linear(recording);
-        if !keep {
-            let why = "gravity was taken out of this acceleration, and another file holds it with gravity; left out";
-            left_out.push(Finding::new(FindingKind::NoRecording, why).in_file(&recording.name));
-        }
-        keep
-    });
+    for recording in recordings.extract_if(.., |r| linear(r)) {
+        let why = finding!(
+            NoRecording,
+            "gravity was taken out of this acceleration, and another file holds it with gravity; left out"
+        );
+        left_out.push(why.in_file(&recording.name));
+    }
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {

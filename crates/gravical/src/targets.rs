@@ -105,7 +105,6 @@ pub fn same_target(path: &Path) -> Error {
 }
 
 /// Canonical path, for comparison. A file that does not exist is identified by its folder.
-#[must_use]
 pub fn place(path: &Path) -> PathBuf {
     if let Ok(whole) = path.canonicalize() {
         return whole;

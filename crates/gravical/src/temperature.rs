@@ -48,10 +48,11 @@ use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
     TemperatureRange,
 };
+use crate::finding::finding;
 use crate::numfmt::{milli_g, small};
 use crate::poses::MANY_POSES;
 use crate::poses::{Pose, Segmentation, check_units};
-use crate::recording::{Finding, FindingKind, GyroUnit, Recording};
+use crate::recording::{Finding, GyroUnit, Recording};
 use crate::{Error, Result};
 
 pub use gravical_fit::polynomial::evaluate;
@@ -118,11 +119,12 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     for rests in &mut rests {
         rests.retain(|rest| span_of(rest) > MIN_REST_SPAN_C);
     }
-    let used = TemperatureRange::of(rests.iter().flatten().flatten().map(|b| b.t_c));
-    match used.filter(|range| range.span_c() > MIN_SPAN_C) {
-        Some(range) => Ok(fit_model(recordings, &rests, [range.min, range.max])),
-        None => Err(span_error(
-            widest_c.max(used.map_or(0.0, |range| range.span_c())),
+    match TemperatureRange::of(rests.iter().flatten().flatten().map(|b| b.t_c)) {
+        Some(used) if used.span_c() > MIN_SPAN_C => {
+            Ok(fit_model(recordings, &rests, [used.min, used.max]))
+        }
+        used => Err(span_error(
+            used.map_or(widest_c, |u| widest_c.max(u.span_c())),
         )),
     }
 }
@@ -165,12 +167,8 @@ fn shared_range(blocks: &[DirectedBlock<'_>]) -> std::result::Result<[f64; 2], S
             "the temperature only {verb}: with one direction the drift cannot be tested; also record the opposite one"
         )
     };
-    let Some(cooling) = range(Direction::Cooling) else {
-        return Err(only("rose"));
-    };
-    let Some(warming) = range(Direction::Warming) else {
-        return Err(only("fell"));
-    };
+    let cooling = range(Direction::Cooling).ok_or_else(|| only("rose"))?;
+    let warming = range(Direction::Warming).ok_or_else(|| only("fell"))?;
     let shared = [cooling.min.max(warming.min), cooling.max.min(warming.max)];
     let shared_c = (shared[1] - shared[0]).max(0.0);
     if shared_c <= MIN_SPAN_C {
@@ -196,28 +194,25 @@ fn fit_model(
     blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.block.t_c));
     let first = recordings.first();
     let gyro_scale = first.and_then(|r| r.gyro_scale);
-    let accel = |axis: usize| ChannelDrift {
-        channel: CHANNELS[axis].to_owned(),
-        input_unit: first
-            .map_or("unknown", |r| r.accel_scale.unit.name())
-            .to_owned(),
-        ..test_channel(&blocks, |b| b.accel[axis], reference_c, &shared)
+    let units = [
+        first.map_or("unknown", |r| r.accel_scale.unit.name()),
+        gyro_scale.map_or("unknown", |g| g.unit.name()),
+    ];
+    let channel = |channel: usize| {
+        let reading = |b: &RestBlock| [b.accel, b.gyro][channel / 3][channel % 3];
+        ChannelDrift {
+            channel: CHANNELS[channel].to_owned(),
+            input_unit: units[channel / 3].to_owned(),
+            ..test_channel(&blocks, reading, reference_c, &shared)
+        }
     };
-    let gyro = |axis: usize| ChannelDrift {
-        channel: CHANNELS[3 + axis].to_owned(),
-        input_unit: gyro_scale.map_or("unknown", |g| g.unit.name()).to_owned(),
-        ..test_channel(&blocks, |b| b.gyro[axis], reference_c, &shared)
-    };
-    let mut channels: Vec<ChannelDrift> = (0..3).map(accel).collect();
     let mut means = blocks.iter().flat_map(|b| b.block.gyro);
-    if means.any(f64::is_finite) {
-        channels.extend((0..3).map(gyro));
-    }
+    let count = if means.any(f64::is_finite) { 6 } else { 3 };
     TemperatureModel {
         reference_c,
         reference_source: ReferenceSource::Soak,
         range_c,
-        channels,
+        channels: (0..count).map(channel).collect(),
         inputs: InputFile::of(recordings),
     }
 }
@@ -247,26 +242,27 @@ fn test_channel(
         return refuse("its means do not determine a polynomial, or do not vary");
     };
     let (to_warming, to_cooling) = (fit.r2_cooling_to_warming, fit.r2_warming_to_cooling);
-    let refused = ChannelDrift {
+    let (verdict, reason) = if fit.is_predictable() {
+        (DriftVerdict::Corrected, "each direction predicts the other")
+    } else if !fit.significant {
+        (DriftVerdict::NotCorrected, "no drift beyond the noise")
+    } else if to_warming.max(to_cooling) >= MIN_R2 {
+        let why = "it predicts in one direction only: hysteresis or drift with time";
+        (DriftVerdict::NotCorrected, why)
+    } else {
+        let why = "neither direction predicts the other: hysteresis or drift with time";
+        (DriftVerdict::NotCorrected, why)
+    };
+    ChannelDrift {
+        verdict,
         order: fit.coefficients.len() as u32,
         r2_cooling_to_warming: Some(to_warming),
         r2_warming_to_cooling: Some(to_cooling),
-        ..refuse(if !fit.significant {
-            "no drift beyond the noise"
-        } else if to_warming.max(to_cooling) >= MIN_R2 {
-            "it predicts in one direction only: hysteresis or drift with time"
-        } else {
-            "neither direction predicts the other: hysteresis or drift with time"
-        })
-    };
-    if !fit.is_predictable() {
-        return refused;
-    }
-    ChannelDrift {
-        verdict: DriftVerdict::Corrected,
-        reason: "each direction predicts the other".to_owned(),
-        coefficients: fit.coefficients,
-        ..refused
+        coefficients: match verdict {
+            DriftVerdict::Corrected => fit.coefficients,
+            DriftVerdict::NotCorrected => Vec::new(),
+        },
+        ..refuse(reason)
     }
 }
 
@@ -304,24 +300,20 @@ pub fn for_calibration(
     }
     let [low, high] = model.range_c;
     let Some(session) = temperatures(&segmentation.poses) else {
-        findings.push(Finding::new(
-            FindingKind::TemperatureReference,
-            format!(
-                "the poses have no temperature: bias and matrix are assumed to be valid at {:.1} °C, the middle of the soak; {}",
-                model.reference_c,
-                cost_text(&model)
-            ),
+        findings.push(finding!(
+            TemperatureReference,
+            "the poses have no temperature: bias and matrix are assumed to be valid at {:.1} °C, the middle of the soak; {}",
+            model.reference_c,
+            cost_text(&model),
         ));
         return Ok(Some(model));
     };
     let session_c = session.mean;
     let reference_c = session_c.clamp(low, high);
     if reference_c != session_c {
-        findings.push(Finding::new(
-            FindingKind::TemperatureOutside,
-            format!(
-                "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used"
-            ),
+        findings.push(finding!(
+            TemperatureOutside,
+            "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
         ));
     }
     model = model.about(reference_c);
@@ -354,7 +346,6 @@ pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
 /// True where the poses are enough, and at temperatures far enough apart, to fit the drift of the
 /// accelerometer with its other parameters: rests in which the temperature changes, which [`study`]
 /// needs, are then not needed.
-#[must_use]
 pub fn enough_poses(poses: &[Pose]) -> bool {
     let span_c = temperatures(poses).map_or(0.0, |range| range.span_c());
     let complete = poses.iter().all(|p| p.temperature_c.is_some());
@@ -364,7 +355,6 @@ pub fn enough_poses(poses: &[Pose]) -> bool {
 /// The drift of the accelerometer as the poses of the session were `fitted` and tested, and that of the
 /// gyroscope from its static intervals. The means of the poses are converted to the temperature at
 /// which bias and matrix are valid. None without temperatures.
-#[must_use]
 pub(crate) fn from_poses(
     recordings: &[Recording],
     test: DriftTest,
@@ -423,28 +413,22 @@ fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
     let [low, high] = model.range_c;
     let (corrected, others) = (list(true), list(false));
     if corrected.is_empty() {
-        return Finding::new(
-            FindingKind::TemperatureRefused,
-            format!(
-                "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
-            ),
+        return finding!(
+            TemperatureRefused,
+            "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
         );
     }
-    let idle = if !with_gyro && corrected.contains('g') {
-        " (for the gyroscope only after it is calibrated)"
-    } else {
-        ""
+    let idle = match !with_gyro && corrected.contains('g') {
+        true => " (for the gyroscope only after it is calibrated)",
+        false => "",
     };
-    let rest = if others.is_empty() {
-        String::new()
-    } else {
-        format!("; that of {others} is not predictable or not significant")
+    let rest = match others.is_empty() {
+        true => String::new(),
+        false => format!("; that of {others} is not predictable or not significant"),
     };
-    Finding::new(
-        FindingKind::TemperatureModel,
-        format!(
-            "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
-        ),
+    finding!(
+        TemperatureModel,
+        "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
     )
 }
 
@@ -482,13 +466,15 @@ fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<O
         a.unit, b.unit
     );
     if a.unit == GyroUnit::Unknown || b.unit == GyroUnit::Unknown {
-        let message = format!("{units}: assumed to be equal");
-        Ok(Some(Finding::new(FindingKind::UnitUnverified, message)))
-    } else if a.unit == b.unit {
-        Ok(None)
-    } else {
-        Err(Error::input("units-differ", units)
-            .at(soak.name.as_ref(), None)
-            .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"))
+        return Ok(Some(finding!(
+            UnitUnverified,
+            "{units}: assumed to be equal"
+        )));
     }
+    if a.unit != b.unit {
+        return Err(Error::input("units-differ", units)
+            .at(soak.name.as_ref(), None)
+            .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"));
+    }
+    Ok(None)
 }

@@ -80,7 +80,6 @@ pub struct Check {
 ///
 /// The intervals share the errors of the parameters, of gravity and of the model; the noise of each
 /// mean is its own.
-#[must_use]
 pub fn check(
     sensor: &Sensor,
     here: Option<Gravity>,

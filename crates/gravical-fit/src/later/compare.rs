@@ -1,6 +1,7 @@
 //! Do two calibrations of one sensor differ?
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
+use serde::Serialize;
 
 use super::propagated;
 use crate::consistent::{MAX_STEPS, Test, consistent};
@@ -20,27 +21,54 @@ fn turn(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Option<Vector3<f64>> {
     Some(UnitQuaternion::from_rotation_matrix(&q).scaled_axis())
 }
 
-/// One number of both calibrations.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
-    /// Of the first and the second calibration; none of a turn, which is between them.
-    pub values: Option<[f64; 2]>,
-    /// Second less first.
-    pub change: f64,
-    /// Its standard deviation.
-    pub sd: f64,
+/// One parameter of two calibrations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterDifference {
+    /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
+    pub name: &'static str,
+    /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
+    pub unit: &'static str,
+    /// Value in A; null for the rotation, which is between the two.
+    pub a: Option<f64>,
+    /// Value in B.
+    pub b: Option<f64>,
+    /// B − A.
+    pub difference: f64,
+    /// Its standard deviation by both covariances; null without them.
+    pub sigma: Option<f64>,
+    /// difference / sigma.
+    pub z: Option<f64>,
 }
+
+/// Name, unit, and factor to it: of the nine invariants, and of the turn.
+const PARAMETERS: [(&str, &str, f64); 12] = {
+    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    [
+        ("bias_x", "m/s^2", 1.0),
+        ("bias_y", "m/s^2", 1.0),
+        ("bias_z", "m/s^2", 1.0),
+        ("scale_x", "%", 100.0),
+        ("scale_y", "%", 100.0),
+        ("scale_z", "%", 100.0),
+        ("angle_xy", "deg", DEGREES),
+        ("angle_xz", "deg", DEGREES),
+        ("angle_yz", "deg", DEGREES),
+        ("rotation_x", "deg", DEGREES),
+        ("rotation_y", "deg", DEGREES),
+        ("rotation_z", "deg", DEGREES),
+    ]
+};
 
 /// Two calibrations of one sensor, the second less the first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compare {
-    /// b (m/s²), lengths of the rows of M (1 is nominal), angles xy, xz, yz beyond 90° (rad).
-    pub invariants: [Difference; 9],
-    /// All nine together.
+    /// Bias, scale, angles, and the rotation where there is one.
+    pub parameters: Vec<ParameterDifference>,
+    /// The first nine together: what no turn of the board changes.
     pub magnitude: Test,
     /// Rotation vector of the frame (rad), and its three components together; none where one
     /// frame is the mirror image of the other.
-    pub turn: Option<([Difference; 3], Test)>,
+    pub turn: Option<(Vector3<f64>, Test)>,
     /// ‖a‖ by the second of what the first calls rest, less gravity, over the sphere.
     pub norm: NormDifference,
 }
@@ -64,7 +92,6 @@ pub struct NormDifference {
 /// Both have the same bends: the second calibration is moved to those of the first or the other
 /// way round, whichever knows them better. If one knows nothing of them, neither is moved: what they
 /// leave open of M and b is in the covariance of the other. Equal gravities share their error.
-#[must_use]
 pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
     let models = [matrix(&a.parameters), matrix(&b.parameters)];
     let regular = models.iter().all(|m| m.try_inverse().is_some());
@@ -76,31 +103,38 @@ pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
     let (change, [by_a, by_b, common]) = pair.difference(nine)?;
     let covariance = by_a + by_b + common;
     let values = pair.parameters.map(|x| invariants(&x));
+    let mut parameters = Vec::new();
+    let mut add = |values: Option<&[DVector<f64>; 2]>, change: f64, variance: f64, i: usize| {
+        let (name, unit, factor) = PARAMETERS[parameters.len()];
+        let (difference, sigma) = (factor * change, factor * variance.max(0.0).sqrt());
+        parameters.push(ParameterDifference {
+            name,
+            unit,
+            a: values.map(|[a, _]| factor * a[i]),
+            b: values.map(|[_, b]| factor * b[i]),
+            difference,
+            sigma: Some(sigma),
+            z: (sigma > 0.0).then_some(difference / sigma),
+        });
+    };
+    (0..9).for_each(|i| add(Some(&values), change[i], covariance[(i, i)], i));
     let three = |x: &Parameters, y: &Parameters| {
         turn(&matrix(x), &matrix(y)).map(|t| DVector::from_column_slice(t.as_slice()))
     };
-    let difference = |change: &DVector<f64>, covariance: &DMatrix<f64>, i: usize| Difference {
-        values: None,
-        change: change[i],
-        sd: covariance[(i, i)].max(0.0).sqrt(),
-    };
+    let turn = pair.difference(three).map(|(turn, [by_a, by_b, common])| {
+        // Welch and Satterthwaite.
+        let parts = [(by_a.trace(), a), (by_b.trace(), b)];
+        let weighed = parts.map(|(variance, s)| variance * variance / s.tilt_freedom);
+        let freedom = (by_a.trace() + by_b.trace()).powi(2) / (weighed[0] + weighed[1]);
+        let covariance = by_a + by_b + common;
+        (0..3).for_each(|i| add(None, turn[i], covariance[(i, i)], i));
+        let test = consistent(&turn, &covariance).with_freedom(freedom);
+        (Vector3::new(turn[0], turn[1], turn[2]), test)
+    });
     Some(Compare {
-        invariants: std::array::from_fn(|i| Difference {
-            values: Some([values[0][i], values[1][i]]),
-            ..difference(&change, &covariance, i)
-        }),
+        parameters,
         magnitude: consistent(&change, &covariance),
-        turn: pair
-            .difference(three)
-            .map(|(change, [by_a, by_b, common])| {
-                // Welch and Satterthwaite.
-                let parts = [(by_a.trace(), a), (by_b.trace(), b)];
-                let weighed = parts.map(|(variance, s)| variance * variance / s.tilt_freedom);
-                let freedom = (by_a.trace() + by_b.trace()).powi(2) / (weighed[0] + weighed[1]);
-                let covariance = by_a + by_b + common;
-                let each = std::array::from_fn(|i| difference(&change, &covariance, i));
-                (each, consistent(&change, &covariance).with_freedom(freedom))
-            }),
+        turn,
         norm: pair.norm(a.gravity.value_mps2)?,
     })
 }

@@ -258,7 +258,6 @@ impl FindingKind {
     }
 
     /// The kind of that name.
-    #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         let is_it = |kind: &&FindingKind| kind.name() == name;
         FindingKind::ALL.iter().find(is_it).copied()

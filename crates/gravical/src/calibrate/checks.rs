@@ -1,17 +1,13 @@
 //! Checks that can show a calibration wrong.
 
-mod fit;
-
 use crate::calibration_file::{AccelerometerSection, Method, TiltSource};
+use crate::finding::{Finding, finding};
 use crate::numfmt::milli_g;
-use crate::poses::Pose;
-use crate::poses::face::{AxisMap, Claim, Face};
-use crate::recording::why_calibrated;
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::poses::face::{AXES, AxisMap, Claim, Face};
+use crate::poses::{MANY_POSES, Pose};
+use crate::recording::{Recording, why_calibrated};
 
-use crate::poses::MANY_POSES;
-
-use super::estimate::{By, Estimate};
+use super::estimate::{Estimate, UNUSUAL_TILT};
 
 /// Scale further from nominal than this is wrong rather than inaccurate, %.
 /// The data sheet allows 3 %, a second range is 100 % away.
@@ -24,14 +20,157 @@ const BIAS_GATE_MPS2: f64 = 0.35 * 9.80665;
 const BIAS_NOTE_MPS2: f64 = 1.2;
 /// Above this a face is accepted with a note, degrees.
 const FACE_NOTE_DEG: f64 = 10.0;
-
 /// Of many free poses some have to be beyond this on both sides of each axis, g: the limit of van
 /// Hees et al. (2014) and GGIR.
 const LEAST_COVERED_G: f64 = 0.3;
-
 /// Oblique placements further off than so many times the predicted error
 /// contradict the result.
 const OBLIQUE_GATE: f64 = 3.0;
+/// Two axes further from a right angle than this are no MPU6050's, cosine:
+/// two and a half times the ±2 % of the data sheet.
+const CROSS_AXIS_GATE: f64 = 0.05;
+/// A sensor that misses the model by more than this, m/s², does something that
+/// the model has no word for.
+const MODEL_ERROR_NOTE: f64 = 0.02;
+
+/// Checks of the accelerometer's parameters and placements; `offset` is the zero
+/// offset in its bias.
+pub(super) fn accelerometer(
+    section: &AccelerometerSection,
+    estimate: &Estimate,
+    placements: &[Pose],
+    offset: f64,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    findings.extend(scale(section));
+    // The zero of unsigned counts is a way of reading, which no data sheet limits.
+    findings.extend(bias(section).filter(|_| offset == 0.0));
+    for (used, placement) in estimate.uses.iter().zip(placements) {
+        if used.fitted && placement.clipped > 0 {
+            let clipped = finding!(
+                ClippedPose,
+                "{}: {} samples at the end of the range; its mean is too small",
+                placement.label,
+                placement.clipped
+            );
+            findings.push(clipped.in_file(&placement.source));
+        }
+    }
+    findings.extend(oblique(section));
+    findings.extend(tilts(section, estimate, placements));
+    findings.extend(orientations(estimate));
+    findings.extend(cross_axis(section));
+    findings.extend(roles(section, estimate, placements));
+    if estimate.fit.is_some() {
+        findings.extend(of_fit(section, estimate, placements));
+    }
+    findings
+}
+
+/// The axes on which a value is beyond the limit, and these values.
+fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option<String> {
+    let axes = (0..3).filter(|&i| values[i].abs() > limit);
+    let list: Vec<String> = axes
+        .map(|i| format!("{} {}", AXES[i], shown(values[i])))
+        .collect();
+    (!list.is_empty()).then(|| list.join(", "))
+}
+
+fn scale(section: &AccelerometerSection) -> Option<Finding> {
+    let deviation = section.scale_deviation_percent?;
+    let off = |limit| beyond(deviation, limit, |v| format!("{v:+.1} %"));
+    if let Some(off) = off(SCALE_GATE_PERCENT) {
+        return Some(finding!(
+            ScaleOff,
+            "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
+        ));
+    }
+    off(SCALE_NOTE_PERCENT).map(|off| {
+        finding!(
+            ScaleHigh,
+            "the scale is further from nominal than usual ({off})"
+        )
+    })
+}
+
+fn bias(section: &AccelerometerSection) -> Option<Finding> {
+    let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / section.scale[i]);
+    let above = |limit| beyond(bias_mps2, limit, |v| format!("{v:+.2} m/s²"));
+    if let Some(large) = above(BIAS_GATE_MPS2) {
+        return Some(finding!(
+            LargeBias,
+            "a bias above 0.35 g ({large}): no sensor of this kind has that"
+        ));
+    }
+    let high = above(BIAS_NOTE_MPS2)?;
+    let largest = bias_mps2.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+    let prior = match section.fit {
+        Some(fit) if fit.prior => {
+            " If the part is like that, --prior off leaves the data sheet out"
+        }
+        _ => "",
+    };
+    Some(finding!(
+        BiasHigh,
+        "the bias is {:.1} times what a data sheet allows, ±0.6 m/s² ({high}): was every side that is named really up, and is the unit right?{prior}",
+        largest / (0.5 * BIAS_NOTE_MPS2)
+    ))
+}
+
+/// Placements that took no part in the fit and contradict it.
+fn oblique(section: &AccelerometerSection) -> Option<Finding> {
+    let predicted = section.predicted_norm_error_mps2?;
+    let (error, count) = section.free_norm_error()?;
+    let is_off = section.method == Method::Ferraris && error > OBLIQUE_GATE * predicted;
+    is_off.then(|| {
+        finding!(
+            FreePoseOff,
+            "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
+            milli_g(error)
+        )
+    })
+}
+
+/// Tilts: of single faces that lie far off, and of all when they are larger
+/// than the closed form's uncertainty assumes.
+fn tilts(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut list = Vec::new();
+    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+    for (used, placement) in estimate.uses.iter().zip(placements) {
+        let Some(face) = used.face.map(Face::name) else {
+            continue;
+        };
+        let tilt = used.tilt_deg.map_or(placement.angle_deg, |(t, _)| t);
+        list.push(format!("{face} {tilt:.1}°"));
+        (low, high) = (low.min(tilt), high.max(tilt));
+        if tilt > FACE_NOTE_DEG {
+            let off = finding!(
+                FaceTilt,
+                "{face} lies {tilt:.1}° off its face (raw, bias included): more than {FACE_NOTE_DEG}° costs accuracy"
+            );
+            findings.push(off.in_file(&placement.source));
+        }
+    }
+    if let Some(rms_deg) = estimate.face_angle_rms_deg
+        && let Some(tilt) = section.pose_tilt_deg
+        && tilt.source == TiltSource::Estimated
+    {
+        let computed = match section.covariance {
+            Some(_) => format!(
+                "; the uncertainty is computed with a tilt of {:.1}°",
+                tilt.value
+            ),
+            None => String::new(),
+        };
+        findings.push(finding!(
+            PoseTilt,
+            "the poses lie {low:.1}–{high:.1}° off their faces ({}), {rms_deg:.1}° rms without the bias. Six faces cannot tell pose from misalignment, R shows both{computed}. A box or a jig would help",
+            list.join(", ")
+        ));
+    }
+    findings
+}
 
 /// Many free poses that leave a side of an axis out. What people do with a sensor that they wear is
 /// no plan: where it never points, nothing tests the result, and what bends the readings of a
@@ -41,215 +180,204 @@ fn orientations(estimate: &Estimate) -> Option<Finding> {
     if fitted.clone().filter(|u| u.face.is_none()).count() < MANY_POSES {
         return None;
     }
-    let range = |axis: usize| {
+    let ranges = [0, 1, 2].map(|axis: usize| {
         let of = fitted.clone().filter_map(|u| Some(u.direction?[axis]));
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         of.fold(none, |[low, high], v| [low.min(v), high.max(v)])
-    };
-    let ranges: Vec<[f64; 2]> = (0..3).map(range).collect();
+    });
     let covered = |[low, high]: &[f64; 2]| *low < -LEAST_COVERED_G && *high > LEAST_COVERED_G;
-    if ranges.iter().all(covered) {
-        return None;
-    }
-    let list: Vec<String> = ["x", "y", "z"]
-        .iter()
-        .zip(&ranges)
-        .map(|(axis, [low, high])| format!("{axis} {low:+.2} to {high:+.2} g"))
-        .collect();
-    Some(Finding::new(
-        FindingKind::FewOrientations,
-        format!(
+    let list = AXES.iter().zip(&ranges);
+    let list = list.map(|(axis, [low, high])| format!("{axis} {low:+.2} to {high:+.2} g"));
+    (!ranges.iter().all(covered)).then(|| {
+        finding!(
+            FewOrientations,
             "not enough orientations: only {} are covered; each axis has to be beyond ±{LEAST_COVERED_G} g on both sides",
-            list.join(", ")
-        ),
-    ))
-}
-
-/// Checks of the accelerometer's parameters and placements; `offset` is the zero
-/// offset in its bias.
-#[must_use]
-pub(super) fn accelerometer(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Pose],
-    offset: f64,
-) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let axes = ["x", "y", "z"];
-    if let Some(deviation) = section.scale_deviation_percent {
-        let beyond = |limit: f64| -> Option<String> {
-            let off: Vec<String> = (0..3)
-                .filter(|&i| deviation[i].abs() > limit)
-                .map(|i| format!("{} {:+.1} %", axes[i], deviation[i]))
-                .collect();
-            (!off.is_empty()).then(|| off.join(", "))
-        };
-        if let Some(off) = beyond(SCALE_GATE_PERCENT) {
-            findings.push(Finding::new(
-                FindingKind::ScaleOff,
-                format!(
-                    "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
-                ),
-            ));
-        } else if let Some(off) = beyond(SCALE_NOTE_PERCENT) {
-            findings.push(Finding::new(
-                FindingKind::ScaleHigh,
-                format!("the scale is further from nominal than usual ({off})"),
-            ));
-        }
-    }
-    let bias_mps2: [f64; 3] =
-        std::array::from_fn(|i| (section.bias[i] - offset) / section.scale[i]);
-    let above = |limit: f64| -> Option<String> {
-        let large: Vec<String> = (0..3)
-            .filter(|&i| bias_mps2[i].abs() > limit)
-            .map(|i| format!("{} {:+.2} m/s²", axes[i], bias_mps2[i]))
-            .collect();
-        // The zero of unsigned counts is a way of reading, which no data sheet limits.
-        (!large.is_empty() && offset == 0.0).then(|| large.join(", "))
-    };
-    if let Some(large) = above(BIAS_GATE_MPS2) {
-        findings.push(Finding::new(
-            FindingKind::LargeBias,
-            format!("a bias above 0.35 g ({large}): no sensor of this kind has that"),
-        ));
-    } else if let Some(high) = above(BIAS_NOTE_MPS2) {
-        findings.push(Finding::new(
-            FindingKind::BiasHigh,
-            format!(
-                "the bias is {:.1} times what a data sheet allows, ±0.6 m/s² ({high}): was every side that is named really up, and is the unit right?{}",
-                bias_mps2.iter().fold(0.0_f64, |m, b| m.max(b.abs())) / (0.5 * BIAS_NOTE_MPS2),
-                match section.fit.filter(|fit| fit.prior) {
-                    Some(_) => " If the part is like that, --prior off leaves the data sheet out",
-                    None => "",
-                }
-            ),
-        ));
-    }
-    for (index, placement) in placements.iter().enumerate() {
-        if estimate.uses[index].fitted && placement.clipped > 0 {
-            findings.push(
-                Finding::new(
-                    FindingKind::ClippedPose,
-                    format!(
-                        "{}: {} samples at the end of the range; its mean is too small",
-                        placement.label, placement.clipped
-                    ),
-                )
-                .in_file(&placement.source),
-            );
-        }
-    }
-    findings.extend(oblique(section));
-    findings.extend(tilts(section, estimate, placements));
-    findings.extend(orientations(estimate));
-    findings.extend(fit::findings(section, estimate, placements));
-    findings
-}
-
-/// Placements that took no part in the fit and contradict it.
-fn oblique(section: &AccelerometerSection) -> Option<Finding> {
-    let predicted = section.predicted_norm_error_mps2?;
-    if section.method != Method::Ferraris {
-        return None;
-    }
-    let (error, count) = section.free_norm_error()?;
-    (error > OBLIQUE_GATE * predicted).then(|| {
-        Finding::new(
-            FindingKind::FreePoseOff,
-            format!(
-                "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
-                milli_g(error)
-            ),
+            list.collect::<Vec<_>>().join(", ")
         )
     })
 }
 
-/// Inputs that do not belong into a session: a recording that is calibrated
-/// already, or the same one twice.
-#[must_use]
-pub(super) fn inputs(recordings: &[Recording]) -> Vec<Finding> {
+fn cross_axis(section: &AccelerometerSection) -> Option<Finding> {
+    let r = &section.orientation;
+    let cosine = |(i, j): (usize, usize)| {
+        let cosine = gravical_core::matrix3::dot(&r[i], &r[j]);
+        (i, j, cosine)
+    };
+    let pairs = [(0, 1), (1, 2), (2, 0)].map(cosine).into_iter();
+    let (i, j, cosine) = pairs.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))?;
+    (cosine.abs() > CROSS_AXIS_GATE).then(|| {
+        finding!(
+            CrossAxisHigh,
+            "the axes {} and {} are {:.1}° from a right angle; a data sheet allows about 1.6°: too few or too similar poses for so many parameters",
+            AXES[i],
+            AXES[j],
+            cosine.asin().to_degrees().abs()
+        )
+    })
+}
+
+/// Poses that the fit left out, or did not take for the face that they are named.
+fn roles(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for (i, recording) in recordings.iter().enumerate() {
-        if recording.is_calibrated {
-            findings.push(
-                Finding::new(
-                    FindingKind::AlreadyCalibrated,
-                    format!(
-                        "{}: a session needs raw recordings",
-                        why_calibrated(recording.is_calibrated_by_board)
-                    ),
-                )
-                .in_file(&recording.name),
+    for ((used, placement), pose) in estimate.uses.iter().zip(placements).zip(&section.poses) {
+        if let Some(chance) = used.bad {
+            let bad = finding!(
+                BadPose,
+                "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
+                pose.called(),
+                milli_g(pose.magnitude_error_mps2.unwrap_or(f64::NAN))
             );
+            findings.push(bad.in_file(&placement.source));
         }
-        let twin = recordings[..i]
-            .iter()
-            .find(|other| recording.sha256.is_some() && other.sha256 == recording.sha256);
-        if let Some(twin) = twin {
-            findings.push(
-                Finding::new(
-                    FindingKind::SameFileTwice,
-                    format!(
-                        "it is the same as {}, byte for byte, and counts twice",
-                        twin.name
-                    ),
-                )
-                .in_file(&recording.name),
+        let is_named = matches!(placement.claim, Some(Claim::Face(_))) && placement.face.is_some();
+        if is_named && used.face.is_none() && used.bad.is_none() {
+            let no_face = finding!(
+                NoFace,
+                "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face-pose {} keeps it)",
+                placement.label,
+                placement.angle_deg,
+                crate::escape::shell_word(&placement.label)
             );
+            findings.push(no_face.in_file(&placement.source));
         }
     }
     findings
 }
 
-/// Tilts: of single faces that lie far off, and of all when they are larger
-/// than the uncertainty assumes.
-fn tilts(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
+/// What the joint fit itself shows to be odd.
+fn of_fit(
+    section: &AccelerometerSection,
+    estimate: &Estimate,
+    placements: &[Pose],
+) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let mut list = Vec::new();
-    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
-    for (index, placement) in placements.iter().enumerate() {
-        let Some(face) = estimate.uses[index].face else {
-            continue;
-        };
-        let tilt = estimate.uses[index]
-            .tilt_deg
-            .map_or(placement.angle_deg, |(t, _)| t);
-        list.push(format!("{} {tilt:.1}°", face.name()));
-        (low, high) = (low.min(tilt), high.max(tilt));
-        if tilt > FACE_NOTE_DEG {
-            findings.push(
-                Finding::new(
-                    FindingKind::FaceTilt,
-                    format!(
-                        "{} lies {tilt:.1}° off its face (raw, bias included): more than {FACE_NOTE_DEG}° costs accuracy",
-                        face.name()
-                    ),
-                )
-                .in_file(&placement.source),
-            );
+    if estimate.noise_assumed {
+        findings.push(finding!(
+            NoiseAssumed,
+            "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"
+        ));
+    }
+    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate)));
+    if let Some(fit) = section.fit {
+        if fit.model_error_mps2 > MODEL_ERROR_NOTE {
+            findings.push(finding!(
+                ModelError,
+                "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
+                1000.0 * fit.model_error_mps2
+            ));
+        }
+        if !fit.oriented {
+            findings.push(finding!(
+                OrientationOpen,
+                "faces on fewer than two axes: the orientation of the sensor in its case is unknown. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
+            ));
         }
     }
-    let Some(tilt) = section.pose_tilt_deg else {
-        return findings;
-    };
-    if let By::Ferraris {
-        face_angle_rms_deg, ..
-    } = estimate.by
+    if let Some(tilt) = section.pose_tilt_deg
         && tilt.source == TiltSource::Estimated
+        && tilt.value > UNUSUAL_TILT
     {
-        findings.push(Finding::new(
-            FindingKind::PoseTilt,
-            format!(
-                "the poses lie {low:.1}–{high:.1}° off their faces ({}), {face_angle_rms_deg:.1}° rms without the bias. Six faces cannot tell pose from misalignment, R shows both{}. A box or a jig would help",
-                list.join(", "),
-                if section.covariance.is_some() {
-                    format!("; the uncertainty is computed with a tilt of {:.1}°", tilt.value)
-                } else {
-                    String::new()
-                }
-            ),
+        let tilted = section.poses.iter().filter_map(|p| {
+            let (tilt_deg, sd_deg) = (p.tilt_deg?, p.tilt_sd_deg?);
+            Some(format!("{} {tilt_deg:.1} ± {sd_deg:.1}°", p.label))
+        });
+        findings.push(finding!(
+            PoseTilt,
+            "the poses lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
+            tilt.value,
+            tilted.take(12).collect::<Vec<_>>().join(", ")
         ));
+    }
+    findings
+}
+
+/// The faces that none of some poses has up.
+fn missing(up: impl Iterator<Item = Option<Face>> + Clone) -> Vec<Face> {
+    let is_missing = |face: &Face| up.clone().all(|up| up != Some(*face));
+    Face::all().into_iter().filter(is_missing).collect()
+}
+
+/// A face that was recorded twice in place of another one, which is missing: by
+/// its name, or because there are six placements.
+fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
+    let up = |k: usize| estimate.uses[k].face;
+    let all = || 0..placements.len();
+    let missing = missing(all().map(up));
+    let named = |k: usize| match placements[k].claim {
+        Some(Claim::Face(f)) => Some(f).filter(|f| missing.contains(f)),
+        _ => None,
+    };
+    let first = |k: usize| all().find(|&j| j != k && up(j) == up(k));
+    let by_name = all()
+        .filter(|&k| named(k).is_some() && up(k).is_some())
+        .find_map(|k| Some((first(k)?, k)));
+    let by_count = || {
+        let six = placements.len() == 6 && all().all(|k| up(k).is_some());
+        let mut later = all().filter_map(|k| Some((first(k).filter(|&j| j < k)?, k)));
+        later.find(|_| six && !missing.is_empty())
+    };
+    let (one, other) = by_name.or_else(by_count)?;
+    let (p, q) = (&placements[one], &placements[other]);
+    let absent: Vec<String> = missing.iter().map(|f| f.name()).collect();
+    let copied = match p.mean == q.mean && p.count == q.count {
+        true => ", which hold the same readings",
+        false => "",
+    };
+    let record = match named(other) {
+        Some(face) => format!("\"{}\" with {} up", q.label, face.name()),
+        None => format!("one of them with {} up", absent.join(" and ")),
+    };
+    let twice = finding!(
+        SameFaceTwice,
+        "{} points up in \"{}\" and in \"{}\"{copied}, and no pose has {} up: record {record}",
+        up(other)?.name(),
+        p.label,
+        q.label,
+        absent.join(" or ")
+    );
+    Some(twice.in_file(&q.source))
+}
+
+/// Faces only, and one of them missing: what that costs.
+fn missing_face(estimate: &Estimate) -> Option<Finding> {
+    let fit = estimate.fit()?;
+    let uses = estimate.uses.iter().filter(|u| u.fitted);
+    let missing = missing(uses.clone().map(|u| u.face));
+    if missing.is_empty() || uses.clone().any(|u| u.face.is_none()) {
+        return None;
+    }
+    let cost = |face: &Face| {
+        let (_, sd) = fit.error_along(face.direction());
+        format!("{} up: ±{:.0} mg", face.name(), milli_g(sd))
+    };
+    Some(finding!(
+        MissingFace,
+        "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique poses",
+        6 - missing.len(),
+        missing.iter().map(cost).collect::<Vec<_>>().join(", ")
+    ))
+}
+
+/// Inputs that do not belong into a session: a recording that is calibrated
+/// already, or the same one twice.
+pub(super) fn inputs(recordings: &[Recording]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (i, recording) in recordings.iter().enumerate() {
+        if recording.is_calibrated {
+            let why = why_calibrated(recording.is_calibrated_by_board);
+            let calibrated = finding!(AlreadyCalibrated, "{why}: a session needs raw recordings");
+            findings.push(calibrated.in_file(&recording.name));
+        }
+        let is_same = |other: &&Recording| other.sha256 == recording.sha256;
+        let twin = recordings[..i].iter().find(is_same);
+        if let Some(twin) = twin.filter(|twin| twin.sha256.is_some()) {
+            let twice = finding!(
+                SameFileTwice,
+                "it is the same as {}, byte for byte, and counts twice",
+                twin.name
+            );
+            findings.push(twice.in_file(&recording.name));
+        }
     }
     findings
 }
@@ -257,11 +385,7 @@ fn tilts(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose
 /// Names that, taken together, describe a mirrored sensor: placements were
 /// swapped. All six the other way round is a convention, and a turned board a
 /// mounting; both keep the data's word.
-#[must_use]
-pub(super) fn names(axes: &AxisMap, placements: &[Pose], by_name: bool) -> Vec<Finding> {
-    if by_name {
-        return Vec::new();
-    }
+pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
     // Where the names send each face of the data.
     let mut sent: [Option<Face>; 6] = [None; 6];
     for placement in placements {
@@ -270,34 +394,30 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose], by_name: bool) -> Vec<F
         }
     }
     let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = sent else {
-        return Vec::new();
+        return None;
     };
     let all = [a, b, c, d, e, f];
     if all == Face::all() {
-        return Vec::new();
+        return None;
     }
-    if all == Face::all().map(Face::opposite) {
-        return vec![Finding::new(
-            FindingKind::NamesReversed,
-            "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then --axes -x,-y,-z gives calibrated values the usual sign",
-        )];
-    }
-    if let Some(map) = axes.renamed(&all) {
-        return vec![Finding::new(
-            FindingKind::NamesTurned,
-            if axes.is_identity() {
-                format!(
-                    "the names describe a board that sits turned in its case; the calibration is in axes of the board. If the case is meant, --axes {map} explains all names"
-                )
-            } else {
-                format!(
-                    "the names describe another way of sitting in the case than --axes {axes} does, which is believed; --axes {map} explains all names"
-                )
-            },
-        )];
-    }
-    vec![Finding::new(
-        FindingKind::NamesMirrored,
-        "the names contradict the data in a way that no mounting explains (two poses swapped?); the faces were taken from the data, but check which recording is which",
-    )]
+    Some(if all == Face::all().map(Face::opposite) {
+        finding!(
+            NamesReversed,
+            "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then --axes -x,-y,-z gives calibrated values the usual sign"
+        )
+    } else if let Some(map) = axes.renamed(&all) {
+        let what = match axes.is_identity() {
+            true => "a board that sits turned in its case; the calibration is in axes of the board. If the case is meant,".to_owned(),
+            false => format!("another way of sitting in the case than --axes {axes} does, which is believed;"),
+        };
+        finding!(
+            NamesTurned,
+            "the names describe {what} --axes {map} explains all names"
+        )
+    } else {
+        finding!(
+            NamesMirrored,
+            "the names contradict the data in a way that no mounting explains (two poses swapped?); the faces were taken from the data, but check which recording is which"
+        )
+    })
 }

@@ -3,8 +3,7 @@
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::model::Covariance;
-use gravical_fit::{Fit, Options, Trust, fit};
-
+use gravical_fit::{DriftTest, Fit, Options, Trust, fit};
 use serde::Deserialize;
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
@@ -14,9 +13,7 @@ use crate::poses::for_fit::{Names, Poses, poses, start};
 use crate::{Error, Result};
 
 use super::ferraris;
-use super::sensors::one_sensor;
-use super::session::Session;
-use super::undetermined::explain;
+use super::session::{Session, explain, one_sensor};
 
 /// What the user says about estimating.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -111,9 +108,7 @@ pub(crate) struct Use {
 pub(crate) struct Estimate {
     /// M of u = M a + b, input unit per m/s².
     pub model: [[f64; 3]; 3],
-    /// b, input unit, less the zero offset.
-    pub bias: [f64; 3],
-    /// matrix · (raw − bias).
+    /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
     /// For every placement.
     pub uses: Vec<Use>,
@@ -121,51 +116,26 @@ pub(crate) struct Estimate {
     pub tilt: Option<PoseTilt>,
     /// The six faces in Ferraris' terms, where all are there.
     pub faces: Option<ferraris::Faces>,
-    /// By what it was found, and how far that can be trusted.
-    pub by: By,
+    /// The joint fit, and how far it can be trusted; none by the closed form.
+    pub fit: Option<Box<(Fit, Trust)>>,
+    /// Whether a drift of the bias with temperature helps, where many poses tell.
+    pub drift_test: Option<DriftTest>,
+    /// Of M and b by the closed form; none by a fit, or without standard errors.
+    pub covariance: Option<Box<Covariance>>,
+    /// Angle between faces and means that bias and scale of the closed form leave, rms, degrees.
+    pub face_angle_rms_deg: Option<f64>,
     pub noise_assumed: bool,
     /// Share of the standard errors that rounding makes.
     pub rounding: f64,
 }
 
-/// The method, and what it says beyond parameters.
-#[derive(Debug, Clone)]
-pub(crate) enum By {
-    Fit {
-        fit: Box<Fit>,
-        trust: Box<Trust>,
-        /// Whether a drift of the bias with temperature helps, where many poses tell.
-        drift: Option<gravical_fit::DriftTest>,
-    },
-    Ferraris {
-        /// Of M and b by means and tilts; none without standard errors.
-        covariance: Option<Box<Covariance>>,
-        /// Angle between faces and means that bias and scale leave, rms, degrees.
-        face_angle_rms_deg: f64,
-    },
-}
-
 impl Estimate {
     pub fn fit(&self) -> Option<&Fit> {
-        match &self.by {
-            By::Fit { fit, .. } => Some(fit),
-            By::Ferraris { .. } => None,
-        }
-    }
-
-    /// Whether a drift with temperature helps, where that was tested.
-    pub fn drift_test(&self) -> Option<gravical_fit::DriftTest> {
-        match &self.by {
-            By::Fit { drift, .. } => *drift,
-            By::Ferraris { .. } => None,
-        }
+        self.fit.as_deref().map(|(fit, _)| fit)
     }
 
     pub fn trust(&self) -> Option<&Trust> {
-        match &self.by {
-            By::Fit { trust, .. } => Some(trust),
-            By::Ferraris { .. } => None,
-        }
+        self.fit.as_deref().map(|(_, trust)| trust)
     }
 }
 
@@ -183,19 +153,15 @@ pub(crate) fn accelerometer(session: &Session<'_>, options: &EstimateOptions) ->
         face: &options.face,
     };
     let found = poses(session.segmentation, names, scale)?;
+    let gravity = session.gravity.value_mps2;
+    let (axes, by_name) = (session.axes, session.faces_by_name);
     let fit_options = Options {
-        gravity: session.gravity.value_mps2,
+        gravity,
         gravity_sd: session.gravity.uncertainty_mps2(),
         nominal: session.nominal(),
         prior: options.prior == Prior::DataSheet,
         tilt: options.pose_tilt_deg.map(f64::to_radians),
-        start: Some(start(
-            session.segmentation,
-            session.axes,
-            scale,
-            session.gravity.value_mps2,
-            session.faces_by_name,
-        )),
+        start: Some(start(session.segmentation, axes, scale, gravity, by_name)),
         ..Options::default()
     };
     if session.recordings.len() > 1 {
@@ -216,11 +182,11 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
         // Names that contradict each other, or --axes, are refused in the words of the closed form.
         ferraris::accelerometer(faces, options.gravity, Some(session.axes))?;
     }
-    let drift = session
-        .drift
-        .then(|| gravical_fit::test_drift(&found.poses, &options).ok())
-        .flatten();
-    options.drift = drift.is_some_and(|test| test.helps);
+    let drift_test = match session.drift {
+        true => gravical_fit::test_drift(&found.poses, &options).ok(),
+        false => None,
+    };
+    options.drift = drift_test.is_some_and(|test| test.helps);
     let fit = fit(&found.poses, &options).map_err(|open| explain(open, session))?;
     let (model, bias) = (fit.model(), fit.bias());
     // Axes of the case may be those of a mirror image, as the signs of phones are.
@@ -247,12 +213,11 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
     let source = match options.tilt {
         Some(_) => TiltSource::Given,
         // From fewer components it is mostly what is usual.
-        None if fit.tilt_freedom >= 4.0 => TiltSource::Estimated,
+        None if fit.quality.tilt_degrees_of_freedom >= 4.0 => TiltSource::Estimated,
         None => TiltSource::Assumed,
     };
     Ok(Estimate {
         model,
-        bias,
         calibration: Calibration { matrix, bias },
         uses: uses.collect(),
         tilt: fitted.iter().any(|p| p.face.is_some()).then(|| PoseTilt {
@@ -260,13 +225,15 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
             source,
         }),
         faces,
+        drift_test,
+        covariance: None,
+        face_angle_rms_deg: None,
         noise_assumed: found.noise_assumed,
         rounding: found.rounding,
-        by: By::Fit {
-            trust: Box::new(fit.trust()),
-            fit: Box::new(fit),
-            drift,
-        },
+        fit: Some(Box::new({
+            let trust = fit.trust();
+            (fit, trust)
+        })),
     })
 }
 
@@ -303,20 +270,18 @@ fn by_ferraris(
             ..Use::default()
         }
     };
+    let covariance = fit.covariance(&faces, gravity, value.to_radians());
     Ok(Estimate {
         model: fit.parameters.model(),
-        bias: fit.parameters.bias,
         calibration: fit.calibration,
         uses: placements.iter().enumerate().map(on_face).collect(),
         tilt: Some(PoseTilt { value, source }),
+        fit: None,
+        drift_test: None,
+        covariance: covariance.map(Box::new),
+        face_angle_rms_deg: Some(face_angle_rms_deg),
         noise_assumed: found.noise_assumed,
         rounding: found.rounding,
-        by: By::Ferraris {
-            covariance: fit
-                .covariance(&faces, gravity, value.to_radians())
-                .map(Box::new),
-            face_angle_rms_deg,
-        },
         faces: Some(faces),
     })
 }

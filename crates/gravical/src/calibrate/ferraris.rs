@@ -1,22 +1,153 @@
 //! Ferraris' six-position calibration: from placements to what the closed form
 //! of [`gravical_core::six_position`] needs, and back.
 
-mod faces;
-
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_core::six_position::{
-    AccelerometerParameters, SixPositionError, ferraris_accelerometer,
+    AccelerometerParameters, SixPositionError, SixPositionMeans, ferraris_accelerometer,
 };
 use gravical_fit::model::{Covariance, DRIFT};
 use gravical_fit::propagate;
 use nalgebra::DVector;
 
-use crate::poses::face::{AXES, AxisMap, Face};
+use crate::poses::face::{AXES, AxisMap, Face, angle_deg};
+use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
+use crate::recording::Recording;
 use crate::{Error, Result};
 
-pub(super) use faces::six_positions;
-pub use faces::{Faces, sort_into_faces};
+/// A repeat of a face that points this far from the best one is an oblique
+/// pose, degrees.
+const REPEAT_WITHIN_DEG: f64 = 5.0;
+
+/// What lies on each face, in the order of [`Face::all`].
+#[derive(Debug, Clone)]
+pub struct Faces {
+    /// Placements, by index.
+    pub(super) of_face: [Vec<usize>; 6],
+    means: [[f64; 3]; 6],
+    standard_errors: Option<[[f64; 3]; 6]>,
+}
+
+/// Means in the order of [`Face::all`] as the closed form takes them.
+pub(super) fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
+    SixPositionMeans {
+        plus: std::array::from_fn(|axis| means[2 * axis]),
+        minus: std::array::from_fn(|axis| means[2 * axis + 1]),
+    }
+}
+
+impl Faces {
+    /// The face for which placement `index` is used; none when it is oblique.
+    pub fn face_of(&self, index: usize) -> Option<Face> {
+        Face::all()
+            .into_iter()
+            .find(|f| self.of_face[f.index()].contains(&index))
+    }
+}
+
+/// Sorts placements into the six faces. Repeats of a face are pooled, weighted
+/// by their rows.
+///
+/// # Errors
+///
+/// `missing-face` with the faces that are there, or `same-face-twice` when there
+/// are six placements and one face takes two of them.
+pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<Faces> {
+    let mut of_face: [Vec<usize>; 6] = Default::default();
+    for face in Face::all() {
+        let mut there: Vec<usize> = (0..placements.len())
+            .filter(|&i| {
+                placements[i].face == Some(face) && placements[i].mean.iter().all(|v| v.is_finite())
+            })
+            .collect();
+        let best = there
+            .iter()
+            .copied()
+            .min_by(|&a, &b| placements[a].angle_deg.total_cmp(&placements[b].angle_deg));
+        if let Some(best) = best {
+            let mean = placements[best].mean;
+            there.retain(|&i| angle_deg(placements[i].mean, mean) <= REPEAT_WITHIN_DEG);
+        }
+        of_face[face.index()] = there;
+    }
+    if of_face.iter().any(Vec::is_empty) {
+        return Err(incomplete(placements, &of_face, recordings));
+    }
+    let mut means = [[0.0; 3]; 6];
+    let mut variances = Some([[0.0; 3]; 6]);
+    for (face, indices) in of_face.iter().enumerate() {
+        let rows: f64 = indices.iter().map(|&i| placements[i].count as f64).sum();
+        for placement in indices.iter().map(|&i| &placements[i]) {
+            let weight = placement.count as f64 / rows;
+            variances = variances.filter(|_| placement.standard_error.is_some());
+            for axis in 0..3 {
+                means[face][axis] += weight * placement.mean[axis];
+                if let (Some(variances), Some(error)) = (&mut variances, placement.standard_error) {
+                    variances[face][axis] += (weight * error[axis]).powi(2);
+                }
+            }
+        }
+    }
+    Ok(Faces {
+        means,
+        standard_errors: variances.map(|faces| faces.map(|face| face.map(f64::sqrt))),
+        of_face,
+    })
+}
+
+fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Recording]) -> Error {
+    let missing = Face::all()
+        .into_iter()
+        .filter(|f| of_face[f.index()].is_empty());
+    let names: Vec<String> = missing.clone().map(Face::name).collect();
+    let next: Vec<String> = missing
+        .map(|f| format!("{} {}", AXES[f.axis], if f.up { "up" } else { "down" }))
+        .collect();
+    let oblique = placements.iter().filter(|p| p.face.is_none());
+    let count = oblique.clone().count();
+    let twice = Face::all()
+        .into_iter()
+        .find(|f| of_face[f.index()].len() > 1)
+        .filter(|_| placements.len() == 6 && count == 0);
+    let error = if let Some(face) = twice {
+        let there = &of_face[face.index()];
+        let source = |&i: &usize| match recordings {
+            [_] => placements[i].label.as_str(),
+            _ => placements[i].source.as_str(),
+        };
+        let what = format!(
+            "{} points up in {} poses ({}), and no pose has {} up",
+            face.name(),
+            there.len(),
+            there.iter().map(source).collect::<Vec<_>>().join(" and "),
+            names.join(", ")
+        );
+        Error::input("same-face-twice", what)
+    } else {
+        let mut what = format!(
+            "{} of six faces found; missing: {}",
+            6 - names.len(),
+            names.join(" ")
+        );
+        if count > 0 {
+            let list = oblique.map(|p| format!("{} {:.0}°", p.label, p.angle_deg));
+            what += &format!(
+                "; {count} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
+                placements.len(),
+                list.take(6).collect::<Vec<_>>().join(", ")
+            );
+        }
+        Error::input("missing-face", what)
+    };
+    let error = match recordings {
+        [one] => error.at(one.name.as_ref(), None),
+        _ => error,
+    };
+    error.with_hint(format!(
+        "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
+        next.join(", ")
+    ))
+}
 
 /// A fitted accelerometer.
 #[derive(Debug, Clone)]
@@ -31,7 +162,6 @@ impl AccelerometerFit {
     /// Angle of each face that placement and misalignment leave when bias and
     /// scale are taken off, rms over the faces, degrees. Ferraris' method
     /// cannot tell the two apart, so this bounds the tilt from above.
-    #[must_use]
     pub fn face_angle_rms_deg(&self, faces: &Faces) -> f64 {
         let AccelerometerParameters { scale, bias, .. } = &self.parameters;
         let squares = faces.means.iter().map(|reading| {
@@ -46,7 +176,6 @@ impl AccelerometerFit {
     ///
     /// The closed form is computed again with each of its 30 errors: a tilt costs the matrix about σ_tilt,
     /// and the bias g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms.
-    #[must_use]
     pub(super) fn covariance(
         &self,
         faces: &Faces,
@@ -147,19 +276,11 @@ fn mirrored(
     // Each axis of the case is measured by the channel that --axes says, one
     // way or the other.
     let as_told = (0..3).all(|i| seen(column(i), i).abs() > 0.7);
-    let clash = (0..3)
-        .map(|i| {
-            (
-                i,
-                seen(faces.means[2 * i], i),
-                seen(faces.means[2 * i + 1], i),
-            )
-        })
-        .find(|(_, up, down)| up <= down);
-    match clash {
-        Some((i, up, down)) if as_told => Some(format!(
-            "{a} reads less with +{a} up ({up:.4}) than with −{a} up ({down:.4})",
-            a = AXES[i]
+    let reads = |i: usize| [2 * i, 2 * i + 1].map(|face| seen(faces.means[face], i));
+    let clash = (0..3).map(|i| (AXES[i], reads(i)));
+    match clash.into_iter().find(|(_, [up, down])| up <= down) {
+        Some((a, [up, down])) if as_told => Some(format!(
+            "{a} reads less with +{a} up ({up:.4}) than with −{a} up ({down:.4})"
         )),
         _ => (determinant <= 0.0).then(|| format!("det R = {determinant:.3}")),
     }

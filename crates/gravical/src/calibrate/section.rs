@@ -2,19 +2,18 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_fit::model::Covariance as ParameterCovariance;
+use gravical_fit::deviations;
 use gravical_fit::model::DRIFT;
-use gravical_fit::{Sensor, deviations};
 
 use crate::calibration_file::{
-    AccelerometerSection, Budget, Contribution, Covariance, Deviations, FitErrors, FitQuality,
-    PoseKind, PoseResult, Source, TemperatureRange, WorstDirection,
+    AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult,
+    Source, WorstDirection,
 };
 use crate::gravity::Gravity;
 use crate::poses::Pose;
 use crate::stats::standard_deviation;
 
-use super::estimate::{By, Estimate};
+use super::estimate::Estimate;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
 /// its data sheet, 0.4 mg/°C in the middle.
@@ -22,160 +21,108 @@ pub(crate) const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
 /// k of the expanded uncertainty.
 const COVERAGE: f64 = 2.0;
 
-/// `section` with all that follows from covariance, residuals and poses left out.
+/// Adds to the parameters in `section` what follows from covariance, residuals and poses.
 pub(super) fn complete(
-    section: AccelerometerSection,
+    section: &mut AccelerometerSection,
     estimate: &Estimate,
     gravity: &Gravity,
-    temperature: Option<&TemperatureRange>,
-    temperatures: &[f64],
-) -> AccelerometerSection {
-    let section = AccelerometerSection {
-        gravity_sd_mps2: gravity.uncertainty_mps2(),
-        pose_tilt_deg: estimate.tilt,
-        ..section
-    };
-    let mut section = match &estimate.by {
-        By::Fit { .. } => by_fit(section, estimate),
-        By::Ferraris { covariance, .. } => by_ferraris(section, covariance.as_deref(), gravity),
-    };
-    section.deviations = standard_deviations(&section);
-    section.budget = budget(estimate, &section, gravity, temperature, temperatures);
-    section
+    placements: &[Pose],
+) {
+    section.gravity_sd_mps2 = gravity.uncertainty_mps2();
+    section.pose_tilt_deg = estimate.tilt;
+    if estimate.fit.is_some() {
+        by_fit(section, estimate);
+    } else {
+        by_ferraris(section, estimate, gravity);
+    }
+    let parameters = section.parameters().zip(section.covariance_of_parameters());
+    section.deviations = parameters.map(|(x, covariance)| deviations(&x, &covariance));
+    section.budget = budget(section, estimate, placements);
 }
 
-fn by_fit(section: AccelerometerSection, estimate: &Estimate) -> AccelerometerSection {
-    let (Some(fit), Some(trust)) = (estimate.fit(), estimate.trust()) else {
-        return section;
+fn by_fit(section: &mut AccelerometerSection, estimate: &Estimate) {
+    let Some((fit, trust)) = estimate.fit.as_deref() else {
+        return;
     };
-    let mut section = section;
     for (pose, left_out) in section.poses.iter_mut().zip(&trust.left_out) {
         pose.left_out_error_mps2 = left_out.map(|l| l.error_mps2);
         pose.left_out_sd_mps2 = left_out.map(|l| l.sd_mps2);
     }
+    section.covariance = Some(Covariance {
+        parameters: Covariance::names_with_bends(),
+        values: fit.covariance().map(|row| row.to_vec()).to_vec(),
+    });
+    section.bends = Some(fit.bends());
+    section.predicted_norm_error_mps2 = Some(trust.predicted_mps2);
+    section.worst_direction = Some(trust.worst).filter(|w| w.error_mps2.is_finite());
+    section.leave_one_out_rms_mps2 = trust.left_out_rms().map(|(rms, _)| rms);
     // Without a pose that can be left out the data sheet alone would show an error.
-    let is_tested = trust.left_out_rms().is_some();
-    let undetected = trust
-        .undetected
-        .filter(|u| is_tested && u.effect_mps2.is_finite());
-    AccelerometerSection {
-        covariance: Some(Covariance {
-            parameters: Covariance::names_with_bends(),
-            values: fit.covariance().map(|row| row.to_vec()).to_vec(),
-        }),
-        bends: Some(fit.bends()),
-        predicted_norm_error_mps2: Some(trust.predicted_mps2),
-        worst_direction: Some(trust.worst).filter(|w| w.error_mps2.is_finite()),
-        undetected,
-        leave_one_out_rms_mps2: trust.left_out_rms().map(|(rms, _)| rms),
-        fit: Some(FitQuality {
-            chi2_per_freedom: fit.chi2_per_freedom,
-            freedom: fit.freedom,
-            model_error_mps2: fit.model_error_mps2(),
-            oriented: fit.oriented,
-            tilt_degrees_of_freedom: fit.tilt_freedom,
-            prior: fit.used_prior(),
-        }),
-        next_poses: trust.next.clone(),
-        ..section
-    }
+    let is_tested = section.leave_one_out_rms_mps2.is_some();
+    let undetected = trust.undetected.filter(|u| u.effect_mps2.is_finite());
+    section.undetected = undetected.filter(|_| is_tested);
+    section.fit = Some(fit.quality);
+    section.next_poses = trust.next.clone();
 }
 
 /// The closed form leaves no pose out and tests none.
-fn by_ferraris(
-    section: AccelerometerSection,
-    covariance: Option<&ParameterCovariance>,
-    gravity: &Gravity,
-) -> AccelerometerSection {
+fn by_ferraris(section: &mut AccelerometerSection, estimate: &Estimate, gravity: &Gravity) {
     let faces = section.poses.iter().filter(|p| p.kind == PoseKind::Face);
-    let errors = FitErrors::of(&faces.map(|p| p.error).collect::<Vec<_>>());
-    let sensor = section.parameters().zip(covariance);
-    let sensor = sensor.map(|(parameters, covariance)| Sensor {
-        parameters,
-        covariance: *covariance,
-        gravity: gravical_fit::Gravity {
-            value_mps2: gravity.value_mps2,
-            sd_mps2: gravity.uncertainty_mps2(),
-        },
-        model_error_mps2: 0.0,
-        tilt_freedom: f64::INFINITY,
-    });
+    section.errors = FitErrors::of(&faces.map(|p| p.error).collect::<Vec<_>>());
+    let covariance = estimate.covariance.as_deref();
+    let sensor = covariance.and_then(|c| section.sensor(gravity.value_mps2, *c, 0.0));
     let Some(sensor) = sensor else {
-        return AccelerometerSection { errors, ..section };
+        return;
     };
     let (direction, sd_mps2) = sensor.weakest();
-    let worst = WorstDirection {
+    section.predicted_norm_error_mps2 = Some(sensor.predicted_mps2()).filter(|p| p.is_finite());
+    section.worst_direction = sd_mps2.is_finite().then_some(WorstDirection {
         direction,
         sd_mps2,
         error_mps2: COVERAGE * sd_mps2,
-    };
+    });
     let all = sensor.covariance_with_gravity();
     let row = |i: usize| (0..DRIFT).map(|k| all[(i, k)]).collect();
-    AccelerometerSection {
-        predicted_norm_error_mps2: Some(sensor.predicted_mps2()).filter(|p| p.is_finite()),
-        worst_direction: Some(worst).filter(|w| w.sd_mps2.is_finite()),
-        covariance: Some(Covariance {
-            parameters: Covariance::parameter_names(),
-            values: (0..DRIFT).map(row).collect(),
-        }),
-        errors,
-        ..section
-    }
-}
-
-/// Standard deviations by propagation.
-fn standard_deviations(section: &AccelerometerSection) -> Option<Deviations> {
-    let sd = deviations(&section.parameters()?, &section.covariance_of_parameters()?);
-    Some(Deviations {
-        bias: [sd[0], sd[1], sd[2]],
-        scale: [sd[3], sd[4], sd[5]],
-        axis_angle_deg: [sd[6], sd[8], sd[7]].map(f64::to_degrees),
-    })
+    section.covariance = Some(Covariance {
+        parameters: Covariance::parameter_names(),
+        values: (0..DRIFT).map(row).collect(),
+    });
 }
 
 fn budget(
-    estimate: &Estimate,
     section: &AccelerometerSection,
-    gravity: &Gravity,
-    temperature: Option<&TemperatureRange>,
-    temperatures: &[f64],
+    estimate: &Estimate,
+    placements: &[Pose],
 ) -> Option<Budget> {
-    let mut contributions = Vec::new();
-    let mut add = |source, norm_mps2| contributions.push(Contribution { source, norm_mps2 });
-    if let Some(trust) = estimate.trust() {
-        let budget = trust.budget?;
-        let rounding = estimate.rounding;
-        add(
-            Source::Noise,
-            Some(budget.noise * (1.0 - rounding * rounding).sqrt()),
-        );
-        add(Source::Quantisation, Some(budget.noise * rounding));
-        add(Source::ModelError, Some(budget.model_error));
-        add(Source::Nonlinearity, Some(budget.bends));
-        add(Source::PoseTilt, Some(budget.tilt));
-        add(Source::DataSheet, Some(budget.data_sheet));
+    let gravity = section.gravity_sd_mps2;
+    let temperatures: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
+    let drift = match &temperatures[..] {
+        [] => None,
+        [_] => Some(0.0),
+        several => Some(standard_deviation(several) * drift_sd(estimate)),
+    };
+    let mut contributions = if let Some(trust) = estimate.trust() {
+        let (budget, rounding) = (trust.budget?, estimate.rounding);
+        let noise = budget.noise * (1.0 - rounding * rounding).sqrt();
+        vec![
+            (Source::Noise, Some(noise)),
+            (Source::Quantisation, Some(budget.noise * rounding)),
+            (Source::ModelError, Some(budget.model_error)),
+            (Source::Nonlinearity, Some(budget.bends)),
+            (Source::PoseTilt, Some(budget.tilt)),
+            (Source::DataSheet, Some(budget.data_sheet)),
+        ]
     } else {
         let all = section.predicted_norm_error_mps2?;
-        let by_readings = (all * all - section.gravity_sd_mps2.powi(2))
-            .max(0.0)
-            .sqrt();
-        add(Source::NoiseAndTilt, Some(by_readings));
-    }
-    add(Source::LocalGravity, Some(gravity.uncertainty_mps2()));
-    add(
-        Source::Temperature,
-        temperature.map(|_| match temperatures {
-            [] | [_] => 0.0,
-            several => standard_deviation(several) * drift_sd(estimate),
-        }),
-    );
-    let squares = contributions
-        .iter()
-        .filter_map(|c| c.norm_mps2)
-        .map(|n| n * n);
-    let combined_mps2 = squares.sum::<f64>().sqrt();
+        let by_readings = (all * all - gravity.powi(2)).max(0.0).sqrt();
+        vec![(Source::NoiseAndTilt, Some(by_readings))]
+    };
+    contributions.push((Source::LocalGravity, Some(gravity)));
+    contributions.push((Source::Temperature, drift));
+    let known = contributions.iter().filter_map(|(_, norm)| *norm);
+    let combined_mps2 = known.map(|n| n * n).sum::<f64>().sqrt();
+    let contribution = |(source, norm_mps2)| Contribution { source, norm_mps2 };
     Some(Budget {
-        contributions,
+        contributions: contributions.into_iter().map(contribution).collect(),
         combined_mps2,
         coverage_factor: COVERAGE,
         expanded_mps2: COVERAGE * combined_mps2,
@@ -200,24 +147,23 @@ pub(super) fn poses(
     gravity: f64,
     offset: f64,
 ) -> Vec<PoseResult> {
-    let one = |(index, placement): (usize, &Pose)| {
+    let one = |(placement, used): (&Pose, &super::estimate::Use)| {
         let calibrated = estimate.calibration.apply(placement.mean);
-        let used = &estimate.uses[index];
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
-        let expected = match used.face {
-            Some(face) => face.direction().map(|d| d * gravity),
-            None => calibrated.map(|c| c / length * gravity),
+        let (label, kind, expected) = match used.face {
+            Some(face) => {
+                let expected = face.direction().map(|d| d * gravity);
+                (face.name(), PoseKind::Face, expected)
+            }
+            None => {
+                let expected = calibrated.map(|c| c / length * gravity);
+                (placement.label.clone(), PoseKind::Free, expected)
+            }
         };
         let error = matrix3::sub(&calibrated, &expected);
         PoseResult {
-            label: used
-                .face
-                .map_or_else(|| placement.label.clone(), |f| f.name()),
-            kind: if used.face.is_some() {
-                PoseKind::Face
-            } else {
-                PoseKind::Free
-            },
+            label,
+            kind,
             source: placement.source.clone(),
             rows: placement.count as u64,
             lines: placement.lines,
@@ -234,5 +180,5 @@ pub(super) fn poses(
             fitted: used.fitted,
         }
     };
-    placements.iter().enumerate().map(one).collect()
+    placements.iter().zip(&estimate.uses).map(one).collect()
 }

@@ -1,11 +1,17 @@
-//! What the estimators need to know of a session.
+//! A session as the estimators see it, and what makes it impossible to estimate: recordings of different
+//! sensors, and poses that leave parameters open.
 
 use gravical_core::matrix3;
+use gravical_fit::later::{Compare, ParameterDifference, compare};
+use gravical_fit::model::{BIAS, DRIFT};
+use gravical_fit::{Fit, Options, Pose, Sensor, Undetermined, fit};
 
 use crate::gravity::Gravity;
+use crate::numfmt::{count, milli_g};
 use crate::poses::Segmentation;
-use crate::poses::face::AxisMap;
+use crate::poses::face::{AXES, AxisMap, Face, in_words};
 use crate::recording::Recording;
+use crate::{Error, Result};
 
 /// Recordings, poses, and what the user says of them.
 #[derive(Debug, Clone, Copy)]
@@ -32,5 +38,123 @@ impl Session<'_> {
         let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
         let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity.value_mps2;
         self.nominal().unwrap_or_else(usual)
+    }
+}
+
+/// A recording is fitted alone from so many poses: scale, angles and bias are nine parameters, or six
+/// faces.
+const MIN_POSES: usize = 6;
+/// One sensor differs by more than this less often.
+const CHANCE: f64 = 1e-6;
+/// What a sensor changes by from one recording to the next, with temperature and from start to start:
+/// elements of M (relative) and bias (m/s², 5 mg). Two parts differ by ten times that.
+const CHANGES: [f64; 2] = [2e-3, 0.05];
+
+/// Refuses recordings whose own fits contradict each other by more than their covariances and the
+/// changes of one sensor allow. Recordings with too few poses to be fitted alone are not judged.
+///
+/// # Errors
+///
+/// `sensors-differ`, at the first recording that contradicts one before it.
+pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Options) -> Result<()> {
+    let placements = &session.segmentation.poses;
+    let fit_alone = |index: usize| {
+        let of_recording = poses
+            .iter()
+            .zip(placements)
+            .filter(|(_, p)| p.recording == index);
+        let poses: Vec<Pose> = of_recording.map(|(pose, _)| pose.clone()).collect();
+        (poses.len() >= MIN_POSES).then(|| fit(&poses, options).ok())?
+    };
+    let mut alone: Vec<(&str, Sensor)> = Vec::new();
+    for (index, recording) in session.recordings.iter().enumerate() {
+        let Some(fit) = fit_alone(index) else {
+            continue;
+        };
+        let sensor = sensor(&fit, session.scale());
+        for (other, before) in &alone {
+            let differ = compare(before, &sensor).filter(|c| c.magnitude.p_value < CHANCE);
+            let Some([scale, bias]) = differ.map(|c| apart(&c)) else {
+                continue;
+            };
+            let name = &recording.name;
+            return Err(Error::input("sensors-differ", format!(
+                "{other} and {name} are of different sensors: fitted alone, their scales are {scale:.1} % and their biases {bias:.0} mg apart, more than one sensor changes"
+            ))
+            .at(name.as_ref(), None)
+            .with_hint("calibrate the recordings of each sensor alone"));
+        }
+        alone.push((&recording.name, sensor));
+    }
+    Ok(())
+}
+
+/// The fit of a recording in nominal m/s², with what a sensor changes by from one recording to the next
+/// added to its covariance.
+fn sensor(fit: &Fit, unit: f64) -> Sensor {
+    let mut sensor = fit.sensor(unit);
+    for i in 0..DRIFT {
+        let change = CHANGES[usize::from(i >= BIAS)];
+        sensor.covariance[(i, i)] += 0.5 * change * change;
+    }
+    sensor
+}
+
+/// Largest differences of scales in % and of biases in mg.
+fn apart(compared: &Compare) -> [f64; 2] {
+    let largest = |range: &[ParameterDifference]| {
+        let sizes = range.iter().map(|d| d.difference.abs());
+        sizes.fold(0.0, f64::max)
+    };
+    let [bias, scale] = [&compared.parameters[..3], &compared.parameters[3..6]].map(largest);
+    [scale, milli_g(bias)]
+}
+
+/// The error for poses that leave the parameters open.
+pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
+    let means = session.segmentation.poses.iter().map(|p| p.mean);
+    let directions: Vec<[f64; 3]> = means
+        .filter(|mean| mean.iter().all(|v| v.is_finite()))
+        .map(|mean| matrix3::unit(&session.axes.to_case(mean)))
+        .collect();
+    let error = if directions.is_empty() {
+        Error::input("no-poses", "no pose has a mean reading")
+            .with_hint("`gravical inspect` shows what is in the recording")
+    } else {
+        let is_up = |axis: usize| directions.iter().any(|n| Face::nearest(*n).0.axis == axis);
+        let (covered, missing): (Vec<usize>, Vec<usize>) = (0..3).partition(|axis| is_up(*axis));
+        let [covered, missing] = [covered, missing].map(|axes| {
+            let names = axes.into_iter().map(|i| AXES[i].to_string());
+            names.collect::<Vec<_>>()
+        });
+        let coverage = match &missing[..] {
+            [a, b] => format!(
+                "only the {} axis is covered; {a} and {b} are missing",
+                covered.join("")
+            ),
+            [axis] => format!(
+                "only {} are covered; {axis} is missing",
+                covered.join(" and ")
+            ),
+            _ => "all three axes are covered, but parameters remain undetermined".to_owned(),
+        };
+        let mut message = format!("{}: {coverage}", count(directions.len(), "pose"));
+        let direction = in_words(open.direction);
+        if open.sd_mps2.is_finite() {
+            let sd = milli_g(open.sd_mps2);
+            message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
+        }
+        let both = missing.iter().map(|a| format!("{a} up and {a} down"));
+        let pose = match missing.is_empty() {
+            true => direction,
+            false => both.collect::<Vec<_>>().join(", "),
+        };
+        Error::input("underdetermined", message).with_hint(format!(
+            "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
+        ))
+    };
+    match session.recordings {
+        [one] => error.at(one.name.as_ref(), None),
+        _ => error,
     }
 }

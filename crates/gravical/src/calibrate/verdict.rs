@@ -33,10 +33,12 @@ pub(super) fn verdict(
     findings: &[Finding],
 ) -> Verdict {
     let gates = || findings.iter().filter(|f| f.kind.is_gate());
-    let grade = match estimate.trust() {
+    let grade = match (estimate.trust(), section.predicted_norm_error_mps2) {
         _ if gates().next().is_some() => Grade::Poor,
-        Some(trust) => trust.grade(),
-        None => of_closed_form(section),
+        (Some(trust), _) => trust.grade(),
+        // The closed form tests no single pose: it is never verified.
+        (None, Some(error)) if 2.0 * error > gravical_fit::UNVERIFIED_MPS2 => Grade::Poor,
+        (None, _) => Grade::NotVerifiable,
     };
     let in_session = |f: &&Finding| SESSION.contains(&f.kind);
     let session = findings.iter().filter(in_session);
@@ -52,50 +54,36 @@ pub(super) fn verdict(
             let source = words(&tilt.source);
             format!("; tilt of the face poses {:.2}°, {source}", tilt.value)
         });
-        format!(
-            "predicted error of ‖a‖: {} mg (1σ, over all directions{tilt})",
-            mg(error)
-        )
+        let error = mg(error);
+        format!("predicted error of ‖a‖: {error} mg (1σ, over all directions{tilt})")
     }));
-    reasons.push(match section.leave_one_out_rms_mps2 {
+    let left_out = section.poses.iter().filter_map(|p| p.left_out_error_mps2);
+    reasons.push(match section.leave_one_out_rms_mps2.map(mg) {
         None => unverified(section).to_owned(),
-        Some(rms) => {
-            let left_out = section.poses.iter().filter_map(|p| p.left_out_error_mps2);
-            format!(
-                "leave-one-out error of ‖a‖: {} mg rms over {} poses",
-                mg(rms),
-                left_out.count()
-            )
-        }
+        Some(rms) => format!(
+            "leave-one-out error of ‖a‖: {rms} mg rms over {} poses",
+            left_out.count()
+        ),
     });
     if let Some((index, z)) = section.contradiction() {
         let pose = &section.poses[index];
+        let (pose, error) = (pose.called(), pose.left_out_error_mps2.unwrap_or(f64::NAN));
         reasons.push(format!(
-            "{} contradicts the other poses: its leave-one-out error is {} mg, {z:.1} of its standard deviations",
-            pose.called(),
-            mg(pose.left_out_error_mps2.unwrap_or(f64::NAN))
+            "{pose} contradicts the other poses: its leave-one-out error is {} mg, {z:.1} of its standard deviations",
+            mg(error)
         ));
     }
     if section.method == Method::Ferraris
         && let Some((error, poses)) = section.free_norm_error()
     {
+        let (poses, error) = (count(poses, "free pose"), mg(error));
         reasons.push(format!(
-            "error of ‖a‖ at {} that the fit did not use: {} mg rms",
-            count(poses, "free pose"),
-            mg(error)
+            "error of ‖a‖ at {poses} that the fit did not use: {error} mg rms"
         ));
     }
     reasons.extend(open_angles(section));
     reasons.extend(improvement(section, source, grade));
     Verdict { grade, reasons }
-}
-
-/// The closed form tests no single pose: it is never verified.
-fn of_closed_form(section: &AccelerometerSection) -> Grade {
-    match section.predicted_norm_error_mps2 {
-        Some(error) if 2.0 * error > gravical_fit::UNVERIFIED_MPS2 => Grade::Poor,
-        _ => Grade::NotVerifiable,
-    }
 }
 
 /// Which error of one pose would have been detected, what a smaller one does, and the poses that would

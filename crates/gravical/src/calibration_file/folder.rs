@@ -160,10 +160,8 @@ pub fn json_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
     let paths = entries.map(|entry| Ok(entry.map_err(|e| Error::io(folder, e))?.path()));
     let mut paths = paths.collect::<Result<Vec<PathBuf>>>()?;
-    paths.retain(|p| {
-        p.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
-    });
+    let is_json = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("json");
+    paths.retain(|p| p.extension().is_some_and(is_json));
     paths.sort();
     Ok(paths)
 }
@@ -173,11 +171,8 @@ fn there_is(all: &[FoundCalibration]) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let mut lines: Vec<String> = all
-        .iter()
-        .take(MAX_LISTED)
-        .map(FoundCalibration::line)
-        .collect();
+    let lines = all.iter().take(MAX_LISTED).map(FoundCalibration::line);
+    let mut lines: Vec<String> = lines.collect();
     if all.len() > MAX_LISTED {
         lines.push(format!("and {} more", all.len() - MAX_LISTED));
     }
@@ -195,14 +190,12 @@ fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
         match CalibrationFile::read_with_input(&path) {
             Ok((file, input)) => {
                 let recorded = file.recorded.map(|recorded| recorded.time);
-                let time = recorded.or_else(|| file.created.parse().ok());
-                let reason = String::new();
                 found.push(FoundCalibration {
+                    time: recorded.or_else(|| file.created.parse().ok()),
+                    reason: String::new(),
                     file,
                     input,
                     path,
-                    time,
-                    reason,
                 });
             }
             Err(error) if claims_calibration(&path) => return Err(error),

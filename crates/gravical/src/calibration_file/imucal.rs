@@ -24,11 +24,8 @@ struct Imucal {
     acc_unit: Option<String>,
     #[serde(alias = "gyro_unit")]
     gyr_unit: Option<String>,
-    #[serde(default)]
     from_acc_unit: Option<String>,
-    #[serde(default)]
     from_gyr_unit: Option<String>,
-    #[serde(default)]
     comment: Option<String>,
     K_a: Matrix,
     R_a: Matrix,
@@ -59,27 +56,22 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
             format!("imucal's format {version}; versions 2.x and before 2.0 are read"),
         ));
     }
-    let unit = |text: &Option<String>, wanted: &str| match text.as_deref() {
-        None => Ok(()),
-        Some(t) if t == wanted => Ok(()),
-        Some(other) => Err(Error::input(
-            "calibration-format",
-            format!("its output unit is {other}; only {wanted} can be read"),
-        )),
-    };
-    unit(&file.acc_unit, "m/s^2")?;
-    unit(&file.gyr_unit, "deg/s")?;
+    for (unit, wanted) in [(&file.acc_unit, "m/s^2"), (&file.gyr_unit, "deg/s")] {
+        if let Some(other) = unit.as_ref().filter(|unit| *unit != wanted) {
+            let what = format!("its output unit is {other}; only {wanted} can be read");
+            return Err(Error::input("calibration-format", what));
+        }
+    }
+    let accel_unit = file.from_acc_unit.as_deref().and_then(AccelUnit::parse);
+    let gyro_unit = file.from_gyr_unit.as_deref().and_then(GyroUnit::parse);
     let (scale, orientation, matrix) = parts(&file.K_a, &file.R_a, 1.0)?;
     let accelerometer = AccelerometerSection {
         method: match file.cal_type.to_lowercase().as_str() {
             "ferraris" => Method::Ferraris,
             _ => Method::Unknown,
         },
-        input_unit: file
-            .from_acc_unit
-            .as_deref()
-            .and_then(AccelUnit::parse)
-            .unwrap_or(AccelUnit::Unknown),
+        input_unit: accel_unit.unwrap_or_default(),
+        output_unit: AccelUnit::MetrePerSecondSquared,
         bias: file.b_a,
         matrix,
         scale,
@@ -91,16 +83,11 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         && file.R_g == identity
         && file.b_g == [0.0; 3]
         && file.K_ga == [[0.0; 3]; 3];
-    let gyroscope = if no_gyro {
-        None
-    } else {
+    let gyroscope = || -> Result<GyroscopeSection> {
         let (scale, orientation, matrix) = parts(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
-        Some(GyroscopeSection {
-            input_unit: file
-                .from_gyr_unit
-                .as_deref()
-                .and_then(GyroUnit::parse)
-                .unwrap_or(GyroUnit::Unknown),
+        Ok(GyroscopeSection {
+            input_unit: gyro_unit.unwrap_or_default(),
+            output_unit: GyroUnit::RadianPerSecond,
             bias: file.b_g,
             matrix,
             scale,
@@ -109,6 +96,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
             ..GyroscopeSection::default()
         })
     };
+    let gyroscope = (!no_gyro).then(gyroscope).transpose()?;
     let file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),

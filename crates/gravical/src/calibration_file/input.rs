@@ -53,7 +53,6 @@ pub enum InputRole {
 
 impl InputFile {
     /// The files of recordings, each followed by the file of its gyroscope.
-    #[must_use]
     pub fn of(recordings: &[Recording]) -> Vec<Self> {
         recordings
             .iter()
@@ -74,7 +73,6 @@ impl InputFile {
     }
 
     /// The files of soak recordings.
-    #[must_use]
     pub fn of_soak(recordings: &[Recording]) -> Vec<Self> {
         let mut files = InputFile::of(recordings);
         for file in &mut files {
@@ -124,7 +122,6 @@ impl InputFile {
     }
 
     /// True if its samples determined the parameters.
-    #[must_use]
     pub fn is_recording(&self) -> bool {
         matches!(self.role, InputRole::Recording | InputRole::Gyroscope)
     }

@@ -6,14 +6,12 @@
 //! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/2` fields are only added.
 
 mod check;
+mod derived;
 mod folder;
 mod imucal;
 mod input;
 mod noise;
-mod nominal;
-mod numbers;
 mod temperature;
-mod trust;
 mod types;
 mod unit;
 
@@ -28,12 +26,11 @@ use crate::utc::UtcTime;
 use crate::{Error, Result};
 
 pub use folder::{FoundCalibration, RecordingOrigin, find_calibration, json_files};
-pub use gravical_fit::{Grade, NextPose, Undetected, WorstDirection};
+pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use noise::*;
 pub use temperature::*;
-pub use trust::*;
 pub use types::*;
 pub(crate) use unit::{Applied, judge_unit};
 
@@ -44,7 +41,6 @@ const OLD_FORMAT: &str = "gravical-calibration/1";
 
 impl CalibrationFile {
     /// Parameters of the accelerometer for the core crate.
-    #[must_use]
     pub fn accelerometer_calibration(&self) -> gravical_core::calibration::Calibration<f64> {
         gravical_core::calibration::Calibration {
             matrix: self.accelerometer.matrix,
@@ -53,7 +49,6 @@ impl CalibrationFile {
     }
 
     /// Parameters of the gyroscope for the core crate.
-    #[must_use]
     pub fn gyroscope_calibration(
         &self,
     ) -> Option<gravical_core::calibration::GyroscopeCalibration<f64>> {
@@ -135,26 +130,22 @@ impl CalibrationFile {
         if value.get("K_a").is_some() {
             return from_imucal(&value);
         }
-        match value.get("format").and_then(serde_json::Value::as_str) {
+        let format = value.get("format").and_then(serde_json::Value::as_str);
+        let refuse = |what: &str| Error::input("calibration-format", what);
+        match format {
             Some(FORMAT) => {}
             Some(OLD_FORMAT) => {
-                return Err(Error::input(
-                    "calibration-format",
-                    "this calibration was made before 0.1.0, in a format that is no longer read",
-                )
-                .with_hint("calibrate again from the recordings"));
+                let what =
+                    "this calibration was made before 0.1.0, in a format that is no longer read";
+                return Err(refuse(what).with_hint("calibrate again from the recordings"));
             }
             Some(other) => {
-                return Err(Error::input(
-                    "calibration-format",
-                    format!("the format is \"{other}\"; this program reads {FORMAT}"),
-                ));
+                let what = format!("the format is \"{other}\"; this program reads {FORMAT}");
+                return Err(refuse(&what));
             }
             None => {
-                return Err(Error::input(
-                    "calibration-format",
-                    "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal",
-                ));
+                let what = "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal";
+                return Err(refuse(what));
             }
         }
         let file: CalibrationFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
@@ -164,7 +155,6 @@ impl CalibrationFile {
 
     /// The JSON schema of the format.
     #[cfg(feature = "schema")]
-    #[must_use]
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(CalibrationFile).to_value()
     }
@@ -194,7 +184,6 @@ fn syntax(error: &serde_json::Error) -> Error {
 }
 
 /// Time for `created`: the current time, or SOURCE_DATE_EPOCH.
-#[must_use]
 pub fn creation_time() -> String {
     UtcTime::now().to_string()
 }

@@ -37,7 +37,6 @@ pub struct NoiseParameters {
 impl NoiseSection {
     /// N of the axes of the accelerometer (`a`) or the gyroscope (`g`); `None` unless all are
     /// determined.
-    #[must_use]
     pub fn densities(&self, sensor: char) -> Option<[f64; 3]> {
         let axis = |axis: &str| {
             let name = format!("{sensor}{axis}");

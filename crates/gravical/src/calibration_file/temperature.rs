@@ -77,7 +77,6 @@ pub struct ChannelDrift {
 
 impl ChannelDrift {
     /// True if its drift is subtracted.
-    #[must_use]
     pub fn is_corrected(&self) -> bool {
         self.verdict == DriftVerdict::Corrected
     }
@@ -88,13 +87,11 @@ pub const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
 
 impl TemperatureModel {
     /// The channel with this name.
-    #[must_use]
     pub fn channel(&self, name: &str) -> Option<&ChannelDrift> {
         self.channels.iter().find(|c| c.channel == name)
     }
 
     /// True if at least one channel is corrected.
-    #[must_use]
     pub fn any_corrected(&self) -> bool {
         self.channels.iter().any(ChannelDrift::is_corrected)
     }
@@ -112,7 +109,6 @@ impl TemperatureModel {
 
     /// Drift of channel `name` at `t_c`, input unit; outside the range that at the nearer edge. Zero
     /// for a channel that is not corrected.
-    #[must_use]
     pub fn drift_at(&self, name: &str, t_c: f64) -> f64 {
         let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
         let channel = self.channel(name).filter(|c| c.is_corrected());

@@ -1,10 +1,8 @@
 //! Fields of a calibration file.
 
-use gravical_core::matrix3;
-use gravical_fit::{Grade, NextPose, Undetected, WorstDirection};
+use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::trust::{Budget, Deviations, FitQuality};
 use super::{InputFile, NoiseSection, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
@@ -43,10 +41,8 @@ pub struct CalibrationFile {
     /// Verdict on the accuracy.
     pub verdict: Verdict,
     /// The command that computed it, if it was a command.
-    #[serde(default)]
     pub command: Option<String>,
     /// Temperature drift of the readings; null if it was not measured.
-    #[serde(default)]
     pub temperature_model: Option<TemperatureModel>,
     /// Noise of the sensor (`calibrate --noise`); absent if it was not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -130,7 +126,7 @@ impl TemperatureRange {
 }
 
 /// Parameters of the accelerometer and their basis.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AccelerometerSection {
     /// How it was estimated.
@@ -152,7 +148,6 @@ pub struct AccelerometerSection {
     pub covariance: Option<Covariance>,
     /// Nonlinear response of the axes, not applied: what it adds to ‖a‖ as a share of g at 1 g,
     /// quadratic x, y, z, then cubic; null if it was not fitted.
-    #[serde(default)]
     pub bends: Option<[f64; 6]>,
     /// Standard uncertainty of local gravity that is included in the covariance, m/s²: σ
     /// contributes (σ/g)² times the outer product of M's elements. 0 if gravity was given.
@@ -172,57 +167,21 @@ pub struct AccelerometerSection {
     /// Standard uncertainty of ‖a‖ over all directions, m/s², from the covariance.
     pub predicted_norm_error_mps2: Option<f64>,
     /// The direction in which ‖a‖ is least certain.
-    #[serde(default)]
     pub worst_direction: Option<WorstDirection>,
     /// Effect of an undetected error of one pose; null without redundancy.
-    #[serde(default)]
     pub undetected: Option<Undetected>,
     /// Tilt of the poses assumed in the uncertainty, degrees (standard deviation of each of two
     /// components).
     pub pose_tilt_deg: Option<PoseTilt>,
     /// Standard deviations of bias, scale and the angles between the axes.
-    #[serde(default)]
     pub deviations: Option<Deviations>,
     /// Quality of the fit; null for the closed form.
-    #[serde(default)]
     pub fit: Option<FitQuality>,
     /// Poses that lower the predicted error most, each after the ones before it.
     #[serde(default)]
     pub next_poses: Vec<NextPose>,
     /// What the uncertainty of ‖a‖ at rest consists of.
-    #[serde(default)]
     pub budget: Option<Budget>,
-}
-
-/// The identity, without further information; its unit is unknown.
-impl Default for AccelerometerSection {
-    fn default() -> Self {
-        AccelerometerSection {
-            method: Method::Unknown,
-            input_unit: AccelUnit::Unknown,
-            output_unit: AccelUnit::MetrePerSecondSquared,
-            bias: [0.0; 3],
-            matrix: matrix3::identity(),
-            scale: [1.0; 3],
-            orientation: matrix3::identity(),
-            covariance: None,
-            bends: None,
-            gravity_sd_mps2: 0.0,
-            poses: Vec::new(),
-            errors: None,
-            scale_deviation_percent: None,
-            degrees_of_freedom: 0,
-            leave_one_out_rms_mps2: None,
-            predicted_norm_error_mps2: None,
-            worst_direction: None,
-            undetected: None,
-            pose_tilt_deg: None,
-            deviations: None,
-            fit: None,
-            next_poses: Vec::new(),
-            budget: None,
-        }
-    }
 }
 
 /// How an accelerometer was estimated.
@@ -254,7 +213,6 @@ pub struct Covariance {
 
 impl Covariance {
     /// Names of the twelve parameters.
-    #[must_use]
     pub fn parameter_names() -> Vec<String> {
         let axes = ["x", "y", "z"];
         let elements = axes
@@ -266,7 +224,6 @@ impl Covariance {
     }
 
     /// The same, and of the six bends.
-    #[must_use]
     pub fn names_with_bends() -> Vec<String> {
         let bends = ["2", "3"].map(|power| ["x", "y", "z"].map(|a| format!("bend_{a}{power}")));
         let mut names = Self::parameter_names();
@@ -299,7 +256,6 @@ pub struct PoseResult {
     /// Number of rows in the mean.
     pub rows: u64,
     /// First and last line of these rows in the file.
-    #[serde(default)]
     pub lines: Option<[u64; 2]>,
     /// Mean reading, input unit.
     pub raw: [f64; 3],
@@ -316,18 +272,14 @@ pub struct PoseResult {
     /// angle of the raw mean, which combines pose, bias and misalignment.
     pub tilt_deg: Option<f64>,
     /// Standard deviation of a fitted tilt, degrees (each of two components).
-    #[serde(default)]
     pub tilt_sd_deg: Option<f64>,
     /// ‖calibrated‖ − gravity, m/s².
-    #[serde(default)]
     pub magnitude_error_mps2: Option<f64>,
     /// The same with this pose and those within 25° of it left out of the fit; null if the
     /// remaining poses do not determine the parameters.
-    #[serde(default)]
     pub left_out_error_mps2: Option<f64>,
     /// Expected standard deviation of this error, from the covariance of the fit without these
     /// poses and the noise of the mean, m/s²; null if the method does not compute it.
-    #[serde(default)]
     pub left_out_sd_mps2: Option<f64>,
     /// False if it was not used in the fit.
     #[serde(default = "default_true")]
@@ -337,7 +289,6 @@ pub struct PoseResult {
 impl PoseResult {
     /// Label with lines, since a face can occur several times.
     #[doc(hidden)]
-    #[must_use]
     pub fn called(&self) -> String {
         match self.lines {
             Some([first, last]) => format!("{} in lines {first}-{last}", self.label),
@@ -365,7 +316,6 @@ pub struct FitErrors {
 impl FitErrors {
     /// Of the errors of these faces; none without any.
     #[doc(hidden)]
-    #[must_use]
     pub fn of(errors: &[[f64; 3]]) -> Option<Self> {
         let components = errors.as_flattened();
         let norms = errors.iter().map(gravical_core::matrix3::norm);
@@ -375,6 +325,55 @@ impl FitErrors {
             mean_norm: norms.sum::<f64>() / errors.len() as f64,
         })
     }
+}
+
+/// Uncertainty of ‖a‖ at rest, root mean square over all directions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Budget {
+    /// Contributions.
+    pub contributions: Vec<Contribution>,
+    /// Root of the sum of their squares, m/s².
+    pub combined_mps2: f64,
+    /// Coverage factor k.
+    pub coverage_factor: f64,
+    /// k times the combined uncertainty, m/s².
+    pub expanded_mps2: f64,
+}
+
+/// A contribution to the uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Contribution {
+    /// Where it comes from.
+    pub source: Source,
+    /// Standard uncertainty of ‖a‖, m/s²; null if unknown.
+    pub norm_mps2: Option<f64>,
+}
+
+/// Source of an uncertainty of ‖a‖.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Source {
+    /// Noise of the means.
+    Noise,
+    /// Rounding of the readings.
+    Quantisation,
+    /// What the model misses of the readings beyond their noise.
+    ModelError,
+    /// Nonlinear response that the poses show.
+    Nonlinearity,
+    /// Tilt of face poses.
+    PoseTilt,
+    /// Data sheet, where the poses determine less.
+    DataSheet,
+    /// Noise and tilt together, by the closed form.
+    NoiseAndTilt,
+    /// Gravity at the place.
+    LocalGravity,
+    /// Change of temperature during the session.
+    Temperature,
 }
 
 /// Tilt of the poses and its source.
@@ -401,7 +400,7 @@ pub enum TiltSource {
 }
 
 /// Parameters of the gyroscope.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GyroscopeSection {
     /// How it was estimated.
@@ -423,39 +422,15 @@ pub struct GyroscopeSection {
     /// Input unit per m/s².
     pub g_sensitivity: [[f64; 3]; 3],
     /// Covariance of raw = M ω + b, M = K R, or of b alone; null if unknown.
-    #[serde(default)]
     pub covariance: Option<Covariance>,
     /// Deviation of gravity rotated by the integrated rate after the fitted motions, root mean square,
     /// degrees.
-    #[serde(default)]
     pub residual_deg: Option<f64>,
     /// The motions between static intervals.
-    #[serde(default)]
     pub motions: Option<MotionCounts>,
     /// The angle for motions left out of the fit one by one, rms, degrees; null if the remaining
     /// ones do not determine the parameters.
-    #[serde(default)]
     pub leave_one_out_deg: Option<f64>,
-}
-
-/// The identity; its unit is unknown.
-impl Default for GyroscopeSection {
-    fn default() -> Self {
-        GyroscopeSection {
-            method: GyroMethod::default(),
-            input_unit: GyroUnit::Unknown,
-            output_unit: GyroUnit::RadianPerSecond,
-            bias: [0.0; 3],
-            matrix: matrix3::identity(),
-            scale: [1.0; 3],
-            orientation: matrix3::identity(),
-            g_sensitivity: [[0.0; 3]; 3],
-            covariance: None,
-            residual_deg: None,
-            motions: None,
-            leave_one_out_deg: None,
-        }
-    }
 }
 
 /// How a gyroscope was estimated.

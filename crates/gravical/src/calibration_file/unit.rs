@@ -5,6 +5,7 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::CalibrationFile;
+use crate::finding::finding;
 use crate::recording::{AccelScale, AccelUnit, Finding, FindingKind, Origin, Recording};
 use crate::{Error, Result};
 
@@ -62,24 +63,20 @@ impl Applied<'_> {
             None => "no row is complete".to_owned(),
         };
         let wrong = if let Some([lsb, expected]) = self.other_range() {
-            Some((
-                format!(
-                    "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
-                ),
-                "a calibration for this range",
-            ))
+            let what = format!(
+                "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
+            );
+            Some((what, "a calibration for this range"))
         } else if self.norm_mps2.is_some() && !self.moves && !self.measures_gravity() {
-            Some((
-                format!(
-                    "{measured}, gravity is {:.2}: another sensor, range or unit",
-                    self.gravity_mps2
-                ),
-                "the calibration of this sensor at this setting",
-            ))
+            let what = format!(
+                "{measured}, gravity is {:.2}: another sensor, range or unit",
+                self.gravity_mps2
+            );
+            Some((what, "the calibration of this sensor at this setting"))
         } else {
             None
         };
-        match wrong {
+        let finding = match wrong {
             Some((message, other)) if !self.given => return self.refuse(message, other),
             Some((message, _)) => {
                 // Already reported if the given unit itself has the wrong size.
@@ -87,22 +84,16 @@ impl Applied<'_> {
                     let file = f.file.as_deref();
                     f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == self.name)
                 };
-                if !findings.iter().any(same) {
-                    let finding = Finding::new(FindingKind::UnitMismatch, message);
-                    findings.push(finding.in_file(self.name));
-                }
+                (!findings.iter().any(same)).then(|| finding!(UnitMismatch, "{message}"))
             }
-            None if unknown => findings.push(
-                Finding::new(
-                    FindingKind::UnitUnverified,
-                    format!(
-                        "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}",
-                    ),
+            None => unknown.then(|| {
+                finding!(
+                    UnitUnverified,
+                    "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}"
                 )
-                .in_file(self.name),
-            ),
-            None => {}
-        }
+            }),
+        };
+        findings.extend(finding.map(|f| f.in_file(self.name)));
         Ok(())
     }
 

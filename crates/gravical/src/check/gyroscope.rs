@@ -6,11 +6,12 @@ use gravical_core::matrix3::dot;
 use super::intervals::include_slow_noise;
 use super::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
+use crate::finding::finding;
 use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::poses::mean::PoseMean;
 use crate::poses::turns::motions;
 use crate::poses::{Pose, Stretches, cut, means_of};
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 
 /// A calibrated rate at rest above this is worth a new bias, °/s: what an
 /// MPU6050 may drift in 3 °C (product specification, 6.1: ±20 °/s over 125 °C).
@@ -18,6 +19,25 @@ const GYRO_LIMIT_DEG_S: f64 = 0.5;
 
 /// Standard errors by which a mean has to be beyond the limit: 99 %.
 const CONFIDENCE: f64 = 2.576;
+
+impl GyroscopeCheck {
+    /// The judgement in words.
+    pub(super) fn reason(&self) -> String {
+        let largest = self.rate_deg_s.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+        let limit = self.limit_deg_s;
+        match self.judgement {
+            Judgement::Undecided => {
+                format!("gyroscope: too short or unsteady to test its bias against {limit} °/s")
+            }
+            Judgement::DoesNotFit => format!(
+                "gyroscope: its bias has changed, the rate at rest is up to {largest:.2} °/s (limit {limit} °/s); it changes with every power-up"
+            ),
+            _ => format!(
+                "gyroscope: its bias fits, the rate at rest is {largest:.2} °/s at most (limit {limit} °/s)"
+            ),
+        }
+    }
+}
 
 /// Mean calibrated rate over all static intervals, weighted by their rows; `accel` is the
 /// calibrated specific force of each, m/s².
@@ -40,12 +60,10 @@ pub(super) fn gyroscope(
         let scale = Claims::of(recording, Some(section)).map(|c| decide(c, &evidence, findings));
         if let Some(why) = scale.and_then(|scale| mismatch(section, &scale)) {
             findings.push(
-                Finding::new(
-                    FindingKind::UnitMismatch,
-                    format!(
-                        "{why}; it is not tested (--gyro-unit {} when that is what it is in)",
-                        section.input_unit.name()
-                    ),
+                finding!(
+                    UnitMismatch,
+                    "{why}; it is not tested (--gyro-unit {} when that is what it is in)",
+                    section.input_unit.name()
                 )
                 .in_file(&recording.name),
             );

@@ -1,6 +1,7 @@
 //! Static intervals to hold a calibration against, and what their means are worth.
 
 use crate::calibration_file::CalibrationFile;
+use crate::finding::finding;
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{
@@ -38,9 +39,10 @@ pub(super) fn static_intervals(
         let found = in_one(index, recording);
         if found.is_empty() {
             findings.push(
-                Finding::new(
-                    FindingKind::NoStaticInterval,
-                    format!("never at rest: {}; not used", why_never_static(recording)),
+                finding!(
+                    NoStaticInterval,
+                    "never at rest: {}; not used",
+                    why_never_static(recording)
                 )
                 .in_file(&recording.name),
             );

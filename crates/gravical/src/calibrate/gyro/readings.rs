@@ -5,10 +5,11 @@ use std::ops::Range;
 use gravical_core::rounding;
 use gravical_fit::{Motion, Sample, StaticInterval};
 
+use crate::finding::{Finding, finding};
 use crate::poses::mean::pooled_noise;
 use crate::poses::turns::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
-use crate::recording::{Finding, FindingKind, LineSpans, Recording};
+use crate::recording::{LineSpans, Recording};
 use crate::stats::mean_of_finite;
 use gravical_recording::range_end;
 
@@ -127,16 +128,14 @@ impl Readings {
     ) {
         let is_averaged = recording.is_averaged();
         let Some(rate_hz) = recording.timing.rate_hz().filter(|_| !is_averaged) else {
+            let why = match is_averaged {
+                true => "the samples were averaged",
+                false => "no time stamps and no --rate",
+            };
             if rows.len() > 1 {
-                let why = match is_averaged {
-                    true => "the samples were averaged",
-                    false => "no time stamps and no --rate",
-                };
-                let finding = Finding::new(
-                    FindingKind::GyroRateUnknown,
-                    format!(
-                        "{why}: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only"
-                    ),
+                let finding = finding!(
+                    GyroRateUnknown,
+                    "{why}: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only"
                 );
                 self.findings.push(finding.in_file(&recording.name));
             }
@@ -149,51 +148,47 @@ impl Readings {
             let Some(rows) = between(recording, gyro, pair) else {
                 continue;
             };
-            let lines = [recording.line(rows.start), recording.line(rows.end - 1)];
+            let [from, to] = [recording.line(rows.start), recording.line(rows.end - 1)];
             match samples(recording, gyro, rows, &ends, rate_hz) {
                 Ok(samples) => {
+                    let (before, after) = (first + before, first + before + 1);
                     self.motions.push(Motion {
-                        before: first + before,
-                        after: first + before + 1,
+                        before,
+                        after,
                         samples,
                     });
-                    self.places.push((index, lines));
+                    self.places.push((index, [from, to]));
                 }
                 Err(Lost::Nothing) => {}
                 Err(Lost::Gap) => {
                     with_gap += 1;
-                    gaps.push_range(lines[0], lines[1], lines[1] - lines[0] + 1);
+                    gaps.push_range(from, to, to - from + 1);
                 }
                 Err(Lost::Clipped(count)) => {
                     with_clip += 1;
-                    clips.push_range(lines[0], lines[1], count);
+                    clips.push_range(from, to, count);
                 }
             }
         }
         self.left_out += with_gap + with_clip;
-        let mut say = |kind, message: String, spans: &LineSpans| {
-            let finding = Finding::new(kind, message).at_lines(spans);
-            self.findings.push(finding.in_file(&recording.name));
-        };
-        if with_gap > 0 {
-            say(
-                FindingKind::GyroMotionGap,
-                format!(
-                    "{with_gap} of the motions between static intervals last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"
-                ),
-                &gaps,
-            );
-        }
-        if with_clip > 0 {
-            say(
-                FindingKind::GyroMotionClipped,
-                format!(
-                    "in {with_clip} of the motions between static intervals the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
-                    clips.count()
-                ),
-                &clips,
-            );
-        }
+        let gap = (with_gap > 0).then(|| {
+            finding!(
+                GyroMotionGap,
+                "{with_gap} of the motions between static intervals last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"
+            )
+            .at_lines(&gaps)
+        });
+        let clip = (with_clip > 0).then(|| {
+            finding!(
+                GyroMotionClipped,
+                "in {with_clip} of the motions between static intervals the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
+                clips.count()
+            )
+            .at_lines(&clips)
+        });
+        let both = gap.into_iter().chain(clip);
+        self.findings
+            .extend(both.map(|f| f.in_file(&recording.name)));
     }
 }
 

@@ -107,7 +107,7 @@ fn the_truth_lies_within_the_claimed_covariance() {
         sums[1] += section.residual_deg.unwrap() / 80.0;
     }
     let covered = [share_within_196(&matrix), share_within_196(&bias)];
-    let spread = [rms(&matrix), rms(&bias)];
+    let spread = [matrix, bias].map(|scores| rms(scores.into_iter()));
     println!(
         "coverage {covered:?}, z rms {spread:?}, M rms {:.6}, residual {:.4}°",
         sums[0].sqrt(),

@@ -7,11 +7,12 @@ use gravical_core::six_position::{TurnIntegral, ferraris_gyroscope, g_sensitivit
 use super::Gyroscope;
 use crate::calibrate::ferraris::{Faces, six_positions, turns_are_singular};
 use crate::calibration_file::GyroscopeSection;
+use crate::finding::finding;
 use crate::poses::face::{AXES, AxisMap, Face};
 use crate::poses::turns::sample_period_s;
 use crate::poses::{Pose, Segmentation};
+use crate::recording::Recording;
 use crate::recording::units::GyroUnit;
-use crate::recording::{Finding, FindingKind, Recording};
 use crate::{Error, Result};
 
 /// Fits the gyroscope from its readings at rest and the turns by `angle_rad`.
@@ -33,17 +34,16 @@ pub(in crate::calibrate) fn gyroscope(
     if session.turns.is_empty() {
         return Ok(fit);
     }
-    let missing: Vec<String> = (0..3)
-        .filter(|axis| session.turns.iter().all(|t| t.axis != *axis))
-        .map(|axis| AXES[axis].to_string())
-        .collect();
+    let names = |is_one: &dyn Fn(usize) -> bool| -> Vec<String> {
+        let axes = (0..3).filter(|axis| is_one(*axis));
+        axes.map(|axis| AXES[axis].to_string()).collect()
+    };
+    let missing = names(&|axis| session.turns.iter().all(|t| t.axis != axis));
     if !missing.is_empty() {
-        fit.findings.push(Finding::new(
-            FindingKind::TurnsIncomplete,
-            format!(
-                "no full turn about {}: the turns do not calibrate the gyroscope",
-                missing.join(" and ")
-            ),
+        fit.findings.push(finding!(
+            TurnsIncomplete,
+            "no full turn about {}: the turns do not calibrate the gyroscope",
+            missing.join(" and ")
         ));
         return Ok(fit);
     }
@@ -74,22 +74,17 @@ pub(in crate::calibrate) fn gyroscope(
         )
     })?;
     let in_case = axes.of_rates().rows_to_case(&parameters.orientation);
-    let diagonal: [f64; 3] = std::array::from_fn(|i| in_case[i][i]);
-    let backwards: Vec<String> = (0..3)
-        .filter(|&i| diagonal[i] < 0.0)
-        .map(|i| AXES[i].to_string())
-        .collect();
+    let diagonal = [0, 1, 2].map(|i| in_case[i][i]);
+    let backwards = names(&|axis| diagonal[axis] < 0.0);
     if !backwards.is_empty() {
         let degrees = angle_rad.to_degrees();
-        fit.findings.push(Finding::new(
-            FindingKind::TurnedOtherWay,
-            format!(
-                "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with --turn-angle {} it comes out right-handed",
-                backwards.join(", "),
-                diagonal.map(|d| format!("{d:.3}")).join(", "),
-                matrix3::det(&in_case),
-                -degrees
-            ),
+        fit.findings.push(finding!(
+            TurnedOtherWay,
+            "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with --turn-angle {} it comes out right-handed",
+            backwards.join(", "),
+            diagonal.map(|d| format!("{d:.3}")).join(", "),
+            matrix3::det(&in_case),
+            -degrees,
         ));
     }
     let unit = session.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit);
