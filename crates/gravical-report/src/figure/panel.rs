@@ -340,6 +340,12 @@ impl Series {
         self
     }
 
+    /// Whether there is something to draw.
+    pub(super) fn has_values(&self) -> bool {
+        let shade = self.mark == Mark::Shade && !self.x.is_empty();
+        shade || self.y.iter().chain(&self.low).any(|v| v.is_finite())
+    }
+
     /// With this symbol in place of the role's.
     #[must_use]
     pub fn drawn_as(mut self, symbol: &'static str) -> Self {
