@@ -27,10 +27,3 @@ pub use files::{check_figures, write_figures};
 pub use panel::Figure;
 #[doc(hidden)]
 pub use panel::{Axis, Mark, Panel, Role, Scale, Series};
-
-/// Columns of the parts of an uncertainty, and their root sum of squares.
-fn contributions(names: Vec<impl Into<String>>, values: Vec<f64>, combined: f64, y: Axis) -> Panel {
-    Panel::new("", Axis::names("", names), y)
-        .with(Series::columns("part", Role::Calibrated, values))
-        .with(Series::rule("combined", Role::Reference, combined))
-}

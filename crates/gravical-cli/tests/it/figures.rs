@@ -5,14 +5,12 @@ use std::path::Path;
 use crate::motion::line;
 use crate::support::*;
 
-const CALIBRATION: [&str; 8] = [
+const CALIBRATION: [&str; 6] = [
     "norm",
     "residuals",
     "sphere",
     "tilt",
     "captures",
-    "parameters",
-    "budget",
     "noise",
 ];
 
@@ -54,7 +52,7 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
     let run = run_in(path, words("calibrate . --figures plots --json"));
     assert_eq!(run.code, 0, "{}", run.err);
     assert!(
-        run.err.contains("8 figures in plots: norm, residuals"),
+        run.err.contains("6 figures in plots: norm, residuals"),
         "{}",
         run.err
     );
@@ -143,7 +141,6 @@ fn a_motion_is_drawn_with_the_uncalibrated_one_beside_it() {
     let names = drawings(&path.join("plots"));
     let wanted = [
         "acceleration",
-        "budget",
         "motion-acceleration",
         "position-3d",
         "position",

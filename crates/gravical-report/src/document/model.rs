@@ -93,8 +93,6 @@ pub enum Block<'a> {
     Paragraph(String),
     /// A note on the block above.
     Note(String),
-    /// A heading inside the section.
-    Heading(&'static str),
     /// One line each.
     Equation(Vec<&'static str>),
     /// Points.
@@ -142,8 +140,6 @@ pub struct Column {
     pub group: String,
     /// Quantity and unit.
     pub name: String,
-    /// Whether it holds numbers, which are right-aligned.
-    pub numbers: bool,
     /// Lowest detail that shows it.
     pub detail: Detail,
 }
@@ -166,8 +162,6 @@ pub struct Row {
 pub enum Cell {
     /// Words.
     Text(String),
-    /// Words that lead to a file: where it is, from the document or as a URL.
-    Link(String, String),
     /// Machine-readable text: a checksum.
     Code(String),
     /// A number and its standard uncertainty, with significant digits and a hyphen as minus sign.
@@ -318,9 +312,15 @@ impl Table {
 
     /// With these columns on the right of those that it has.
     #[must_use]
-    pub fn columns(mut self, columns: impl IntoIterator<Item = Column>) -> Self {
-        self.columns.extend(columns);
+    pub fn columns<C: Into<Column>>(mut self, columns: impl IntoIterator<Item = C>) -> Self {
+        self.columns.extend(columns.into_iter().map(Into::into));
         self
+    }
+
+    /// Whether this column holds numbers, which are right-aligned.
+    pub(super) fn is_numeric(&self, column: usize) -> bool {
+        let mut cells = self.rows.iter().filter_map(|r| r.cells.get(column));
+        cells.any(|c| matches!(c, Cell::Number(..)))
     }
 
     /// With one more row.
@@ -343,30 +343,20 @@ impl Table {
 }
 
 impl Column {
-    /// A column of texts.
+    /// A column that every rendering has.
     #[must_use]
-    pub fn left(name: impl Into<String>) -> Self {
+    pub fn new(name: impl Into<String>) -> Self {
         Column {
             group: String::new(),
             name: name.into(),
-            numbers: false,
             detail: Detail::Summary,
-        }
-    }
-
-    /// A column of numbers.
-    #[must_use]
-    pub fn number(name: impl Into<String>) -> Self {
-        Column {
-            numbers: true,
-            ..Column::left(name)
         }
     }
 
     /// Three columns of numbers, for the axes.
     #[must_use]
     pub fn axes(group: &str) -> [Self; 3] {
-        ["x", "y", "z"].map(|axis| Column::number(axis).below(group))
+        ["x", "y", "z"].map(|axis| Column::new(axis).below(group))
     }
 
     /// Below a heading that it shares with its neighbours.
@@ -381,6 +371,12 @@ impl Column {
     pub fn full(mut self) -> Self {
         self.detail = Detail::Full;
         self
+    }
+}
+
+impl From<&str> for Column {
+    fn from(name: &str) -> Self {
+        Column::new(name)
     }
 }
 
@@ -449,9 +445,9 @@ impl Cell {
         }
     }
 
-    /// Nothing is known.
+    /// No number is known.
     #[must_use]
     pub fn none() -> Self {
-        Cell::text("–")
+        Cell::number("–")
     }
 }

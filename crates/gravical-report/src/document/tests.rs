@@ -20,7 +20,7 @@ fn remark() -> Remark {
 fn document(figure: &Figure) -> Document<'_> {
     let sigma = "0.0012".to_owned();
     let table = Table::new("Bias, ± 1σ")
-        .columns([Column::left("axis"), Column::number("b, m/s²")])
+        .columns(["axis", "b, m/s²"])
         .columns(Column::axes("mean").map(Column::full))
         .row([
             Cell::text("<x>|*"),
@@ -195,9 +195,7 @@ fn long_tables_are_cut_and_say_so() {
         stays: i == 400,
         ..Row::from([Cell::text(format!("row {i}"))])
     };
-    let table = Table::new("")
-        .columns([Column::left("name")])
-        .rows((0..1000).map(row));
+    let table = Table::new("").columns(["name"]).rows((0..1000).map(row));
     let document = Document::new("").with(Section::new("a", "A").with(table));
     let text = document.to_text(Detail::Summary);
     assert_eq!(text.lines().count(), 3 + 23 + 1 + 1, "{text}");
@@ -238,9 +236,9 @@ fn no_line_is_wider_than_a_terminal() {
         cells.extend((0..9).map(|_| number()));
         cells.push(Cell::text("some more words ".repeat(9)));
         Table::new("Wide")
-            .columns([Column::left("name")])
-            .columns((0..9).map(|i| Column::number(format!("column {i}, m/s²"))))
-            .columns([Column::left("sentences")])
+            .columns(["name"])
+            .columns((0..9).map(|i| Column::new(format!("column {i}, m/s²"))))
+            .columns(["sentences"])
             .row(Row::from(cells).noted("a reason ".repeat(20)))
     };
     let paragraph = Block::paragraph("word ".repeat(60));

@@ -49,7 +49,11 @@ fn conclusion(verdict: &Verdict) -> String {
 }
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
-    let shown = || section.shown(detail).filter(|b| !is_picture(b));
+    let shown = || {
+        section
+            .shown(detail)
+            .filter(|b| !matches!(b, Block::Figure(_)))
+    };
     if shown().next().is_none() {
         return String::new();
     }
@@ -61,9 +65,9 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
     for block in shown() {
         let apart = match (before, block) {
             (None, Block::Table(_)) => section.opening,
-            (None | Some(Block::Heading(_)), _) | (_, Block::Note(_)) => false,
+            (None, _) | (_, Block::Note(_)) => false,
             (Some(Block::Table(_) | Block::Facts(_)), _) => true,
-            (_, Block::Table(_) | Block::Heading(_)) => true,
+            (_, Block::Table(_)) => true,
             _ => false,
         };
         if apart {
@@ -75,14 +79,9 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
     out
 }
 
-fn is_picture(block: &Block<'_>) -> bool {
-    matches!(block, Block::Figure(_))
-}
-
 fn block_text(block: &Block<'_>, detail: Detail) -> String {
     match block {
         Block::Paragraph(text) | Block::Note(text) => paragraph("  ", text),
-        Block::Heading(text) => format!("  {text}\n"),
         Block::Equation(lines) => lines.iter().map(|l| paragraph("  ", l)).collect(),
         Block::List(points) => points.iter().map(|p| paragraph("  - ", p)).collect(),
         Block::Facts(facts) => facts_text(facts),
@@ -120,12 +119,8 @@ impl Remark {
     /// The finding with its place, in a paragraph.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let place = match self.place.as_str() {
-            "" => String::new(),
-            place => format!(" [{place}]"),
-        };
         let mark = if self.warning { "  ! " } else { "  · " };
-        paragraph(mark, &format!("{}: {}{place}", self.kind, self.text))
+        paragraph(mark, &format!("{}: {}", self.kind, self.said()))
     }
 }
 
@@ -196,39 +191,21 @@ struct Layout {
 
 /// Layouts of a table; the first that fits is used.
 const LAYOUTS: [Layout; 5] = [
-    Layout {
-        below: false,
-        gap: 2,
-        head: 16,
-        room: None,
-    },
-    Layout {
-        below: false,
-        gap: 2,
-        head: 8,
-        room: None,
-    },
-    Layout {
-        below: false,
-        gap: 1,
-        head: 5,
-        room: None,
-    },
-    Layout {
-        below: true,
-        gap: 2,
-        head: 8,
-        room: None,
-    },
-    LAST,
+    layout(false, 2, 16),
+    layout(false, 2, 8),
+    layout(false, 1, 5),
+    layout(true, 2, 8),
+    layout(true, 2, 5),
 ];
 
-const LAST: Layout = Layout {
-    below: true,
-    gap: 2,
-    head: 5,
-    room: None,
-};
+const fn layout(below: bool, gap: usize, head: usize) -> Layout {
+    Layout {
+        below,
+        gap,
+        head,
+        room: None,
+    }
+}
 
 /// A column in print: its heading, and the lines of each cell.
 struct Printed {
@@ -259,23 +236,29 @@ fn table_text(table: &Table, detail: Detail) -> String {
         let columns = table.columns.iter().enumerate();
         columns
             .filter(|(_, c)| c.detail <= detail)
-            .map(|(i, c)| Printed::new(c, rows.iter().filter_map(|r| r.cells.get(i)), layout))
+            .map(|(i, c)| {
+                let cells = rows.iter().filter_map(|r| r.cells.get(i));
+                Printed::new(c, table.is_numeric(i), cells, layout)
+            })
             .collect()
     };
-    let mut columns = LAYOUTS
-        .into_iter()
-        .map(print)
-        .find(|columns| total(columns) <= WIDTH)
-        .unwrap_or_else(|| print(LAST));
+    let mut layouts = LAYOUTS.into_iter().map(print);
+    let mut columns = layouts.by_ref().next().unwrap_or_default();
+    while total(&columns) > WIDTH
+        && let Some(narrower) = layouts.next()
+    {
+        columns = narrower;
+    }
     // Sentences share what the numbers leave; if that is too little, the table is split.
     let over = total(&columns).saturating_sub(WIDTH);
     if over > 0 {
         let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
         let room = prose.and_then(|width| width.checked_sub(over));
         let room = room.filter(|room| *room >= NARROWEST).unwrap_or(PART);
+        let [.., last] = LAYOUTS;
         columns = print(Layout {
             room: Some(room),
-            ..LAST
+            ..last
         });
     }
     let mut out = String::new();
@@ -311,12 +294,15 @@ fn total(columns: &[Printed]) -> usize {
 }
 
 impl Printed {
-    fn new<'c>(column: &Column, cells: impl Iterator<Item = &'c Cell>, layout: Layout) -> Self {
+    fn new<'c>(
+        column: &Column,
+        right: bool,
+        cells: impl Iterator<Item = &'c Cell>,
+        layout: Layout,
+    ) -> Self {
         let cells: Vec<Vec<String>> = cells
             .map(|cell| match (cell, layout.room) {
-                (Cell::Text(text) | Cell::Link(text, _), Some(room)) if !column.numbers => {
-                    lines(&one_line(text), room)
-                }
+                (Cell::Text(text), Some(room)) if !right => lines(&one_line(text), room),
                 (Cell::Number(q, Some(sd)), _) if layout.below => {
                     vec![q.clone(), format!("± {sd}")]
                 }
@@ -340,7 +326,7 @@ impl Printed {
             group: column.group.clone(),
             head,
             cells,
-            right: column.numbers,
+            right,
             width,
             gap: layout.gap,
         }
@@ -348,9 +334,10 @@ impl Printed {
 
     fn padded(&self, text: &str) -> String {
         let (gap, width) = (self.gap, self.width);
-        match self.right {
-            true => format!("{:gap$}{text:>width$}", ""),
-            false => format!("{:gap$}{text:<width$}", ""),
+        if self.right {
+            format!("{:gap$}{text:>width$}", "")
+        } else {
+            format!("{:gap$}{text:<width$}", "")
         }
     }
 }
@@ -418,7 +405,7 @@ impl Cell {
     /// The text of the cell in one line.
     pub(super) fn plain(&self) -> String {
         match self {
-            Cell::Text(text) | Cell::Code(text) | Cell::Link(text, _) => text.clone(),
+            Cell::Text(text) | Cell::Code(text) => text.clone(),
             Cell::Number(q, None) => q.clone(),
             Cell::Number(q, Some(sd)) => format!("{q} ± {sd}"),
         }

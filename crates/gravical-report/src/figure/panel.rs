@@ -256,21 +256,6 @@ impl Series {
         Series::new(name, role, Mark::Line, x, y)
     }
 
-    /// A line through `rows` points, thinned if they are many. It breaks where a value is not
-    /// finite and at `breaks`: the rows, in order, before which samples are missing.
-    #[must_use]
-    pub fn long_line(
-        name: &str,
-        role: Role,
-        (rows, breaks): (usize, &[usize]),
-        point: impl Fn(usize) -> [f64; 2],
-    ) -> Self {
-        let kept = kept(rows, breaks, &point);
-        let points = kept.into_iter().map(|i| i.map_or([f64::NAN; 2], &point));
-        let (x, y) = points.map(<(f64, f64)>::from).unzip();
-        Series::line(name, role, x, y)
-    }
-
     /// An area between two curves.
     #[must_use]
     pub fn band(name: &str, role: Role, x: Vec<f64>, low: Vec<f64>, high: Vec<f64>) -> Self {
@@ -281,19 +266,26 @@ impl Series {
         }
     }
 
-    /// The area between two curves over the times `t`, as [`Series::long_line`].
+    /// Thinned if its rows are many. It breaks where a value is not finite and at `breaks`: the
+    /// rows, in order, before which samples are missing.
     #[must_use]
-    pub fn long_band(
-        name: &str,
-        role: Role,
-        (t, breaks): (&[f64], &[usize]),
-        ends: impl Fn(usize) -> [f64; 2],
-    ) -> Self {
-        let kept = kept(t.len(), breaks, &ends);
-        let x = kept.iter().map(|i| i.map_or(f64::NAN, |i| t[i])).collect();
-        let ends = kept.into_iter().map(|i| i.map_or([f64::NAN; 2], &ends));
-        let (low, high) = ends.map(<(f64, f64)>::from).unzip();
-        Series::band(name, role, x, low, high)
+    pub fn thinned(mut self, breaks: &[usize]) -> Self {
+        let (first, second) = match self.mark {
+            Mark::Band => (&self.low, &self.high),
+            _ => (&self.x, &self.y),
+        };
+        let rows = self.x.len().min(first.len()).min(second.len());
+        let shown = thinned_rows(rows, breaks, |i| [first[i], second[i]]);
+        let pick = |column: &Vec<f64>| -> Vec<f64> {
+            let value = |i: &Option<usize>| i.map_or(f64::NAN, |i| column[i]);
+            shown.iter().map(value).collect()
+        };
+        for column in [&mut self.x, &mut self.y, &mut self.low, &mut self.high] {
+            if !column.is_empty() {
+                *column = pick(column);
+            }
+        }
+        self
     }
 
     /// Points.
@@ -384,44 +376,39 @@ const BUCKETS: usize = 2000;
 
 /// The rows of a series to draw, in order; none where it breaks. Of each part the rows with the
 /// smallest and the largest of either value stay, so that no spike is lost.
-fn kept(rows: usize, breaks: &[usize], value: impl Fn(usize) -> [f64; 2]) -> Vec<Option<usize>> {
+fn thinned_rows(
+    rows: usize,
+    breaks: &[usize],
+    value: impl Fn(usize) -> [f64; 2],
+) -> Vec<Option<usize>> {
     let finite = |i: &usize| value(*i).iter().all(|v| v.is_finite());
     let step = if rows > LIMIT {
         rows.div_ceil(BUCKETS)
     } else {
         1
     };
-    let mut kept: Vec<Option<usize>> = Vec::new();
+    let mut shown: Vec<Option<usize>> = Vec::new();
     for from in (0..rows).step_by(step) {
-        // Rows of the smallest, then of the largest values, with these.
-        let mut extremes: Option<[(usize, f64); 4]> = None;
-        for i in (from..rows.min(from + step)).filter(finite) {
-            let [a, b] = value(i);
-            let extremes = extremes.get_or_insert([(i, a), (i, b), (i, a), (i, b)]);
-            for (c, v) in [a, b].into_iter().enumerate() {
-                if v < extremes[c].1 {
-                    extremes[c] = (i, v);
-                }
-                if v > extremes[c + 2].1 {
-                    extremes[c + 2] = (i, v);
-                }
-            }
-        }
-        let mut extremes = extremes.map_or(Vec::new(), |e| e.map(|(i, _)| i).to_vec());
+        let part: Vec<usize> = (from..rows.min(from + step)).filter(finite).collect();
+        let extremes = [0, 1].map(|column| {
+            let order = |a: &&usize, b: &&usize| value(**a)[column].total_cmp(&value(**b)[column]);
+            [part.iter().min_by(order), part.iter().max_by(order)]
+        });
+        let mut extremes: Vec<usize> = extremes.iter().flatten().flatten().map(|i| **i).collect();
         extremes.sort_unstable();
         extremes.dedup();
         for i in extremes {
-            if let Some(&Some(last)) = kept.last() {
+            if let Some(&Some(last)) = shown.last() {
                 let next = breaks.partition_point(|b| *b <= last);
                 let missing = breaks.get(next).is_some_and(|b| *b <= i);
                 if missing || !(last + 1..i).all(|k| finite(&k)) {
-                    kept.push(None);
+                    shown.push(None);
                 }
             }
-            kept.push(Some(i));
+            shown.push(Some(i));
         }
     }
-    kept
+    shown
 }
 
 #[cfg(test)]
@@ -436,11 +423,12 @@ mod tests {
             765_431 => -60.0,
             _ => (i as f64).sin(),
         };
-        let s = Series::long_line("a", Role::Raw, (t.len(), &[]), |i| [t[i], spike(i)]);
+        let y = |up: f64| (0..t.len()).map(|i| spike(i) + up).collect();
+        let s = Series::line("a", Role::Raw, t.clone(), y(0.0)).thinned(&[]);
         assert!(s.x.len() <= 4 * BUCKETS && s.x.is_sorted());
         assert!(s.y.contains(&50.0) && s.y.contains(&-60.0));
         assert_eq!((s.x[0], s.x.last()), (0.0, t.last()));
-        let s = Series::long_band("b", Role::Raw, (&t, &[]), |i| [spike(i), spike(i) + 1.0]);
+        let s = Series::band("b", Role::Raw, t.clone(), y(0.0), y(1.0)).thinned(&[]);
         assert!(s.low.contains(&-60.0) && s.high.contains(&51.0));
     }
 
@@ -449,11 +437,9 @@ mod tests {
         // The second is thinned; what is missing lies between the parts that are kept.
         for rows in [100, 100_000] {
             let missing = rows / 5 + 1..rows / 5 + rows / 20;
-            let value = |i: usize| {
-                let known = !missing.contains(&i);
-                [i as f64, if known { 1.0 } else { f64::NAN }]
-            };
-            let s = Series::long_line("a", Role::Raw, (rows, &[rows / 2]), value);
+            let value = |i: usize| if missing.contains(&i) { f64::NAN } else { 1.0 };
+            let (x, y) = (0..rows).map(|i| (i as f64, value(i))).unzip();
+            let s = Series::line("a", Role::Raw, x, y).thinned(&[rows / 2]);
             let gaps: Vec<usize> = (0..s.x.len()).filter(|i| s.x[*i].is_nan()).collect();
             let ends: Vec<[f64; 2]> = gaps.iter().map(|&i| [s.x[i - 1], s.x[i + 1]]).collect();
             let around = |from: usize, to: usize| [(from - 1) as f64, to as f64];

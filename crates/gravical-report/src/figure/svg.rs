@@ -161,7 +161,12 @@ fn legend(figure: &Figure, width: f64) -> (String, f64) {
     let (mut x, mut y) = (16.0, 18.0);
     let mut names: Vec<&str> = Vec::new();
     for panel in &figure.panels {
-        for (i, s) in panel.series.iter().enumerate().filter(|(_, s)| s.has_values()) {
+        for (i, s) in panel
+            .series
+            .iter()
+            .enumerate()
+            .filter(|(_, s)| s.has_values())
+        {
             if s.role == Role::Guide || names.contains(&s.name.as_str()) {
                 continue;
             }
@@ -410,7 +415,10 @@ impl Plot<'_> {
         }
         out.push_str("</g>");
         if self.last {
-            let (at, name) = (bottom + room_below(&panel.x, x.length) - 4.0, axis_name(&panel.x));
+            let (at, name) = (
+                bottom + room_below(&panel.x, x.length) - 4.0,
+                axis_name(&panel.x),
+            );
             text(out, "name", left + x.length / 2.0, at, "middle", &name);
         }
         let (middle, name) = (r(top + y.length / 2.0), escape(&axis_name(&panel.y)));
@@ -456,7 +464,10 @@ impl Plot<'_> {
             }
             Mark::Shade => ("f", self.intervals(s)),
         };
-        put!(out, "<path class=\"{class}\" d=\"{path}\"/></g>{points}</g>");
+        put!(
+            out,
+            "<path class=\"{class}\" d=\"{path}\"/></g>{points}</g>"
+        );
     }
 
     /// What hovering over a value shows: the series, where it is, value and half of its bar.
@@ -481,7 +492,12 @@ impl Plot<'_> {
             }
             _ => String::new(),
         };
-        escape(&format!("{}, {at}: {}{bar} {}", s.name, log(y, s.y[i]), y.unit))
+        escape(&format!(
+            "{}, {at}: {}{bar} {}",
+            s.name,
+            log(y, s.y[i]),
+            y.unit
+        ))
     }
 
     /// One of a single sample is seen, too.
@@ -882,6 +898,6 @@ mod tests {
         // Lone points have theirs; of those on one another as many as find room.
         let shown = |i: usize| text.contains(&format!(">pose {i}</text>"));
         assert!(shown(0) && shown(6) && (1..6).any(shown) && !(1..6).all(shown));
-        assert_eq!(text.matches("<title>pose ").count(), 7);
+        assert_eq!(text.matches("<title>pose, pose ").count(), 7);
     }
 }

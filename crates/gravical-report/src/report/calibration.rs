@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use crate::document::{
-    self, Block, Cell, Column, Document, KeyFigure, Row, Section, Table, Verdict,
+    self, Block, Cell, Column, Document, KeyFigure, Row, Section, Snippet, Table, Verdict,
 };
 use crate::figure::Figure;
 use gravical::calibration_file::{
-    CalibrationFile, Grade, GravitySource, InputFile, Method, PoseKind, PoseResult,
-    ReferenceSource, Source,
+    CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
+    PoseKind, PoseResult, ReferenceSource, Source,
 };
 use gravical::escape::path_word;
-use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words};
+use gravical::export;
+use gravical::numfmt::{
+    decimals_by, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
+};
 use gravical::poses::face::in_words;
 
-use super::gyroscope::gyroscope;
-use super::matrices::matrices;
-use super::paste::snippets;
 use super::placements::{directions, placements};
 use super::provenance::Provenance;
 use super::temperature::drift;
@@ -38,7 +38,7 @@ pub fn calibration<'a>(
         verdict: Some(verdict(file, saved)),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
-    .with(parameters(file).figures(named(figures, &["parameters"])));
+    .with(parameters(file));
     if let Some(gyro) = &file.gyroscope {
         document = document.with(gyroscope(gyro));
     }
@@ -52,7 +52,7 @@ pub fn calibration<'a>(
         .with(figure("captures", "Recorded poses", "captures"))
         .with(figure("noise", "Noise", "noise"))
         .with(temperature(file, named(figures, &["temperature"])))
-        .with(method(file, named(figures, &["budget"])))
+        .with(method(file))
         .with_findings(&file.findings, file.inputs.len() > 1)
         .with_provenance(&Provenance {
             tool: &file.tool,
@@ -234,10 +234,10 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
     let uncertain = if sd.is_some() { ", ± 1σ" } else { "" };
     let table = Table::new(format!("Bias and scale{uncertain}"))
         .columns([
-            Column::left("axis"),
-            Column::number(format!("bias b, {raw}")),
-            Column::number(format!("scale K, {raw} per m/s²")),
-            Column::number("off nominal, %"),
+            "axis",
+            &format!("bias b, {raw}"),
+            &format!("scale K, {raw} per m/s²"),
+            "off nominal, %",
         ])
         .rows((0..3).map(row));
     let section = Section::new("parameters", "Accelerometer")
@@ -263,9 +263,15 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
             )))
         }
     };
-    section
-        .full(Block::Heading("Code to copy"))
-        .full(Block::Snippets(snippets(file)))
+    section.full(Block::Snippets(
+        export::snippets(file)
+            .map(|(language, fence, code)| Snippet {
+                language,
+                fence,
+                code,
+            })
+            .into(),
+    ))
 }
 
 fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
@@ -300,7 +306,7 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
 }
 
 /// Method, assumptions, poses left out, uncertainty budget.
-fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     let section = Section::new("method", "Method and uncertainty")
         .full(Block::paragraph(how(file.accelerometer.method)))
         .full(Block::List(assumptions(file)));
@@ -309,10 +315,9 @@ fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
         section.full(Block::paragraph("All poses were used in the fit."))
     } else {
         section
-            .full(Block::Heading("Poses not used"))
+            .full(Block::paragraph("Poses not used:"))
             .full(Block::List(rejected))
     };
-    let section = section.figures(figures);
     match budget(file) {
         Some(table) => section.with(table),
         None => section,
@@ -433,11 +438,7 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     let squares = "root sum of squares".to_owned();
     let k = format!("k = {}", budget.coverage_factor);
     let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
-        .columns([
-            Column::left("source"),
-            Column::number("mg"),
-            Column::left("from"),
-        ])
+        .columns(["source", "mg", "from"])
         .rows(parts)
         .row(sum("combined", budget.combined_mps2, squares))
         .row(sum("expanded", budget.expanded_mps2, k));
@@ -474,4 +475,108 @@ fn basis(source: Source, file: &CalibrationFile) -> String {
         },
     };
     text.to_owned()
+}
+
+/// Parameters and residuals.
+fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
+    let raw = &g.input_unit.to_string();
+    let how = match g.method {
+        GyroMethod::Turns => "From three known turns and the rests (Ferraris).",
+        GyroMethod::Motion => {
+            "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
+        }
+        GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
+    };
+    let (bias_sd, scale_sd) = g.deviations().unzip();
+    let scale_sd = scale_sd.flatten();
+    let row = |i: usize| {
+        let value = |v: f64, sd: Option<f64>| {
+            let n = decimals_by(sd, g.scale[i]);
+            // From the covariance; not a field of the JSON.
+            let sd = sd.filter(|s| s.is_finite()).map(|s| fixed(s, n));
+            Cell::number(fixed(v, n)).plus_minus(sd)
+        };
+        Row::from([
+            Cell::text(["x", "y", "z"][i]),
+            value(g.bias[i], bias_sd.map(|sd| sd[i])),
+            value(g.scale[i], scale_sd.map(|sd| sd[i])),
+        ])
+    };
+    let table = Table::new("Bias and scale, ± 1σ")
+        .columns([
+            "axis",
+            &format!("bias b, {raw}"),
+            &format!("scale K, {raw} per rad/s"),
+        ])
+        .rows((0..3).map(row));
+    let matrix = matrices(
+        &g.orientation,
+        &g.matrix,
+        &format!("matrix, rad/s per {raw}"),
+    );
+    let section = Section::new("gyroscope", "Gyroscope")
+        .with(Block::Equation(vec![
+            "raw = K R ω + b + S a",
+            "calibrated = matrix · (raw − b − S a)",
+        ]))
+        .with(Block::paragraph(how))
+        .full(Block::paragraph(format!(
+            "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}."
+        )))
+        .with(table);
+    let mut section = if g.method == GyroMethod::Bias {
+        section.full(matrix)
+    } else {
+        section.with(matrix)
+    };
+    if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
+        // Known to a few per cent.
+        let text = power_of_ten(&g.g_sensitivity, 2);
+        let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity);
+        let rows = rows.map(|(axis, row)| Row::axes(axis, Some(*row), |_, v| text(v)));
+        let coupling = Table::new(format!("S, {raw} per m/s²"))
+            .columns([""])
+            .columns(Column::axes(""))
+            .rows(rows);
+        section = section.full(coupling);
+    }
+    if let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) {
+        let left_out = g.leave_one_out_deg.map_or_else(
+            || "too few motions for leave-one-out".to_owned(),
+            |d| format!("leave-one-out {}°", digits(d, 2)),
+        );
+        section = section.with(Block::paragraph(format!(
+            "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
+            motions.used,
+            motions.left_out,
+            digits(residual, 2)
+        )));
+    }
+    section
+}
+
+/// R and the calibration matrix, side by side.
+fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
+    let text = power_of_ten(matrix, 6);
+    let row = |i: usize| {
+        let mut cells = vec![Cell::text(["x", "y", "z"][i])];
+        cells.extend(Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5)));
+        cells.extend(Cell::axes(Some(matrix[i]), |_, v| text(v)));
+        Row::from(cells)
+    };
+    Table::new("")
+        .columns([""])
+        .columns(Column::axes("R"))
+        .columns(Column::axes(name))
+        .rows((0..3).map(row))
+}
+
+/// Formats the elements of a matrix, with powers of ten if all are small.
+fn power_of_ten(matrix: &[[f64; 3]; 3], precision: usize) -> impl Fn(f64) -> String {
+    let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    move |v| match v {
+        0.0 => "0".to_owned(),
+        v if largest < 0.1 => format!("{v:.precision$e}"),
+        v => fixed(v, decimals_of(largest, 6)),
+    }
 }

@@ -76,13 +76,13 @@ fn next(report: &CheckReport) -> Vec<String> {
 
 fn intervals(report: &CheckReport) -> Section<'static> {
     let columns = [
-        Column::left("interval"),
-        Column::number("rows"),
-        Column::left("nearest face"),
-        Column::number("angle to face, °"),
-        Column::number("error of ‖a‖, mg"),
-        Column::number("z"),
-        Column::left(""),
+        "interval",
+        "rows",
+        "nearest face",
+        "angle to face, °",
+        "error of ‖a‖, mg",
+        "z",
+        "",
     ];
     let rows = report.static_intervals.iter().enumerate();
     let table = Table::new("")
@@ -136,7 +136,7 @@ fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
     };
     let now = |i: usize| Cell::number(format!("{:.5}", g.bias_now[i]));
     let table = Table::new("")
-        .columns([Column::left("")])
+        .columns([""])
         .columns(Column::axes(""))
         .row([Cell::text("rate, °/s"), rate(0), rate(1), rate(2)])
         .row([

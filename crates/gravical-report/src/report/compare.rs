@@ -1,6 +1,6 @@
 //! Report of a comparison of two calibrations.
 
-use crate::document::{Block, Cell, Column, Document, Row, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Row, Section, Table, Verdict};
 use gravical::compare::{Comparison, GyroscopeDifference, Judgement, ParameterDifference};
 use gravical::numfmt::{decimals_for, fixed, milli_g, signed, unit};
 
@@ -65,9 +65,9 @@ fn next(c: &Comparison) -> Vec<String> {
 }
 
 fn parameters(list: &[ParameterDifference]) -> Section<'static> {
-    let columns = ["A", "B", "B − A", "z"].map(Column::number);
+    let columns = ["A", "B", "B − A", "z"];
     let table = Table::new("")
-        .columns([Column::left("")])
+        .columns([""])
         .columns(columns)
         .rows(list.iter().map(parameter));
     Section::new("parameters", "Parameters").with(table)
@@ -100,11 +100,7 @@ fn magnitude(c: &Comparison) -> Section<'static> {
         ])
     };
     let table = Table::new("")
-        .columns([
-            Column::left(""),
-            Column::number("B − A, mg"),
-            Column::number("predicted, mg"),
-        ])
+        .columns(["", "B − A, mg", "predicted, mg"])
         .row(row(
             "RMS over all directions".to_owned(),
             m.norm_rms_mps2,
@@ -132,8 +128,8 @@ fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
         ])
     };
     let table = Table::new("")
-        .columns([Column::left("")])
-        .columns(["A", "B", "B − A", "scale B/A, %"].map(Column::number))
+        .columns([""])
+        .columns(["A", "B", "B − A", "scale B/A, %"])
         .rows((0..3).map(row));
     Section::new("gyroscope", "Gyroscope")
         .with(table)

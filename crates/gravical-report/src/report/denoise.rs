@@ -69,13 +69,10 @@ fn white(summary: &DenoiseSummary) -> Table {
         ])
     };
     let replaced = summary.filters.iter().any(|f| f.replaced.is_some());
-    let mut table = Table::new("Properties").columns([
-        Column::left("filter"),
-        Column::number("factor on white noise"),
-        Column::number("−3 dB, Hz"),
-    ]);
+    let mut table =
+        Table::new("Properties").columns(["filter", "factor on white noise", "−3 dB, Hz"]);
     if replaced {
-        table = table.columns([Column::number("samples replaced")]);
+        table = table.columns(["samples replaced"]);
     }
     let width = table.columns.len();
     table.rows(summary.filters.iter().map(row).map(|mut r| {
@@ -93,7 +90,7 @@ fn at_rest(summary: &DenoiseSummary, name: &str, of_unit: &str, of: Of) -> Table
     let row = |name: &str, sigmas: &Sigmas| Row::axes(name, of(sigmas), |_, v| small(v, 3));
     let filters = summary.filters.iter();
     Table::new(format!("σ of {name} at rest, {of_unit}"))
-        .columns([Column::left("")])
+        .columns([""])
         .columns(Column::axes(""))
         .row(row("as recorded", &summary.recorded))
         .rows(filters.map(|f| row(&format!("after {}", f.filter), &f.sigma)))

@@ -173,14 +173,7 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
         Row::from(cells)
     };
     let table = Table::new("")
-        .columns([
-            Column::left(""),
-            Column::left("lines"),
-            Column::number("from, s"),
-            Column::number("to, s"),
-            Column::left("face"),
-            Column::number("angle to face, °"),
-        ])
+        .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
         .columns(Column::axes("mean reading"))
         .rows(all.iter().enumerate().map(row));
     Section::new("intervals", "Static intervals")

@@ -1,6 +1,6 @@
 //! Provenance of a result.
 
-use crate::document::{Block, Cell, Column, Document, Section, Table};
+use crate::document::{Block, Cell, Document, Section, Table};
 use gravical::calibration_file::InputFile;
 use gravical::numfmt::words;
 
@@ -45,11 +45,13 @@ fn files(files: &[InputFile]) -> Table {
         [
             Cell::text(&file.path),
             Cell::text(words(&file.role)),
-            file.sha256.clone().map_or_else(Cell::none, Cell::Code),
+            file.sha256
+                .clone()
+                .map_or_else(|| Cell::text("–"), Cell::Code),
         ]
         .into()
     };
     Table::new("Files")
-        .columns(["file", "used as", "SHA-256"].map(Column::left))
+        .columns(["file", "used as", "SHA-256"])
         .rows(files.iter().map(row))
 }

@@ -125,7 +125,6 @@ fn holds(document: &Document<'_>) -> usize {
     for (_, block) in document.sections.iter().flat_map(|s| &s.blocks) {
         match block {
             Block::Paragraph(text) | Block::Note(text) => said.push(text.clone()),
-            Block::Heading(text) => said.push((*text).to_owned()),
             Block::Equation(lines) => said.extend(lines.iter().map(|l| (*l).to_owned())),
             Block::List(points) => said.extend(points.iter().cloned()),
             Block::Facts(facts) => {
@@ -150,9 +149,7 @@ fn holds(document: &Document<'_>) -> usize {
                     said.push(row.note.clone());
                     for cell in &row.cells {
                         said.push(match cell {
-                            Cell::Text(text) | Cell::Code(text) | Cell::Link(text, _) => {
-                                text.clone()
-                            }
+                            Cell::Text(text) | Cell::Code(text) => text.clone(),
                             Cell::Number(text, sd) => {
                                 numbers += 1;
                                 format!("{text} {}", sd.as_deref().unwrap_or_default())

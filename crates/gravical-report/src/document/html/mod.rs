@@ -1,15 +1,73 @@
 //! A document as one self-contained HTML file: no network, fonts or server; complete without
 //! its script, too.
 
-mod page;
-
-use maud::{Markup, PreEscaped, html};
+use gravical::escape;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::inline::{self, Part};
-use super::{
-    Block, Cell, Column, DRAWINGS, Detail, Document, Grade, Remark, Row, Snippet, Table, Verdict,
-};
+use super::{Block, Cell, DRAWINGS, Detail, Document, Grade, Remark, Snippet, Table, Verdict};
 use crate::figure::{Figure, svg};
+
+/// Nothing is loaded, whatever a file name or label contains.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+
+/// The script without comments and indentation. It has no multi-line strings.
+fn script() -> String {
+    let lines = SCRIPT.lines().map(str::trim_start);
+    let code = lines.filter(|l| !l.is_empty() && !l.starts_with("//"));
+    code.flat_map(|l| [l, "\n"]).collect()
+}
+
+/// Anchor, heading and content of a section.
+type SectionPart<'a> = (&'a str, &'a str, Markup);
+
+/// The file.
+fn page(title: &str, lead: &Markup, sections: &[SectionPart<'_>]) -> String {
+    let dark = format!(
+        "@media screen and (prefers-color-scheme:dark){{{}}}",
+        svg::DARK
+    );
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                // Prevents a request for /favicon.ico.
+                link rel="icon" href="data:,";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+                // Of its own: a figure that is saved takes it along.
+                style id="figures" { (PreEscaped(svg::STYLE)) }
+                style { (PreEscaped(dark)) }
+            }
+            body {
+                a.skip href="#main" { "Skip to the report" }
+                header { (lead) }
+                nav aria-label="Sections" {
+                    ol { @for (id, title, _) in sections { li { a href={ "#" (id) } { (title) } } } }
+                }
+                main id="main" tabindex="-1" {
+                    @for (id, title, body) in sections {
+                        section id=(id) aria-labelledby={ (id) "-h" } {
+                            h2 id={ (id) "-h" } { (title) }
+                            (body)
+                        }
+                    }
+                }
+                script { (PreEscaped(script())) }
+            }
+        }
+    }
+    .into_string();
+    escape::shown(&page).into_owned()
+}
 
 impl Document<'_> {
     /// The whole document as a page. Tables have at most [`ROWS`](super::ROWS) rows, all figures
@@ -28,14 +86,14 @@ impl Document<'_> {
                 .collect();
             (s.id, s.title, html! { @for block in blocks { (block) } })
         });
-        let sections: Vec<page::Part<'_>> = verdict.chain(sections).collect();
+        let sections: Vec<SectionPart<'_>> = verdict.chain(sections).collect();
         let lead = html! {
             h1 { (self.title) }
             @for line in self.lead() {
                 p.sub { (line) }
             }
         };
-        page::page(&self.title, &lead, &sections)
+        page(&self.title, &lead, &sections)
     }
 }
 
@@ -81,7 +139,6 @@ fn block(block: &Block<'_>, id: &str, title: &str, room: &mut usize) -> Markup {
     match block {
         Block::Paragraph(text) => html! { p { (words(text)) } },
         Block::Note(text) => html! { p.note { (words(text)) } },
-        Block::Heading(text) => html! { h3 { (text) } },
         Block::Equation(lines) => html! {
             p.equation { @for (i, line) in lines.iter().enumerate() { @if i > 0 { br; } (line) } }
         },
@@ -97,9 +154,10 @@ fn block(block: &Block<'_>, id: &str, title: &str, room: &mut usize) -> Markup {
 }
 
 fn remark(r: &Remark) -> Markup {
-    let (class, sign, word) = match r.warning {
-        true => ("warning", "!", "Warning"),
-        false => ("note", "·", "Note"),
+    let (class, sign, word) = if r.warning {
+        ("warning", "!", "Warning")
+    } else {
+        ("note", "·", "Note")
     };
     html! {
         li.(class) {
@@ -135,9 +193,11 @@ fn table(t: &Table, title: &str) -> Markup {
         &t.caption
     };
     let grouped = t.columns.iter().any(|c| !c.group.is_empty());
-    let head = |c: &Column, rows: &str| {
-        html! { th class=[c.numbers.then_some("n")] scope="col" rowspan=(rows) { (c.name) } }
+    let head = |i: usize, rows: &str| {
+        html! { th class=[t.is_numeric(i).then_some("n")] scope="col" rowspan=(rows) { (t.columns[i].name) } }
     };
+    let in_group = |i: &usize| !t.columns[*i].group.is_empty();
+    let indices: Vec<usize> = (0..t.columns.len()).collect();
     let left_out = t.all.saturating_sub(t.rows.len());
     html! {
         div.scroll tabindex="0" role="region" aria-label=(caption) {
@@ -145,49 +205,43 @@ fn table(t: &Table, title: &str) -> Markup {
                 caption class=[t.caption.is_empty().then_some("vh")] { (caption) }
                 thead {
                     tr {
-                        @for group in t.columns.chunk_by(|a, b| !a.group.is_empty() && a.group == b.group) {
-                            @match group {
-                                [c, ..] if !c.group.is_empty() => th scope="colgroup" colspan=(group.len()) { (c.group) },
-                                [c, ..] => (head(c, if grouped { "2" } else { "1" })),
-                                [] => {}
+                        @for group in indices.chunk_by(|a, b| in_group(a) && t.columns[*a].group == t.columns[*b].group) {
+                            @if in_group(&group[0]) {
+                                th scope="colgroup" colspan=(group.len()) { (t.columns[group[0]].group) }
+                            } @else {
+                                (head(group[0], if grouped { "2" } else { "1" }))
                             }
                         }
                     }
                     @if grouped {
-                        tr { @for c in t.columns.iter().filter(|c| !c.group.is_empty()) { (head(c, "1")) } }
+                        tr { @for i in indices.iter().filter(|i| in_group(i)) { (head(*i, "1")) } }
                     }
                 }
-                tbody { @for r in &t.rows { (row(r, &t.columns)) } }
+                tbody {
+                    @for row in &t.rows {
+                        tr class=[row.sum.then_some("sum")] {
+                            @for (i, cell) in row.cells.iter().enumerate() {
+                                @match cell {
+                                    _ if i == 0 => th scope="row" { (cell_text(cell)) },
+                                    Cell::Code(_) => td.hash { (cell_text(cell)) },
+                                    _ => td class=[t.is_numeric(i).then_some("n")] { (cell_text(cell)) },
+                                }
+                            }
+                        }
+                        @if !row.note.is_empty() {
+                            tr.reason { td colspan=(t.columns.len()) { (words(&row.note)) } }
+                        }
+                    }
+                }
             }
         }
         @if left_out > 0 { p.note { "… and " (left_out) " more; " code { "--json" } " has all." } }
     }
 }
 
-fn row(r: &Row, columns: &[Column]) -> Markup {
-    html! {
-        tr class=[r.sum.then_some("sum")] {
-            @for (i, (c, column)) in r.cells.iter().zip(columns).enumerate() {
-                @if i == 0 { th scope="row" { (cell_text(c)) } } @else { (cell(c, column.numbers)) }
-            }
-        }
-        @if !r.note.is_empty() { tr.reason { td colspan=(columns.len()) { (words(&r.note)) } } }
-    }
-}
-
-fn cell(c: &Cell, numbers: bool) -> Markup {
-    match c {
-        Cell::Text(text) => html! { td class=[numbers.then_some("n")] { (text) } },
-        Cell::Link(..) => html! { td { (cell_text(c)) } },
-        Cell::Code(_) => html! { td.hash { (cell_text(c)) } },
-        Cell::Number(..) => html! { td.n { (cell_text(c)) } },
-    }
-}
-
 fn cell_text(c: &Cell) -> Markup {
     match c {
         Cell::Text(text) => html! { (text) },
-        Cell::Link(text, target) => html! { a href=(target) { (text) } },
         Cell::Code(text) => html! { code { (text) } },
         Cell::Number(text, sd) => html! {
             (shown(text))
