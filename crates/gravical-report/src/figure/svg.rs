@@ -806,17 +806,7 @@ fn log_label(mantissa: f64, power: i32) -> String {
         let decimals = usize::try_from(-power).unwrap_or(0);
         return format!("{:.decimals$}", mantissa * 10_f64.powi(power));
     }
-    let mut text = if mantissa == 1.0 {
-        String::new()
-    } else {
-        format!("{mantissa}·")
-    };
-    text.push_str("10");
-    text.extend(power.to_string().chars().map(|c| match c.to_digit(10) {
-        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
-        None => '⁻',
-    }));
-    text
+    format!("{mantissa}e{power}").replace('-', "−")
 }
 
 #[cfg(test)]
@@ -879,7 +869,7 @@ mod tests {
         assert_eq!(labels(log_ticks(-2.3, 4.2, 8)), decades);
         assert_eq!(
             labels(log_ticks(-6.0, 1.0, 4)),
-            ["10⁻⁶", "10⁻⁴", "0.01", "1"]
+            ["1e−6", "1e−4", "0.01", "1"]
         );
         assert_eq!(
             labels(log_ticks(-3.1, -2.2, 5)),

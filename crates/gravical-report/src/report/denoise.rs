@@ -64,7 +64,7 @@ fn white(summary: &DenoiseSummary) -> Table {
             Cell::maybe(f.response.noise_gain, |gain| {
                 fixed(gain, decimals_of(gain, 3).min(4))
             }),
-            Cell::text(frequencies(f)),
+            Cell::number(frequencies(f)),
             Cell::maybe(f.replaced.map(|n| n as f64), |n| fixed(n, 0)),
         ])
     };
