@@ -9,7 +9,7 @@
 //! ```
 //! use gravical_report::figure::{Axis, Figure, Panel, Role, Series, svg};
 //!
-//! let line = Series::line("calibrated", Role::Calibrated, vec![0.0, 1.0, 2.0], vec![0.0, 0.4, 0.0]);
+//! let line = Series::line("calibrated", Role::Result, vec![0.0, 1.0, 2.0], vec![0.0, 0.4, 0.0]);
 //! let panel = Panel::new("", Axis::new("time", "s"), Axis::new("velocity", "m/s")).with(line);
 //! let figure = Figure::new("velocity", "Velocity", "One push, one stop.").with(panel);
 //! assert!(svg::standalone(&figure).starts_with("<svg"));

@@ -4,6 +4,7 @@ use super::ROWS;
 use super::findings::Remark;
 use crate::figure::Figure;
 use gravical::finding::Finding;
+use gravical::numfmt::fixed;
 
 /// How much of a document is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -438,7 +439,8 @@ impl Cell {
 
     /// With its standard uncertainty, where that is known.
     #[must_use]
-    pub fn plus_minus(self, sigma: Option<String>) -> Self {
+    pub fn plus_minus(self, sigma: Option<f64>, decimals: usize) -> Self {
+        let sigma = sigma.filter(|s| s.is_finite()).map(|s| fixed(s, decimals));
         match self {
             Cell::Number(text, _) => Cell::Number(text, sigma),
             other => other,

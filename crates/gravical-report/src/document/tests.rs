@@ -18,13 +18,12 @@ fn remark() -> Remark {
 
 /// One of everything, with a name that is markup in each of the formats.
 fn document(figure: &Figure) -> Document<'_> {
-    let sigma = "0.0012".to_owned();
     let table = Table::new("Bias, ± 1σ")
         .columns(["axis", "b, m/s²"])
         .columns(Column::axes("mean").map(Column::full))
         .row([
             Cell::text("<x>|*"),
-            Cell::number("-0.2246").plus_minus(Some(sigma)),
+            Cell::number("-0.2246").plus_minus(Some(0.0012), 4),
             Cell::none(),
             Cell::none(),
             Cell::none(),
@@ -229,8 +228,7 @@ fn a_drawing_that_does_not_fit_is_named() {
 #[test]
 fn no_line_is_wider_than_a_terminal() {
     let long = "word".repeat(40);
-    let sigma = || Some("0.000001".to_owned());
-    let number = || Cell::number("-12345.678901").plus_minus(sigma());
+    let number = || Cell::number("-12345.678901").plus_minus(Some(1e-6), 6);
     let table = |text: &str| {
         let mut cells = vec![Cell::text(text)];
         cells.extend((0..9).map(|_| number()));

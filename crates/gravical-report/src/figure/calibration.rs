@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use gravical::calibration_file::{CalibrationFile, Method, PoseResult, TemperatureModel};
 use gravical::core::matrix3::{norm as length, unit};
-use gravical::numfmt::{milli_g, words};
+use gravical::numfmt::{self, milli_g, words};
 use gravical::poses::Segmentation;
 use gravical::recording::Recording;
 use gravical::temperature::evaluate;
@@ -56,21 +56,11 @@ pub fn figures(file: &CalibrationFile, session: Option<Session<'_>>) -> Vec<Figu
 
 /// Unit of raw values in a figure, and what to multiply differences in the file's unit with to have
 /// them in it: m/s² where that can be.
-fn shown_unit(file: &CalibrationFile) -> (&str, f64) {
+fn shown_unit(file: &CalibrationFile) -> (String, f64) {
     let a = &file.accelerometer;
     match a.nominal_per_mps2() {
-        Some(nominal) => ("m/s²", 1.0 / nominal),
-        None => (unit_text(a.input_unit.name()), 1.0),
-    }
-}
-
-/// A unit as it stands on an axis.
-fn unit_text(name: &str) -> &str {
-    match name {
-        "m/s^2" => "m/s²",
-        "deg/s" => "°/s",
-        "unknown" => "unit of the file",
-        other => other,
+        Some(nominal) => ("m/s²".to_owned(), 1.0 / nominal),
+        None => (numfmt::unit(a.input_unit.name()), 1.0),
     }
 }
 
@@ -86,7 +76,7 @@ fn norm(file: &CalibrationFile) -> Figure {
     let directions = poses.iter().map(|p| unit(&p.calibrated));
     let deviations = file.sensor().map(|sensor| sensor.sd_along(directions));
     let calibrated = |values: Vec<f64>, factor: f64| {
-        let points = Series::over_names("calibrated", Role::Calibrated, values);
+        let points = Series::categorical("calibrated", Role::Result, values);
         match &deviations {
             Some(sd) => points.plus_minus(&sd.iter().map(|v| factor * v).collect::<Vec<_>>()),
             None => points,
@@ -99,7 +89,7 @@ fn norm(file: &CalibrationFile) -> Figure {
     let both = before.map(|before| {
         Panel::new("", labels(poses), Axis::new("‖a‖", "m/s²"))
             .with(Series::rule("local gravity", Role::Reference, g))
-            .with(Series::over_names("before", Role::Raw, before))
+            .with(Series::categorical("before", Role::Raw, before))
             .with(calibrated(after.clone(), 1.0))
     });
     let what = match both {
@@ -134,7 +124,7 @@ fn residuals(file: &CalibrationFile) -> Figure {
     let panel = Panel::new("", labels(poses), Axis::new("error", "mm/s²"));
     let errors = |name, role, value: fn(&PoseResult) -> Option<f64>| {
         let values = poses.iter().map(value);
-        Series::over_names(name, role, values.map(|v| v.map_or(f64::NAN, milli_g)))
+        Series::categorical(name, role, values.map(|v| v.map_or(f64::NAN, milli_g)))
     };
     let left_out = errors("left out of the fit", Role::Warning, |p| {
         p.left_out_error_mps2
@@ -151,7 +141,7 @@ fn residuals(file: &CalibrationFile) -> Figure {
     let figure = Figure::new("residuals", title, caption).with(components(panel, &vectors));
     let magnitude = Panel::new("", labels(poses), Axis::new("‖a‖ − g", "mg"))
         .with(Series::rule("no error", Role::Reference, 0.0))
-        .with(errors("in the fit", Role::Calibrated, |p| {
+        .with(errors("in the fit", Role::Result, |p| {
             p.magnitude_error_mps2
         }))
         .with(left_out);
@@ -197,7 +187,7 @@ fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
     let mut next = next.map(|(i, pose)| (pose.direction, format!("next {}", i + 1)));
     panel
         .with(axes.labelled(names))
-        .with(points("pose", Role::Calibrated, &mut poses(true)))
+        .with(points("pose", Role::Result, &mut poses(true)))
         .with(points("not in the fit", Role::Bad, &mut poses(false)))
         .with(points("would help", Role::Warning, &mut next))
 }
@@ -238,7 +228,7 @@ fn tilt(file: &CalibrationFile) -> Option<Figure> {
         ),
         _ => ("tilt", "Estimated tilt of each face pose. Bars are ± 1σ."),
     };
-    let points = Series::over_names(name, Role::Calibrated, tilts).plus_minus(&deviations);
+    let points = Series::categorical(name, Role::Result, tilts).plus_minus(&deviations);
     let x = Axis::names("pose", faces.iter().map(|p| p.label.as_str()));
     let y = Axis::new("tilt off the face", "°").including(&[0.0]);
     let mut panel = Panel::new("", x, y);
@@ -338,7 +328,7 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
     let mut figure = Figure::new("captures", "Recorded poses", caption);
     for (axis, (name, _)) in XYZ.into_iter().enumerate() {
         let line = track.line("raw", Role::Raw, factor, |r| r.accel.get(axis));
-        let mut panel = Panel::new(name, track.axis.clone(), Axis::new("", in_unit));
+        let mut panel = Panel::new(name, track.axis.clone(), Axis::new("", &in_unit));
         panel = panel.with(Series::intervals("used", &windows));
         // The names of few windows, above the line.
         if axis == 0 && windows.len() <= 12 {
@@ -359,7 +349,7 @@ fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
     let results = &file.accelerometer.poses;
     let results = (results.len() == poses.len()).then_some(results);
     let (in_unit, factor) = match shown_unit(file) {
-        ("m/s²", factor) => ("mm/s²", 1e3 * factor),
+        (unit, factor) if unit == "m/s²" => ("mm/s²".to_owned(), 1e3 * factor),
         other => other,
     };
     let noise = poses.iter().enumerate().filter_map(|(i, pose)| {
@@ -373,7 +363,7 @@ fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
         sigma.iter().any(|s| s.is_finite()).then_some((name, sigma))
     });
     let (names, sigma): (Vec<&String>, Vec<[f64; 3]>) = noise.unzip();
-    let y = Axis::new("noise, 1σ of a sample", in_unit);
+    let y = Axis::new("noise, 1σ of a sample", &in_unit);
     let panel = Panel::new("", Axis::names("pose", names), y);
     let caption = "Standard deviation of the samples of each pose. A high value indicates a disturbed pose, zero a frozen axis.";
     let figure = Figure::new("noise", "Noise at rest", caption);
@@ -392,7 +382,7 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
 /// Temperature over time, and the drift that a model takes off; none without either.
 fn temperature(file: &CalibrationFile, track: Option<&Track<'_>>) -> Option<Figure> {
     let over_time = track.and_then(|track| {
-        let line = track.line("temperature", Role::Calibrated, 1.0, |r| {
+        let line = track.line("temperature", Role::Result, 1.0, |r| {
             r.temperature_c.as_ref()
         });
         let y = Axis::new("temperature", "°C");
@@ -421,7 +411,7 @@ fn drift(model: &TemperatureModel, title: &str, channels: [&str; 3]) -> Option<P
         let Some(drift) = model.channel(channel).filter(|c| c.is_corrected()) else {
             continue;
         };
-        unit_text(&drift.input_unit).clone_into(&mut panel.y.unit);
+        panel.y.unit = numfmt::unit(&drift.input_unit);
         let t = (0..=100).map(|i| from + (to - from) * f64::from(i) / 100.0);
         let drift = |t: f64| evaluate(&drift.coefficients, t - model.reference_c);
         let (t, y) = t.map(|t| (t, drift(t))).unzip();

@@ -126,7 +126,7 @@ impl Motion<'_> {
     }
 
     fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
-        self.path(values, self.name, Role::Calibrated)
+        self.path(values, self.name, Role::Result)
     }
 
     fn uncalibrated<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
@@ -183,7 +183,7 @@ fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
         ..
     } = &motion.track;
     let raw = ("raw", Role::Raw, raw_mps2);
-    let force = (motion.name, Role::Calibrated, force_mps2);
+    let force = (motion.name, Role::Result, force_mps2);
     let (columns, both) = match motion.result.calibration {
         Some(_) => (vec![raw, force], ": nominal scale and calibrated"),
         None => (vec![force], ""),
@@ -244,7 +244,7 @@ fn banded(
     paths: &[Path<'_>],
     sigma: &[[f64; 3]],
 ) -> Option<Figure> {
-    let result = paths.iter().find(|p| p.role == Role::Calibrated)?;
+    let result = paths.iter().find(|p| p.role == Role::Result)?;
     let mut figure = motion.over_time(figure, unit, |axis| {
         let band = |(name, k): (&str, f64)| {
             let ends = result.values.iter().zip(sigma);
@@ -252,7 +252,7 @@ fn banded(
                 ends.map(|(v, sigma)| (v[axis] - k * sigma[axis], v[axis] + k * sigma[axis]));
             let (low, high) = ends.unzip();
             let x = result.t_s.to_vec();
-            Series::band(name, Role::Calibrated, x, low, high).thinned(result.breaks)
+            Series::band(name, Role::Result, x, low, high).thinned(result.breaks)
         };
         let bands = [("± 2σ", 2.0), ("± 1σ", 1.0)].map(band).into_iter();
         bands
@@ -322,8 +322,8 @@ fn trajectory(motion: &Motion<'_>) -> Option<Figure> {
         ..Panel::new(title, Axis::new(x, "m"), Axis::new(y, "m"))
     };
     let [result, all] = [
-        &[Role::Calibrated, Role::Reference][..],
-        &[Role::Raw, Role::Calibrated, Role::Reference],
+        &[Role::Result, Role::Reference][..],
+        &[Role::Raw, Role::Result, Role::Reference],
     ];
     if far {
         let panels = [panel(motion.name, result), panel("and uncalibrated", all)];
@@ -376,7 +376,7 @@ fn in_plane(
         };
         match path.role {
             Role::Raw => series.push(spot("end, uncalibrated", path.role, end, DIAMOND)),
-            Role::Calibrated => {
+            Role::Result => {
                 series.extend(sigma.map(|sigma| ellipse(end, flat(sigma))));
                 series.push(spot("start", path.role, start, CIRCLE));
                 series.push(spot("end", path.role, end, DIAMOND));
@@ -392,7 +392,7 @@ fn ellipse([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Series {
     let turn = || (0..=72).map(|k| f64::sin_cos(PI * f64::from(k) / 72.0));
     let side = |b: f64| turn().map(|(sine, _)| y + b * sine).collect();
     let x = turn().map(|(_, cosine)| x - a * cosine).collect();
-    Series::band("± 1σ at the end", Role::Calibrated, x, side(-b), side(b))
+    Series::band("± 1σ at the end", Role::Result, x, side(-b), side(b))
 }
 
 #[cfg(test)]

@@ -65,8 +65,8 @@ pub enum Scale {
 pub enum Role {
     /// Without the calibration.
     Raw,
-    /// With it.
-    Calibrated,
+    /// The result, with it where there is one.
+    Result,
     /// What is true or expected.
     Reference,
     /// Wants attention.
@@ -296,7 +296,7 @@ impl Series {
 
     /// Points at 0, 1, 2, …, where names stand; what is not finite is left out.
     #[must_use]
-    pub fn over_names(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
+    pub fn categorical(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
         let y: Vec<f64> = y.into_iter().collect();
         let x = (0..y.len()).map(|i| i as f64).collect();
         Series::points(name, role, x, y)
@@ -307,7 +307,7 @@ impl Series {
     pub fn columns(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
         Series {
             mark: Mark::Columns,
-            ..Series::over_names(name, role, y)
+            ..Series::categorical(name, role, y)
         }
     }
 

@@ -50,7 +50,7 @@ pub const STYLE: &str = "\
 .gv .band{fill-opacity:.22}.gv .column{fill-opacity:.85}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
 .gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}.gv .raw .l{stroke-dasharray:6 3}\
-.gv .calibrated .s,.gv .z .s{stroke:#0072B2}.gv .calibrated .f,.gv .z .f{fill:#0072B2}.gv .z .l{stroke-dasharray:2.5 2}\
+.gv .result .s,.gv .z .s{stroke:#0072B2}.gv .result .f,.gv .z .f{fill:#0072B2}.gv .z .l{stroke-dasharray:2.5 2}\
 .gv .reference .s{stroke:#000}.gv .reference .f{fill:#000}.gv .reference .l{stroke-dasharray:1.5 3}\
 .gv .warning .s{stroke:#E69F00}.gv .warning .f{fill:#E69F00}\
 .gv .x .s,.gv .bad .s{stroke:#D55E00}.gv .x .f,.gv .bad .f{fill:#D55E00}\
@@ -62,7 +62,7 @@ pub const DARK: &str = "\
 .gv text{fill:#e6e6e6}.gv .minor{fill:#b4b9bf}.gv .paper,.gv .hollow{fill:#16191d}.gv .halo{stroke:#16191d}\
 .gv .frame{stroke:#7d858d}.gv .ticks path{stroke:#30363c}.gv .interval .f{fill-opacity:.3}.gv .guide .s{stroke:#4a5057}\
 .gv .raw .s{stroke:#a8a8a8}.gv .raw .f{fill:#a8a8a8}.gv .reference .s{stroke:#f0f0f0}.gv .reference .f{fill:#f0f0f0}\
-.gv .calibrated .s,.gv .z .s{stroke:#56B4E9}.gv .calibrated .f,.gv .z .f{fill:#56B4E9}\
+.gv .result .s,.gv .z .s{stroke:#56B4E9}.gv .result .f,.gv .z .f{fill:#56B4E9}\
 .gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}.gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}";
 
 // Symbols about 0, 0.
@@ -77,7 +77,7 @@ const CROSS: &str = "M-4-4L4 4M-4 4L4-4";
 fn style_of(role: Role) -> (&'static str, &'static str, bool) {
     match role {
         Role::Raw => ("raw", CIRCLE, true),
-        Role::Calibrated => ("calibrated", CIRCLE, false),
+        Role::Result => ("result", CIRCLE, false),
         Role::Reference => ("reference", DOT, false),
         Role::Warning => ("warning", DIAMOND, false),
         Role::Bad => ("bad", CROSS, true),

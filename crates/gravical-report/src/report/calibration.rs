@@ -1,5 +1,6 @@
 //! Report of a calibration.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::document::{
@@ -13,7 +14,7 @@ use gravical::calibration_file::{
 use gravical::escape::path_word;
 use gravical::export;
 use gravical::numfmt::{
-    decimals_by, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
+    count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
 };
 use gravical::poses::face::in_words;
 
@@ -91,22 +92,17 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         format!(", tilt of the face poses {:.1}° ({how})", t.value)
     });
     let on_faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
-    let mut different: Vec<&str> = on_faces.map(|p| p.label.as_str()).collect();
-    let faces = different.len();
-    different.sort_unstable();
-    different.dedup();
-    let on = match different.len() {
+    let labels: BTreeSet<&str> = on_faces.clone().map(|p| p.label.as_str()).collect();
+    let faces = on_faces.count();
+    let free = count(a.poses.len() - faces, "free pose");
+    let on = match labels.len() {
         6 => "six faces".to_owned(),
         n => format!("{n} of six faces"),
     };
-    let oblique = match a.poses.len() - faces {
-        0 => String::new(),
-        1 => " and 1 free pose".to_owned(),
-        n => format!(" and {n} free poses"),
-    };
-    let placed = match faces {
-        0 => format!("{} free poses", a.poses.len()),
-        n => format!("{n} poses on {on}{oblique}"),
+    let placed = match (faces, a.poses.len() - faces) {
+        (0, _) => free,
+        (_, 0) => format!("{faces} poses on {on}"),
+        _ => format!("{faces} poses on {on} and {free}"),
     };
     let method = match a.method {
         Method::Ferraris => "Ferraris calibration",
@@ -217,17 +213,16 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
     let raw = &a.input_unit.to_string();
     let sd = a.deviations;
     let row = |i: usize| {
-        // Without an uncertainty: the digits of the student report.
-        let value = |v: f64, sd: Option<f64>, digits: i32| {
-            let n = sd.map_or_else(|| decimals_of(a.scale[i], digits), decimals_for);
-            let sd = sd.filter(|s| s.is_finite()).map(|s| fixed(s, n));
-            Cell::number(fixed(v, n)).plus_minus(sd)
-        };
         let off = a.scale_deviation_percent.map(|d| d[i]);
         Row::from([
             Cell::text(["x", "y", "z"][i]),
-            value(a.bias[i], sd.map(|d| d.bias[i]), 6),
-            value(a.scale[i], sd.map(|d| d.scale[i]), 7),
+            // Without an uncertainty: the digits of the student report.
+            estimate(a.bias[i], sd.map(|d| d.bias[i]), decimals_of(a.scale[i], 6)),
+            estimate(
+                a.scale[i],
+                sd.map(|d| d.scale[i]),
+                decimals_of(a.scale[i], 7),
+            ),
             Cell::maybe(off, |v| signed(v, 2)),
         ])
     };
@@ -490,16 +485,11 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     let (bias_sd, scale_sd) = g.deviations().unzip();
     let scale_sd = scale_sd.flatten();
     let row = |i: usize| {
-        let value = |v: f64, sd: Option<f64>| {
-            let n = decimals_by(sd, g.scale[i]);
-            // From the covariance; not a field of the JSON.
-            let sd = sd.filter(|s| s.is_finite()).map(|s| fixed(s, n));
-            Cell::number(fixed(v, n)).plus_minus(sd)
-        };
+        let decimals = decimals_of(g.scale[i], 6);
         Row::from([
             Cell::text(["x", "y", "z"][i]),
-            value(g.bias[i], bias_sd.map(|sd| sd[i])),
-            value(g.scale[i], scale_sd.map(|sd| sd[i])),
+            estimate(g.bias[i], bias_sd.map(|sd| sd[i]), decimals),
+            estimate(g.scale[i], scale_sd.map(|sd| sd[i]), decimals),
         ])
     };
     let table = Table::new("Bias and scale, ± 1σ")
@@ -553,6 +543,12 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         )));
     }
     section
+}
+
+/// A parameter with two digits of its uncertainty; without one with these decimals.
+fn estimate(value: f64, sd: Option<f64>, decimals: usize) -> Cell {
+    let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
+    Cell::number(fixed(value, n)).plus_minus(sd, n)
 }
 
 /// R and the calibration matrix, side by side.

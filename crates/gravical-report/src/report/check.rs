@@ -119,7 +119,7 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         Cell::number(still.rows.to_string()),
         Cell::text(&still.nearest),
         Cell::number(fixed(still.face_angle_deg, 1)),
-        Cell::number(mg(still.error_mps2)).plus_minus(Some(fixed(milli_g(still.sigma_mps2), 2))),
+        Cell::number(mg(still.error_mps2)).plus_minus(Some(milli_g(still.sigma_mps2)), 2),
         Cell::number(signed(still.z, 1)),
         Cell::text(mark),
     ];
@@ -131,8 +131,8 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
 
 fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
     let rate = |i: usize| {
-        let sigma = g.standard_error_deg_s.map(|e| fixed(e[i], 3));
-        Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma)
+        let sigma = g.standard_error_deg_s.map(|e| e[i]);
+        Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma, 3)
     };
     let now = |i: usize| Cell::number(format!("{:.5}", g.bias_now[i]));
     let table = Table::new("")

@@ -78,12 +78,11 @@ fn parameter(p: &ParameterDifference) -> Row {
     let coarse = if p.unit == "m/s^2" { 1e-3 } else { 1e-2 };
     let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(coarse);
     let n = decimals_for(worth);
-    let sigma = p.sigma.filter(|s| s.is_finite()).map(|s| fixed(s, n));
     let cells = [
         Cell::text(format!("{}, {}", p.name.replace('_', " "), unit(p.unit))),
         Cell::maybe(p.a, |v| fixed(v, n)),
         Cell::maybe(p.b, |v| fixed(v, n)),
-        Cell::number(signed(p.difference, n)).plus_minus(sigma),
+        Cell::number(signed(p.difference, n)).plus_minus(p.sigma, n),
         Cell::maybe(p.z, |z| signed(z, 1)),
     ];
     cells.into()

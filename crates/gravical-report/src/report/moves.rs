@@ -33,11 +33,12 @@ fn far(v: f64, decimals: usize) -> String {
 
 /// Lengths along the axes with their standard uncertainties, if known.
 fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> Vec<Cell> {
-    let cells = Cell::axes(values, |k, v| far(v, n[k]));
-    let sigma_of = |k: usize| sigma.map(|s| s[k]).filter(|s| s.is_finite());
-    let sigmas = (0..3).map(|k| sigma_of(k).map(|s| far(s, n[k])));
-    let cells = cells.into_iter().zip(sigmas);
-    cells.map(|(cell, sigma)| cell.plus_minus(sigma)).collect()
+    let cell = |k: usize| {
+        let sigma = sigma.map(|s| s[k]).filter(|s| s.is_finite());
+        let sigma = sigma.map(|s| far(s, n[k]));
+        values.map_or_else(Cell::none, |v| Cell::Number(far(v[k], n[k]), sigma))
+    };
+    (0..3).map(cell).collect()
 }
 
 pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {

@@ -166,9 +166,8 @@ fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
         (Some(e), _) => {
             let deviation = factor * (e.high - e.low) / 3.92;
             let decimals = decimals_for(deviation);
-            let sigma = fixed(deviation, decimals);
             let text = fixed(factor * e.value, decimals);
-            Cell::number(text).plus_minus(Some(sigma))
+            Cell::number(text).plus_minus(Some(deviation), decimals)
         }
         (None, Some(missing)) => match missing.at_most {
             Some(most) => Cell::number(format!("< {}", small(factor * most, 2))),

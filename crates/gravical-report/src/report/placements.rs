@@ -80,10 +80,6 @@ fn errors(file: &CalibrationFile) -> Table {
 fn row(p: &PoseResult, decimals: usize, exact: bool) -> Row {
     let mg = |v: f64| signed(milli_g(v), 2);
     let label = format!("{}{}", p.label, if p.fitted { "" } else { " (not used)" });
-    let tilt_sd = p
-        .tilt_sd_deg
-        .filter(|sd| sd.is_finite())
-        .map(|sd| fixed(sd, 1));
     let mut cells = vec![Cell::Text(label)];
     cells.extend(Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)));
     cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
@@ -91,7 +87,7 @@ fn row(p: &PoseResult, decimals: usize, exact: bool) -> Row {
     cells.extend([
         Cell::maybe(p.magnitude_error_mps2, mg),
         Cell::maybe(p.left_out_error_mps2, mg),
-        Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
+        Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(p.tilt_sd_deg, 1),
         Cell::number(p.rows.to_string()),
     ]);
     cells.into()
