@@ -17,6 +17,7 @@ pub enum Detail {
 }
 
 /// The report of one result.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document<'a> {
     /// Title of a page.
@@ -32,6 +33,7 @@ pub struct Document<'a> {
 }
 
 /// How good a result is, why, and what to do next.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Its heading on a page.
@@ -64,6 +66,7 @@ pub enum Grade {
 }
 
 /// A main number with its meaning.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyFigure {
     /// The number.
@@ -75,6 +78,7 @@ pub struct KeyFigure {
 }
 
 /// A section with a heading.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section<'a> {
     /// Its anchor in a page.
@@ -88,6 +92,7 @@ pub struct Section<'a> {
 }
 
 /// A piece of a section.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block<'a> {
     /// Sentences.
@@ -122,6 +127,7 @@ pub struct Snippet {
 }
 
 /// Numbers and texts in rows. The first cell of a row names it.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// What it shows.
@@ -135,6 +141,7 @@ pub struct Table {
 }
 
 /// A column of a table.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
     /// Heading above this and the adjacent columns of the same group; empty for none.
@@ -146,6 +153,7 @@ pub struct Column {
 }
 
 /// A row of a table.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
     /// One cell for each column.
@@ -159,6 +167,7 @@ pub struct Row {
 }
 
 /// A cell of a table.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// Words.
@@ -171,7 +180,6 @@ pub enum Cell {
 
 impl<'a> Document<'a> {
     /// A document without anything in it.
-    #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
         Document {
             title: title.into(),
@@ -189,7 +197,6 @@ impl<'a> Document<'a> {
     }
 
     /// Adds a section, unless it is empty.
-    #[must_use]
     pub fn with(mut self, section: Section<'a>) -> Self {
         if !section.blocks.is_empty() {
             self.sections.push(section);
@@ -198,7 +205,6 @@ impl<'a> Document<'a> {
     }
 
     /// With a section of findings, of one file or of several.
-    #[must_use]
     pub fn with_findings(self, findings: &[Finding], several_files: bool) -> Self {
         let section = Section::new("findings", "Findings");
         let mut remarks = Remark::all(findings, several_files);
@@ -215,9 +221,16 @@ impl<'a> Document<'a> {
     }
 }
 
+impl KeyFigure {
+    /// A number in this unit, and what it is.
+    pub fn new(value: String, unit: &'static str, what: impl Into<String>) -> Self {
+        let what = what.into();
+        KeyFigure { value, unit, what }
+    }
+}
+
 impl Verdict {
     /// A verdict with its reasons alone.
-    #[must_use]
     pub fn new(grade: Grade, word: &str, reasons: &[String]) -> Self {
         Verdict {
             heading: "Verdict",
@@ -233,7 +246,6 @@ impl Verdict {
 
 impl<'a> Section<'a> {
     /// An empty section.
-    #[must_use]
     pub fn new(id: &'static str, title: &'static str) -> Self {
         Section {
             id,
@@ -244,28 +256,24 @@ impl<'a> Section<'a> {
     }
 
     /// Without its heading in a text.
-    #[must_use]
     pub fn opening(mut self) -> Self {
         self.opening = true;
         self
     }
 
     /// With a block that every rendering has.
-    #[must_use]
     pub fn with(mut self, block: impl Into<Block<'a>>) -> Self {
         self.blocks.push((Detail::Summary, block.into()));
         self
     }
 
     /// With a block that only a full rendering has.
-    #[must_use]
     pub fn full(mut self, block: impl Into<Block<'a>>) -> Self {
         self.blocks.push((Detail::Full, block.into()));
         self
     }
 
     /// With figures.
-    #[must_use]
     pub fn figures(mut self, figures: impl IntoIterator<Item = &'a Figure>) -> Self {
         let blocks = figures.into_iter().map(Block::Figure);
         self.blocks.extend(blocks.map(|b| (Detail::Full, b)));
@@ -283,13 +291,11 @@ impl<'a> Section<'a> {
 
 impl Block<'_> {
     /// Sentences.
-    #[must_use]
     pub fn paragraph(text: impl Into<String>) -> Self {
         Block::Paragraph(text.into())
     }
 
     /// Small print.
-    #[must_use]
     pub fn note(text: impl Into<String>) -> Self {
         Block::Note(text.into())
     }
@@ -303,7 +309,6 @@ impl From<Table> for Block<'_> {
 
 impl Table {
     /// An empty table.
-    #[must_use]
     pub fn new(caption: impl Into<String>) -> Self {
         Table {
             caption: caption.into(),
@@ -312,7 +317,6 @@ impl Table {
     }
 
     /// With these columns on the right of those that it has.
-    #[must_use]
     pub fn columns<C: Into<Column>>(mut self, columns: impl IntoIterator<Item = C>) -> Self {
         self.columns.extend(columns.into_iter().map(Into::into));
         self
@@ -325,13 +329,11 @@ impl Table {
     }
 
     /// With one more row.
-    #[must_use]
     pub fn row(self, row: impl Into<Row>) -> Self {
         self.rows([row.into()])
     }
 
     /// With more rows; beyond [`ROWS`] they are counted and not kept, unless they stay.
-    #[must_use]
     pub fn rows(mut self, rows: impl IntoIterator<Item = Row>) -> Self {
         for row in rows {
             self.all += 1;
@@ -345,7 +347,6 @@ impl Table {
 
 impl Column {
     /// A column that every rendering has.
-    #[must_use]
     pub fn new(name: impl Into<String>) -> Self {
         Column {
             group: String::new(),
@@ -355,20 +356,17 @@ impl Column {
     }
 
     /// Three columns of numbers, for the axes.
-    #[must_use]
     pub fn axes(group: &str) -> [Self; 3] {
         ["x", "y", "z"].map(|axis| Column::new(axis).below(group))
     }
 
     /// Below a heading that it shares with its neighbours.
-    #[must_use]
     pub fn below(mut self, group: &str) -> Self {
         group.clone_into(&mut self.group);
         self
     }
 
     /// Only where all is shown.
-    #[must_use]
     pub fn full(mut self) -> Self {
         self.detail = Detail::Full;
         self
@@ -392,21 +390,18 @@ impl<C: IntoIterator<Item = Cell>> From<C> for Row {
 
 impl Row {
     /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
-    #[must_use]
     pub fn axes(name: &str, values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> Self {
         let cells = Cell::axes(values, text);
         std::iter::once(Cell::text(name)).chain(cells).into()
     }
 
     /// With a sentence below it.
-    #[must_use]
     pub fn noted(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
         self
     }
 
     /// As a sum of those above.
-    #[must_use]
     pub fn sum(mut self) -> Self {
         self.sum = true;
         self
@@ -415,19 +410,16 @@ impl Row {
 
 impl Cell {
     /// Words.
-    #[must_use]
     pub fn text(text: impl Into<String>) -> Self {
         Cell::Text(text.into())
     }
 
     /// A number without an uncertainty.
-    #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
         Cell::Number(text.into(), None)
     }
 
     /// A number that may be missing.
-    #[must_use]
     pub fn maybe(value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
         value.map_or_else(Cell::none, |v| Cell::number(text(v)))
     }
@@ -438,7 +430,6 @@ impl Cell {
     }
 
     /// With its standard uncertainty, where that is known.
-    #[must_use]
     pub fn plus_minus(self, sigma: Option<f64>, decimals: usize) -> Self {
         let sigma = sigma.filter(|s| s.is_finite()).map(|s| fixed(s, decimals));
         match self {
@@ -448,7 +439,6 @@ impl Cell {
     }
 
     /// No number is known.
-    #[must_use]
     pub fn none() -> Self {
         Cell::number("–")
     }

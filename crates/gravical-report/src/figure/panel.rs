@@ -1,6 +1,7 @@
 //! Figure, panel, axis, series: what is drawn, in the units of the result.
 
 /// A plot: one or several panels under one title.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Name of its file and anchor in a page: lower case, words joined by `-`.
@@ -18,6 +19,7 @@ pub struct Figure {
 }
 
 /// One pair of axes and what is drawn in it.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Title above it; empty for none.
@@ -33,6 +35,7 @@ pub struct Panel {
 }
 
 /// An axis.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Name of the quantity.
@@ -103,6 +106,7 @@ pub enum Mark {
 }
 
 /// Values of one name. All columns are equally long or empty.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name in the legend: series of one name in several panels are one entry.
@@ -130,7 +134,6 @@ pub(super) const XYZ: [(&str, Role); 3] = [("x", Role::X), ("y", Role::Y), ("z",
 
 impl Figure {
     /// A figure without panels.
-    #[must_use]
     pub fn new(name: &str, title: &str, caption: impl Into<String>) -> Self {
         Figure {
             name: name.to_owned(),
@@ -142,14 +145,12 @@ impl Figure {
     }
 
     /// With one more panel.
-    #[must_use]
     pub fn with(mut self, panel: Panel) -> Self {
         self.panels.push(panel);
         self
     }
 
     /// With these panels, side by side.
-    #[must_use]
     pub fn beside(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
         self.beside = true;
         self.panels.extend(panels);
@@ -159,7 +160,6 @@ impl Figure {
 
 impl Panel {
     /// An empty panel.
-    #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
         Panel {
             title: title.to_owned(),
@@ -171,14 +171,12 @@ impl Panel {
     }
 
     /// With axes of equal units in a plot of this height over width.
-    #[must_use]
     pub fn equal(mut self, aspect: f64) -> Self {
         self.equal = Some(aspect);
         self
     }
 
     /// With one more series.
-    #[must_use]
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
         self
@@ -187,7 +185,6 @@ impl Panel {
 
 impl Axis {
     /// An axis of numbers; `unit` may be empty.
-    #[must_use]
     pub fn new(label: &str, unit: &str) -> Self {
         Axis {
             label: label.to_owned(),
@@ -199,7 +196,6 @@ impl Axis {
     }
 
     /// An axis of positive numbers, of which series have the decimal logarithms.
-    #[must_use]
     pub fn log(label: &str, unit: &str) -> Self {
         Axis {
             scale: Scale::Log,
@@ -208,7 +204,6 @@ impl Axis {
     }
 
     /// An axis of names, which stand at 0, 1, 2, …; long ones lose their middle.
-    #[must_use]
     pub fn names(label: &str, names: impl IntoIterator<Item = impl Into<String>>) -> Self {
         let names = names.into_iter().map(|name| short(name.into()));
         let scale = Scale::Names(names.collect());
@@ -219,7 +214,6 @@ impl Axis {
     }
 
     /// An axis that is not drawn, over these values at least.
-    #[must_use]
     pub fn hidden(include: [f64; 2]) -> Self {
         Axis {
             scale: Scale::Hidden,
@@ -228,7 +222,6 @@ impl Axis {
     }
 
     /// With these values in view whatever the series are.
-    #[must_use]
     pub fn including(mut self, values: &[f64]) -> Self {
         self.include.extend_from_slice(values);
         self
@@ -251,13 +244,11 @@ impl Series {
     }
 
     /// A line through all points.
-    #[must_use]
     pub fn line(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
         Series::new(name, role, Mark::Line, x, y)
     }
 
     /// An area between two curves.
-    #[must_use]
     pub fn band(name: &str, role: Role, x: Vec<f64>, low: Vec<f64>, high: Vec<f64>) -> Self {
         Series {
             low,
@@ -268,7 +259,6 @@ impl Series {
 
     /// Thinned if its rows are many. It breaks where a value is not finite and at `breaks`: the
     /// rows, in order, before which samples are missing.
-    #[must_use]
     pub fn thinned(mut self, breaks: &[usize]) -> Self {
         let (first, second) = match self.mark {
             Mark::Band => (&self.low, &self.high),
@@ -289,13 +279,11 @@ impl Series {
     }
 
     /// Points.
-    #[must_use]
     pub fn points(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
         Series::new(name, role, Mark::Points, x, y)
     }
 
     /// Points at 0, 1, 2, …, where names stand; what is not finite is left out.
-    #[must_use]
     pub fn categorical(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
         let y: Vec<f64> = y.into_iter().collect();
         let x = (0..y.len()).map(|i| i as f64).collect();
@@ -303,7 +291,6 @@ impl Series {
     }
 
     /// Columns from zero over names.
-    #[must_use]
     pub fn columns(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
         Series {
             mark: Mark::Columns,
@@ -312,20 +299,17 @@ impl Series {
     }
 
     /// A horizontal line across the panel.
-    #[must_use]
     pub fn rule(name: &str, role: Role, y: f64) -> Self {
         Series::new(name, role, Mark::Rule, Vec::new(), vec![y])
     }
 
     /// Shaded intervals of the x axis.
-    #[must_use]
     pub fn intervals(name: &str, intervals: &[[f64; 2]]) -> Self {
         let x = intervals.as_flattened().to_vec();
         Series::new(name, Role::Interval, Mark::Shade, x, Vec::new())
     }
 
     /// With bars of ± `half` at the points; a half that is not finite draws none.
-    #[must_use]
     pub fn plus_minus(mut self, half: &[f64]) -> Self {
         self.low = self.y.iter().zip(half).map(|(y, h)| y - h).collect();
         self.high = self.y.iter().zip(half).map(|(y, h)| y + h).collect();
@@ -339,14 +323,12 @@ impl Series {
     }
 
     /// With this symbol in place of the role's.
-    #[must_use]
     pub fn drawn_as(mut self, symbol: &'static str) -> Self {
         self.symbol = Some(symbol);
         self
     }
 
     /// With a text at each point.
-    #[must_use]
     pub fn labelled(mut self, labels: Vec<String>) -> Self {
         self.labels = labels.into_iter().map(short).collect();
         self

@@ -146,10 +146,9 @@ fn drawings(figure: &Figure) -> (f64, Vec<(String, f64)>) {
     };
     let width = if panels.len() > together { HALF } else { WIDTH };
     let (mut legend, bottom) = legend(figure, width);
-    let titled = width == HALF && panels.iter().any(|p| !p.title.is_empty());
     let draw = |panels| {
         let mut body = std::mem::take(&mut legend);
-        let height = column(&mut body, panels, width, bottom + 6.0, titled);
+        let height = column(&mut body, panels, width, bottom + 6.0);
         (body, height)
     };
     (width, panels.chunks(together).map(draw).collect())
@@ -207,7 +206,7 @@ fn swatch(s: &Series, below: &[Series]) -> String {
 }
 
 /// Panels one below the other over one x axis, from `top` on; returns where they end.
-fn column(out: &mut String, panels: &[Panel], width: f64, top: f64, titled: bool) -> f64 {
+fn column(out: &mut String, panels: &[Panel], width: f64, top: f64) -> f64 {
     let ys: Vec<View> = panels.iter().map(View::of_y).collect();
     let margins = panels.iter().zip(&ys).map(|(p, y)| match p.y.scale {
         Scale::Hidden => 16.0,
@@ -220,7 +219,7 @@ fn column(out: &mut String, panels: &[Panel], width: f64, top: f64, titled: bool
     let x = View::of_x(panels, length);
     let mut at = top;
     for (i, (panel, mut y)) in panels.iter().zip(ys).enumerate() {
-        if titled || !panel.title.is_empty() {
+        if !panel.title.is_empty() {
             at += 20.0;
         }
         y.length = match panel.equal {

@@ -26,7 +26,6 @@ use super::{named, short_name};
 /// The document of a calibration, with its figures
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
 /// of its file, if it was written.
-#[must_use]
 pub fn calibration<'a>(
     file: &CalibrationFile,
     saved: Option<&Path>,
@@ -127,31 +126,26 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
         Grade::Poor => document::Grade::Poor,
         Grade::NotVerifiable => document::Grade::Unknown,
     };
-    let figure = |value: Option<f64>, what: &str| {
-        value.map(|v| KeyFigure {
-            value: mg(v),
-            unit: "mg",
-            what: what.to_owned(),
-        })
-    };
     let figures = [
-        figure(
+        (
             a.worst_direction.map(|w| w.error_mps2),
             "error of ‖a‖ in the worst direction (95 %)",
         ),
-        figure(
+        (
             a.predicted_norm_error_mps2,
             "predicted error of ‖a‖ (1σ, over all directions)",
         ),
-        figure(a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
-        figure(
+        (a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
+        (
             a.undetected.as_ref().map(|u| u.effect_mps2),
             "effect of an error of one pose that would not be detected",
         ),
     ];
+    let figures = figures.into_iter();
+    let figures = figures.filter_map(|(value, what)| Some(KeyFigure::new(mg(value?), "mg", what)));
     Verdict {
         conclusion: conclusion(file),
-        figures: figures.into_iter().flatten().collect(),
+        figures: figures.collect(),
         next: next(file, saved),
         ..Verdict::new(
             grade,

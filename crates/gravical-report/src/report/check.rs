@@ -8,7 +8,6 @@ use gravical::numfmt::{fixed, milli_g, signed, words};
 use super::short_name;
 
 /// The document of a check.
-#[must_use]
 pub fn check(report: &CheckReport) -> Document<'static> {
     let calibration = short_name(&report.calibration);
     let recordings = match &report.recordings[..] {

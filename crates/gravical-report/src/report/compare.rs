@@ -8,7 +8,6 @@ use super::check::judged;
 use super::{direction, short_name};
 
 /// The document of a comparison.
-#[must_use]
 pub fn comparison(c: &Comparison) -> Document<'static> {
     let of = |i: usize| {
         let temperature =

@@ -9,7 +9,6 @@ use super::short_name;
 const NO_DRIFT: &str = "Smoothing does not reduce drift: the noise that it removes averages out in the integral anyway, and a bias passes a low-pass unchanged.";
 
 /// The document of filters: the effect of each on white noise, and on this recording at rest.
-#[must_use]
 pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
     let rate = match summary.rate_hz {
         Some(rate) => format!("{rate:.2} Hz"),

@@ -14,7 +14,6 @@ use super::temperature::drift;
 const BAR: usize = 64;
 
 /// The document of an inspection.
-#[must_use]
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let mut facts: Vec<(String, String)> = Vec::new();
     let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));

@@ -14,7 +14,6 @@ use super::moves::{budget, end, largest, moves, truth};
 use super::{named, short_name};
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
-#[must_use]
 pub fn motion<'a>(
     result: &MotionResult,
     recording: &Recording,
@@ -65,24 +64,11 @@ fn verdict(result: &MotionResult) -> Verdict {
         MotionJudgement::AtRest => Grade::Unknown,
         _ => Grade::Fair,
     };
-    let duration = || KeyFigure {
-        value: fixed(result.duration_s, 2),
-        unit: "s",
-        what: "duration".to_owned(),
-    };
-    let known = KeyFigure {
-        value: format!("{usable} of {all}"),
-        unit: "",
-        what: "usable moves".to_owned(),
-    };
+    let duration = || KeyFigure::new(fixed(result.duration_s, 2), "s", "duration");
+    let known = KeyFigure::new(format!("{usable} of {all}"), "", "usable moves");
     let sigma = result.r#final.sigma_m.map(|s| {
-        let axis = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
-        let text = format!("± {}", digits(s[axis], 2));
-        KeyFigure {
-            value: text,
-            unit: "m",
-            what: "standard uncertainty of the end position, worst axis (1σ)".to_owned(),
-        }
+        let what = "standard uncertainty of the end position, worst axis (1σ)";
+        KeyFigure::new(format!("± {}", digits(largest(s), 2)), "m", what)
     });
     let mut figures = vec![single(result).unwrap_or_else(duration), known];
     figures.extend(sigma);
@@ -128,11 +114,8 @@ fn single(result: &MotionResult) -> Option<KeyFigure> {
     let plain = only.uncalibrated_m.map_or(String::new(), |u| {
         format!("; uncalibrated {} m", fixed(norm(&u), n))
     });
-    Some(KeyFigure {
-        value: text,
-        unit: "m",
-        what: format!("displacement{}{plain}", one_sigma(sd.is_some())),
-    })
+    let what = format!("displacement{}{plain}", one_sigma(sd.is_some()));
+    Some(KeyFigure::new(text, "m", what))
 }
 
 /// What an uncertainty behind a value is.

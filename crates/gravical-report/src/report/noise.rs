@@ -8,7 +8,6 @@ use gravical::numfmt::{count, decimals_for, fixed, small};
 use super::short_name;
 
 /// The document of an Allan deviation; `figures` are those of [`crate::figure::noise`].
-#[must_use]
 pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     let input = result.inputs.first().map_or("", |input| &input.path);
     let name = short_name(input);

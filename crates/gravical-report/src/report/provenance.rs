@@ -19,7 +19,6 @@ pub struct Provenance<'a> {
 
 impl Document<'_> {
     /// Adds the date below the title and a section with the provenance.
-    #[must_use]
     pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
         self.stamp = format!("{} · {}", origin.created, origin.tool);
         let command = origin
