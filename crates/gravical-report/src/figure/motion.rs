@@ -114,23 +114,23 @@ impl Path<'_> {
 }
 
 impl Motion<'_> {
-    fn path<'a>(&'a self, values: &'a [[f64; 3]], name: &'static str, role: Role) -> Path<'a> {
-        let Track { t_s, breaks, .. } = &self.track;
+    /// Vectors of the result.
+    fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
         Path {
-            name,
-            role,
-            t_s,
-            breaks,
+            name: self.name,
+            role: Role::Result,
+            t_s: &self.track.t_s,
+            breaks: &self.track.breaks,
             values,
         }
     }
 
-    fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
-        self.path(values, self.name, Role::Result)
-    }
-
     fn uncalibrated<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
-        self.path(values, "uncalibrated", Role::Raw)
+        Path {
+            name: "uncalibrated",
+            role: Role::Raw,
+            ..self.result(values)
+        }
     }
 
     /// Positions uncalibrated, of the result, and of the reference.
@@ -175,15 +175,9 @@ impl Motion<'_> {
 
 /// Specific force raw and calibrated, along the axes of the sensor.
 fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
-    let Track {
-        t_s,
-        breaks,
-        raw_mps2,
-        force_mps2,
-        ..
-    } = &motion.track;
-    let raw = ("raw", Role::Raw, raw_mps2);
-    let force = (motion.name, Role::Result, force_mps2);
+    let track = &motion.track;
+    let raw = ("raw", Role::Raw, &track.raw_mps2);
+    let force = (motion.name, Role::Result, &track.force_mps2);
     let (columns, both) = match motion.result.calibration {
         Some(_) => (vec![raw, force], ": nominal scale and calibrated"),
         None => (vec![force], ""),
@@ -192,10 +186,11 @@ fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
         format!("Specific force in sensor axes, including gravity{both}. Rests are shaded.");
     let figure = Figure::new("acceleration", "Acceleration", caption);
     motion.over_time(figure, "m/s²", |axis| {
-        let line = |(name, role, columns): &(&str, Role, &[Vec<f64>; 3])| {
-            Series::line(name, *role, t_s.clone(), columns[axis].clone()).thinned(breaks)
-        };
-        columns.iter().map(line).collect()
+        let lines = columns.iter().map(|(name, role, columns)| {
+            let (t_s, values) = (track.t_s.clone(), columns[axis].clone());
+            Series::line(name, *role, t_s, values).thinned(&track.breaks)
+        });
+        lines.collect()
     })
 }
 
