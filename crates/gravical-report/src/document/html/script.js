@@ -15,7 +15,7 @@ const html = (name, properties, parent) => {
   parent?.append(e);
   return e;
 };
-const fixed = (value, decimals) => value.toFixed(decimals).replace("-", "−");
+const fixed = (value, decimals) => value.toFixed(decimals).replace(/^-(?=[0.]*$)/, "").replace("-", "−");
 
 // Round values between two others, and their decimals.
 function ticks(from, to) {
@@ -80,8 +80,9 @@ class Panel {
       let best;
       for (const p of s.points) if (!best || Math.abs(p[0] - dot) < Math.abs(best[0] - dot)) best = p;
       if (!best || Math.abs(best[0] - dot) > far) return [];
-      const ends = s.dataset.mark === "band" ? s.points.filter(p => p[0] === best[0]).map(p => p[1]) : [best[1]];
-      return [`${s.dataset.name} ${[...new Set([Math.max(...ends), Math.min(...ends)])].map(number).join(" to ")}`];
+      // The lower end of a band is drawn on the way back.
+      const ends = s.dataset.mark === "band" ? s.points.filter(p => Math.abs(p[0] - best[0]) < .005).map(p => p[1]) : [best[1]];
+      return [`${s.dataset.name} ${[...new Set([Math.max(...ends), Math.min(...ends)].map(number))].join(" to ")}`];
     };
     const series = all(this.g, "[data-mark=line], [data-mark=band]").filter(s => !s.matches(".guide, [hidden]"));
     return [this.g.dataset.title, series.flatMap(near).join(", "), this.g.dataset.unit].join(" ");
