@@ -196,11 +196,10 @@ impl<'a> Document<'a> {
         lines.map(move |line| line.strip_prefix(title.as_str()).unwrap_or(line))
     }
 
-    /// Adds a section, unless it is empty.
-    pub fn with(mut self, section: Section<'a>) -> Self {
-        if !section.blocks.is_empty() {
-            self.sections.push(section);
-        }
+    /// Adds a section, unless there is none or it is empty.
+    pub fn with(mut self, section: impl Into<Option<Section<'a>>>) -> Self {
+        let section = section.into().filter(|s| !s.blocks.is_empty());
+        self.sections.extend(section);
         self
     }
 
@@ -389,10 +388,14 @@ impl<C: IntoIterator<Item = Cell>> From<C> for Row {
 }
 
 impl Row {
+    /// Cells behind what they are.
+    pub fn named(name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
+        std::iter::once(Cell::text(name)).chain(cells).into()
+    }
+
     /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
     pub fn axes(name: &str, values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> Self {
-        let cells = Cell::axes(values, text);
-        std::iter::once(Cell::text(name)).chain(cells).into()
+        Row::named(name, Cell::axes(values, text))
     }
 
     /// With a sentence below it.

@@ -129,16 +129,13 @@ fn residuals(file: &CalibrationFile) -> Figure {
     let left_out = errors("left out of the fit", Role::Warning, |p| {
         p.left_out_error_mps2
     });
-    let of_vectors = "alibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt.";
-    let title = "Errors of the poses";
+    let caption = "Calibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt.";
+    let figure = Figure::new("residuals", "Errors of the poses", caption);
+    let mut figure = figure.with(components(panel, &vectors));
     if !left_out.has_values() {
-        let figure = Figure::new("residuals", title, format!("C{of_vectors}"));
-        return figure.with(components(panel, &vectors));
+        return figure;
     }
-    let caption = format!(
-        "Above: c{of_vectors} Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is."
-    );
-    let figure = Figure::new("residuals", title, caption).with(components(panel, &vectors));
+    figure.caption += " Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is.";
     let magnitude = Panel::new("", labels(poses), Axis::new("‖a‖ − g", "mg"))
         .with(Series::rule("no error", Role::Reference, 0.0))
         .with(errors("in the fit", Role::Result, |p| {

@@ -160,13 +160,8 @@ fn legend(figure: &Figure, width: f64) -> (String, f64) {
     let (mut x, mut y) = (16.0, 18.0);
     let mut names: Vec<&str> = Vec::new();
     for panel in &figure.panels {
-        for (i, s) in panel
-            .series
-            .iter()
-            .enumerate()
-            .filter(|(_, s)| s.has_values())
-        {
-            if s.role == Role::Guide || names.contains(&s.name.as_str()) {
+        for (i, s) in panel.series.iter().enumerate() {
+            if !s.has_values() || s.role == Role::Guide || names.contains(&s.name.as_str()) {
                 continue;
             }
             names.push(&s.name);

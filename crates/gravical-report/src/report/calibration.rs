@@ -38,11 +38,9 @@ pub fn calibration<'a>(
         verdict: Some(verdict(file, saved)),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
-    .with(parameters(file));
-    if let Some(gyro) = &file.gyroscope {
-        document = document.with(gyroscope(gyro));
-    }
-    document = document.with(figure("magnitude", "Magnitude at rest", "norm"));
+    .with(parameters(file))
+    .with(file.gyroscope.as_ref().map(gyroscope))
+    .with(figure("magnitude", "Magnitude at rest", "norm"));
     if !a.poses.is_empty() {
         document = document
             .with(placements(file).figures(named(figures, &["residuals"])))
@@ -549,10 +547,9 @@ fn estimate(value: f64, sd: Option<f64>, decimals: usize) -> Cell {
 fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
     let text = power_of_ten(matrix, 6);
     let row = |i: usize| {
-        let mut cells = vec![Cell::text(["x", "y", "z"][i])];
-        cells.extend(Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5)));
-        cells.extend(Cell::axes(Some(matrix[i]), |_, v| text(v)));
-        Row::from(cells)
+        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
+        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
+        Row::named(["x", "y", "z"][i], orientation.into_iter().chain(matrix))
     };
     Table::new("")
         .columns([""])

@@ -22,7 +22,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         (false, GravitySource::Latitude) => "from latitude",
         (false, GravitySource::Standard) => "assumed",
     };
-    let mut document = Document {
+    Document {
         subject: vec![
             format!("{calibration} checked with {recordings}: {stills}"),
             format!("g = {} m/s² ({gravity})", fixed(report.gravity_mps2, 5)),
@@ -33,12 +33,10 @@ pub fn check(report: &CheckReport) -> Document<'static> {
             ..judged(&report.verdict)
         }),
         ..Document::new(format!("Check of {calibration}"))
-    };
-    document = document.with(intervals(report));
-    if let Some(gyroscope) = &report.gyroscope {
-        document = document.with(gyroscope_at_rest(gyroscope));
     }
-    document.with_findings(&report.findings, report.recordings.len() > 1)
+    .with(intervals(report))
+    .with(report.gyroscope.as_ref().map(gyroscope_at_rest))
+    .with_findings(&report.findings, report.recordings.len() > 1)
 }
 
 /// The verdict of `check` or `compare`.

@@ -19,7 +19,13 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     };
     let facts = vec![("A".to_owned(), of(0)), ("B".to_owned(), of(1))];
     let [a, b] = c.files.each_ref().map(|file| short_name(file));
-    let mut document = Document {
+    let frame = c.orientation.as_ref().map(|o| {
+        let axis = o.axis.map(|v| signed(v, 2)).join(", ");
+        let text = format!("{}° about ({axis})", fixed(o.angle_deg, 3));
+        Section::new("frame", "Rotation of frame B relative to frame A")
+            .with(Block::Paragraph(text))
+    });
+    Document {
         subject: vec![format!("{b} (B) against {a} (A)")],
         verdict: Some(Verdict {
             next: next(c),
@@ -28,21 +34,11 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
         ..Document::new(format!("{b} against {a}"))
     }
     .with(magnitude(c))
-    .with(parameters(&c.parameters));
-    if let Some(o) = &c.orientation {
-        let axis = o.axis.map(|v| signed(v, 2)).join(", ");
-        document = document.with(
-            Section::new("frame", "Rotation of frame B relative to frame A").with(
-                Block::paragraph(format!("{}° about ({axis})", fixed(o.angle_deg, 3))),
-            ),
-        );
-    }
-    if let Some(gyroscope) = &c.gyroscope {
-        document = document.with(gyroscopes(gyroscope));
-    }
-    document
-        .with(Section::new("calibrations", "Calibrations").with(Block::Facts(facts)))
-        .with_findings(&c.findings, true)
+    .with(parameters(&c.parameters))
+    .with(frame)
+    .with(c.gyroscope.as_ref().map(gyroscopes))
+    .with(Section::new("calibrations", "Calibrations").with(Block::Facts(facts)))
+    .with_findings(&c.findings, true)
 }
 
 /// What to do about it.
@@ -64,10 +60,8 @@ fn next(c: &Comparison) -> Vec<String> {
 }
 
 fn parameters(list: &[ParameterDifference]) -> Section<'static> {
-    let columns = ["A", "B", "B − A", "z"];
     let table = Table::new("")
-        .columns([""])
-        .columns(columns)
+        .columns(["", "A", "B", "B − A", "z"])
         .rows(list.iter().map(parameter));
     Section::new("parameters", "Parameters").with(table)
 }
@@ -126,8 +120,7 @@ fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
         ])
     };
     let table = Table::new("")
-        .columns([""])
-        .columns(["A", "B", "B − A", "scale B/A, %"])
+        .columns(["", "A", "B", "B − A", "scale B/A, %"])
         .rows((0..3).map(row));
     Section::new("gyroscope", "Gyroscope")
         .with(table)

@@ -10,7 +10,7 @@ use gravical::numfmt::{decimals_by, digits, fixed, words};
 use gravical::recording::Recording;
 
 use super::inspection::origin;
-use super::moves::{budget, end, largest, moves, truth};
+use super::moves::{end, error_budget, largest, moves, truth};
 use super::{named, short_name};
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
@@ -20,7 +20,11 @@ pub fn motion<'a>(
     figures: &'a [Figure],
 ) -> Document<'a> {
     let figure = |id, title, names: &[&str]| Section::new(id, title).figures(named(figures, names));
-    let mut document = Document {
+    // For a recording at rest the verdict says everything.
+    let moved = !result.moves.is_empty();
+    let only = result.moves.len() == 1;
+    let budget = result.largest_budget().filter(|_| moved);
+    Document {
         verdict: Some(verdict(result)),
         ..Document::new(format!("Motion of {}", short_name(&result.input)))
     }
@@ -35,22 +39,14 @@ pub fn motion<'a>(
         "acceleration",
         "Acceleration",
         &["acceleration", "motion-acceleration"],
-    ));
-    // For a recording at rest the verdict says everything.
-    if !result.moves.is_empty() {
-        document = document.with(moves(result)).with(end(result));
-        if let Some((number, b)) = result.largest_budget() {
-            let only = result.moves.len() == 1;
-            document = document.with(budget(number, only, &b));
-        }
-    }
-    if let Some(comparison) = &result.truth {
-        document = document.with(truth(comparison));
-    }
-    document
-        .with(timing(result, recording))
-        .with(rests(result))
-        .with_findings(&result.findings, false)
+    ))
+    .with(moved.then(|| moves(result)))
+    .with(moved.then(|| end(result)))
+    .with(budget.map(|(number, b)| error_budget(number, only, &b)))
+    .with(result.truth.as_ref().map(truth))
+    .with(timing(result, recording))
+    .with(rests(result))
+    .with_findings(&result.findings, false)
 }
 
 /// What can be determined from the recording.

@@ -116,28 +116,21 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
         ));
     };
     let n = decimals(last.sigma_m, position);
-    let row = |name: &str, cells: Vec<Cell>| {
-        Row::from(
-            std::iter::once(Cell::text(name))
-                .chain(cells)
-                .collect::<Vec<_>>(),
-        )
-    };
     let at_end = lengths(Some(position), last.sigma_m, n);
-    let mut rows = vec![row("position, m", at_end)];
+    let mut rows = vec![Row::named("position, m", at_end)];
     let plain = result.uncalibrated;
     if let Some(u) = plain {
         let cells = lengths(u.position_m, None, n);
-        rows.push(row("uncalibrated, m", cells));
+        rows.push(Row::named("uncalibrated, m", cells));
     }
     let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
     if let Some(velocity) = last.velocity_mps.filter(moving) {
         let n = [decimals_of(largest(velocity), 2).min(3); 3];
         let cells = lengths(Some(velocity), None, n);
-        rows.push(row("velocity, m/s", cells));
+        rows.push(Row::named("velocity, m/s", cells));
         if let Some(u) = plain {
             let cells = lengths(u.velocity_mps, None, n);
-            rows.push(row("uncalibrated, m/s", cells));
+            rows.push(Row::named("uncalibrated, m/s", cells));
         }
     }
     let uncertain = if last.sigma_m.is_some() {
@@ -152,7 +145,7 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
     section.with(table)
 }
 
-pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
+pub(super) fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     let section = Section::new("budget", "Error budget");
     let parts = [
         (
@@ -188,8 +181,7 @@ pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         format!("move {number}, the least certain one")
     };
     let table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ"))
-        .columns(["source"])
-        .columns(["mm", "% of the variance"])
+        .columns(["source", "mm", "% of the variance"])
         .rows(parts)
         .row(sum(
             "combined (root sum of squares)",

@@ -11,7 +11,7 @@ use super::short_name;
 pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     let input = result.inputs.first().map_or("", |input| &input.path);
     let name = short_name(input);
-    let mut document = Document {
+    let document = Document {
         subject: vec![format!("{name}: {}", conclusion(result))],
         ..Document::new(format!("Noise of {name}"))
     };
@@ -39,7 +39,6 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         ));
     }
     let reading = Section::new("reading", "How it was read").opening();
-    document = document.with(reading.with(Block::Facts(facts)));
     let mut section = Section::new("noise", "Noise");
     for (sensor, channels) in &sensors(result) {
         section = section
@@ -53,14 +52,17 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     section = section.with(Block::note(
         "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %). N by density: from the power spectral density at 1 to 10 Hz.",
     ));
-    document = document.with(section);
     let curves = Section::new("allan", "Allan deviation")
         .figures(figures)
         .full(Block::Equation(vec![
             "σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3",
         ]))
         .full(Block::paragraph(METHOD));
-    document.with(curves).with_findings(&result.findings, false)
+    document
+        .with(reading.with(Block::Facts(facts)))
+        .with(section)
+        .with(curves)
+        .with_findings(&result.findings, false)
 }
 
 /// The sensors of which channels could be analysed.
@@ -118,8 +120,7 @@ fn table(caption: String, channels: &[&ChannelNoise]) -> Table {
 
 /// A cell for each channel.
 fn row(label: String, channels: &[&ChannelNoise], cell: impl Fn(&ChannelNoise) -> Cell) -> Row {
-    let cells = channels.iter().map(|c| cell(c));
-    std::iter::once(Cell::text(label)).chain(cells).into()
+    Row::named(label, channels.iter().map(|c| cell(c)))
 }
 
 fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {

@@ -123,6 +123,8 @@ function readAndZoom(figure) {
 // An entry of the legend hides its series and brings it back.
 function hideSeries(figure) {
   for (const entry of all(figure, ".legend .entry")) {
+    // A picture has no buttons.
+    set(entry.ownerSVGElement, { role: "group" });
     set(entry, { role: "button", tabindex: 0, "aria-pressed": true });
     const toggle = () => {
       const on = entry.getAttribute("aria-pressed") !== "true";
