@@ -15,90 +15,64 @@ const POLICY: &str =
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
-/// The script without comments and indentation. It has no multi-line strings.
-fn script() -> String {
-    let lines = SCRIPT.lines().map(str::trim_start);
-    let code = lines.filter(|l| !l.is_empty() && !l.starts_with("//"));
-    code.flat_map(|l| [l, "\n"]).collect()
-}
-
-/// Anchor, heading and content of a section.
-type SectionPart<'a> = (&'a str, &'a str, Markup);
-
-/// The file.
-fn page(title: &str, lead: &Markup, sections: &[SectionPart<'_>]) -> String {
-    let dark = format!(
-        "@media screen and (prefers-color-scheme:dark){{{}}}",
-        svg::DARK
-    );
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                // Prevents a request for /favicon.ico.
-                link rel="icon" href="data:,";
-                title { (title) }
-                style { (PreEscaped(STYLE)) }
-                // Of its own: a figure that is saved takes it along.
-                style id="figures" { (PreEscaped(svg::STYLE)) }
-                style { (PreEscaped(dark)) }
-            }
-            body {
-                a.skip href="#main" { "Skip to the report" }
-                header { (lead) }
-                nav aria-label="Sections" {
-                    ol { @for (id, title, _) in sections { li { a href={ "#" (id) } { (title) } } } }
-                }
-                main id="main" tabindex="-1" {
-                    @for (id, title, body) in sections {
-                        section id=(id) aria-labelledby={ (id) "-h" } {
-                            h2 id={ (id) "-h" } { (title) }
-                            (body)
-                        }
-                    }
-                }
-                script { (PreEscaped(script())) }
-            }
-        }
-    }
-    .into_string();
-    escape::shown(&page).into_owned()
-}
-
 impl Document<'_> {
     /// The whole document as a page. Tables have at most [`ROWS`](super::ROWS) rows, all figures
     /// together at most [`DRAWINGS`] bytes; a figure beyond that is replaced by its name.
     #[must_use]
     pub fn to_html(&self) -> String {
         let mut room = DRAWINGS;
-        let verdict = self
-            .verdict
-            .iter()
-            .map(|v| ("verdict", v.heading, verdict(v)));
+        let verdict = self.verdict.iter();
+        let verdict = verdict.map(|v| ("verdict", v.heading, verdict_html(v)));
         let sections = self.sections.iter().map(|s| {
-            let blocks: Vec<Markup> = s
-                .shown(Detail::Full)
-                .map(|b| block(b, s.id, s.title, &mut room))
-                .collect();
-            (s.id, s.title, html! { @for block in blocks { (block) } })
+            let blocks = s.shown(Detail::Full);
+            let blocks = blocks.map(|b| block(b, s.id, s.title, &mut room).into_string());
+            (s.id, s.title, PreEscaped(blocks.collect()))
         });
-        let sections: Vec<SectionPart<'_>> = verdict.chain(sections).collect();
-        let lead = html! {
-            h1 { (self.title) }
-            @for line in self.lead() {
-                p.sub { (line) }
+        // Anchor, heading and content.
+        let sections: Vec<(&str, &str, Markup)> = verdict.chain(sections).collect();
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    // Prevents a request for /favicon.ico.
+                    link rel="icon" href="data:,";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                    // Of its own: a figure that is saved takes it along.
+                    style id="figures" { (PreEscaped(svg::STYLE)) }
+                    style { "@media screen and (prefers-color-scheme:dark){" (PreEscaped(svg::DARK)) "}" }
+                }
+                body {
+                    a.skip href="#main" { "Skip to the report" }
+                    header {
+                        h1 { (self.title) }
+                        @for line in self.lead() { p.sub { (line) } }
+                    }
+                    nav aria-label="Sections" {
+                        ol { @for (id, title, _) in &sections { li { a href={ "#" (id) } { (title) } } } }
+                    }
+                    main id="main" tabindex="-1" {
+                        @for (id, title, body) in &sections {
+                            section id=(id) aria-labelledby={ (id) "-h" } {
+                                h2 id={ (id) "-h" } { (title) }
+                                (body)
+                            }
+                        }
+                    }
+                    script { (PreEscaped(SCRIPT)) }
+                }
             }
         };
-        page(&self.title, &lead, &sections)
+        escape::shown(&page.into_string()).into_owned()
     }
 }
 
 /// Badge, main numbers, reasons, next steps.
-fn verdict(v: &Verdict) -> Markup {
+fn verdict_html(v: &Verdict) -> Markup {
     let (class, sign) = match v.grade {
         Grade::Good => ("good", "✓"),
         Grade::Fair => ("fair", "~"),
