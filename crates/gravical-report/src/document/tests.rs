@@ -171,7 +171,7 @@ fn html() {
         "<p class=\"equation\">a = b<br>c = d</p>",
         "<caption>Bias, ± 1σ</caption><thead><tr><th scope=\"col\" rowspan=\"2\">axis</th><th class=\"n\" scope=\"col\" rowspan=\"2\">b, m/s²</th><th scope=\"colgroup\" colspan=\"3\">mean</th></tr><tr><th class=\"n\" scope=\"col\" rowspan=\"1\">x</th>",
         "<tr><th scope=\"row\">&lt;x&gt;|*</th><td class=\"n\">−0.2246 <span class=\"sd\">± 0.0012</span></td><td class=\"n\">–</td>",
-        "<label for=\"bias-code-0\">C</label>",
+        "<details open><summary>C</summary>",
         "a = b &lt; c;\n</pre>",
         "<figure id=\"figure-norm\"",
         "<div><dt>time</dt><dd>1 s</dd></div>",

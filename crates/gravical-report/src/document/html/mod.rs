@@ -5,7 +5,7 @@ use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::inline::{self, Part};
-use super::{Block, Cell, DRAWINGS, Detail, Document, Grade, Remark, Snippet, Table, Verdict};
+use super::{Block, Cell, DRAWINGS, Detail, Document, Grade, Remark, Table, Verdict};
 use crate::figure::{Figure, svg};
 
 /// Nothing is loaded, whatever a file name or label contains.
@@ -25,7 +25,7 @@ impl Document<'_> {
         let verdict = verdict.map(|v| ("verdict", v.heading, verdict_html(v)));
         let sections = self.sections.iter().map(|s| {
             let blocks = s.shown(Detail::Full);
-            let blocks = blocks.map(|b| block(b, s.id, s.title, &mut room).into_string());
+            let blocks = blocks.map(|b| block(b, s.title, &mut room).into_string());
             (s.id, s.title, PreEscaped(blocks.collect()))
         });
         // Anchor, heading and content.
@@ -109,7 +109,7 @@ fn words(text: &str) -> Markup {
     }
 }
 
-fn block(block: &Block<'_>, id: &str, title: &str, room: &mut usize) -> Markup {
+fn block(block: &Block<'_>, title: &str, room: &mut usize) -> Markup {
     match block {
         Block::Paragraph(text) => html! { p { (words(text)) } },
         Block::Note(text) => html! { p.note { (words(text)) } },
@@ -122,7 +122,14 @@ fn block(block: &Block<'_>, id: &str, title: &str, room: &mut usize) -> Markup {
         },
         Block::Table(t) => table(t, title),
         Block::Figure(f) => figure(f, room),
-        Block::Snippets(all) => snippets(id, all),
+        Block::Snippets(all) => html! {
+            @for (i, s) in all.iter().enumerate() {
+                details open[i == 0] {
+                    summary { (s.language) }
+                    pre.paste role="region" aria-label=(s.language) tabindex="0" { (s.code) }
+                }
+            }
+        },
         Block::Findings(all) => html! { ul.findings { @for r in all { (remark(r)) } } },
     }
 }
@@ -139,22 +146,6 @@ fn remark(r: &Remark) -> Markup {
             span.vh { (word) ": " }
             code { (r.kind) } " " (words(&r.text))
             @if !r.place.is_empty() { span.where { " [" (r.place) "]" } }
-        }
-    }
-}
-
-/// Tabs, one per language, without a script.
-fn snippets(id: &str, all: &[Snippet]) -> Markup {
-    html! {
-        div.tabs {
-            @for (i, s) in all.iter().enumerate() {
-                @let tab = format!("{id}-code-{i}");
-                input type="radio" name={ (id) "-code" } id=(tab) checked[i == 0];
-                label for=(tab) { (s.language) }
-            }
-            @for s in all {
-                div.pane { pre.paste role="region" aria-label=(s.language) tabindex="0" { (s.code) } }
-            }
         }
     }
 }
