@@ -298,12 +298,10 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
         .full(Block::paragraph(how(file.accelerometer.method)))
         .full(Block::List(assumptions(file)));
     let rejected = rejected(file);
-    let section = if rejected.is_empty() {
+    let section = if rejected.rows.is_empty() {
         section.full(Block::paragraph("All poses were used in the fit."))
     } else {
-        section
-            .full(Block::paragraph("Poses not used:"))
-            .full(Block::List(rejected))
+        section.full(rejected)
     };
     match budget(file) {
         Some(table) => section.with(table),
@@ -377,32 +375,25 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
 }
 
 /// Poses that were not used, with the reason.
-fn rejected(file: &CalibrationFile) -> Vec<String> {
-    let left = file.accelerometer.poses.iter().filter(|p| !p.fitted);
-    let mut lines: Vec<String> = left
-        .map(|p| rejection(p, file.accelerometer.method))
-        .collect();
-    let more = lines.len().saturating_sub(document::ROWS);
-    if more > 0 {
-        lines.truncate(document::ROWS);
-        lines.push(format!("… and {more} more; --json has all."));
-    }
-    lines
-}
-
-fn rejection(pose: &PoseResult, method: Method) -> String {
-    // With its lines: several poses may have one label.
-    let pose_name = pose.called();
-    if method == Method::Ferraris {
-        return format!("{pose_name}: it is on no face, and ferraris uses face poses only");
-    }
-    match pose.magnitude_error_mps2 {
-        Some(error) => format!(
-            "{pose_name}: reads {} mg off the magnitude that all others agree on",
-            signed(milli_g(error), 1)
-        ),
-        None => format!("{pose_name}: it contradicts the others"),
-    }
+fn rejected(file: &CalibrationFile) -> Table {
+    let a = &file.accelerometer;
+    let row = |pose: &PoseResult| {
+        let reason = match pose.magnitude_error_mps2 {
+            _ if a.method == Method::Ferraris => {
+                "it is on no face, and ferraris uses face poses only".to_owned()
+            }
+            Some(error) => format!(
+                "reads {} mg off the magnitude that all others agree on",
+                signed(milli_g(error), 1)
+            ),
+            None => "it contradicts the others".to_owned(),
+        };
+        // With its lines: several poses may have one label.
+        Row::from([Cell::text(pose.called()), Cell::Text(reason)])
+    };
+    Table::new("Poses not used")
+        .columns(["pose", "reason"])
+        .rows(a.poses.iter().filter(|p| !p.fitted).map(row))
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {

@@ -371,7 +371,7 @@ fn a_pose_that_was_not_used_says_why() {
     pose.magnitude_error_mps2 = Some(0.51);
     let text = method(&file);
     assert!(!text.contains("All poses were used in the fit."));
-    let reads = "in lines 41-80: reads +52.0 mg off the magnitude that all others agree on";
+    let reads = "in lines 41-80 | reads +52.0 mg off the magnitude that all others agree on";
     assert!(text.contains(reads), "{text}");
     file.accelerometer.method = Method::Ferraris;
     assert!(method(&file).contains("it is on no face, and ferraris uses face poses only"));
