@@ -93,21 +93,19 @@ fn style_of(role: Role) -> (&'static str, &'static str, bool) {
 #[must_use]
 pub fn standalone(figure: &Figure) -> String {
     let (width, drawings) = drawings(figure);
-    let (mut body, mut top, mut height) = (String::new(), 30.0, 0.0_f64);
-    for (i, (drawing, own)) in drawings.iter().enumerate() {
-        // Two in a row.
-        let left = (i % 2) as f64 * (WIDTH - width);
-        if i % 2 == 0 {
-            (top, height) = (top + height, 0.0);
+    let (mut body, mut bottom) = (String::new(), 30.0);
+    // Two in a row, which end at one height.
+    for row in drawings.chunks(2) {
+        bottom += row.iter().map(|(_, height)| *height).fold(0.0, f64::max);
+        for (i, (drawing, height)) in row.iter().enumerate() {
+            let (left, top) = (i as f64 * (WIDTH - width), r(bottom - height));
+            put!(
+                body,
+                "<g transform=\"translate({left} {top})\">{drawing}</g>"
+            );
         }
-        height = height.max(*own);
-        put!(
-            body,
-            "<g transform=\"translate({left} {})\">{drawing}</g>",
-            r(top)
-        );
     }
-    let head = head(figure, &figure.name, WIDTH, top + height);
+    let head = head(figure, &figure.name, WIDTH, bottom);
     let title = escape(&figure.title);
     format!(
         "{head}<style>{STYLE}@media (prefers-color-scheme: dark){{{DARK}}}</style>\
@@ -146,9 +144,10 @@ fn drawings(figure: &Figure) -> (f64, Vec<(String, f64)>) {
     };
     let width = if panels.len() > together { HALF } else { WIDTH };
     let (mut legend, bottom) = legend(figure, width);
+    let mut top = bottom + 6.0;
     let draw = |panels| {
         let mut body = std::mem::take(&mut legend);
-        let height = column(&mut body, panels, width, bottom + 6.0);
+        let height = column(&mut body, panels, width, std::mem::replace(&mut top, 6.0));
         (body, height)
     };
     (width, panels.chunks(together).map(draw).collect())

@@ -142,16 +142,19 @@ function picture(figure) {
   make("style", {}, svg).textContent = document.getElementById("figures").textContent + ".gv [hidden],.cursor{display:none}";
   make("rect", { class: "paper", width: "100%", height: "100%" }, svg);
   make("text", { class: "title", x: 16, y: 22 }, svg).textContent = figure.querySelector("h3").textContent;
-  let width = 0, height = 30, top = 30;
-  all(figure, ".drawing > svg").forEach((drawing, i) => {
-    const [, , w, h] = numbers(drawing.getAttribute("viewBox"));
-    if (i % 2 === 0) top = height;
-    const copy = drawing.cloneNode(true);
-    set(copy, { x: i % 2 * (w + 16), y: top, width: w, height: h });
-    svg.append(copy);
-    width = Math.max(width, i % 2 * (w + 16) + w);
-    height = Math.max(height, top + h);
-  });
+  const drawings = all(figure, ".drawing > svg");
+  let width = 0, height = 30;
+  for (let i = 0; i < drawings.length; i += 2) {
+    const row = drawings.slice(i, i + 2).map(d => [d.cloneNode(true), ...numbers(d.getAttribute("viewBox")).slice(2)]);
+    let x = 0;
+    height += Math.max(...row.map(([, , h]) => h));
+    for (const [drawing, w, h] of row) {
+      set(drawing, { x, y: height - h, width: w, height: h });
+      svg.append(drawing);
+      x += w + 16;
+    }
+    width = Math.max(width, x - 16);
+  }
   set(svg, { width, height, viewBox: `0 0 ${width} ${height}` });
   return svg;
 }
