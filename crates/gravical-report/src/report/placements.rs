@@ -23,7 +23,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
         .columns(["pose"])
         .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
         .columns(Column::axes("calibrated, m/s²"))
-        .columns(exact.then(|| "error, m/s²"))
+        .columns(exact.then_some("error, m/s²"))
         .columns([
             only(!exact, "‖a‖ − g, mg".into()),
             only(!exact, "left out, mg".into()),
