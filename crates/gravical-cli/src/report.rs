@@ -42,9 +42,10 @@ impl ReportArgs {
 
     /// The same for a command without reports.
     pub fn detail_of(verbose: bool) -> Detail {
-        match verbose {
-            true => Detail::Full,
-            false => Detail::Summary,
+        if verbose {
+            Detail::Full
+        } else {
+            Detail::Summary
         }
     }
 
@@ -69,17 +70,15 @@ impl ReportArgs {
             name.push("_figures");
             return Ok(Form::Markdown(path.with_file_name(name)));
         }
-        let message = match path == Path::new("-") {
-            true => "--report needs a file name; standard output is for tables and JSON",
-            false => "the format of the report is not clear from this name",
-        };
-        let error = Error::usage("report-target", message)
-            .with_hint("use a name that ends in .html or .md");
-        Err(if path == Path::new("-") {
-            error
-        } else {
-            error.at(path, None)
-        })
+        const HINT: &str = "use a name that ends in .html or .md";
+        let message = "--report needs a file name; standard output is for tables and JSON";
+        if path == Path::new("-") {
+            return Err(Error::usage("report-target", message).with_hint(HINT));
+        }
+        let message = "the format of the report is not clear from this name";
+        Err(Error::usage("report-target", message)
+            .with_hint(HINT)
+            .at(path, None))
     }
 
     /// The file and the folder of its figures, checked before the work.
@@ -139,7 +138,8 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
                 if folder.is_dir() {
                     // Those of an earlier report of this name.
                     write_figures(figures, &folder, force)?;
-                    std::fs::remove_dir(&folder).map_err(|e| Error::io(&folder, e))?;
+                    // A folder that holds something else stays.
+                    let _ = std::fs::remove_dir(&folder);
                 }
                 document.to_markdown(None)
             } else {
@@ -185,8 +185,7 @@ pub fn next_step(document: &Document<'_>, detail: Detail) -> String {
 /// # Errors
 ///
 /// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one place;
-/// `foreign-files` (usage) if an input or another result is in the folder of figures; those of
-/// [`check_targets`] and [`check_figures`].
+/// those of [`check_targets`] and [`check_figures`].
 pub fn check_outputs(
     output: Option<&Path>,
     report: &ReportArgs,
@@ -205,30 +204,13 @@ pub fn check_outputs(
         .map(Path::to_owned)
         .collect();
     let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
-    let folders: Vec<&Path> = figures.into_iter().chain(beside.as_deref()).collect();
+    let folders = figures.into_iter().chain(beside.as_deref());
     // Files and folders alike: no two results in one place.
     let mut places = HashSet::new();
-    for path in folders
-        .iter()
-        .copied()
-        .chain(targets.iter().map(PathBuf::as_path))
-    {
+    for path in folders.chain(targets.iter().map(PathBuf::as_path)) {
         if !is_special(path) && !places.insert(place(path)) {
             return Err(same_target(path));
         }
     }
-    check_targets(&targets, &inputs, force)?;
-    for folder in folders.into_iter().map(place) {
-        for path in targets.iter().chain(&inputs) {
-            if place(path).parent() == Some(&folder) {
-                return Err(Error::usage(
-                    "foreign-files",
-                    "the folder of figures must not contain inputs or other results, but this file is in it",
-                )
-                .at(path, None)
-                .with_hint("name another folder for the figures"));
-            }
-        }
-    }
-    Ok(())
+    check_targets(&targets, &inputs, force)
 }

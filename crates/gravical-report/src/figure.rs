@@ -9,7 +9,7 @@
 //! ```
 //! use gravical_report::figure::{Axis, Figure, Panel, Role, Series, svg};
 //!
-//! let line = Series::line("calibrated", Role::Calibrated, vec![0.0, 1.0, 2.0], vec![0.0, 0.4, 0.0]);
+//! let line = Series::line("calibrated", Role::Result, vec![0.0, 1.0, 2.0], vec![0.0, 0.4, 0.0]);
 //! let panel = Panel::new("", Axis::new("time", "s"), Axis::new("velocity", "m/s")).with(line);
 //! let figure = Figure::new("velocity", "Velocity", "One push, one stop.").with(panel);
 //! assert!(svg::standalone(&figure).starts_with("<svg"));
@@ -27,10 +27,3 @@ pub use files::{check_figures, write_figures};
 pub use panel::Figure;
 #[doc(hidden)]
 pub use panel::{Axis, Mark, Panel, Role, Scale, Series};
-
-/// Columns of the parts of an uncertainty, and their root sum of squares.
-fn contributions(names: Vec<impl Into<String>>, values: Vec<f64>, combined: f64, y: Axis) -> Panel {
-    Panel::new("", Axis::names("", names), y)
-        .with(Series::columns("part", Role::Calibrated, values))
-        .with(Series::rule("combined", Role::Reference, combined))
-}

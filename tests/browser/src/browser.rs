@@ -123,14 +123,6 @@ impl Browser {
         self.cdp("Input.dispatchMouseEvent", event).await;
     }
 
-    /// A key, pressed and let go.
-    pub async fn key(&self, key: &str) {
-        for kind in ["keyDown", "keyUp"] {
-            let event = json!({ "type": kind, "key": key });
-            self.cdp("Input.dispatchKeyEvent", event).await;
-        }
-    }
-
     pub async fn pdf(&self) -> Vec<u8> {
         self.driver.print_page(Default::default()).await.unwrap()
     }

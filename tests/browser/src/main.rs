@@ -51,11 +51,9 @@ async fn look(browser: &Browser, page: &Page) {
     checks::series_are_all_there(browser).await;
     checks::nothing_overlaps(browser, "1280").await;
     checks::tables_fit(browser).await;
-    checks::zoom_and_reset(browser).await;
-    checks::a_box_is_zoomed_into(browser).await;
+    checks::an_interval_is_zoomed_into(browser).await;
     checks::toggles_hide(browser).await;
-    checks::the_cursor_tells_what_is_drawn(browser).await;
-    checks::keys_work(browser).await;
+    checks::values_are_read(browser).await;
     checks::structure(browser).await;
     browser.shoot(page, "1280-light").await;
     checks::it_prints(browser).await;

@@ -50,7 +50,6 @@ motion line.csv -o a.html --report a.html --force: same-target
 motion line.csv -o a.html --report ./a.html: same-target
 motion line.csv --report f.html --figures f.html: same-target
 calibrate d/poses/poses.csv -o c.html --report c.html: same-target
-motion line.csv -o figs/position.csv --figures figs --force: foreign-files
 motion line.csv -o t.csv --report nope/x.html: no-folder
 motion line.csv -o t.csv --figures a/b: no-folder
 calibrate d/poses/poses.csv -o no/such/c.json: no-folder

@@ -23,43 +23,54 @@ impl Remark {
     /// is listed once, with the first of them.
     #[must_use]
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
-        // The same message up to its numbers.
-        let alike = |f: &Finding| (f.kind, skeleton(&f.message));
-        let mut files: HashMap<_, (&Option<String>, BTreeSet<&String>)> = HashMap::new();
-        for finding in findings {
-            let (_, all) = files
-                .entry(alike(finding))
-                .or_insert((&finding.file, BTreeSet::new()));
-            all.extend(&finding.file);
+        let mut sorted: Vec<&Finding> = findings.iter().collect();
+        sorted.sort_by_key(|f| weight_of(f));
+        // Findings of one message up to its numbers, and the files that have them.
+        let mut kinds = HashMap::new();
+        let mut alike: Vec<(&Finding, BTreeSet<&String>)> = Vec::new();
+        let mut shown = Vec::new();
+        for finding in sorted {
+            let key = (finding.kind, skeleton(&finding.message));
+            let index = *kinds.entry(key).or_insert_with(|| {
+                alike.push((finding, BTreeSet::new()));
+                alike.len() - 1
+            });
+            alike[index].1.extend(&finding.file);
+            if alike[index].0.file == finding.file {
+                shown.push((finding, index));
+            }
         }
-        let of_weight = |weight: u8| {
-            let files = &files;
-            let of = findings.iter().filter(move |f| weight_of(f) == weight);
-            of.filter_map(move |finding| {
-                let (first, all) = files.get(&alike(finding))?;
-                let mut place = Vec::new();
-                if !finding.lines.is_empty() {
-                    let word = if finding.count == 1 { "line" } else { "lines" };
-                    let lines = format_spans(&finding.lines, finding.count, 4);
-                    place.push(format!("{word} {lines}"));
-                }
-                if several_files && let Some(file) = &finding.file {
-                    place.push(short_name(file));
-                    place.extend(match all.len() {
-                        0 | 1 => None,
-                        2 => Some("also in 1 other file".to_owned()),
-                        n => Some(format!("also in {} other files", n - 1)),
-                    });
-                }
-                (**first == finding.file).then(|| Remark {
-                    warning: finding.severity == Severity::Warning,
-                    kind: finding.kind.to_string(),
-                    text: finding.message.clone(),
-                    place: place.join("; "),
-                })
-            })
+        let remark = |(finding, index): (&Finding, usize)| {
+            let mut place = Vec::new();
+            if !finding.lines.is_empty() {
+                let word = if finding.count == 1 { "line" } else { "lines" };
+                let lines = format_spans(&finding.lines, finding.count, 4);
+                place.push(format!("{word} {lines}"));
+            }
+            if several_files && let Some(file) = &finding.file {
+                place.push(short_name(file));
+                place.extend(match alike[index].1.len() {
+                    0 | 1 => None,
+                    2 => Some("also in 1 other file".to_owned()),
+                    n => Some(format!("also in {} other files", n - 1)),
+                });
+            }
+            Remark {
+                warning: finding.severity == Severity::Warning,
+                kind: finding.kind.to_string(),
+                text: finding.message.clone(),
+                place: place.join("; "),
+            }
         };
-        (0..3).flat_map(of_weight).collect()
+        shown.into_iter().map(remark).collect()
+    }
+
+    /// The message with its place.
+    pub(super) fn said(&self) -> String {
+        match self.place.as_str() {
+            "" => self.text.clone(),
+            place => format!("{} [{place}]", self.text),
+        }
     }
 }
 

@@ -53,7 +53,6 @@ fn section_markdown(section: &Section<'_>, folder: Option<&str>) -> String {
 fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> String {
     match block {
         Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
-        Block::Heading(text) => format!("### {text}\n"),
         Block::Equation(lines) => fenced("", &format!("{}\n", lines.join("\n"))),
         Block::List(points) => list(points),
         Block::Facts(facts) => facts
@@ -84,12 +83,8 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
 }
 
 fn remark(r: &Remark) -> String {
-    let place = match r.place.as_str() {
-        "" => String::new(),
-        place => format!(" [{place}]"),
-    };
     let word = if r.warning { "warning" } else { "note" };
-    let text = escaped(&format!("{}{place}", r.text));
+    let text = escaped(&r.said());
     format!("- **{}** ({word}): {text}\n", escaped(&r.kind))
 }
 
@@ -121,8 +116,8 @@ fn table_markdown(table: &Table, title: &str) -> String {
         group => escaped(&format!("{group}: {}", c.name)),
     };
     out.push_str(&line(table.columns.iter().map(name)));
-    let rule = |c: &super::Column| if c.numbers { "--:" } else { ":--" }.to_owned();
-    out.push_str(&line(table.columns.iter().map(rule)));
+    let rule = |i: usize| if table.is_numeric(i) { "--:" } else { ":--" }.to_owned();
+    out.push_str(&line((0..table.columns.len()).map(rule)));
     for row in &table.rows {
         out.push_str(&line(row.cells.iter().map(cell)));
         if !row.note.is_empty() {
@@ -145,7 +140,6 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) => escaped(text),
-        Cell::Link(text, target) => format!("[{}]({target})", escaped(text)),
         // Backticks would end the code span.
         Cell::Code(text) => format!("`{}`", text.replace(['`', '|'], "?")),
         Cell::Number(..) => number_text(&cell.plain()),
@@ -161,9 +155,10 @@ fn target(link: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "/._- ".contains(c);
     let mut out = String::new();
     for c in link.chars() {
-        match plain(c) {
-            true => out.push(c),
-            false => out.extend(c.to_string().bytes().map(|b| format!("%{b:02X}"))),
+        if plain(c) {
+            out.push(c);
+        } else {
+            out.extend(c.to_string().bytes().map(|b| format!("%{b:02X}")));
         }
     }
     out

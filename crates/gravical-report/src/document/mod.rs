@@ -12,7 +12,7 @@
 //! use gravical_report::document::{Cell, Column, Detail, Document, Section, Table};
 //!
 //! let table = Table::new("")
-//!     .columns([Column::left("axis"), Column::number("bias, m/s²")])
+//!     .columns(["axis", "bias, m/s²"])
 //!     .row([Cell::text("x"), Cell::number("0.0213")]);
 //! let document = Document::new("Calibration").with(Section::new("bias", "Bias").with(table));
 //! assert_eq!(document.to_text(Detail::Summary), "\nBias\n  axis  bias, m/s²\n  x         0.0213\n");

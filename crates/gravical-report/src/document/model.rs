@@ -4,6 +4,7 @@ use super::ROWS;
 use super::findings::Remark;
 use crate::figure::Figure;
 use gravical::finding::Finding;
+use gravical::numfmt::fixed;
 
 /// How much of a document is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -16,6 +17,7 @@ pub enum Detail {
 }
 
 /// The report of one result.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document<'a> {
     /// Title of a page.
@@ -31,6 +33,7 @@ pub struct Document<'a> {
 }
 
 /// How good a result is, why, and what to do next.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Its heading on a page.
@@ -63,6 +66,7 @@ pub enum Grade {
 }
 
 /// A main number with its meaning.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyFigure {
     /// The number.
@@ -74,6 +78,7 @@ pub struct KeyFigure {
 }
 
 /// A section with a heading.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section<'a> {
     /// Its anchor in a page.
@@ -87,14 +92,13 @@ pub struct Section<'a> {
 }
 
 /// A piece of a section.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block<'a> {
     /// Sentences.
     Paragraph(String),
     /// A note on the block above.
     Note(String),
-    /// A heading inside the section.
-    Heading(&'static str),
     /// One line each.
     Equation(Vec<&'static str>),
     /// Points.
@@ -123,6 +127,7 @@ pub struct Snippet {
 }
 
 /// Numbers and texts in rows. The first cell of a row names it.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// What it shows.
@@ -136,19 +141,19 @@ pub struct Table {
 }
 
 /// A column of a table.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
     /// Heading above this and the adjacent columns of the same group; empty for none.
     pub group: String,
     /// Quantity and unit.
     pub name: String,
-    /// Whether it holds numbers, which are right-aligned.
-    pub numbers: bool,
     /// Lowest detail that shows it.
     pub detail: Detail,
 }
 
 /// A row of a table.
+#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Row {
     /// One cell for each column.
@@ -162,12 +167,11 @@ pub struct Row {
 }
 
 /// A cell of a table.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// Words.
     Text(String),
-    /// Words that lead to a file: where it is, from the document or as a URL.
-    Link(String, String),
     /// Machine-readable text: a checksum.
     Code(String),
     /// A number and its standard uncertainty, with significant digits and a hyphen as minus sign.
@@ -176,7 +180,6 @@ pub enum Cell {
 
 impl<'a> Document<'a> {
     /// A document without anything in it.
-    #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
         Document {
             title: title.into(),
@@ -193,17 +196,14 @@ impl<'a> Document<'a> {
         lines.map(move |line| line.strip_prefix(title.as_str()).unwrap_or(line))
     }
 
-    /// Adds a section, unless it is empty.
-    #[must_use]
-    pub fn with(mut self, section: Section<'a>) -> Self {
-        if !section.blocks.is_empty() {
-            self.sections.push(section);
-        }
+    /// Adds a section, unless there is none or it is empty.
+    pub fn with(mut self, section: impl Into<Option<Section<'a>>>) -> Self {
+        let section = section.into().filter(|s| !s.blocks.is_empty());
+        self.sections.extend(section);
         self
     }
 
     /// With a section of findings, of one file or of several.
-    #[must_use]
     pub fn with_findings(self, findings: &[Finding], several_files: bool) -> Self {
         let section = Section::new("findings", "Findings");
         let mut remarks = Remark::all(findings, several_files);
@@ -220,9 +220,16 @@ impl<'a> Document<'a> {
     }
 }
 
+impl KeyFigure {
+    /// A number in this unit, and what it is.
+    pub fn new(value: String, unit: &'static str, what: impl Into<String>) -> Self {
+        let what = what.into();
+        KeyFigure { value, unit, what }
+    }
+}
+
 impl Verdict {
     /// A verdict with its reasons alone.
-    #[must_use]
     pub fn new(grade: Grade, word: &str, reasons: &[String]) -> Self {
         Verdict {
             heading: "Verdict",
@@ -238,7 +245,6 @@ impl Verdict {
 
 impl<'a> Section<'a> {
     /// An empty section.
-    #[must_use]
     pub fn new(id: &'static str, title: &'static str) -> Self {
         Section {
             id,
@@ -249,28 +255,24 @@ impl<'a> Section<'a> {
     }
 
     /// Without its heading in a text.
-    #[must_use]
     pub fn opening(mut self) -> Self {
         self.opening = true;
         self
     }
 
     /// With a block that every rendering has.
-    #[must_use]
     pub fn with(mut self, block: impl Into<Block<'a>>) -> Self {
         self.blocks.push((Detail::Summary, block.into()));
         self
     }
 
     /// With a block that only a full rendering has.
-    #[must_use]
     pub fn full(mut self, block: impl Into<Block<'a>>) -> Self {
         self.blocks.push((Detail::Full, block.into()));
         self
     }
 
     /// With figures.
-    #[must_use]
     pub fn figures(mut self, figures: impl IntoIterator<Item = &'a Figure>) -> Self {
         let blocks = figures.into_iter().map(Block::Figure);
         self.blocks.extend(blocks.map(|b| (Detail::Full, b)));
@@ -288,13 +290,11 @@ impl<'a> Section<'a> {
 
 impl Block<'_> {
     /// Sentences.
-    #[must_use]
     pub fn paragraph(text: impl Into<String>) -> Self {
         Block::Paragraph(text.into())
     }
 
     /// Small print.
-    #[must_use]
     pub fn note(text: impl Into<String>) -> Self {
         Block::Note(text.into())
     }
@@ -308,7 +308,6 @@ impl From<Table> for Block<'_> {
 
 impl Table {
     /// An empty table.
-    #[must_use]
     pub fn new(caption: impl Into<String>) -> Self {
         Table {
             caption: caption.into(),
@@ -317,20 +316,23 @@ impl Table {
     }
 
     /// With these columns on the right of those that it has.
-    #[must_use]
-    pub fn columns(mut self, columns: impl IntoIterator<Item = Column>) -> Self {
-        self.columns.extend(columns);
+    pub fn columns<C: Into<Column>>(mut self, columns: impl IntoIterator<Item = C>) -> Self {
+        self.columns.extend(columns.into_iter().map(Into::into));
         self
     }
 
+    /// Whether this column holds numbers, which are right-aligned.
+    pub(super) fn is_numeric(&self, column: usize) -> bool {
+        let mut cells = self.rows.iter().filter_map(|r| r.cells.get(column));
+        cells.any(|c| matches!(c, Cell::Number(..)))
+    }
+
     /// With one more row.
-    #[must_use]
     pub fn row(self, row: impl Into<Row>) -> Self {
         self.rows([row.into()])
     }
 
     /// With more rows; beyond [`ROWS`] they are counted and not kept, unless they stay.
-    #[must_use]
     pub fn rows(mut self, rows: impl IntoIterator<Item = Row>) -> Self {
         for row in rows {
             self.all += 1;
@@ -343,44 +345,36 @@ impl Table {
 }
 
 impl Column {
-    /// A column of texts.
-    #[must_use]
-    pub fn left(name: impl Into<String>) -> Self {
+    /// A column that every rendering has.
+    pub fn new(name: impl Into<String>) -> Self {
         Column {
             group: String::new(),
             name: name.into(),
-            numbers: false,
             detail: Detail::Summary,
         }
     }
 
-    /// A column of numbers.
-    #[must_use]
-    pub fn number(name: impl Into<String>) -> Self {
-        Column {
-            numbers: true,
-            ..Column::left(name)
-        }
-    }
-
     /// Three columns of numbers, for the axes.
-    #[must_use]
     pub fn axes(group: &str) -> [Self; 3] {
-        ["x", "y", "z"].map(|axis| Column::number(axis).below(group))
+        ["x", "y", "z"].map(|axis| Column::new(axis).below(group))
     }
 
     /// Below a heading that it shares with its neighbours.
-    #[must_use]
     pub fn below(mut self, group: &str) -> Self {
         group.clone_into(&mut self.group);
         self
     }
 
     /// Only where all is shown.
-    #[must_use]
     pub fn full(mut self) -> Self {
         self.detail = Detail::Full;
         self
+    }
+}
+
+impl From<&str> for Column {
+    fn from(name: &str) -> Self {
+        Column::new(name)
     }
 }
 
@@ -394,22 +388,23 @@ impl<C: IntoIterator<Item = Cell>> From<C> for Row {
 }
 
 impl Row {
-    /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
-    #[must_use]
-    pub fn axes(name: &str, values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> Self {
-        let cells = Cell::axes(values, text);
+    /// Cells behind what they are.
+    pub fn named(name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
         std::iter::once(Cell::text(name)).chain(cells).into()
     }
 
+    /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
+    pub fn axes(name: &str, values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> Self {
+        Row::named(name, Cell::axes(values, text))
+    }
+
     /// With a sentence below it.
-    #[must_use]
     pub fn noted(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
         self
     }
 
     /// As a sum of those above.
-    #[must_use]
     pub fn sum(mut self) -> Self {
         self.sum = true;
         self
@@ -418,19 +413,16 @@ impl Row {
 
 impl Cell {
     /// Words.
-    #[must_use]
     pub fn text(text: impl Into<String>) -> Self {
         Cell::Text(text.into())
     }
 
     /// A number without an uncertainty.
-    #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
         Cell::Number(text.into(), None)
     }
 
     /// A number that may be missing.
-    #[must_use]
     pub fn maybe(value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
         value.map_or_else(Cell::none, |v| Cell::number(text(v)))
     }
@@ -441,17 +433,16 @@ impl Cell {
     }
 
     /// With its standard uncertainty, where that is known.
-    #[must_use]
-    pub fn plus_minus(self, sigma: Option<String>) -> Self {
+    pub fn plus_minus(self, sigma: Option<f64>, decimals: usize) -> Self {
+        let sigma = sigma.filter(|s| s.is_finite()).map(|s| fixed(s, decimals));
         match self {
             Cell::Number(text, _) => Cell::Number(text, sigma),
             other => other,
         }
     }
 
-    /// Nothing is known.
-    #[must_use]
+    /// No number is known.
     pub fn none() -> Self {
-        Cell::text("–")
+        Cell::number("–")
     }
 }

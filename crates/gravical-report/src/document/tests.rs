@@ -18,13 +18,12 @@ fn remark() -> Remark {
 
 /// One of everything, with a name that is markup in each of the formats.
 fn document(figure: &Figure) -> Document<'_> {
-    let sigma = "0.0012".to_owned();
     let table = Table::new("Bias, ± 1σ")
-        .columns([Column::left("axis"), Column::number("b, m/s²")])
+        .columns(["axis", "b, m/s²"])
         .columns(Column::axes("mean").map(Column::full))
         .row([
             Cell::text("<x>|*"),
-            Cell::number("-0.2246").plus_minus(Some(sigma)),
+            Cell::number("-0.2246").plus_minus(Some(0.0012), 4),
             Cell::none(),
             Cell::none(),
             Cell::none(),
@@ -172,7 +171,7 @@ fn html() {
         "<p class=\"equation\">a = b<br>c = d</p>",
         "<caption>Bias, ± 1σ</caption><thead><tr><th scope=\"col\" rowspan=\"2\">axis</th><th class=\"n\" scope=\"col\" rowspan=\"2\">b, m/s²</th><th scope=\"colgroup\" colspan=\"3\">mean</th></tr><tr><th class=\"n\" scope=\"col\" rowspan=\"1\">x</th>",
         "<tr><th scope=\"row\">&lt;x&gt;|*</th><td class=\"n\">−0.2246 <span class=\"sd\">± 0.0012</span></td><td class=\"n\">–</td>",
-        "<label for=\"bias-code-0\">C</label>",
+        "<details open><summary>C</summary>",
         "a = b &lt; c;\n</pre>",
         "<figure id=\"figure-norm\"",
         "<div><dt>time</dt><dd>1 s</dd></div>",
@@ -195,9 +194,7 @@ fn long_tables_are_cut_and_say_so() {
         stays: i == 400,
         ..Row::from([Cell::text(format!("row {i}"))])
     };
-    let table = Table::new("")
-        .columns([Column::left("name")])
-        .rows((0..1000).map(row));
+    let table = Table::new("").columns(["name"]).rows((0..1000).map(row));
     let document = Document::new("").with(Section::new("a", "A").with(table));
     let text = document.to_text(Detail::Summary);
     assert_eq!(text.lines().count(), 3 + 23 + 1 + 1, "{text}");
@@ -231,16 +228,15 @@ fn a_drawing_that_does_not_fit_is_named() {
 #[test]
 fn no_line_is_wider_than_a_terminal() {
     let long = "word".repeat(40);
-    let sigma = || Some("0.000001".to_owned());
-    let number = || Cell::number("-12345.678901").plus_minus(sigma());
+    let number = || Cell::number("-12345.678901").plus_minus(Some(1e-6), 6);
     let table = |text: &str| {
         let mut cells = vec![Cell::text(text)];
         cells.extend((0..9).map(|_| number()));
         cells.push(Cell::text("some more words ".repeat(9)));
         Table::new("Wide")
-            .columns([Column::left("name")])
-            .columns((0..9).map(|i| Column::number(format!("column {i}, m/s²"))))
-            .columns([Column::left("sentences")])
+            .columns(["name"])
+            .columns((0..9).map(|i| Column::new(format!("column {i}, m/s²"))))
+            .columns(["sentences"])
             .row(Row::from(cells).noted("a reason ".repeat(20)))
     };
     let paragraph = Block::paragraph("word ".repeat(60));

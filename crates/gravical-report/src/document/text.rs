@@ -49,7 +49,11 @@ fn conclusion(verdict: &Verdict) -> String {
 }
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
-    let shown = || section.shown(detail).filter(|b| !is_picture(b));
+    let shown = || {
+        section
+            .shown(detail)
+            .filter(|b| !matches!(b, Block::Figure(_)))
+    };
     if shown().next().is_none() {
         return String::new();
     }
@@ -61,9 +65,9 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
     for block in shown() {
         let apart = match (before, block) {
             (None, Block::Table(_)) => section.opening,
-            (None | Some(Block::Heading(_)), _) | (_, Block::Note(_)) => false,
+            (None, _) | (_, Block::Note(_)) => false,
             (Some(Block::Table(_) | Block::Facts(_)), _) => true,
-            (_, Block::Table(_) | Block::Heading(_)) => true,
+            (_, Block::Table(_)) => true,
             _ => false,
         };
         if apart {
@@ -75,14 +79,9 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
     out
 }
 
-fn is_picture(block: &Block<'_>) -> bool {
-    matches!(block, Block::Figure(_))
-}
-
 fn block_text(block: &Block<'_>, detail: Detail) -> String {
     match block {
         Block::Paragraph(text) | Block::Note(text) => paragraph("  ", text),
-        Block::Heading(text) => format!("  {text}\n"),
         Block::Equation(lines) => lines.iter().map(|l| paragraph("  ", l)).collect(),
         Block::List(points) => points.iter().map(|p| paragraph("  - ", p)).collect(),
         Block::Facts(facts) => facts_text(facts),
@@ -120,12 +119,8 @@ impl Remark {
     /// The finding with its place, in a paragraph.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let place = match self.place.as_str() {
-            "" => String::new(),
-            place => format!(" [{place}]"),
-        };
         let mark = if self.warning { "  ! " } else { "  · " };
-        paragraph(mark, &format!("{}: {}{place}", self.kind, self.text))
+        paragraph(mark, &format!("{}: {}", self.kind, self.said()))
     }
 }
 
@@ -182,7 +177,7 @@ fn length(text: &str) -> usize {
 }
 
 /// How the columns of a table are narrowed.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 struct Layout {
     /// Uncertainties are below their values.
     below: bool,
@@ -191,55 +186,35 @@ struct Layout {
     /// Smallest width to which headings are wrapped.
     head: usize,
     /// Largest width of sentences.
-    room: Option<usize>,
+    room: usize,
 }
 
-/// Layouts of a table; the first that fits is used.
+/// Layouts of a table, from wide to narrow; the first that fits is used.
 const LAYOUTS: [Layout; 5] = [
-    Layout {
-        below: false,
-        gap: 2,
-        head: 16,
-        room: None,
-    },
-    Layout {
-        below: false,
-        gap: 2,
-        head: 8,
-        room: None,
-    },
-    Layout {
-        below: false,
-        gap: 1,
-        head: 5,
-        room: None,
-    },
-    Layout {
-        below: true,
-        gap: 2,
-        head: 8,
-        room: None,
-    },
-    LAST,
+    layout(false, 2, 16),
+    layout(false, 2, 8),
+    layout(false, 1, 5),
+    layout(true, 2, 8),
+    layout(true, 2, 5),
 ];
 
-const LAST: Layout = Layout {
-    below: true,
-    gap: 2,
-    head: 5,
-    room: None,
-};
+const fn layout(below: bool, gap: usize, head: usize) -> Layout {
+    let room = usize::MAX;
+    Layout {
+        below,
+        gap,
+        head,
+        room,
+    }
+}
 
-/// A column in print: its heading, and the lines of each cell.
+/// A column in print.
 struct Printed {
     group: String,
-    head: Vec<String>,
-    /// By row, then by line.
+    /// Lines of the heading, then those of each cell.
     cells: Vec<Vec<String>>,
     right: bool,
     width: usize,
-    /// Spaces before it.
-    gap: usize,
 }
 
 fn table_text(table: &Table, detail: Detail) -> String {
@@ -247,56 +222,44 @@ fn table_text(table: &Table, detail: Detail) -> String {
         Detail::Summary if table.all > LISTED => LISTED - 1,
         _ => table.rows.len(),
     };
-    let listed = |(i, row): &(usize, &Row)| *i < cut || row.stays;
-    let rows: Vec<&Row> = table
-        .rows
-        .iter()
-        .enumerate()
-        .filter(listed)
-        .map(|(_, row)| row)
-        .collect();
-    let print = |layout: Layout| -> Vec<Printed> {
+    let rows = table.rows.iter().enumerate();
+    let rows = rows.filter(|(i, row)| *i < cut || row.stays);
+    let rows: Vec<&Row> = rows.map(|(_, row)| row).collect();
+    let print = |layout: &Layout| -> Vec<Printed> {
         let columns = table.columns.iter().enumerate();
-        columns
-            .filter(|(_, c)| c.detail <= detail)
-            .map(|(i, c)| Printed::new(c, rows.iter().filter_map(|r| r.cells.get(i)), layout))
-            .collect()
+        let columns = columns.filter(|(_, column)| column.detail <= detail);
+        let print = |(i, column)| {
+            let cells = rows.iter().map(|r| &r.cells[i]);
+            Printed::new(column, table.is_numeric(i), cells, layout)
+        };
+        columns.map(print).collect()
     };
-    let mut columns = LAYOUTS
-        .into_iter()
-        .map(print)
-        .find(|columns| total(columns) <= WIDTH)
-        .unwrap_or_else(|| print(LAST));
+    let fits = |layout: &&Layout| total(&print(layout), layout.gap) <= WIDTH;
+    let mut layout = *LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[4]);
+    let mut columns = print(&layout);
     // Sentences share what the numbers leave; if that is too little, the table is split.
-    let over = total(&columns).saturating_sub(WIDTH);
+    let over = total(&columns, layout.gap).saturating_sub(WIDTH);
     if over > 0 {
         let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
         let room = prose.and_then(|width| width.checked_sub(over));
-        let room = room.filter(|room| *room >= NARROWEST).unwrap_or(PART);
-        columns = print(Layout {
-            room: Some(room),
-            ..LAST
-        });
+        layout.room = room.filter(|room| *room >= NARROWEST).unwrap_or(PART);
+        columns = print(&layout);
     }
     let mut out = String::new();
     if !table.caption.is_empty() {
         out.push_str(&paragraph("  ", &table.caption));
     }
     // The first column names the row: it is repeated in each part.
-    let mut columns = columns.into_iter();
-    let Some(first) = columns.next() else {
-        return out;
-    };
-    let mut part = vec![first];
+    let mut part: Vec<Printed> = Vec::new();
     for column in columns {
-        if part.len() > 1 && total(&part) + column.gap + column.width > WIDTH {
-            out.push_str(&part_text(&part, &rows));
+        if part.len() > 1 && total(&part, layout.gap) + layout.gap + column.width > WIDTH {
+            out.push_str(&part_text(&part, &rows, layout.gap));
             out.push('\n');
             part.truncate(1);
         }
         part.push(column);
     }
-    out.push_str(&part_text(&part, &rows));
+    out.push_str(&part_text(&part, &rows, layout.gap));
     let left_out = table.all.saturating_sub(rows.len());
     if left_out > 0 {
         out.push_str(&format!("  … and {left_out} more; --json has all\n"));
@@ -305,29 +268,30 @@ fn table_text(table: &Table, detail: Detail) -> String {
 }
 
 /// Width of the columns side by side, behind an indent.
-fn total(columns: &[Printed]) -> usize {
-    2 + columns.iter().map(|c| c.gap + c.width).sum::<usize>()
-        - columns.first().map_or(0, |c| c.gap)
+fn total(columns: &[Printed], gap: usize) -> usize {
+    let widths: usize = columns.iter().map(|c| c.width).sum();
+    2 + widths + gap * columns.len().saturating_sub(1)
 }
 
 impl Printed {
-    fn new<'c>(column: &Column, cells: impl Iterator<Item = &'c Cell>, layout: Layout) -> Self {
-        let cells: Vec<Vec<String>> = cells
-            .map(|cell| match (cell, layout.room) {
-                (Cell::Text(text) | Cell::Link(text, _), Some(room)) if !column.numbers => {
-                    lines(&one_line(text), room)
-                }
-                (Cell::Number(q, Some(sd)), _) if layout.below => {
-                    vec![q.clone(), format!("± {sd}")]
-                }
-                _ => vec![one_line(&cell.plain()).into_owned()],
-            })
-            .collect();
-        let longest = |texts: &mut dyn Iterator<Item = &str>| texts.map(length).max().unwrap_or(0);
-        let widest = longest(&mut cells.iter().flatten().map(String::as_str));
-        let room = widest
-            .max(longest(&mut column.name.split(' ')))
-            .max(layout.head);
+    fn new<'c>(
+        column: &Column,
+        right: bool,
+        cells: impl Iterator<Item = &'c Cell>,
+        layout: &Layout,
+    ) -> Self {
+        let cells = cells.map(|cell| match cell {
+            Cell::Text(text) if !right => lines(&one_line(text), layout.room),
+            Cell::Number(q, Some(sd)) if layout.below => vec![q.clone(), format!("± {sd}")],
+            _ => vec![one_line(&cell.plain()).into_owned()],
+        });
+        let mut cells: Vec<Vec<String>> = cells.collect();
+        let widest = |cells: &[Vec<String>]| cells.iter().flatten().map(|t| length(t)).max();
+        let words = column.name.split(' ').map(length).max();
+        let room = widest(&cells)
+            .max(words)
+            .max(Some(layout.head))
+            .unwrap_or(0);
         let head = match column.name.rsplit_once(", ") {
             // A unit gets its own line if that is enough.
             Some((name, unit)) if length(&column.name) > room && length(name) < room => {
@@ -335,22 +299,21 @@ impl Printed {
             }
             _ => lines(&column.name, room),
         };
-        let width = widest.max(longest(&mut head.iter().map(String::as_str)));
+        cells.insert(0, head);
         Printed {
             group: column.group.clone(),
-            head,
+            width: widest(&cells).unwrap_or(0),
             cells,
-            right: column.numbers,
-            width,
-            gap: layout.gap,
+            right,
         }
     }
 
     fn padded(&self, text: &str) -> String {
-        let (gap, width) = (self.gap, self.width);
-        match self.right {
-            true => format!("{:gap$}{text:>width$}", ""),
-            false => format!("{:gap$}{text:<width$}", ""),
+        let width = self.width;
+        if self.right {
+            format!("{text:>width$}")
+        } else {
+            format!("{text:<width$}")
         }
     }
 }
@@ -362,35 +325,26 @@ fn lines(text: &str, width: usize) -> Vec<String> {
     lines.into_iter().map(Cow::into_owned).collect()
 }
 
-fn part_text(columns: &[Printed], rows: &[&Row]) -> String {
-    let mut out = groups_text(columns);
-    let line = |out: &mut String, texts: &mut dyn Iterator<Item = String>| {
-        let text: String = texts.collect();
-        // The indent replaces the gap of the first column.
-        let first = columns.first().map_or(0, |c| c.gap);
-        out.push_str(format!("  {}", text.get(first..).unwrap_or("")).trim_end());
-        out.push('\n');
-    };
-    let high = columns.iter().map(|c| c.head.len()).max().unwrap_or(0);
-    for i in 0..high {
-        // Headings are aligned at the bottom.
-        let text = |c: &Printed| {
-            let at = (i + c.head.len()).checked_sub(high);
-            c.padded(at.and_then(|at| c.head.get(at)).map_or("", |t| t))
-        };
-        line(&mut out, &mut columns.iter().map(text));
-    }
-    for (i, row) in rows.iter().enumerate() {
-        let cell = |c: &Printed| c.cells.get(i).map_or(0, Vec::len);
-        let high = columns.iter().map(cell).max().unwrap_or(0);
+fn part_text(columns: &[Printed], rows: &[&Row], gap: usize) -> String {
+    let mut out = groups_text(columns, gap);
+    for i in 0..=rows.len() {
+        let high = columns.iter().map(|c| c.cells[i].len()).max().unwrap_or(0);
         for k in 0..high {
-            let text = |c: &Printed| {
-                let cell = c.cells.get(i).and_then(|lines| lines.get(k));
-                c.padded(cell.map_or("", |t| t))
+            let line = |c: &Printed| {
+                let lines = &c.cells[i];
+                // Headings are aligned at the bottom.
+                let above = if i == 0 { high - lines.len() } else { 0 };
+                let line = k.checked_sub(above).and_then(|k| lines.get(k));
+                c.padded(line.map_or("", |t| t))
             };
-            line(&mut out, &mut columns.iter().map(text));
+            let cells: Vec<String> = columns.iter().map(line).collect();
+            let line = cells.join(&" ".repeat(gap));
+            out.push_str(format!("  {line}").trim_end());
+            out.push('\n');
         }
-        if !row.note.is_empty() {
+        if let Some(row) = i.checked_sub(1).map(|i| rows[i])
+            && !row.note.is_empty()
+        {
             out.push_str(&paragraph("      ", &row.note));
         }
     }
@@ -398,19 +352,16 @@ fn part_text(columns: &[Printed], rows: &[&Row]) -> String {
 }
 
 /// The line above the headings: groups, centred on their columns.
-fn groups_text(columns: &[Printed]) -> String {
-    let mut line = String::new();
-    for group in columns.chunk_by(|a, b| a.group == b.group) {
-        let name = group.first().map_or("", |c| &c.group);
-        let gap = group.first().map_or(0, |c| c.gap);
-        let width = total(group) - 2;
-        let name: String = name.chars().take(width).collect();
-        let gap = if line.is_empty() { 2 } else { gap };
-        line.push_str(&format!("{:gap$}{name:^width$}", ""));
-    }
+fn groups_text(columns: &[Printed], gap: usize) -> String {
+    let groups = columns.chunk_by(|a, b| a.group == b.group).map(|group| {
+        let width = total(group, gap) - 2;
+        let name: String = group[0].group.chars().take(width).collect();
+        format!("{name:^width$}")
+    });
+    let line = groups.collect::<Vec<_>>().join(&" ".repeat(gap));
     match line.trim_end() {
         "" => String::new(),
-        line => format!("{line}\n"),
+        line => format!("  {line}\n"),
     }
 }
 
@@ -418,7 +369,7 @@ impl Cell {
     /// The text of the cell in one line.
     pub(super) fn plain(&self) -> String {
         match self {
-            Cell::Text(text) | Cell::Code(text) | Cell::Link(text, _) => text.clone(),
+            Cell::Text(text) | Cell::Code(text) => text.clone(),
             Cell::Number(q, None) => q.clone(),
             Cell::Number(q, Some(sd)) => format!("{q} ± {sd}"),
         }

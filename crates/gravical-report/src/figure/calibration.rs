@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use gravical::calibration_file::{CalibrationFile, Method, PoseResult, TemperatureModel};
-use gravical::numfmt::{decimals_for, milli_g, words};
+use gravical::core::matrix3::{norm as length, unit};
+use gravical::numfmt::{self, milli_g, words};
 use gravical::poses::Segmentation;
 use gravical::recording::Recording;
 use gravical::temperature::evaluate;
@@ -12,14 +13,12 @@ use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
 use super::svg::extent;
 
 /// Names of all figures that a calibration can have, in the order of a report.
-pub(super) const NAMES: [&str; 9] = [
+pub(super) const NAMES: [&str; 7] = [
     "norm",
     "residuals",
     "sphere",
     "tilt",
     "captures",
-    "parameters",
-    "budget",
     "noise",
     "temperature",
 ];
@@ -49,8 +48,6 @@ pub fn figures(file: &CalibrationFile, session: Option<Session<'_>>) -> Vec<Figu
             .as_ref()
             .zip(session)
             .and_then(|(t, s)| captures(file, t, s.segmentation)),
-        of_poses(parameters),
-        budget(file),
         session.and_then(|session| noise(file, session)),
         temperature(file, track.as_ref()),
     ];
@@ -59,64 +56,40 @@ pub fn figures(file: &CalibrationFile, session: Option<Session<'_>>) -> Vec<Figu
 
 /// Unit of raw values in a figure, and what to multiply differences in the file's unit with to have
 /// them in it: m/s² where that can be.
-fn shown_unit(file: &CalibrationFile) -> (&str, f64) {
+fn shown_unit(file: &CalibrationFile) -> (String, f64) {
     let a = &file.accelerometer;
     match a.nominal_per_mps2() {
-        Some(nominal) => ("m/s²", 1.0 / nominal),
-        None => (unit_text(a.input_unit.name()), 1.0),
+        Some(nominal) => ("m/s²".to_owned(), 1.0 / nominal),
+        None => (numfmt::unit(a.input_unit.name()), 1.0),
     }
-}
-
-/// A unit as it stands on an axis.
-fn unit_text(name: &str) -> &str {
-    match name {
-        "m/s^2" => "m/s²",
-        "deg/s" => "°/s",
-        "unknown" => "unit of the file",
-        other => other,
-    }
-}
-
-fn norm_of(v: [f64; 3]) -> f64 {
-    v.iter().map(|c| c * c).sum::<f64>().sqrt()
-}
-
-fn unit_vector(v: [f64; 3]) -> [f64; 3] {
-    let norm = norm_of(v).max(f64::MIN_POSITIVE);
-    v.map(|c| c / norm)
 }
 
 fn labels(poses: &[PoseResult]) -> Axis {
     Axis::names("pose", poses.iter().map(|p| p.label.as_str()))
 }
 
-/// Some value is known.
-fn known(values: &[f64]) -> bool {
-    values.iter().any(|v| v.is_finite())
-}
-
 /// ‖a‖ of each pose before and after, and after alone with its uncertainty.
 fn norm(file: &CalibrationFile) -> Figure {
     let poses = &file.accelerometer.poses;
     let g = file.gravity_mps2;
-    let after: Vec<f64> = poses.iter().map(|p| norm_of(p.calibrated)).collect();
-    let directions = poses.iter().map(|p| unit_vector(p.calibrated));
+    let after: Vec<f64> = poses.iter().map(|p| length(&p.calibrated)).collect();
+    let directions = poses.iter().map(|p| unit(&p.calibrated));
     let deviations = file.sensor().map(|sensor| sensor.sd_along(directions));
     let calibrated = |values: Vec<f64>, factor: f64| {
-        let points = Series::over_names("calibrated", Role::Calibrated, values);
+        let points = Series::categorical("calibrated", Role::Result, values);
         match &deviations {
             Some(sd) => points.plus_minus(&sd.iter().map(|v| factor * v).collect::<Vec<_>>()),
             None => points,
         }
     };
     let raw = poses.iter().map(|p| p.raw);
-    let before = raw.map(|raw| file.accelerometer.nominally(raw).map(norm_of));
+    let before = raw.map(|raw| file.accelerometer.nominally(raw).map(|a| length(&a)));
     let before: Option<Vec<f64>> = before.collect();
     // Without a nominal scale there is no before, and the other panel says it all.
     let both = before.map(|before| {
         Panel::new("", labels(poses), Axis::new("‖a‖", "m/s²"))
             .with(Series::rule("local gravity", Role::Reference, g))
-            .with(Series::over_names("before", Role::Raw, before))
+            .with(Series::categorical("before", Role::Raw, before))
             .with(calibrated(after.clone(), 1.0))
     });
     let what = match both {
@@ -151,24 +124,21 @@ fn residuals(file: &CalibrationFile) -> Figure {
     let panel = Panel::new("", labels(poses), Axis::new("error", "mm/s²"));
     let errors = |name, role, value: fn(&PoseResult) -> Option<f64>| {
         let values = poses.iter().map(value);
-        Series::over_names(name, role, values.map(|v| v.map_or(f64::NAN, milli_g)))
+        Series::categorical(name, role, values.map(|v| v.map_or(f64::NAN, milli_g)))
     };
     let left_out = errors("left out of the fit", Role::Warning, |p| {
         p.left_out_error_mps2
     });
-    let of_vectors = "alibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt.";
-    let title = "Errors of the poses";
-    if !known(&left_out.y) {
-        let figure = Figure::new("residuals", title, format!("C{of_vectors}"));
-        return figure.with(components(panel, &vectors));
+    let caption = "Calibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt.";
+    let figure = Figure::new("residuals", "Errors of the poses", caption);
+    let mut figure = figure.with(components(panel, &vectors));
+    if !left_out.has_values() {
+        return figure;
     }
-    let caption = format!(
-        "Above: c{of_vectors} Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is."
-    );
-    let figure = Figure::new("residuals", title, caption).with(components(panel, &vectors));
+    figure.caption += " Below: error of ‖a‖ with the pose in the fit and left out of it; only the latter measures how accurate the calibration is.";
     let magnitude = Panel::new("", labels(poses), Axis::new("‖a‖ − g", "mg"))
         .with(Series::rule("no error", Role::Reference, 0.0))
-        .with(errors("in the fit", Role::Calibrated, |p| {
+        .with(errors("in the fit", Role::Result, |p| {
             p.magnitude_error_mps2
         }))
         .with(left_out);
@@ -208,13 +178,13 @@ fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
     };
     let poses = |fitted: bool| {
         let poses = a.poses.iter().filter(move |p| p.fitted == fitted);
-        poses.map(|p| (unit_vector(p.calibrated), p.label.clone()))
+        poses.map(|p| (unit(&p.calibrated), p.label.clone()))
     };
     let next = a.proposed_poses().iter().enumerate();
     let mut next = next.map(|(i, pose)| (pose.direction, format!("next {}", i + 1)));
     panel
         .with(axes.labelled(names))
-        .with(points("pose", Role::Calibrated, &mut poses(true)))
+        .with(points("pose", Role::Result, &mut poses(true)))
         .with(points("not in the fit", Role::Bad, &mut poses(false)))
         .with(points("would help", Role::Warning, &mut next))
 }
@@ -255,7 +225,7 @@ fn tilt(file: &CalibrationFile) -> Option<Figure> {
         ),
         _ => ("tilt", "Estimated tilt of each face pose. Bars are ± 1σ."),
     };
-    let points = Series::over_names(name, Role::Calibrated, tilts).plus_minus(&deviations);
+    let points = Series::categorical(name, Role::Result, tilts).plus_minus(&deviations);
     let x = Axis::names("pose", faces.iter().map(|p| p.label.as_str()));
     let y = Axis::new("tilt off the face", "°").including(&[0.0]);
     let mut panel = Panel::new("", x, y);
@@ -264,68 +234,6 @@ fn tilt(file: &CalibrationFile) -> Option<Figure> {
         panel = panel.with(Series::rule(&how, Role::Reference, tilt.value));
     }
     Some(Figure::new("tilt", "Tilt of the face poses", caption).with(panel.with(points)))
-}
-
-/// Bias and scale beside each other with their uncertainty.
-fn parameters(file: &CalibrationFile) -> Figure {
-    let a = &file.accelerometer;
-    let unit = unit_text(a.input_unit.name());
-    let estimates = |title: &str, y: Axis, values: [f64; 3], sd: Option<[f64; 3]>| {
-        let points = Series::over_names("value", Role::Calibrated, values);
-        let points = match sd {
-            Some(sd) => points.plus_minus(&sd.map(|s| 1.96 * s)),
-            None => points,
-        };
-        Panel::new(title, Axis::names("axis", ["x", "y", "z"]), y).with(points)
-    };
-    let nominal = Series::rule("nominal", Role::Reference, 0.0);
-    let offset = a.zero_offset();
-    let label = match offset {
-        0.0 => "bias".to_owned(),
-        offset => format!("bias − {offset}"),
-    };
-    let (bias, sd) = (a.bias.map(|b| b - offset), a.deviations.map(|d| d.bias));
-    let bias = estimates("bias", Axis::new(&label, unit), bias, sd).with(nominal.clone());
-    let sd = a.deviations.map(|d| d.scale);
-    let scale = match a.scale_deviation_percent {
-        Some(off) => {
-            let percent = |i: usize, sd: f64| (100.0 + off[i]) * sd / a.scale[i];
-            let sd = sd.map(|sd| std::array::from_fn(|i| percent(i, sd[i])));
-            let y = Axis::new("scale against nominal", "%");
-            estimates("scale", y, off, sd).with(nominal)
-        }
-        None => {
-            let y = Axis::new("scale", &format!("{unit} per m/s²"));
-            estimates("scale", y, a.scale, sd)
-        }
-    };
-    let bars = if sd.is_some() {
-        "; bars are 95 % intervals"
-    } else {
-        ""
-    };
-    let caption = format!("Bias and scale of each axis{bars}.");
-    Figure::new("parameters", "Parameters", caption).beside([bias, scale])
-}
-
-/// Parts of the uncertainty of ‖a‖ at rest.
-fn budget(file: &CalibrationFile) -> Option<Figure> {
-    let budget = file.accelerometer.budget.as_ref()?;
-    let parts = budget.contributions.iter();
-    let parts = parts.filter_map(|c| Some((words(&c.source), milli_g(c.norm_mps2?))));
-    let (names, values): (Vec<String>, Vec<f64>) = parts.unzip();
-    if names.is_empty() {
-        return None;
-    }
-    let (combined, expanded) = (milli_g(budget.combined_mps2), milli_g(budget.expanded_mps2));
-    let caption = format!(
-        "Contributions to the standard uncertainty of ‖a‖ at rest, RMS over all directions; combined: root sum of squares, expanded (k = {}): {expanded:.*} mg.",
-        budget.coverage_factor,
-        decimals_for(expanded),
-    );
-    let y = Axis::new("standard uncertainty of ‖a‖", "mg");
-    let panel = super::contributions(names, values, combined, y);
-    Some(Figure::new("budget", "Uncertainty budget", caption).with(panel))
 }
 
 /// Recordings one after the other on one axis of time.
@@ -382,12 +290,12 @@ impl<'a> Track<'a> {
         factor: f64,
         column: impl Fn(&'a Recording) -> Option<&'a Vec<f64>>,
     ) -> Series {
-        let value = |i: usize| {
-            let k = self.starts.partition_point(|s| *s <= i) - 1;
-            let value = column(&self.recordings[k]).and_then(|c| c.get(i - self.starts[k]));
-            [self.t_s[i], value.map_or(f64::NAN, |v| factor * v)]
+        let values = |r: &'a Recording| {
+            let known = column(r).into_iter().flatten().map(|v| factor * v);
+            known.chain(std::iter::repeat(f64::NAN)).take(r.rows())
         };
-        Series::long_line(name, role, (self.t_s.len(), &self.breaks), value)
+        let y = self.recordings.iter().flat_map(values).collect();
+        Series::line(name, role, self.t_s.clone(), y).thinned(&self.breaks)
     }
 }
 
@@ -401,7 +309,7 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
                 *track.t_s.get(start + rows.start)?,
                 *track.t_s.get(start + rows.end - 1)?,
             ];
-            if known(&window) {
+            if window.iter().all(|t| t.is_finite()) {
                 windows.push(window);
                 names.push(pose.face.map_or_else(|| pose.label.clone(), |f| f.name()));
             }
@@ -411,13 +319,13 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
         1 => "the pose whose mean was used".to_owned(),
         n => format!("the {n} poses whose means were used"),
     };
-    let (unit, factor) = shown_unit(file);
+    let (in_unit, factor) = shown_unit(file);
     let nominal = if factor == 1.0 { "" } else { ", nominal scale" };
     let caption = format!("Raw recording{nominal}. Shaded: {used}.");
     let mut figure = Figure::new("captures", "Recorded poses", caption);
     for (axis, (name, _)) in XYZ.into_iter().enumerate() {
         let line = track.line("raw", Role::Raw, factor, |r| r.accel.get(axis));
-        let mut panel = Panel::new(name, track.axis.clone(), Axis::new("", unit));
+        let mut panel = Panel::new(name, track.axis.clone(), Axis::new("", &in_unit));
         panel = panel.with(Series::intervals("used", &windows));
         // The names of few windows, above the line.
         if axis == 0 && windows.len() <= 12 {
@@ -437,8 +345,8 @@ fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
     let poses = &session.segmentation.poses;
     let results = &file.accelerometer.poses;
     let results = (results.len() == poses.len()).then_some(results);
-    let (unit, factor) = match shown_unit(file) {
-        ("m/s²", factor) => ("mm/s²", 1e3 * factor),
+    let (in_unit, factor) = match shown_unit(file) {
+        (unit, factor) if unit == "m/s²" => ("mm/s²".to_owned(), 1e3 * factor),
         other => other,
     };
     let noise = poses.iter().enumerate().filter_map(|(i, pose)| {
@@ -449,10 +357,10 @@ fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
             factor * deviation(rows.flatten().copied())
         });
         let name = results.map_or(&pose.label, |results| &results[i].label);
-        known(&sigma).then_some((name, sigma))
+        sigma.iter().any(|s| s.is_finite()).then_some((name, sigma))
     });
     let (names, sigma): (Vec<&String>, Vec<[f64; 3]>) = noise.unzip();
-    let y = Axis::new("noise, 1σ of a sample", unit);
+    let y = Axis::new("noise, 1σ of a sample", &in_unit);
     let panel = Panel::new("", Axis::names("pose", names), y);
     let caption = "Standard deviation of the samples of each pose. A high value indicates a disturbed pose, zero a frozen axis.";
     let figure = Figure::new("noise", "Noise at rest", caption);
@@ -471,11 +379,12 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
 /// Temperature over time, and the drift that a model takes off; none without either.
 fn temperature(file: &CalibrationFile, track: Option<&Track<'_>>) -> Option<Figure> {
     let over_time = track.and_then(|track| {
-        let line = track.line("temperature", Role::Calibrated, 1.0, |r| {
+        let line = track.line("temperature", Role::Result, 1.0, |r| {
             r.temperature_c.as_ref()
         });
         let y = Axis::new("temperature", "°C");
-        known(&line.y).then(|| Panel::new("over time", track.axis.clone(), y).with(line))
+        line.has_values()
+            .then(|| Panel::new("over time", track.axis.clone(), y).with(line))
     });
     let model = file.temperature_model.as_ref();
     let sensors = [
@@ -499,7 +408,7 @@ fn drift(model: &TemperatureModel, title: &str, channels: [&str; 3]) -> Option<P
         let Some(drift) = model.channel(channel).filter(|c| c.is_corrected()) else {
             continue;
         };
-        unit_text(&drift.input_unit).clone_into(&mut panel.y.unit);
+        panel.y.unit = numfmt::unit(&drift.input_unit);
         let t = (0..=100).map(|i| from + (to - from) * f64::from(i) / 100.0);
         let drift = |t: f64| evaluate(&drift.coefficients, t - model.reference_c);
         let (t, y) = t.map(|t| (t, drift(t))).unzip();
@@ -573,20 +482,13 @@ mod tests {
         let error = |p: &PoseResult| p.magnitude_error_mps2.unwrap();
         for (i, p) in a.poses.iter().enumerate() {
             // The files are in m/s², which is their nominal scale.
-            assert!((shown("norm", 0, "before")[i] - norm_of(p.raw)).abs() < 1e-9);
+            assert!((shown("norm", 0, "before")[i] - length(&p.raw)).abs() < 1e-9);
             let after = shown("norm", 0, "calibrated")[i] - file.gravity_mps2;
             assert!((after - error(p)).abs() < 1e-12);
             assert!((shown("norm", 1, "calibrated")[i] - milli_g(error(p))).abs() < 1e-9);
             assert_eq!(shown("residuals", 0, "y")[i], 1e3 * p.error[1]);
             assert_eq!(shown("tilt", 0, "tilt")[i], p.tilt_deg.unwrap());
         }
-        assert_eq!(*shown("parameters", 0, "value"), a.bias);
-        assert_eq!(
-            *shown("parameters", 1, "value"),
-            a.scale_deviation_percent.unwrap()
-        );
-        let combined = a.budget.as_ref().unwrap().combined_mps2;
-        assert_eq!(*shown("budget", 0, "combined"), [milli_g(combined)]);
         assert_eq!(series(&figures, "captures", 0, "used").x.len(), 12);
         // One recording after the other, with a break before each.
         let x = &series(&figures, "captures", 1, "raw").x;
@@ -627,10 +529,6 @@ mod tests {
                    -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
         let means = read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default()).unwrap();
         let (_, figures) = figures_of(&[means], Method::Ferraris);
-        assert!(
-            figures
-                .iter()
-                .all(|f| f.name != "noise" && f.name != "budget")
-        );
+        assert!(figures.iter().all(|f| f.name != "noise"));
     }
 }

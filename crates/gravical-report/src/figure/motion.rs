@@ -4,30 +4,24 @@ mod space;
 
 use std::f64::consts::PI;
 
-use gravical::core::matrix3::norm;
-use gravical::motion::{MotionResult, Move, ReferenceTrack, Track};
+use gravical::motion::{MotionResult, ReferenceTrack, Track};
 use gravical::numfmt::decimals_for;
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
 use super::svg::{CIRCLE, DIAMOND, extent};
 
 /// Names of all figures that a motion can have, in the order of a report.
-pub(super) const NAMES: [&str; 8] = [
+pub(super) const NAMES: [&str; 6] = [
     "position",
     "trajectory",
     "position-3d",
     "velocity",
     "acceleration",
     "motion-acceleration",
-    "moves",
-    "budget",
 ];
 
 /// Rests that are shaded at most; a walk has thousands.
 const MAX_SHADED: usize = 2000;
-
-/// Moves that are shown at most.
-const MAX_MOVES: usize = 400;
 
 /// The uncalibrated path has a panel beside it where it reaches so many times further than the
 /// calibrated one: in one picture nothing else could be seen.
@@ -66,8 +60,6 @@ pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
         velocity(motion),
         acceleration(motion),
         motion_acceleration(motion),
-        moves(motion),
-        budget(motion),
     ];
     all.into_iter().flatten().collect()
 }
@@ -114,30 +106,31 @@ struct Path<'a> {
 impl Path<'_> {
     /// A line through the places that `point` gives for time and vector.
     fn line(&self, point: impl Fn(f64, [f64; 3]) -> [f64; 2]) -> Series {
-        let rows = self.t_s.len().min(self.values.len());
-        let point = |i: usize| point(self.t_s[i], self.values[i]);
-        Series::long_line(self.name, self.role, (rows, self.breaks), point)
+        let points = self.t_s.iter().zip(self.values);
+        let points = points.map(|(t, v)| <(f64, f64)>::from(point(*t, *v)));
+        let (x, y) = points.unzip();
+        Series::line(self.name, self.role, x, y).thinned(self.breaks)
     }
 }
 
 impl Motion<'_> {
-    fn path<'a>(&'a self, values: &'a [[f64; 3]], name: &'static str, role: Role) -> Path<'a> {
-        let Track { t_s, breaks, .. } = &self.track;
+    /// Vectors of the result.
+    fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
         Path {
-            name,
-            role,
-            t_s,
-            breaks,
+            name: self.name,
+            role: Role::Result,
+            t_s: &self.track.t_s,
+            breaks: &self.track.breaks,
             values,
         }
     }
 
-    fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
-        self.path(values, self.name, Role::Calibrated)
-    }
-
     fn uncalibrated<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
-        self.path(values, "uncalibrated", Role::Raw)
+        Path {
+            name: "uncalibrated",
+            role: Role::Raw,
+            ..self.result(values)
+        }
     }
 
     /// Positions uncalibrated, of the result, and of the reference.
@@ -175,23 +168,16 @@ impl Motion<'_> {
             panel.series.extend(series(axis));
             figure.with(panel)
         });
-        let mut series = figure.panels.iter().flat_map(|p| &p.series);
-        let known = series.any(|s| s.y.iter().any(|v| v.is_finite()));
-        known.then_some(figure)
+        let lines = figure.panels.iter().flat_map(|p| &p.series[1..]);
+        lines.into_iter().any(Series::has_values).then_some(figure)
     }
 }
 
 /// Specific force raw and calibrated, along the axes of the sensor.
 fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
-    let Track {
-        t_s,
-        breaks,
-        raw_mps2,
-        force_mps2,
-        ..
-    } = &motion.track;
-    let raw = ("raw", Role::Raw, raw_mps2);
-    let force = (motion.name, Role::Calibrated, force_mps2);
+    let track = &motion.track;
+    let raw = ("raw", Role::Raw, &track.raw_mps2);
+    let force = (motion.name, Role::Result, &track.force_mps2);
     let (columns, both) = match motion.result.calibration {
         Some(_) => (vec![raw, force], ": nominal scale and calibrated"),
         None => (vec![force], ""),
@@ -200,11 +186,11 @@ fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
         format!("Specific force in sensor axes, including gravity{both}. Rests are shaded.");
     let figure = Figure::new("acceleration", "Acceleration", caption);
     motion.over_time(figure, "m/s²", |axis| {
-        let line = |(name, role, columns): &(&str, Role, &[Vec<f64>; 3])| {
-            let rows = (t_s.len().min(columns[axis].len()), &breaks[..]);
-            Series::long_line(name, *role, rows, |i| [t_s[i], columns[axis][i]])
-        };
-        columns.iter().map(line).collect()
+        let lines = columns.iter().map(|(name, role, columns)| {
+            let (t_s, values) = (track.t_s.clone(), columns[axis].clone());
+            Series::line(name, *role, t_s, values).thinned(&track.breaks)
+        });
+        lines.collect()
     })
 }
 
@@ -253,20 +239,15 @@ fn banded(
     paths: &[Path<'_>],
     sigma: &[[f64; 3]],
 ) -> Option<Figure> {
-    let result = paths.iter().find(|p| p.role == Role::Calibrated)?;
+    let result = paths.iter().find(|p| p.role == Role::Result)?;
     let mut figure = motion.over_time(figure, unit, |axis| {
         let band = |(name, k): (&str, f64)| {
-            let rows = sigma.len().min(result.values.len()).min(result.t_s.len());
-            let ends = |i: usize| {
-                let (value, half) = (result.values[i][axis], k * sigma[i][axis]);
-                [value - half, value + half]
-            };
-            Series::long_band(
-                name,
-                Role::Calibrated,
-                (&result.t_s[..rows], result.breaks),
-                ends,
-            )
+            let ends = result.values.iter().zip(sigma);
+            let ends =
+                ends.map(|(v, sigma)| (v[axis] - k * sigma[axis], v[axis] + k * sigma[axis]));
+            let (low, high) = ends.unzip();
+            let x = result.t_s.to_vec();
+            Series::band(name, Role::Result, x, low, high).thinned(result.breaks)
         };
         let bands = [("± 2σ", 2.0), ("± 1σ", 1.0)].map(band).into_iter();
         bands
@@ -336,8 +317,8 @@ fn trajectory(motion: &Motion<'_>) -> Option<Figure> {
         ..Panel::new(title, Axis::new(x, "m"), Axis::new(y, "m"))
     };
     let [result, all] = [
-        &[Role::Calibrated, Role::Reference][..],
-        &[Role::Raw, Role::Calibrated, Role::Reference],
+        &[Role::Result, Role::Reference][..],
+        &[Role::Raw, Role::Result, Role::Reference],
     ];
     if far {
         let panels = [panel(motion.name, result), panel("and uncalibrated", all)];
@@ -390,7 +371,7 @@ fn in_plane(
         };
         match path.role {
             Role::Raw => series.push(spot("end, uncalibrated", path.role, end, DIAMOND)),
-            Role::Calibrated => {
+            Role::Result => {
                 series.extend(sigma.map(|sigma| ellipse(end, flat(sigma))));
                 series.push(spot("start", path.role, start, CIRCLE));
                 series.push(spot("end", path.role, end, DIAMOND));
@@ -406,85 +387,7 @@ fn ellipse([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Series {
     let turn = || (0..=72).map(|k| f64::sin_cos(PI * f64::from(k) / 72.0));
     let side = |b: f64| turn().map(|(sine, _)| y + b * sine).collect();
     let x = turn().map(|(_, cosine)| x - a * cosine).collect();
-    Series::band("± 1σ at the end", Role::Calibrated, x, side(-b), side(b))
-}
-
-/// Displacement of each move; none for a single one.
-fn moves(motion: &Motion<'_>) -> Option<Figure> {
-    let moves = motion.result.moves.iter().enumerate();
-    let usable: Vec<(usize, &Move)> = moves.filter(|(_, m)| m.displacement_m.is_some()).collect();
-    if usable.len() < 2 {
-        return None;
-    }
-    let shown = &usable[..usable.len().min(MAX_MOVES)];
-    let names = || Axis::names("move", shown.iter().map(|(i, _)| (i + 1).to_string()));
-    let panel = |(axis, (title, _)): (usize, (&str, _))| {
-        let column = |value: &dyn Fn(&Move) -> Option<[f64; 3]>| -> Vec<f64> {
-            let values = shown.iter().map(|(_, m)| value(m));
-            values.map(|v| v.map_or(f64::NAN, |v| v[axis])).collect()
-        };
-        let points = |name, role, value: &dyn Fn(&Move) -> Option<[f64; 3]>| {
-            Series::over_names(name, role, column(value))
-        };
-        let result = points(motion.name, Role::Calibrated, &|m| m.displacement_m);
-        Panel::new(title, names(), Axis::new("", "m").including(&[0.0]))
-            .with(points("uncalibrated", Role::Raw, &|m| m.uncalibrated_m))
-            .with(result.plus_minus(&column(&|m| m.sigma_m)))
-            .with(points("reference", Role::Reference, &|m| {
-                reference(motion, m)
-            }))
-    };
-    let more = match usable.len() - shown.len() {
-        0 => String::new(),
-        n => format!(" {n} more are not shown."),
-    };
-    let caption = format!("Displacement of each move; bars are ± 1σ.{more}");
-    let figure = Figure::new("moves", "Moves", caption);
-    Some(
-        XYZ.into_iter()
-            .enumerate()
-            .map(panel)
-            .fold(figure, Figure::with),
-    )
-}
-
-/// Displacement of a move by the reference.
-fn reference(motion: &Motion<'_>, m: &Move) -> Option<[f64; 3]> {
-    let truth = motion.result.truth.as_ref()?;
-    let same = truth.moves.iter().find(|o| o.start_s == m.start_s)?;
-    let moved = m.displacement_m?;
-    Some(std::array::from_fn(|i| moved[i] - same.end_error_m[i]))
-}
-
-/// Parts of the uncertainty of the move that is least certain.
-fn budget(motion: &Motion<'_>) -> Option<Figure> {
-    let (number, budget) = motion.result.largest_budget()?;
-    let parts = [&budget.noise, &budget.calibration, &budget.attitude].map(norm);
-    let combined = norm(&parts);
-    if !(combined > 0.0 && combined.is_finite()) {
-        return None;
-    }
-    let (unit, factor) = if combined < 0.5 {
-        ("mm", 1e3)
-    } else {
-        ("m", 1.0)
-    };
-    let names = vec!["noise", "calibration", "attitude"];
-    let y = Axis::new("standard uncertainty", unit);
-    let panel = super::contributions(
-        names,
-        parts.map(|v| factor * v).to_vec(),
-        factor * combined,
-        y,
-    );
-    let what = match motion.result.moves.len() {
-        1 => "the displacement".to_owned(),
-        _ => format!("the displacement of move {number}, the least certain one"),
-    };
-    let caption = format!(
-        "Contributions to the standard uncertainty of {what}, all three axes; combined: root sum of squares."
-    );
-    Some(Figure::new("budget", "Uncertainty of the displacement", caption).with(panel))
+    Series::band("± 1σ at the end", Role::Result, x, side(-b), side(b))
 }
 
 #[cfg(test)]
@@ -534,15 +437,8 @@ mod tests {
 
         let figures = figures(&motion);
         drawable(&figures);
-        // One move: nothing to compare.
         let names: Vec<&str> = figures.iter().map(|f| &f.name[..]).collect();
-        assert_eq!(
-            names,
-            NAMES
-                .into_iter()
-                .filter(|n| *n != "moves")
-                .collect::<Vec<_>>()
-        );
+        assert_eq!(names, NAMES);
         let shown = series(&figures, "position", 1, "without a calibration");
         assert!(shown.y.iter().eq(track.position_m.iter().map(|p| &p[1])));
         let (last, sigma) = (
@@ -561,13 +457,6 @@ mod tests {
         let end = series(&figures, "trajectory", 0, "end");
         let at = motion.result.r#final.position_m.unwrap();
         assert_eq!((end.x[0], end.y[0]), (at[0], at[1]));
-        let (_, parts) = motion.result.largest_budget().unwrap();
-        let noise = series(&figures, "budget", 0, "part").y[0];
-        assert!(
-            [1.0, 1e3]
-                .map(|factor| factor * norm(&parts.noise))
-                .contains(&noise)
-        );
     }
 
     #[test]

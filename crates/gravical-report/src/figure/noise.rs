@@ -54,13 +54,7 @@ fn panel(channel: &ChannelNoise, all: &[&ChannelNoise], unit: &str) -> Panel {
     };
     let tau = column(|p| p.tau_s);
     let (low, high) = (column(|p| p.low), column(|p| p.high));
-    panel = panel.with(Series::band(
-        "95 %",
-        Role::Calibrated,
-        tau.clone(),
-        low,
-        high,
-    ));
+    panel = panel.with(Series::band("95 %", Role::Result, tau.clone(), low, high));
     // A curve over averaging times, smooth on logarithmic axes.
     let (from, to) = extent(tau.iter().copied());
     let curve = |name: &str, role, at: &dyn Fn(f64) -> f64| {
@@ -83,10 +77,5 @@ fn panel(channel: &ChannelNoise, all: &[&ChannelNoise], unit: &str) -> Panel {
         panel = panel.with(curve("fitted curve", Role::Warning, &|t| fit.deviation(t)));
     }
     let sigma = column(|p| p.sigma);
-    panel.with(Series::points(
-        "Allan deviation",
-        Role::Calibrated,
-        tau,
-        sigma,
-    ))
+    panel.with(Series::points("Allan deviation", Role::Result, tau, sigma))
 }

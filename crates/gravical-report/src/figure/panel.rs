@@ -1,6 +1,7 @@
 //! Figure, panel, axis, series: what is drawn, in the units of the result.
 
 /// A plot: one or several panels under one title.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Name of its file and anchor in a page: lower case, words joined by `-`.
@@ -18,6 +19,7 @@ pub struct Figure {
 }
 
 /// One pair of axes and what is drawn in it.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Title above it; empty for none.
@@ -33,6 +35,7 @@ pub struct Panel {
 }
 
 /// An axis.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Name of the quantity.
@@ -65,8 +68,8 @@ pub enum Scale {
 pub enum Role {
     /// Without the calibration.
     Raw,
-    /// With it.
-    Calibrated,
+    /// The result, with it where there is one.
+    Result,
     /// What is true or expected.
     Reference,
     /// Wants attention.
@@ -103,6 +106,7 @@ pub enum Mark {
 }
 
 /// Values of one name. All columns are equally long or empty.
+#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name in the legend: series of one name in several panels are one entry.
@@ -130,7 +134,6 @@ pub(super) const XYZ: [(&str, Role); 3] = [("x", Role::X), ("y", Role::Y), ("z",
 
 impl Figure {
     /// A figure without panels.
-    #[must_use]
     pub fn new(name: &str, title: &str, caption: impl Into<String>) -> Self {
         Figure {
             name: name.to_owned(),
@@ -142,14 +145,12 @@ impl Figure {
     }
 
     /// With one more panel.
-    #[must_use]
     pub fn with(mut self, panel: Panel) -> Self {
         self.panels.push(panel);
         self
     }
 
     /// With these panels, side by side.
-    #[must_use]
     pub fn beside(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
         self.beside = true;
         self.panels.extend(panels);
@@ -159,7 +160,6 @@ impl Figure {
 
 impl Panel {
     /// An empty panel.
-    #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis) -> Self {
         Panel {
             title: title.to_owned(),
@@ -171,14 +171,12 @@ impl Panel {
     }
 
     /// With axes of equal units in a plot of this height over width.
-    #[must_use]
     pub fn equal(mut self, aspect: f64) -> Self {
         self.equal = Some(aspect);
         self
     }
 
     /// With one more series.
-    #[must_use]
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
         self
@@ -187,7 +185,6 @@ impl Panel {
 
 impl Axis {
     /// An axis of numbers; `unit` may be empty.
-    #[must_use]
     pub fn new(label: &str, unit: &str) -> Self {
         Axis {
             label: label.to_owned(),
@@ -199,7 +196,6 @@ impl Axis {
     }
 
     /// An axis of positive numbers, of which series have the decimal logarithms.
-    #[must_use]
     pub fn log(label: &str, unit: &str) -> Self {
         Axis {
             scale: Scale::Log,
@@ -208,7 +204,6 @@ impl Axis {
     }
 
     /// An axis of names, which stand at 0, 1, 2, …; long ones lose their middle.
-    #[must_use]
     pub fn names(label: &str, names: impl IntoIterator<Item = impl Into<String>>) -> Self {
         let names = names.into_iter().map(|name| short(name.into()));
         let scale = Scale::Names(names.collect());
@@ -219,7 +214,6 @@ impl Axis {
     }
 
     /// An axis that is not drawn, over these values at least.
-    #[must_use]
     pub fn hidden(include: [f64; 2]) -> Self {
         Axis {
             scale: Scale::Hidden,
@@ -228,7 +222,6 @@ impl Axis {
     }
 
     /// With these values in view whatever the series are.
-    #[must_use]
     pub fn including(mut self, values: &[f64]) -> Self {
         self.include.extend_from_slice(values);
         self
@@ -251,28 +244,11 @@ impl Series {
     }
 
     /// A line through all points.
-    #[must_use]
     pub fn line(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
         Series::new(name, role, Mark::Line, x, y)
     }
 
-    /// A line through `rows` points, thinned if they are many. It breaks where a value is not
-    /// finite and at `breaks`: the rows, in order, before which samples are missing.
-    #[must_use]
-    pub fn long_line(
-        name: &str,
-        role: Role,
-        (rows, breaks): (usize, &[usize]),
-        point: impl Fn(usize) -> [f64; 2],
-    ) -> Self {
-        let kept = kept(rows, breaks, &point);
-        let points = kept.into_iter().map(|i| i.map_or([f64::NAN; 2], &point));
-        let (x, y) = points.map(<(f64, f64)>::from).unzip();
-        Series::line(name, role, x, y)
-    }
-
     /// An area between two curves.
-    #[must_use]
     pub fn band(name: &str, role: Role, x: Vec<f64>, low: Vec<f64>, high: Vec<f64>) -> Self {
         Series {
             low,
@@ -281,74 +257,78 @@ impl Series {
         }
     }
 
-    /// The area between two curves over the times `t`, as [`Series::long_line`].
-    #[must_use]
-    pub fn long_band(
-        name: &str,
-        role: Role,
-        (t, breaks): (&[f64], &[usize]),
-        ends: impl Fn(usize) -> [f64; 2],
-    ) -> Self {
-        let kept = kept(t.len(), breaks, &ends);
-        let x = kept.iter().map(|i| i.map_or(f64::NAN, |i| t[i])).collect();
-        let ends = kept.into_iter().map(|i| i.map_or([f64::NAN; 2], &ends));
-        let (low, high) = ends.map(<(f64, f64)>::from).unzip();
-        Series::band(name, role, x, low, high)
+    /// Thinned if its rows are many. It breaks where a value is not finite and at `breaks`: the
+    /// rows, in order, before which samples are missing.
+    pub fn thinned(mut self, breaks: &[usize]) -> Self {
+        let (first, second) = match self.mark {
+            Mark::Band => (&self.low, &self.high),
+            _ => (&self.x, &self.y),
+        };
+        let rows = self.x.len().min(first.len()).min(second.len());
+        let shown = thinned_rows(rows, breaks, |i| [first[i], second[i]]);
+        let pick = |column: &Vec<f64>| -> Vec<f64> {
+            let value = |i: &Option<usize>| i.map_or(f64::NAN, |i| column[i]);
+            shown.iter().map(value).collect()
+        };
+        for column in [&mut self.x, &mut self.y, &mut self.low, &mut self.high] {
+            if !column.is_empty() {
+                *column = pick(column);
+            }
+        }
+        self
     }
 
     /// Points.
-    #[must_use]
     pub fn points(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
         Series::new(name, role, Mark::Points, x, y)
     }
 
     /// Points at 0, 1, 2, …, where names stand; what is not finite is left out.
-    #[must_use]
-    pub fn over_names(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
+    pub fn categorical(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
         let y: Vec<f64> = y.into_iter().collect();
         let x = (0..y.len()).map(|i| i as f64).collect();
         Series::points(name, role, x, y)
     }
 
     /// Columns from zero over names.
-    #[must_use]
     pub fn columns(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
         Series {
             mark: Mark::Columns,
-            ..Series::over_names(name, role, y)
+            ..Series::categorical(name, role, y)
         }
     }
 
     /// A horizontal line across the panel.
-    #[must_use]
     pub fn rule(name: &str, role: Role, y: f64) -> Self {
         Series::new(name, role, Mark::Rule, Vec::new(), vec![y])
     }
 
     /// Shaded intervals of the x axis.
-    #[must_use]
     pub fn intervals(name: &str, intervals: &[[f64; 2]]) -> Self {
         let x = intervals.as_flattened().to_vec();
         Series::new(name, Role::Interval, Mark::Shade, x, Vec::new())
     }
 
     /// With bars of ± `half` at the points; a half that is not finite draws none.
-    #[must_use]
     pub fn plus_minus(mut self, half: &[f64]) -> Self {
         self.low = self.y.iter().zip(half).map(|(y, h)| y - h).collect();
         self.high = self.y.iter().zip(half).map(|(y, h)| y + h).collect();
         self
     }
 
+    /// Whether there is something to draw.
+    pub(super) fn has_values(&self) -> bool {
+        let shade = self.mark == Mark::Shade && !self.x.is_empty();
+        shade || self.y.iter().chain(&self.low).any(|v| v.is_finite())
+    }
+
     /// With this symbol in place of the role's.
-    #[must_use]
     pub fn drawn_as(mut self, symbol: &'static str) -> Self {
         self.symbol = Some(symbol);
         self
     }
 
     /// With a text at each point.
-    #[must_use]
     pub fn labelled(mut self, labels: Vec<String>) -> Self {
         self.labels = labels.into_iter().map(short).collect();
         self
@@ -378,44 +358,39 @@ const BUCKETS: usize = 2000;
 
 /// The rows of a series to draw, in order; none where it breaks. Of each part the rows with the
 /// smallest and the largest of either value stay, so that no spike is lost.
-fn kept(rows: usize, breaks: &[usize], value: impl Fn(usize) -> [f64; 2]) -> Vec<Option<usize>> {
+fn thinned_rows(
+    rows: usize,
+    breaks: &[usize],
+    value: impl Fn(usize) -> [f64; 2],
+) -> Vec<Option<usize>> {
     let finite = |i: &usize| value(*i).iter().all(|v| v.is_finite());
     let step = if rows > LIMIT {
         rows.div_ceil(BUCKETS)
     } else {
         1
     };
-    let mut kept: Vec<Option<usize>> = Vec::new();
+    let mut shown: Vec<Option<usize>> = Vec::new();
     for from in (0..rows).step_by(step) {
-        // Rows of the smallest, then of the largest values, with these.
-        let mut extremes: Option<[(usize, f64); 4]> = None;
-        for i in (from..rows.min(from + step)).filter(finite) {
-            let [a, b] = value(i);
-            let extremes = extremes.get_or_insert([(i, a), (i, b), (i, a), (i, b)]);
-            for (c, v) in [a, b].into_iter().enumerate() {
-                if v < extremes[c].1 {
-                    extremes[c] = (i, v);
-                }
-                if v > extremes[c + 2].1 {
-                    extremes[c + 2] = (i, v);
-                }
-            }
-        }
-        let mut extremes = extremes.map_or(Vec::new(), |e| e.map(|(i, _)| i).to_vec());
+        let part: Vec<usize> = (from..rows.min(from + step)).filter(finite).collect();
+        let extremes = [0, 1].map(|column| {
+            let order = |a: &&usize, b: &&usize| value(**a)[column].total_cmp(&value(**b)[column]);
+            [part.iter().min_by(order), part.iter().max_by(order)]
+        });
+        let mut extremes: Vec<usize> = extremes.iter().flatten().flatten().map(|i| **i).collect();
         extremes.sort_unstable();
         extremes.dedup();
         for i in extremes {
-            if let Some(&Some(last)) = kept.last() {
+            if let Some(&Some(last)) = shown.last() {
                 let next = breaks.partition_point(|b| *b <= last);
                 let missing = breaks.get(next).is_some_and(|b| *b <= i);
                 if missing || !(last + 1..i).all(|k| finite(&k)) {
-                    kept.push(None);
+                    shown.push(None);
                 }
             }
-            kept.push(Some(i));
+            shown.push(Some(i));
         }
     }
-    kept
+    shown
 }
 
 #[cfg(test)]
@@ -430,11 +405,12 @@ mod tests {
             765_431 => -60.0,
             _ => (i as f64).sin(),
         };
-        let s = Series::long_line("a", Role::Raw, (t.len(), &[]), |i| [t[i], spike(i)]);
+        let y = |up: f64| (0..t.len()).map(|i| spike(i) + up).collect();
+        let s = Series::line("a", Role::Raw, t.clone(), y(0.0)).thinned(&[]);
         assert!(s.x.len() <= 4 * BUCKETS && s.x.is_sorted());
         assert!(s.y.contains(&50.0) && s.y.contains(&-60.0));
         assert_eq!((s.x[0], s.x.last()), (0.0, t.last()));
-        let s = Series::long_band("b", Role::Raw, (&t, &[]), |i| [spike(i), spike(i) + 1.0]);
+        let s = Series::band("b", Role::Raw, t.clone(), y(0.0), y(1.0)).thinned(&[]);
         assert!(s.low.contains(&-60.0) && s.high.contains(&51.0));
     }
 
@@ -443,11 +419,9 @@ mod tests {
         // The second is thinned; what is missing lies between the parts that are kept.
         for rows in [100, 100_000] {
             let missing = rows / 5 + 1..rows / 5 + rows / 20;
-            let value = |i: usize| {
-                let known = !missing.contains(&i);
-                [i as f64, if known { 1.0 } else { f64::NAN }]
-            };
-            let s = Series::long_line("a", Role::Raw, (rows, &[rows / 2]), value);
+            let value = |i: usize| if missing.contains(&i) { f64::NAN } else { 1.0 };
+            let (x, y) = (0..rows).map(|i| (i as f64, value(i))).unzip();
+            let s = Series::line("a", Role::Raw, x, y).thinned(&[rows / 2]);
             let gaps: Vec<usize> = (0..s.x.len()).filter(|i| s.x[*i].is_nan()).collect();
             let ends: Vec<[f64; 2]> = gaps.iter().map(|&i| [s.x[i - 1], s.x[i + 1]]).collect();
             let around = |from: usize, to: usize| [(from - 1) as f64, to as f64];

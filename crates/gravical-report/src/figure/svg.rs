@@ -5,20 +5,23 @@
 //! ```text
 //! svg.gv[role=img]            title and desc say what it is
 //!   g.legend > g.entry[data-name]
-//!   g.panel[data-plot="x y w h"][data-view="x0 x1 y0 y1"][data-x][data-xu][data-y][data-yu]
-//!     rect.frame, g.grid, g.ticks.tx, g.ticks.ty, text.lx, text.ly, text.panel-title
+//!   g.panel
+//!     g.ticks.tx, g.ticks.ty  lines of the grid and their labels
+//!     rect.frame
 //!     svg.plot                clips to the plot; its own units are dots from its corner
 //!       g.series.ROLE[data-name][data-mark]
-//!         g.data              scaled when zooming: paths with class s (stroke) or f (fill)
-//!         g.at[data-x][data-y]   symbols and texts, which keep their size; in dots
+//!         g.data              paths with class s (stroke) or f (fill)
+//!         g.at                symbols and texts, moved to their places
 //! ```
 //!
-//! `data-view` is the part of the axes that the plot shows, in their units: a dot `(px, py)` of a
-//! path stands for x0 + px/w (x1 − x0), y1 − py/h (y1 − y0), to 0.01 of a dot. An axis of names has
-//! `data-xnames`, one name a line. Of a logarithmic axis, with `data-xlog` or `data-ylog`, units are
-//! decimal logarithms.
+//! A panel over linear axes, in which the script reads values and zooms, has
+//! `data-plot="x y w h"`, `data-view="x0 x1 y0 y1"`, the part of the axes that the plot shows,
+//! `data-title`, `data-x` and `data-unit` (of y): a dot `(px, py)` of a path stands for
+//! x0 + px/w (x1 − x0), y1 − py/h (y1 − y0), to 0.01 of a dot.
 
 use std::fmt::Write;
+
+use gravical::numfmt::{decimals_for, fixed};
 
 use super::{Axis, Figure, Mark, Panel, Role, Scale, Series};
 
@@ -42,12 +45,12 @@ const MAX_LABELLED: usize = 40;
 pub const STYLE: &str = "\
 .gv{font-size:12px;font-family:system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
 .gv .minor{fill:#444;font-size:11px}.gv .panel-title,.gv .title{font-weight:bold}.gv .title{font-size:15px}\
-.gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .grid path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#5b7c99;fill-opacity:.15}\
+.gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .ticks path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#5b7c99;fill-opacity:.15}\
 .gv .s{fill:none;stroke-width:1.6;stroke-linejoin:round;vector-effect:non-scaling-stroke}\
 .gv .band{fill-opacity:.22}.gv .column{fill-opacity:.85}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
 .gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}.gv .raw .l{stroke-dasharray:6 3}\
-.gv .calibrated .s,.gv .z .s{stroke:#0072B2}.gv .calibrated .f,.gv .z .f{fill:#0072B2}.gv .z .l{stroke-dasharray:2.5 2}\
+.gv .result .s,.gv .z .s{stroke:#0072B2}.gv .result .f,.gv .z .f{fill:#0072B2}.gv .z .l{stroke-dasharray:2.5 2}\
 .gv .reference .s{stroke:#000}.gv .reference .f{fill:#000}.gv .reference .l{stroke-dasharray:1.5 3}\
 .gv .warning .s{stroke:#E69F00}.gv .warning .f{fill:#E69F00}\
 .gv .x .s,.gv .bad .s{stroke:#D55E00}.gv .x .f,.gv .bad .f{fill:#D55E00}\
@@ -57,9 +60,9 @@ pub const STYLE: &str = "\
 /// The same hues on a dark page, lighter where they would be too dark.
 pub const DARK: &str = "\
 .gv text{fill:#e6e6e6}.gv .minor{fill:#b4b9bf}.gv .paper,.gv .hollow{fill:#16191d}.gv .halo{stroke:#16191d}\
-.gv .frame{stroke:#7d858d}.gv .grid path{stroke:#30363c}.gv .interval .f{fill-opacity:.3}.gv .guide .s{stroke:#4a5057}\
+.gv .frame{stroke:#7d858d}.gv .ticks path{stroke:#30363c}.gv .interval .f{fill-opacity:.3}.gv .guide .s{stroke:#4a5057}\
 .gv .raw .s{stroke:#a8a8a8}.gv .raw .f{fill:#a8a8a8}.gv .reference .s{stroke:#f0f0f0}.gv .reference .f{fill:#f0f0f0}\
-.gv .calibrated .s,.gv .z .s{stroke:#56B4E9}.gv .calibrated .f,.gv .z .f{fill:#56B4E9}\
+.gv .result .s,.gv .z .s{stroke:#56B4E9}.gv .result .f,.gv .z .f{fill:#56B4E9}\
 .gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}.gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}";
 
 // Symbols about 0, 0.
@@ -71,10 +74,10 @@ const TRIANGLE: &str = "M0-4.6L4.2 3.2H-4.2z";
 const CROSS: &str = "M-4-4L4 4M-4 4L4-4";
 
 /// Class of a role, the symbol of its points, and whether that is an outline.
-fn look(role: Role) -> (&'static str, &'static str, bool) {
+fn style_of(role: Role) -> (&'static str, &'static str, bool) {
     match role {
         Role::Raw => ("raw", CIRCLE, true),
-        Role::Calibrated => ("calibrated", CIRCLE, false),
+        Role::Result => ("result", CIRCLE, false),
         Role::Reference => ("reference", DOT, false),
         Role::Warning => ("warning", DIAMOND, false),
         Role::Bad => ("bad", CROSS, true),
@@ -90,21 +93,19 @@ fn look(role: Role) -> (&'static str, &'static str, bool) {
 #[must_use]
 pub fn standalone(figure: &Figure) -> String {
     let (width, drawings) = drawings(figure);
-    let (mut body, mut top, mut height) = (String::new(), 30.0, 0.0_f64);
-    for (i, (drawing, own)) in drawings.iter().enumerate() {
-        // Two in a row.
-        let left = (i % 2) as f64 * (WIDTH - width);
-        if i % 2 == 0 {
-            (top, height) = (top + height, 0.0);
+    let (mut body, mut bottom) = (String::new(), 30.0);
+    // Two in a row, which end at one height.
+    for row in drawings.chunks(2) {
+        bottom += row.iter().map(|(_, height)| *height).fold(0.0, f64::max);
+        for (i, (drawing, height)) in row.iter().enumerate() {
+            let (left, top) = (i as f64 * (WIDTH - width), r(bottom - height));
+            put!(
+                body,
+                "<g transform=\"translate({left} {top})\">{drawing}</g>"
+            );
         }
-        height = height.max(*own);
-        put!(
-            body,
-            "<g transform=\"translate({left} {})\">{drawing}</g>",
-            r(top)
-        );
     }
-    let head = head(figure, &figure.name, WIDTH, top + height);
+    let head = head(figure, &figure.name, WIDTH, bottom);
     let title = escape(&figure.title);
     format!(
         "{head}<style>{STYLE}@media (prefers-color-scheme: dark){{{DARK}}}</style>\
@@ -143,10 +144,10 @@ fn drawings(figure: &Figure) -> (f64, Vec<(String, f64)>) {
     };
     let width = if panels.len() > together { HALF } else { WIDTH };
     let (mut legend, bottom) = legend(figure, width);
-    let titled = width == HALF && panels.iter().any(|p| !p.title.is_empty());
+    let mut top = bottom + 6.0;
     let draw = |panels| {
         let mut body = std::mem::take(&mut legend);
-        let height = column(&mut body, panels, width, bottom + 6.0, titled);
+        let height = column(&mut body, panels, width, std::mem::replace(&mut top, 6.0));
         (body, height)
     };
     (width, panels.chunks(together).map(draw).collect())
@@ -158,8 +159,8 @@ fn legend(figure: &Figure, width: f64) -> (String, f64) {
     let (mut x, mut y) = (16.0, 18.0);
     let mut names: Vec<&str> = Vec::new();
     for panel in &figure.panels {
-        for (i, s) in panel.series.iter().enumerate().filter(|(_, s)| shows(s)) {
-            if s.role == Role::Guide || names.contains(&s.name.as_str()) {
+        for (i, s) in panel.series.iter().enumerate() {
+            if !s.has_values() || s.role == Role::Guide || names.contains(&s.name.as_str()) {
                 continue;
             }
             names.push(&s.name);
@@ -167,7 +168,7 @@ fn legend(figure: &Figure, width: f64) -> (String, f64) {
             if x > 16.0 && x + needs > width {
                 (x, y) = (16.0, y + 18.0);
             }
-            let (role, ..) = look(s.role);
+            let (role, ..) = style_of(s.role);
             let (name, swatch) = (escape(&s.name), swatch(s, &panel.series[..i]));
             put!(
                 out,
@@ -199,7 +200,7 @@ fn swatch(s: &Series, below: &[Series]) -> String {
 }
 
 /// Panels one below the other over one x axis, from `top` on; returns where they end.
-fn column(out: &mut String, panels: &[Panel], width: f64, top: f64, titled: bool) -> f64 {
+fn column(out: &mut String, panels: &[Panel], width: f64, top: f64) -> f64 {
     let ys: Vec<View> = panels.iter().map(View::of_y).collect();
     let margins = panels.iter().zip(&ys).map(|(p, y)| match p.y.scale {
         Scale::Hidden => 16.0,
@@ -212,7 +213,7 @@ fn column(out: &mut String, panels: &[Panel], width: f64, top: f64, titled: bool
     let x = View::of_x(panels, length);
     let mut at = top;
     for (i, (panel, mut y)) in panels.iter().zip(ys).enumerate() {
-        if titled || !panel.title.is_empty() {
+        if !panel.title.is_empty() {
             at += 20.0;
         }
         y.length = match panel.equal {
@@ -345,104 +346,78 @@ impl Plot<'_> {
     fn draw(&self, out: &mut String) {
         let Plot { panel, x, y, .. } = self;
         let (left, top, width, height) = (r(self.left), r(self.top), r(x.length), y.length);
-        put!(
-            out,
-            "<g class=\"panel\" data-plot=\"{left} {top} {width} {height}\" data-view=\"{} {} {} {}\" data-title=\"{}\"",
-            x.low,
-            x.high,
-            y.low,
-            y.high,
-            escape(&panel.title)
-        );
-        for (key, axis) in [("x", &panel.x), ("y", &panel.y)] {
-            let (label, unit) = (escape(&axis.label), escape(&axis.unit));
-            put!(out, " data-{key}=\"{label}\" data-{key}u=\"{unit}\"");
-            match &axis.scale {
-                Scale::Linear => {}
-                Scale::Log => put!(out, " data-{key}log=\"1\""),
-                Scale::Hidden => put!(out, " data-{key}hidden=\"1\""),
-                Scale::Names(names) => {
-                    let lines: Vec<String> = names.iter().map(|n| escape(n)).collect();
-                    put!(out, " data-{key}names=\"{}\"", lines.join("\n"));
-                }
-            }
-        }
-        out.push_str(if panel.equal.is_some() {
-            " data-equal=\"1\""
-        } else {
-            ""
-        });
-        out.push_str(if self.last {
-            " data-labelled=\"1\">"
-        } else {
-            ">"
-        });
-        if !panel.title.is_empty() {
-            text(out, "panel-title", left, top - 6.0, "start", &panel.title);
-        }
-        if panel.x.scale != Scale::Hidden {
-            self.axes(out);
-        }
-        put!(
-            out,
-            "<svg class=\"plot\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" overflow=\"hidden\">"
-        );
-        let mut taken = self.symbols();
-        let shown = || panel.series.iter().filter(|s| shows(s));
-        shown().for_each(|s| self.series(out, s, &mut taken));
-        out.push_str("</svg>");
-        if panel.x.scale != Scale::Hidden {
+        out.push_str("<g class=\"panel\"");
+        let linear = |axis: &Axis| axis.scale == Scale::Linear;
+        if linear(&panel.x) && linear(&panel.y) && panel.equal.is_none() {
             put!(
                 out,
-                "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>"
+                " data-plot=\"{left} {top} {width} {height}\" data-view=\"{} {} {} {}\" data-title=\"{}\" data-x=\"{}\" data-unit=\"{}\"",
+                x.low,
+                x.high,
+                y.low,
+                y.high,
+                escape(&panel.title),
+                escape(&axis_name(&panel.x)),
+                escape(&panel.y.unit)
             );
         }
-        if shown().next().is_none() {
-            let (x, y) = (left + width / 2.0, top + height / 2.0 + 4.0);
+        out.push('>');
+        text(out, "panel-title", left, top - 6.0, "start", &panel.title);
+        let place = format!("x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"");
+        if panel.x.scale != Scale::Hidden {
+            self.axes(out);
+            put!(out, "<rect class=\"frame\" {place}/>");
+        }
+        put!(out, "<svg class=\"plot\" {place} overflow=\"hidden\">");
+        let mut taken = self.symbols();
+        let series: Vec<&Series> = panel.series.iter().filter(|s| s.has_values()).collect();
+        for s in &series {
+            self.series(out, s, &mut taken);
+        }
+        if series.is_empty() {
+            let (x, y) = (width / 2.0, height / 2.0 + 4.0);
             text(out, "minor", x, y, "middle", "no values");
         }
-        out.push_str("</g>");
+        out.push_str("</svg></g>");
     }
 
-    /// Grid, frame, ticks and names of the axes.
+    /// Grid, ticks and names of the axes.
     fn axes(&self, out: &mut String) {
         let Plot { panel, x, y, .. } = self;
-        let (left, top, width, bottom) =
-            (r(self.left), r(self.top), r(x.length), self.top + y.length);
-        let (mut grid, mut along, mut up) = (String::new(), String::new(), String::new());
+        let (left, top, bottom) = (r(self.left), r(self.top), self.top + y.length);
         let hang = matches!(&panel.x.scale, Scale::Names(names) if names_hang(names, x.length));
+        out.push_str("<g class=\"ticks tx\">");
         for (value, label) in x.ticks(&panel.x) {
             let at = r(left + x.at(value));
-            put!(grid, "<path d=\"M{at} {}v{}\"/>", top, y.length);
+            put!(out, "<path d=\"M{at} {top}v{}\"/>", y.length);
             if self.last && hang {
                 let (x, y, label) = (r(at + 3.0), r(bottom + 11.0), escape(&label));
                 put!(
-                    along,
+                    out,
                     "<text class=\"minor\" x=\"{x}\" y=\"{y}\" text-anchor=\"end\" transform=\"rotate(-50 {x} {y})\">{label}</text>"
                 );
             } else if self.last {
-                text(&mut along, "minor", at, bottom + 15.0, "middle", &label);
+                text(out, "minor", at, bottom + 15.0, "middle", &label);
             }
         }
+        out.push_str("</g><g class=\"ticks ty\">");
         for (value, label) in y.ticks(&panel.y) {
             let at = r(bottom - y.at(value));
-            put!(grid, "<path d=\"M{left} {at}h{width}\"/>");
-            text(&mut up, "minor", left - 6.0, at + 4.0, "end", &label);
+            put!(out, "<path d=\"M{left} {at}h{}\"/>", r(x.length));
+            text(out, "minor", left - 6.0, at + 4.0, "end", &label);
         }
+        out.push_str("</g>");
+        if self.last {
+            let (at, name) = (
+                bottom + room_below(&panel.x, x.length) - 4.0,
+                axis_name(&panel.x),
+            );
+            text(out, "name", left + x.length / 2.0, at, "middle", &name);
+        }
+        let (middle, name) = (r(top + y.length / 2.0), escape(&axis_name(&panel.y)));
         put!(
             out,
-            "<g class=\"grid\">{grid}</g><g class=\"ticks tx\">{along}</g><g class=\"ticks ty\">{up}</g>"
-        );
-        let name = axis_name(&panel.x);
-        if self.last && !name.is_empty() {
-            let at = bottom + room_below(&panel.x, x.length) - 4.0;
-            text(out, "lx", left + x.length / 2.0, at, "middle", &name);
-        }
-        let middle = r(top + y.length / 2.0);
-        put!(
-            out,
-            "<text class=\"ly\" x=\"13\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 13 {middle})\">{}</text>",
-            escape(&axis_name(&panel.y))
+            "<text x=\"13\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 13 {middle})\">{name}</text>"
         );
     }
 
@@ -455,30 +430,67 @@ impl Plot<'_> {
     }
 
     fn series(&self, out: &mut String, s: &Series, taken: &mut Vec<[f64; 4]>) {
-        let (role, ..) = look(s.role);
+        let (role, ..) = style_of(s.role);
         let name = escape(&s.name);
-        let mut points = String::new();
-        let (mark, class, path) = match s.mark {
-            Mark::Line => ("line", line_class(s), self.line(s)),
-            Mark::Band => ("band", "f band", self.band(s)),
-            Mark::Points => ("points", "s", self.points(s, &mut points, taken)),
-            Mark::Columns => ("columns", "f column", self.columns(s)),
-            Mark::Rule => {
-                let levels = s.y.iter().filter_map(|y| self.place(self.x.low, *y));
-                let rules = levels.map(|(_, y)| format!("M0 {}h{}", r(y), r(self.x.length)));
-                ("rule", line_class(s), rules.collect())
-            }
-            Mark::Shade => ("shade", "f", self.intervals(s)),
+        let mark = match s.mark {
+            Mark::Line => "line",
+            Mark::Band => "band",
+            _ => "",
         };
         put!(
             out,
-            "<g class=\"series {role}\" data-name=\"{name}\" data-mark=\"{mark}\"><title>{name}</title>\
-             <g class=\"data\"><path class=\"{class}\" d=\"{path}\"/></g>{points}</g>"
+            "<g class=\"series {role}\" data-name=\"{name}\" data-mark=\"{mark}\"><title>{name}</title><g class=\"data\">"
+        );
+        let mut points = String::new();
+        let (class, path) = match s.mark {
+            Mark::Line => {
+                let places = s.x.iter().zip(&s.y).map(|(x, y)| self.place(*x, *y));
+                (line_class(s), path(places))
+            }
+            Mark::Band => ("f band", self.band(s)),
+            Mark::Points => ("s", self.points(s, &mut points, taken)),
+            Mark::Columns => ("f column", self.columns(s, out)),
+            Mark::Rule => {
+                let levels = s.y.iter().filter_map(|y| self.place(self.x.low, *y));
+                let rules = levels.map(|(_, y)| format!("M0 {}h{}", r(y), r(self.x.length)));
+                (line_class(s), rules.collect())
+            }
+            Mark::Shade => ("f", self.intervals(s)),
+        };
+        put!(
+            out,
+            "<path class=\"{class}\" d=\"{path}\"/></g>{points}</g>"
         );
     }
 
-    fn line(&self, s: &Series) -> String {
-        path(s.x.iter().zip(&s.y).map(|(x, y)| self.place(*x, *y)))
+    /// What hovering over a value shows: the series, where it is, value and half of its bar.
+    fn hint(&self, s: &Series, i: usize) -> String {
+        let (x, y) = (&self.panel.x, &self.panel.y);
+        let log = |axis: &Axis, v: f64| match axis.scale {
+            Scale::Log => format!("{:.2e}", 10_f64.powf(v)),
+            _ => fixed(v, decimals_for((self.y.high - self.y.low) / 100.0)),
+        };
+        let at = match (&x.scale, s.labels.get(i)) {
+            (_, Some(label)) => label.clone(),
+            (Scale::Names(names), _) => names.get(i).cloned().unwrap_or_default(),
+            (Scale::Log, _) => format!("{} {} {}", x.label, log(x, s.x[i]), x.unit),
+            _ => s.name.clone(),
+        };
+        if y.scale == Scale::Hidden || s.role == Role::Guide || self.panel.equal.is_some() {
+            return escape(&at);
+        }
+        let bar = match (s.low.get(i), s.high.get(i)) {
+            (Some(low), Some(high)) if (high - low).is_finite() => {
+                format!(" ± {}", log(y, (high - low) / 2.0))
+            }
+            _ => String::new(),
+        };
+        escape(&format!(
+            "{}, {at}: {}{bar} {}",
+            s.name,
+            log(y, s.y[i]),
+            y.unit
+        ))
     }
 
     /// One of a single sample is seen, too.
@@ -509,67 +521,57 @@ impl Plot<'_> {
         pieces.map(outline).collect()
     }
 
-    /// Columns of several series stand beside each other.
-    fn columns(&self, s: &Series) -> String {
+    /// Columns of several series stand beside each other. Written to `out`, each with its value.
+    fn columns(&self, s: &Series, out: &mut String) -> String {
         let columns = self.panel.series.iter().filter(|o| o.mark == Mark::Columns);
         let names: Vec<&str> = columns.map(|o| o.name.as_str()).collect();
         let index = names.iter().position(|n| *n == s.name).unwrap_or(0) as f64;
         let count = names.len().max(1) as f64;
         let width = (0.7 * (self.x.at(1.0) - self.x.at(0.0)) / count).max(0.5);
-        let mut path = String::new();
-        for (x, y) in s.x.iter().zip(&s.y) {
+        for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
             if let (Some((x, y)), Some((_, zero))) = (self.place(*x, *y), self.place(*x, 0.0)) {
                 let (left, wide) = (r(x + width * (index - count / 2.0)), r(width));
+                let (top, height, hint) = (r(y.min(zero)), r((y - zero).abs()), self.hint(s, i));
                 put!(
-                    path,
-                    "M{left} {}h{wide}v{}h-{wide}z",
-                    r(y.min(zero)),
-                    r((y - zero).abs())
+                    out,
+                    "<path class=\"f column\" d=\"M{left} {top}h{wide}v{height}h-{wide}z\"><title>{hint}</title></path>"
                 );
             }
         }
-        path
+        String::new()
     }
 
     /// Writes the points to `out`; returns the path of their bars.
     fn points(&self, s: &Series, out: &mut String, taken: &mut Vec<[f64; 4]>) -> String {
         let mut bars = String::new();
+        let guide = s.role == Role::Guide;
         for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
             let Some((px, py)) = self.place(*x, *y) else {
                 continue;
             };
             let (rx, ry) = (r(px), r(py));
-            put!(
-                out,
-                "<g class=\"at\" data-x=\"{rx}\" data-y=\"{ry}\" transform=\"translate({rx} {ry})\""
-            );
             let end = |ends: &[f64]| Some(self.place(*x, *ends.get(i)?)?.1);
             if let Some((low, high)) = end(&s.low).zip(end(&s.high)) {
-                put!(out, " data-pm=\"{}\"", r((low - high) / 2.0));
                 put!(bars, "M{rx} {}V{}", r(high), r(low));
             }
-            out.push('>');
-            let label = s.labels.get(i).map_or("", String::as_str);
-            let guide = s.role == Role::Guide;
+            put!(
+                out,
+                "<g class=\"at\" transform=\"translate({rx} {ry})\"><title>{}</title>",
+                self.hint(s, i)
+            );
             if !guide {
                 out.push_str(&symbol(s, ""));
             }
-            if !label.is_empty() {
-                put!(out, "<title>{}</title>", escape(label));
-                let (places, class) = if guide {
-                    (&ON[..], "minor halo")
-                } else {
-                    (&BESIDE[..], "halo")
-                };
-                // Poses of one name lie at one place.
-                let again = !guide && s.labels[..i].iter().any(|l| l == label);
-                let few = s.labels.len() <= MAX_LABELLED && !again;
-                let place = few
-                    .then(|| self.free(label, (px, py), places, taken))
-                    .flatten();
-                if let Some((x, y, anchor)) = place {
-                    text(out, class, x, y, anchor, label);
-                }
+            let label = s.labels.get(i).map_or("", String::as_str);
+            let (places, class) = if guide {
+                (&ON[..], "minor halo")
+            } else {
+                (&BESIDE[..], "halo")
+            };
+            // Poses of one name lie at one place.
+            let again = !guide && s.labels[..i.min(s.labels.len())].iter().any(|l| l == label);
+            if !label.is_empty() && s.labels.len() <= MAX_LABELLED && !again {
+                self.label(out, class, label, (px, py), places, taken);
             }
             out.push_str("</g>");
         }
@@ -587,24 +589,27 @@ impl Plot<'_> {
             .collect()
     }
 
-    /// The first of the places of a text about a point where it covers nothing; there it covers
-    /// what others must not.
-    fn free(
+    /// Writes a text about a point at the first of the places where it covers nothing; there it
+    /// covers what others must not.
+    fn label(
         &self,
+        out: &mut String,
+        class: &str,
         label: &str,
         (x, y): (f64, f64),
         places: &[Place],
         taken: &mut Vec<[f64; 4]>,
-    ) -> Option<(f64, f64, &'static str)> {
-        places.iter().find_map(|(dx, dy, anchor, before)| {
+    ) {
+        for (dx, dy, anchor, before) in places {
             let from = x + dx - before * width_of(label);
             let [x0, y0, x1, y1] = [from, y + dy - 9.0, from + width_of(label), y + dy + 2.0];
             let inside = x0 >= 0.0 && y0 >= 0.0 && x1 <= self.x.length && y1 <= self.y.length;
             let apart = |t: &[f64; 4]| x1 <= t[0] || x0 >= t[2] || y1 <= t[1] || y0 >= t[3];
-            let free = inside && taken.iter().all(apart);
-            free.then(|| taken.push([x0, y0, x1, y1]))?;
-            Some((*dx, *dy, *anchor))
-        })
+            if inside && taken.iter().all(apart) {
+                taken.push([x0, y0, x1, y1]);
+                return text(out, class, *dx, *dy, anchor, label);
+            }
+        }
     }
 }
 
@@ -618,12 +623,6 @@ const BESIDE: [Place; 4] = [
     (0.0, -8.0, "middle", 0.5),
     (0.0, 16.0, "middle", 0.5),
 ];
-
-/// It has something to draw.
-fn shows(s: &Series) -> bool {
-    let shade = s.mark == Mark::Shade && !s.x.is_empty();
-    shade || s.y.iter().chain(&s.low).any(|v| v.is_finite())
-}
 
 /// A line through places; it breaks where there is none. A lone place is a dot. Steps are half as
 /// long to write as places; they lead from one rounded place to the next, so errors do not add up.
@@ -645,18 +644,15 @@ fn path(places: impl Iterator<Item = Option<(f64, f64)>>) -> String {
     path
 }
 
-/// Ways from the lowest to the highest value above which a line is a zigzag.
-const SWINGS: f64 = 40.0;
+/// Total variation of a line, in units of its range, above which it is noise, which dashes would
+/// tear to pieces: it is drawn solid.
+const MAX_DASHED_VARIATION: f64 = 40.0;
 
-/// Dashes tear a zigzag to pieces: it is drawn solid.
 fn line_class(s: &Series) -> &'static str {
-    let known = || s.y.iter().copied().filter(|v| v.is_finite());
-    let (low, high) = extent(known());
-    let way: f64 = known()
-        .zip(known().skip(1))
-        .map(|(a, b)| (b - a).abs())
-        .sum();
-    if way > SWINGS * (high - low) {
+    let (low, high) = extent(s.y.iter().copied());
+    let steps = s.y.windows(2).map(|y| (y[1] - y[0]).abs());
+    let variation: f64 = steps.filter(|step| step.is_finite()).sum();
+    if variation > MAX_DASHED_VARIATION * (high - low) {
         "s"
     } else {
         "s l"
@@ -665,7 +661,7 @@ fn line_class(s: &Series) -> &'static str {
 
 /// An outline is filled with the paper, so that lines below do not run through it.
 fn symbol(s: &Series, transform: &str) -> String {
-    let (_, symbol, hollow) = look(s.role);
+    let (_, symbol, hollow) = style_of(s.role);
     let class = if hollow { "s hollow" } else { "f" };
     let symbol = s.symbol.unwrap_or(symbol);
     match transform {
@@ -674,7 +670,11 @@ fn symbol(s: &Series, transform: &str) -> String {
     }
 }
 
+/// Nothing for an empty text.
 fn text(out: &mut String, class: &str, x: f64, y: f64, anchor: &str, content: &str) {
+    if content.is_empty() {
+        return;
+    }
     let (x, y, content) = (r(x), r(y), escape(content));
     put!(
         out,
@@ -799,17 +799,7 @@ fn log_label(mantissa: f64, power: i32) -> String {
         let decimals = usize::try_from(-power).unwrap_or(0);
         return format!("{:.decimals$}", mantissa * 10_f64.powi(power));
     }
-    let mut text = if mantissa == 1.0 {
-        String::new()
-    } else {
-        format!("{mantissa}·")
-    };
-    text.push_str("10");
-    text.extend(power.to_string().chars().map(|c| match c.to_digit(10) {
-        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
-        None => '⁻',
-    }));
-    text
+    format!("{mantissa}e{power}").replace('-', "−")
 }
 
 #[cfg(test)]
@@ -872,7 +862,7 @@ mod tests {
         assert_eq!(labels(log_ticks(-2.3, 4.2, 8)), decades);
         assert_eq!(
             labels(log_ticks(-6.0, 1.0, 4)),
-            ["10⁻⁶", "10⁻⁴", "0.01", "1"]
+            ["1e−6", "1e−4", "0.01", "1"]
         );
         assert_eq!(
             labels(log_ticks(-3.1, -2.2, 5)),
@@ -891,6 +881,6 @@ mod tests {
         // Lone points have theirs; of those on one another as many as find room.
         let shown = |i: usize| text.contains(&format!(">pose {i}</text>"));
         assert!(shown(0) && shown(6) && (1..6).any(shown) && !(1..6).all(shown));
-        assert_eq!(text.matches("<title>pose ").count(), 7);
+        assert_eq!(text.matches("<title>pose, pose ").count(), 7);
     }
 }

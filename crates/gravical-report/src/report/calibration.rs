@@ -1,22 +1,23 @@
 //! Report of a calibration.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::document::{
-    self, Block, Cell, Column, Document, KeyFigure, Row, Section, Table, Verdict,
+    self, Block, Cell, Column, Document, KeyFigure, Row, Section, Snippet, Table, Verdict,
 };
 use crate::figure::Figure;
 use gravical::calibration_file::{
-    CalibrationFile, Grade, GravitySource, InputFile, Method, PoseKind, PoseResult,
-    ReferenceSource, Source,
+    CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
+    PoseKind, PoseResult, ReferenceSource, Source,
 };
 use gravical::escape::path_word;
-use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words};
+use gravical::export;
+use gravical::numfmt::{
+    count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
+};
 use gravical::poses::face::in_words;
 
-use super::gyroscope::gyroscope;
-use super::matrices::matrices;
-use super::paste::snippets;
 use super::placements::{directions, placements};
 use super::provenance::Provenance;
 use super::temperature::drift;
@@ -25,7 +26,6 @@ use super::{named, short_name};
 /// The document of a calibration, with its figures
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
 /// of its file, if it was written.
-#[must_use]
 pub fn calibration<'a>(
     file: &CalibrationFile,
     saved: Option<&Path>,
@@ -38,11 +38,9 @@ pub fn calibration<'a>(
         verdict: Some(verdict(file, saved)),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
-    .with(parameters(file).figures(named(figures, &["parameters"])));
-    if let Some(gyro) = &file.gyroscope {
-        document = document.with(gyroscope(gyro));
-    }
-    document = document.with(figure("magnitude", "Magnitude at rest", "norm"));
+    .with(parameters(file))
+    .with(file.gyroscope.as_ref().map(gyroscope))
+    .with(figure("magnitude", "Magnitude at rest", "norm"));
     if !a.poses.is_empty() {
         document = document
             .with(placements(file).figures(named(figures, &["residuals"])))
@@ -52,7 +50,7 @@ pub fn calibration<'a>(
         .with(figure("captures", "Recorded poses", "captures"))
         .with(figure("noise", "Noise", "noise"))
         .with(temperature(file, named(figures, &["temperature"])))
-        .with(method(file, named(figures, &["budget"])))
+        .with(method(file))
         .with_findings(&file.findings, file.inputs.len() > 1)
         .with_provenance(&Provenance {
             tool: &file.tool,
@@ -91,22 +89,17 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         format!(", tilt of the face poses {:.1}° ({how})", t.value)
     });
     let on_faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
-    let mut different: Vec<&str> = on_faces.map(|p| p.label.as_str()).collect();
-    let faces = different.len();
-    different.sort_unstable();
-    different.dedup();
-    let on = match different.len() {
+    let labels: BTreeSet<&str> = on_faces.clone().map(|p| p.label.as_str()).collect();
+    let faces = on_faces.count();
+    let free = count(a.poses.len() - faces, "free pose");
+    let on = match labels.len() {
         6 => "six faces".to_owned(),
         n => format!("{n} of six faces"),
     };
-    let oblique = match a.poses.len() - faces {
-        0 => String::new(),
-        1 => " and 1 free pose".to_owned(),
-        n => format!(" and {n} free poses"),
-    };
-    let placed = match faces {
-        0 => format!("{} free poses", a.poses.len()),
-        n => format!("{n} poses on {on}{oblique}"),
+    let placed = match (faces, a.poses.len() - faces) {
+        (0, _) => free,
+        (_, 0) => format!("{faces} poses on {on}"),
+        _ => format!("{faces} poses on {on} and {free}"),
     };
     let method = match a.method {
         Method::Ferraris => "Ferraris calibration",
@@ -131,31 +124,26 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
         Grade::Poor => document::Grade::Poor,
         Grade::NotVerifiable => document::Grade::Unknown,
     };
-    let figure = |value: Option<f64>, what: &str| {
-        value.map(|v| KeyFigure {
-            value: mg(v),
-            unit: "mg",
-            what: what.to_owned(),
-        })
-    };
     let figures = [
-        figure(
+        (
             a.worst_direction.map(|w| w.error_mps2),
             "error of ‖a‖ in the worst direction (95 %)",
         ),
-        figure(
+        (
             a.predicted_norm_error_mps2,
             "predicted error of ‖a‖ (1σ, over all directions)",
         ),
-        figure(a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
-        figure(
+        (a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
+        (
             a.undetected.as_ref().map(|u| u.effect_mps2),
             "effect of an error of one pose that would not be detected",
         ),
     ];
+    let figures = figures.into_iter();
+    let figures = figures.filter_map(|(value, what)| Some(KeyFigure::new(mg(value?), "mg", what)));
     Verdict {
         conclusion: conclusion(file),
-        figures: figures.into_iter().flatten().collect(),
+        figures: figures.collect(),
         next: next(file, saved),
         ..Verdict::new(
             grade,
@@ -217,27 +205,26 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
     let raw = &a.input_unit.to_string();
     let sd = a.deviations;
     let row = |i: usize| {
-        // Without an uncertainty: the digits of the student report.
-        let value = |v: f64, sd: Option<f64>, digits: i32| {
-            let n = sd.map_or_else(|| decimals_of(a.scale[i], digits), decimals_for);
-            let sd = sd.filter(|s| s.is_finite()).map(|s| fixed(s, n));
-            Cell::number(fixed(v, n)).plus_minus(sd)
-        };
         let off = a.scale_deviation_percent.map(|d| d[i]);
         Row::from([
             Cell::text(["x", "y", "z"][i]),
-            value(a.bias[i], sd.map(|d| d.bias[i]), 6),
-            value(a.scale[i], sd.map(|d| d.scale[i]), 7),
+            // Without an uncertainty: the digits of the student report.
+            estimate(a.bias[i], sd.map(|d| d.bias[i]), decimals_of(a.scale[i], 6)),
+            estimate(
+                a.scale[i],
+                sd.map(|d| d.scale[i]),
+                decimals_of(a.scale[i], 7),
+            ),
             Cell::maybe(off, |v| signed(v, 2)),
         ])
     };
     let uncertain = if sd.is_some() { ", ± 1σ" } else { "" };
     let table = Table::new(format!("Bias and scale{uncertain}"))
         .columns([
-            Column::left("axis"),
-            Column::number(format!("bias b, {raw}")),
-            Column::number(format!("scale K, {raw} per m/s²")),
-            Column::number("off nominal, %"),
+            "axis",
+            &format!("bias b, {raw}"),
+            &format!("scale K, {raw} per m/s²"),
+            "off nominal, %",
         ])
         .rows((0..3).map(row));
     let section = Section::new("parameters", "Accelerometer")
@@ -263,9 +250,15 @@ fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
             )))
         }
     };
-    section
-        .full(Block::Heading("Code to copy"))
-        .full(Block::Snippets(snippets(file)))
+    section.full(Block::Snippets(
+        export::snippets(file)
+            .map(|(language, fence, code)| Snippet {
+                language,
+                fence,
+                code,
+            })
+            .into(),
+    ))
 }
 
 fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
@@ -300,19 +293,16 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
 }
 
 /// Method, assumptions, poses left out, uncertainty budget.
-fn method<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     let section = Section::new("method", "Method and uncertainty")
         .full(Block::paragraph(how(file.accelerometer.method)))
         .full(Block::List(assumptions(file)));
     let rejected = rejected(file);
-    let section = if rejected.is_empty() {
+    let section = if rejected.rows.is_empty() {
         section.full(Block::paragraph("All poses were used in the fit."))
     } else {
-        section
-            .full(Block::Heading("Poses not used"))
-            .full(Block::List(rejected))
+        section.full(rejected)
     };
-    let section = section.figures(figures);
     match budget(file) {
         Some(table) => section.with(table),
         None => section,
@@ -385,32 +375,25 @@ fn assumptions(file: &CalibrationFile) -> Vec<String> {
 }
 
 /// Poses that were not used, with the reason.
-fn rejected(file: &CalibrationFile) -> Vec<String> {
-    let left = file.accelerometer.poses.iter().filter(|p| !p.fitted);
-    let mut lines: Vec<String> = left
-        .map(|p| rejection(p, file.accelerometer.method))
-        .collect();
-    let more = lines.len().saturating_sub(document::ROWS);
-    if more > 0 {
-        lines.truncate(document::ROWS);
-        lines.push(format!("… and {more} more; --json has all."));
-    }
-    lines
-}
-
-fn rejection(pose: &PoseResult, method: Method) -> String {
-    // With its lines: several poses may have one label.
-    let pose_name = pose.called();
-    if method == Method::Ferraris {
-        return format!("{pose_name}: it is on no face, and ferraris uses face poses only");
-    }
-    match pose.magnitude_error_mps2 {
-        Some(error) => format!(
-            "{pose_name}: reads {} mg off the magnitude that all others agree on",
-            signed(milli_g(error), 1)
-        ),
-        None => format!("{pose_name}: it contradicts the others"),
-    }
+fn rejected(file: &CalibrationFile) -> Table {
+    let a = &file.accelerometer;
+    let row = |pose: &PoseResult| {
+        let reason = match pose.magnitude_error_mps2 {
+            _ if a.method == Method::Ferraris => {
+                "it is on no face, and ferraris uses face poses only".to_owned()
+            }
+            Some(error) => format!(
+                "reads {} mg off the magnitude that all others agree on",
+                signed(milli_g(error), 1)
+            ),
+            None => "it contradicts the others".to_owned(),
+        };
+        // With its lines: several poses may have one label.
+        Row::from([Cell::text(pose.called()), Cell::Text(reason)])
+    };
+    Table::new("Poses not used")
+        .columns(["pose", "reason"])
+        .rows(a.poses.iter().filter(|p| !p.fitted).map(row))
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {
@@ -433,11 +416,7 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     let squares = "root sum of squares".to_owned();
     let k = format!("k = {}", budget.coverage_factor);
     let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
-        .columns([
-            Column::left("source"),
-            Column::number("mg"),
-            Column::left("from"),
-        ])
+        .columns(["source", "mg", "from"])
         .rows(parts)
         .row(sum("combined", budget.combined_mps2, squares))
         .row(sum("expanded", budget.expanded_mps2, k));
@@ -474,4 +453,108 @@ fn basis(source: Source, file: &CalibrationFile) -> String {
         },
     };
     text.to_owned()
+}
+
+/// Parameters and residuals.
+fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
+    let raw = &g.input_unit.to_string();
+    let how = match g.method {
+        GyroMethod::Turns => "From three known turns and the rests (Ferraris).",
+        GyroMethod::Motion => {
+            "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
+        }
+        GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
+    };
+    let (bias_sd, scale_sd) = g.deviations().unzip();
+    let scale_sd = scale_sd.flatten();
+    let row = |i: usize| {
+        let decimals = decimals_of(g.scale[i], 6);
+        Row::from([
+            Cell::text(["x", "y", "z"][i]),
+            estimate(g.bias[i], bias_sd.map(|sd| sd[i]), decimals),
+            estimate(g.scale[i], scale_sd.map(|sd| sd[i]), decimals),
+        ])
+    };
+    let table = Table::new("Bias and scale, ± 1σ")
+        .columns([
+            "axis",
+            &format!("bias b, {raw}"),
+            &format!("scale K, {raw} per rad/s"),
+        ])
+        .rows((0..3).map(row));
+    let matrix = matrices(
+        &g.orientation,
+        &g.matrix,
+        &format!("matrix, rad/s per {raw}"),
+    );
+    let section = Section::new("gyroscope", "Gyroscope")
+        .with(Block::Equation(vec![
+            "raw = K R ω + b + S a",
+            "calibrated = matrix · (raw − b − S a)",
+        ]))
+        .with(Block::paragraph(how))
+        .full(Block::paragraph(format!(
+            "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}."
+        )))
+        .with(table);
+    let mut section = if g.method == GyroMethod::Bias {
+        section.full(matrix)
+    } else {
+        section.with(matrix)
+    };
+    if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
+        // Known to a few per cent.
+        let text = power_of_ten(&g.g_sensitivity, 2);
+        let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity);
+        let rows = rows.map(|(axis, row)| Row::axes(axis, Some(*row), |_, v| text(v)));
+        let coupling = Table::new(format!("S, {raw} per m/s²"))
+            .columns([""])
+            .columns(Column::axes(""))
+            .rows(rows);
+        section = section.full(coupling);
+    }
+    if let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) {
+        let left_out = g.leave_one_out_deg.map_or_else(
+            || "too few motions for leave-one-out".to_owned(),
+            |d| format!("leave-one-out {}°", digits(d, 2)),
+        );
+        section = section.with(Block::paragraph(format!(
+            "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
+            motions.used,
+            motions.left_out,
+            digits(residual, 2)
+        )));
+    }
+    section
+}
+
+/// A parameter with two digits of its uncertainty; without one with these decimals.
+fn estimate(value: f64, sd: Option<f64>, decimals: usize) -> Cell {
+    let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
+    Cell::number(fixed(value, n)).plus_minus(sd, n)
+}
+
+/// R and the calibration matrix, side by side.
+fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
+    let text = power_of_ten(matrix, 6);
+    let row = |i: usize| {
+        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
+        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
+        Row::named(["x", "y", "z"][i], orientation.into_iter().chain(matrix))
+    };
+    Table::new("")
+        .columns([""])
+        .columns(Column::axes("R"))
+        .columns(Column::axes(name))
+        .rows((0..3).map(row))
+}
+
+/// Formats the elements of a matrix, with powers of ten if all are small.
+fn power_of_ten(matrix: &[[f64; 3]; 3], precision: usize) -> impl Fn(f64) -> String {
+    let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    move |v| match v {
+        0.0 => "0".to_owned(),
+        v if largest < 0.1 => format!("{v:.precision$e}"),
+        v => fixed(v, decimals_of(largest, 6)),
+    }
 }

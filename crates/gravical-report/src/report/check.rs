@@ -8,7 +8,6 @@ use gravical::numfmt::{fixed, milli_g, signed, words};
 use super::short_name;
 
 /// The document of a check.
-#[must_use]
 pub fn check(report: &CheckReport) -> Document<'static> {
     let calibration = short_name(&report.calibration);
     let recordings = match &report.recordings[..] {
@@ -23,7 +22,7 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         (false, GravitySource::Latitude) => "from latitude",
         (false, GravitySource::Standard) => "assumed",
     };
-    let mut document = Document {
+    Document {
         subject: vec![
             format!("{calibration} checked with {recordings}: {stills}"),
             format!("g = {} m/s² ({gravity})", fixed(report.gravity_mps2, 5)),
@@ -34,12 +33,10 @@ pub fn check(report: &CheckReport) -> Document<'static> {
             ..judged(&report.verdict)
         }),
         ..Document::new(format!("Check of {calibration}"))
-    };
-    document = document.with(intervals(report));
-    if let Some(gyroscope) = &report.gyroscope {
-        document = document.with(gyroscope_at_rest(gyroscope));
     }
-    document.with_findings(&report.findings, report.recordings.len() > 1)
+    .with(intervals(report))
+    .with(report.gyroscope.as_ref().map(gyroscope_at_rest))
+    .with_findings(&report.findings, report.recordings.len() > 1)
 }
 
 /// The verdict of `check` or `compare`.
@@ -76,13 +73,13 @@ fn next(report: &CheckReport) -> Vec<String> {
 
 fn intervals(report: &CheckReport) -> Section<'static> {
     let columns = [
-        Column::left("interval"),
-        Column::number("rows"),
-        Column::left("nearest face"),
-        Column::number("angle to face, °"),
-        Column::number("error of ‖a‖, mg"),
-        Column::number("z"),
-        Column::left(""),
+        "interval",
+        "rows",
+        "nearest face",
+        "angle to face, °",
+        "error of ‖a‖, mg",
+        "z",
+        "",
     ];
     let rows = report.static_intervals.iter().enumerate();
     let table = Table::new("")
@@ -119,7 +116,7 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         Cell::number(still.rows.to_string()),
         Cell::text(&still.nearest),
         Cell::number(fixed(still.face_angle_deg, 1)),
-        Cell::number(mg(still.error_mps2)).plus_minus(Some(fixed(milli_g(still.sigma_mps2), 2))),
+        Cell::number(mg(still.error_mps2)).plus_minus(Some(milli_g(still.sigma_mps2)), 2),
         Cell::number(signed(still.z, 1)),
         Cell::text(mark),
     ];
@@ -131,12 +128,12 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
 
 fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
     let rate = |i: usize| {
-        let sigma = g.standard_error_deg_s.map(|e| fixed(e[i], 3));
-        Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma)
+        let sigma = g.standard_error_deg_s.map(|e| e[i]);
+        Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma, 3)
     };
     let now = |i: usize| Cell::number(format!("{:.5}", g.bias_now[i]));
     let table = Table::new("")
-        .columns([Column::left("")])
+        .columns([""])
         .columns(Column::axes(""))
         .row([Cell::text("rate, °/s"), rate(0), rate(1), rate(2)])
         .row([

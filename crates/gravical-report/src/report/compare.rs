@@ -1,6 +1,6 @@
 //! Report of a comparison of two calibrations.
 
-use crate::document::{Block, Cell, Column, Document, Row, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Row, Section, Table, Verdict};
 use gravical::compare::{Comparison, GyroscopeDifference, Judgement, ParameterDifference};
 use gravical::numfmt::{decimals_for, fixed, milli_g, signed, unit};
 
@@ -8,7 +8,6 @@ use super::check::judged;
 use super::{direction, short_name};
 
 /// The document of a comparison.
-#[must_use]
 pub fn comparison(c: &Comparison) -> Document<'static> {
     let of = |i: usize| {
         let temperature =
@@ -20,7 +19,13 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     };
     let facts = vec![("A".to_owned(), of(0)), ("B".to_owned(), of(1))];
     let [a, b] = c.files.each_ref().map(|file| short_name(file));
-    let mut document = Document {
+    let frame = c.orientation.as_ref().map(|o| {
+        let axis = o.axis.map(|v| signed(v, 2)).join(", ");
+        let text = format!("{}° about ({axis})", fixed(o.angle_deg, 3));
+        Section::new("frame", "Rotation of frame B relative to frame A")
+            .with(Block::Paragraph(text))
+    });
+    Document {
         subject: vec![format!("{b} (B) against {a} (A)")],
         verdict: Some(Verdict {
             next: next(c),
@@ -29,21 +34,11 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
         ..Document::new(format!("{b} against {a}"))
     }
     .with(magnitude(c))
-    .with(parameters(&c.parameters));
-    if let Some(o) = &c.orientation {
-        let axis = o.axis.map(|v| signed(v, 2)).join(", ");
-        document = document.with(
-            Section::new("frame", "Rotation of frame B relative to frame A").with(
-                Block::paragraph(format!("{}° about ({axis})", fixed(o.angle_deg, 3))),
-            ),
-        );
-    }
-    if let Some(gyroscope) = &c.gyroscope {
-        document = document.with(gyroscopes(gyroscope));
-    }
-    document
-        .with(Section::new("calibrations", "Calibrations").with(Block::Facts(facts)))
-        .with_findings(&c.findings, true)
+    .with(parameters(&c.parameters))
+    .with(frame)
+    .with(c.gyroscope.as_ref().map(gyroscopes))
+    .with(Section::new("calibrations", "Calibrations").with(Block::Facts(facts)))
+    .with_findings(&c.findings, true)
 }
 
 /// What to do about it.
@@ -65,10 +60,8 @@ fn next(c: &Comparison) -> Vec<String> {
 }
 
 fn parameters(list: &[ParameterDifference]) -> Section<'static> {
-    let columns = ["A", "B", "B − A", "z"].map(Column::number);
     let table = Table::new("")
-        .columns([Column::left("")])
-        .columns(columns)
+        .columns(["", "A", "B", "B − A", "z"])
         .rows(list.iter().map(parameter));
     Section::new("parameters", "Parameters").with(table)
 }
@@ -78,12 +71,11 @@ fn parameter(p: &ParameterDifference) -> Row {
     let coarse = if p.unit == "m/s^2" { 1e-3 } else { 1e-2 };
     let worth = p.sigma.filter(|s| *s > 0.0).unwrap_or(coarse);
     let n = decimals_for(worth);
-    let sigma = p.sigma.filter(|s| s.is_finite()).map(|s| fixed(s, n));
     let cells = [
         Cell::text(format!("{}, {}", p.name.replace('_', " "), unit(p.unit))),
         Cell::maybe(p.a, |v| fixed(v, n)),
         Cell::maybe(p.b, |v| fixed(v, n)),
-        Cell::number(signed(p.difference, n)).plus_minus(sigma),
+        Cell::number(signed(p.difference, n)).plus_minus(p.sigma, n),
         Cell::maybe(p.z, |z| signed(z, 1)),
     ];
     cells.into()
@@ -100,11 +92,7 @@ fn magnitude(c: &Comparison) -> Section<'static> {
         ])
     };
     let table = Table::new("")
-        .columns([
-            Column::left(""),
-            Column::number("B − A, mg"),
-            Column::number("predicted, mg"),
-        ])
+        .columns(["", "B − A, mg", "predicted, mg"])
         .row(row(
             "RMS over all directions".to_owned(),
             m.norm_rms_mps2,
@@ -132,8 +120,7 @@ fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
         ])
     };
     let table = Table::new("")
-        .columns([Column::left("")])
-        .columns(["A", "B", "B − A", "scale B/A, %"].map(Column::number))
+        .columns(["", "A", "B", "B − A", "scale B/A, %"])
         .rows((0..3).map(row));
     Section::new("gyroscope", "Gyroscope")
         .with(table)

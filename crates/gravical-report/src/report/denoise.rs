@@ -9,7 +9,6 @@ use super::short_name;
 const NO_DRIFT: &str = "Smoothing does not reduce drift: the noise that it removes averages out in the integral anyway, and a bias passes a low-pass unchanged.";
 
 /// The document of filters: the effect of each on white noise, and on this recording at rest.
-#[must_use]
 pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
     let rate = match summary.rate_hz {
         Some(rate) => format!("{rate:.2} Hz"),
@@ -26,10 +25,11 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
     }
     let mut filters = Section::new("filters", "Filters").with(white(summary));
-    for (name, unit, of) in [
-        ("accelerometer", summary.accel_unit, accelerometer as Of),
-        ("gyroscope", summary.gyro_unit, gyroscope),
-    ] {
+    let sensors: [(_, _, fn(&Sigmas) -> _); 2] = [
+        ("accelerometer", summary.accel_unit, |s| s.accelerometer),
+        ("gyroscope", summary.gyro_unit, |s| s.gyroscope),
+    ];
+    for (name, unit, of) in sensors {
         if of(&summary.recorded).is_some() {
             filters = filters.with(at_rest(summary, name, unit, of));
         }
@@ -45,47 +45,32 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         .with_findings(&summary.findings, false)
 }
 
-/// σ of one sensor's axes.
-type Of = fn(&Sigmas) -> Option<[f64; 3]>;
-
-fn accelerometer(sigmas: &Sigmas) -> Option<[f64; 3]> {
-    sigmas.accelerometer
-}
-
-fn gyroscope(sigmas: &Sigmas) -> Option<[f64; 3]> {
-    sigmas.gyroscope
-}
-
 /// Effect on white noise.
 fn white(summary: &DenoiseSummary) -> Table {
-    let row = |f: &FilterOutcome| {
-        Row::from([
-            Cell::text(&f.filter),
-            Cell::maybe(f.response.noise_gain, |gain| {
-                fixed(gain, decimals_of(gain, 3).min(4))
-            }),
-            Cell::text(frequencies(f)),
-            Cell::maybe(f.replaced.map(|n| n as f64), |n| fixed(n, 0)),
-        ])
-    };
     let replaced = summary.filters.iter().any(|f| f.replaced.is_some());
-    let mut table = Table::new("Properties").columns([
-        Column::left("filter"),
-        Column::number("factor on white noise"),
-        Column::number("−3 dB, Hz"),
-    ]);
-    if replaced {
-        table = table.columns([Column::number("samples replaced")]);
-    }
-    let width = table.columns.len();
-    table.rows(summary.filters.iter().map(row).map(|mut r| {
-        r.cells.truncate(width);
-        r
-    }))
+    let row = |f: &FilterOutcome| {
+        let gain = |gain| fixed(gain, decimals_of(gain, 3).min(4));
+        let cells = [
+            Cell::text(&f.filter),
+            Cell::maybe(f.response.noise_gain, gain),
+            Cell::number(frequencies(f)),
+        ];
+        let count = || Cell::maybe(f.replaced.map(|n| n as f64), |n| fixed(n, 0));
+        Row::from(cells.into_iter().chain(replaced.then(count)))
+    };
+    Table::new("Properties")
+        .columns(["filter", "factor on white noise", "−3 dB, Hz"])
+        .columns(replaced.then_some("samples replaced"))
+        .rows(summary.filters.iter().map(row))
 }
 
 /// Effect on this recording.
-fn at_rest(summary: &DenoiseSummary, name: &str, of_unit: &str, of: Of) -> Table {
+fn at_rest(
+    summary: &DenoiseSummary,
+    name: &str,
+    of_unit: &str,
+    of: fn(&Sigmas) -> Option<[f64; 3]>,
+) -> Table {
     let of_unit = match of_unit {
         "unknown" => "unit unknown".to_owned(),
         known => unit(known),
@@ -93,7 +78,7 @@ fn at_rest(summary: &DenoiseSummary, name: &str, of_unit: &str, of: Of) -> Table
     let row = |name: &str, sigmas: &Sigmas| Row::axes(name, of(sigmas), |_, v| small(v, 3));
     let filters = summary.filters.iter();
     Table::new(format!("σ of {name} at rest, {of_unit}"))
-        .columns([Column::left("")])
+        .columns([""])
         .columns(Column::axes(""))
         .row(row("as recorded", &summary.recorded))
         .rows(filters.map(|f| row(&format!("after {}", f.filter), &f.sigma)))

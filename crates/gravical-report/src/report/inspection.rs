@@ -14,7 +14,6 @@ use super::temperature::drift;
 const BAR: usize = 64;
 
 /// The document of an inspection.
-#[must_use]
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let mut facts: Vec<(String, String)> = Vec::new();
     let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
@@ -46,18 +45,16 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         fact("turns", format!("full turns about {}", about.join(", ")));
     }
     let reading = Section::new("reading", "How it was read").opening();
-    let mut document = Document {
+    let intervals = &inspection.static_intervals;
+    let temperature = inspection.temperature_drift.as_ref();
+    Document {
         subject: vec![inspection.file.clone()],
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
-    .with(reading.with(Block::Facts(facts)));
-    if !inspection.static_intervals.is_empty() {
-        document = document.with(stills(&inspection.static_intervals));
-    }
-    if let Some(model) = &inspection.temperature_drift {
-        document = document.with(drift(Section::new("temperature", "Temperature"), model));
-    }
-    document.with_findings(&inspection.findings, false)
+    .with(reading.with(Block::Facts(facts)))
+    .with((!intervals.is_empty()).then(|| stills(intervals)))
+    .with(temperature.map(|model| drift(Section::new("temperature", "Temperature"), model)))
+    .with_findings(&inspection.findings, false)
 }
 
 fn time(inspection: &Inspection) -> String {
@@ -173,14 +170,7 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
         Row::from(cells)
     };
     let table = Table::new("")
-        .columns([
-            Column::left(""),
-            Column::left("lines"),
-            Column::number("from, s"),
-            Column::number("to, s"),
-            Column::left("face"),
-            Column::number("angle to face, °"),
-        ])
+        .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
         .columns(Column::axes("mean reading"))
         .rows(all.iter().enumerate().map(row));
     Section::new("intervals", "Static intervals")

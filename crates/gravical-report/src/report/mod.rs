@@ -5,17 +5,13 @@ mod calibration;
 mod check;
 mod compare;
 mod denoise;
-mod gyroscope;
 mod inspection;
-mod matrices;
 mod motion;
 mod moves;
 mod noise;
-mod paste;
 mod placements;
 mod provenance;
 mod temperature;
-mod truth;
 
 #[cfg(test)]
 mod tests;

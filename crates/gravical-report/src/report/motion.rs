@@ -3,28 +3,28 @@
 
 use gravical::core::matrix3::norm;
 
-use crate::document::{
-    Block, Cell, Column, Document, Grade, KeyFigure, Row, Section, Table, Verdict,
-};
+use crate::document::{Block, Cell, Document, Grade, KeyFigure, Row, Section, Table, Verdict};
 use crate::figure::Figure;
 use gravical::motion::{MotionJudgement, MotionResult, Span};
 use gravical::numfmt::{decimals_by, digits, fixed, words};
 use gravical::recording::Recording;
 
 use super::inspection::origin;
-use super::moves::{budget, end, largest, moves};
-use super::truth::truth;
+use super::moves::{end, error_budget, largest, moves, truth};
 use super::{named, short_name};
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
-#[must_use]
 pub fn motion<'a>(
     result: &MotionResult,
     recording: &Recording,
     figures: &'a [Figure],
 ) -> Document<'a> {
     let figure = |id, title, names: &[&str]| Section::new(id, title).figures(named(figures, names));
-    let mut document = Document {
+    // For a recording at rest the verdict says everything.
+    let moved = !result.moves.is_empty();
+    let only = result.moves.len() == 1;
+    let budget = result.largest_budget().filter(|_| moved);
+    Document {
         verdict: Some(verdict(result)),
         ..Document::new(format!("Motion of {}", short_name(&result.input)))
     }
@@ -39,25 +39,14 @@ pub fn motion<'a>(
         "acceleration",
         "Acceleration",
         &["acceleration", "motion-acceleration"],
-    ));
-    // For a recording at rest the verdict says everything.
-    if !result.moves.is_empty() {
-        document = document
-            .with(moves(result).figures(named(figures, &["moves"])))
-            .with(end(result));
-        if let Some((number, b)) = result.largest_budget() {
-            let only = result.moves.len() == 1;
-            let section = budget(number, only, &b);
-            document = document.with(section.figures(named(figures, &["budget"])));
-        }
-    }
-    if let Some(comparison) = &result.truth {
-        document = document.with(truth(comparison));
-    }
-    document
-        .with(timing(result, recording))
-        .with(rests(result))
-        .with_findings(&result.findings, false)
+    ))
+    .with(moved.then(|| moves(result)))
+    .with(moved.then(|| end(result)))
+    .with(budget.map(|(number, b)| error_budget(number, only, &b)))
+    .with(result.truth.as_ref().map(truth))
+    .with(timing(result, recording))
+    .with(rests(result))
+    .with_findings(&result.findings, false)
 }
 
 /// What can be determined from the recording.
@@ -71,24 +60,11 @@ fn verdict(result: &MotionResult) -> Verdict {
         MotionJudgement::AtRest => Grade::Unknown,
         _ => Grade::Fair,
     };
-    let duration = || KeyFigure {
-        value: fixed(result.duration_s, 2),
-        unit: "s",
-        what: "duration".to_owned(),
-    };
-    let known = KeyFigure {
-        value: format!("{usable} of {all}"),
-        unit: "",
-        what: "usable moves".to_owned(),
-    };
+    let duration = || KeyFigure::new(fixed(result.duration_s, 2), "s", "duration");
+    let known = KeyFigure::new(format!("{usable} of {all}"), "", "usable moves");
     let sigma = result.r#final.sigma_m.map(|s| {
-        let axis = (0..3).max_by(|a, b| s[*a].total_cmp(&s[*b])).unwrap_or(0);
-        let text = format!("± {}", digits(s[axis], 2));
-        KeyFigure {
-            value: text,
-            unit: "m",
-            what: "standard uncertainty of the end position, worst axis (1σ)".to_owned(),
-        }
+        let what = "standard uncertainty of the end position, worst axis (1σ)";
+        KeyFigure::new(format!("± {}", digits(largest(s), 2)), "m", what)
     });
     let mut figures = vec![single(result).unwrap_or_else(duration), known];
     figures.extend(sigma);
@@ -134,11 +110,8 @@ fn single(result: &MotionResult) -> Option<KeyFigure> {
     let plain = only.uncalibrated_m.map_or(String::new(), |u| {
         format!("; uncalibrated {} m", fixed(norm(&u), n))
     });
-    Some(KeyFigure {
-        value: text,
-        unit: "m",
-        what: format!("displacement{}{plain}", one_sigma(sd.is_some())),
-    })
+    let what = format!("displacement{}{plain}", one_sigma(sd.is_some()));
+    Some(KeyFigure::new(text, "m", what))
 }
 
 /// What an uncertainty behind a value is.
@@ -177,31 +150,9 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
             format!("accelerometer {accel} mm/s²/√Hz{gyro} (N at rest)"),
         );
     }
-    let value = |name: &str, value: Option<f64>, n: usize| {
-        value.map(|v| Row::from([Cell::text(name), Cell::number(fixed(v, n))]))
-    };
-    let t = &recording.timing;
-    let count = |rows: u64| Some(rows as f64);
-    let rows = [
-        value("rate from time stamps, Hz", result.rate_hz.r#true, 3),
-        value("rate according to the file, Hz", result.rate_hz.nominal, 3),
-        value("duration, s", Some(result.duration_s), 3),
-        value("rows", count(result.rows), 0),
-        value("rows skipped", count(result.rows_left_out), 0),
-        value(
-            "jitter of the time stamps, ms",
-            t.jitter_s.map(|v| 1e3 * v),
-            2,
-        ),
-        value("missing samples, %", t.missing_share.map(|v| 100.0 * v), 2),
-    ];
-    let table = Table::new("Timing")
-        .columns([Column::left(""), Column::number("value")])
-        .rows(rows.into_iter().flatten());
     Section::new("timing", "Timing and procedure")
         .opening()
         .with(Block::Facts(facts))
-        .full(table)
 }
 
 fn time(result: &MotionResult) -> String {
@@ -246,28 +197,24 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
             Cell::number(fixed(span.end_s - span.start_s, 2)),
         ])
     });
-    let columns = ["from", "to", "duration"].map(Column::number);
-    let table = Table::new("Rests, s")
-        .columns([Column::left("rest")])
-        .columns(columns);
+    let columns = ["from", "to", "duration"];
+    let table = Table::new("Rests, s").columns(["rest"]).columns(columns);
     let section = if result.rests.is_empty() {
         section.full(Block::paragraph("No rest was found."))
     } else {
         section.full(table.rows(spans))
     };
-    let visible = result.visible_moves.iter().map(|v| {
-        Row::from([
-            Cell::number(digits(v.seconds, 2)),
-            Cell::number(digits(v.distance_m, 2)),
-        ])
+    let hidden = result.visible_moves.iter();
+    let hidden = hidden.map(|v| {
+        let (duration, distance) = (digits(v.seconds, 2), digits(v.distance_m, 2));
+        format!("{distance} m in {duration} s")
     });
-    if visible.len() == 0 {
+    let hidden: Vec<String> = hidden.collect();
+    if hidden.is_empty() {
         return section;
     }
-    let table = Table::new("A shorter move may hide in a rest")
-        .columns(["duration, s", "displacement, m"].map(Column::number))
-        .rows(visible);
-    section.full(table)
+    let hidden = format!("A shorter move may hide in a rest: {}.", hidden.join(", "));
+    section.full(Block::Paragraph(hidden))
 }
 
 #[cfg(test)]

@@ -2,15 +2,17 @@
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use gravical::core::matrix3::norm;
-use gravical::motion::{Budget, Ends, MotionResult, Move};
-use gravical::numfmt::{decimals_for, decimals_of, fixed};
+use gravical::motion::{Budget, Comparison, Ends, MotionResult, Move, MoveComparison};
+use gravical::numfmt::{decimals_for, decimals_of, digits, fixed};
+
+use super::short_name;
 
 /// Values beyond this are drift; they are shown with two digits and a power of ten.
 const ROUND: f64 = 1e6;
 
 /// Decimals of each axis for a length with this uncertainty, m: two digits of it;
 /// without one four digits of the largest value.
-pub(super) fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
+fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
     sigma.map_or([decimals_of(largest(value).max(1e-3), 4); 3], |s| {
         s.map(decimals_for)
     })
@@ -30,16 +32,13 @@ fn far(v: f64, decimals: usize) -> String {
 }
 
 /// Lengths along the axes with their standard uncertainties, if known.
-pub(super) fn lengths(
-    values: Option<[f64; 3]>,
-    sigma: Option<[f64; 3]>,
-    n: [usize; 3],
-) -> Vec<Cell> {
-    let cells = Cell::axes(values, |k, v| far(v, n[k]));
-    let sigma_of = |k: usize| sigma.map(|s| s[k]).filter(|s| s.is_finite());
-    let sigmas = (0..3).map(|k| sigma_of(k).map(|s| far(s, n[k])));
-    let cells = cells.into_iter().zip(sigmas);
-    cells.map(|(cell, sigma)| cell.plus_minus(sigma)).collect()
+fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> Vec<Cell> {
+    let cell = |k: usize| {
+        let sigma = sigma.map(|s| s[k]).filter(|s| s.is_finite());
+        let sigma = sigma.map(|s| far(s, n[k]));
+        values.map_or_else(Cell::none, |v| Cell::Number(far(v[k], n[k]), sigma))
+    };
+    (0..3).map(cell).collect()
 }
 
 pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
@@ -50,29 +49,19 @@ pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
         "displacement, m"
     };
     let mut table = Table::new("")
-        .columns([
-            Column::left("move"),
-            Column::number("from, s"),
-            Column::number("to, s"),
-        ])
+        .columns(["move", "from, s", "to, s"])
         .columns(Column::axes(group));
     let plain = result.moves.iter().any(|m| m.uncalibrated_m.is_some());
     if plain {
         table = table.columns(Column::axes("uncalibrated, m").map(Column::full));
     }
-    let table = table
-        .columns([
-            Column::number("path, m"),
-            Column::number("speed, m/s"),
-            Column::left("rest at"),
-        ])
-        .rows(
-            result
-                .moves
-                .iter()
-                .enumerate()
-                .map(|(i, m)| one_move(i, m, plain)),
-        );
+    let table = table.columns(["path, m", "speed, m/s", "rest at"]).rows(
+        result
+            .moves
+            .iter()
+            .enumerate()
+            .map(|(i, m)| one_move(i, m, plain)),
+    );
     Section::new("moves", "Moves").with(table).with(Block::note(
         "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
     ))
@@ -127,28 +116,21 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
         ));
     };
     let n = decimals(last.sigma_m, position);
-    let row = |name: &str, cells: Vec<Cell>| {
-        Row::from(
-            std::iter::once(Cell::text(name))
-                .chain(cells)
-                .collect::<Vec<_>>(),
-        )
-    };
     let at_end = lengths(Some(position), last.sigma_m, n);
-    let mut rows = vec![row("position, m", at_end)];
+    let mut rows = vec![Row::named("position, m", at_end)];
     let plain = result.uncalibrated;
     if let Some(u) = plain {
         let cells = lengths(u.position_m, None, n);
-        rows.push(row("uncalibrated, m", cells));
+        rows.push(Row::named("uncalibrated, m", cells));
     }
     let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
     if let Some(velocity) = last.velocity_mps.filter(moving) {
         let n = [decimals_of(largest(velocity), 2).min(3); 3];
         let cells = lengths(Some(velocity), None, n);
-        rows.push(row("velocity, m/s", cells));
+        rows.push(Row::named("velocity, m/s", cells));
         if let Some(u) = plain {
             let cells = lengths(u.velocity_mps, None, n);
-            rows.push(row("uncalibrated, m/s", cells));
+            rows.push(Row::named("uncalibrated, m/s", cells));
         }
     }
     let uncertain = if last.sigma_m.is_some() {
@@ -157,13 +139,13 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
         ""
     };
     let table = Table::new(format!("Position relative to the start{uncertain}"))
-        .columns([Column::left("")])
+        .columns([""])
         .columns(Column::axes(""))
         .rows(rows);
     section.with(table)
 }
 
-pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
+pub(super) fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     let section = Section::new("budget", "Error budget");
     let parts = [
         (
@@ -199,8 +181,7 @@ pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         format!("move {number}, the least certain one")
     };
     let table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ"))
-        .columns([Column::left("source")])
-        .columns(["mm", "% of the variance"].map(Column::number))
+        .columns(["source", "mm", "% of the variance"])
         .rows(parts)
         .row(sum(
             "combined (root sum of squares)",
@@ -209,6 +190,57 @@ pub(super) fn budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         ))
         .row(sum("expanded, k = 2", 2.0, Cell::text("")));
     section.with(table)
+}
+
+pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
+    let rotated = format!("rotated by {:+.1}° about the vertical", c.yaw_deg);
+    let shifted = match c.time_offset_s {
+        0.0 => String::new(),
+        offset => format!(", time offset {offset:+.3} s"),
+    };
+    let section =
+        Section::new("truth", "Comparison with the reference").with(Block::paragraph(format!(
+            "{}: {} points from {:.2} to {:.2} s, {rotated}{shifted}",
+            short_name(&c.source),
+            c.points,
+            c.from_s,
+            c.to_s
+        )));
+    let row = |name: &str, value: Option<f64>, n: i32| {
+        Row::from([Cell::text(name), Cell::maybe(value, |v| digits(v, n))])
+    };
+    let errors = Table::new("Errors")
+        .columns(["", "value"])
+        .row(row("end error, m", Some(c.end_error_m), 2))
+        .row(row("RMSE, m", Some(c.rmse_m), 2))
+        .row(row("end error, % of the path", c.percent_of_path, 2))
+        .row(row("path of the reference, m", Some(c.path_m), 3));
+    let section = section.with(errors);
+    if c.moves.is_empty() {
+        return section;
+    }
+    let moves = Table::new("Errors of moves")
+        .columns(["move", "from, s", "to, s"])
+        .columns(Column::axes("error of the displacement ± 1σ, m"))
+        .columns(["RMSE, m"])
+        .rows(c.moves.iter().map(error_of_move));
+    section.with(moves)
+}
+
+fn error_of_move(m: &MoveComparison) -> Row {
+    // The error has its own digits.
+    let n = decimals_of(largest(m.end_error_m), 2);
+    let n = m
+        .sigma_m
+        .map_or([n; 3], |s| decimals(Some(s), s).map(|d| d.max(n)));
+    let mut cells = vec![
+        Cell::text(m.number.to_string()),
+        Cell::number(fixed(m.start_s, 2)),
+        Cell::number(fixed(m.end_s, 2)),
+    ];
+    cells.extend(lengths(Some(m.end_error_m), m.sigma_m, n));
+    cells.push(Cell::number(digits(m.rmse_m, 2)));
+    cells.into()
 }
 
 #[cfg(test)]

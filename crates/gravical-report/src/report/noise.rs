@@ -1,18 +1,17 @@
 //! Report of the noise of a sensor.
 
-use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
+use crate::document::{Block, Cell, Document, Row, Section, Table};
 use crate::figure::Figure;
 use gravical::noise::{ChannelNoise, Estimate, NoiseResult, Term, Unit, duration_text};
-use gravical::numfmt::{count, decimals_for, fixed, small, unit};
+use gravical::numfmt::{count, decimals_for, fixed, small};
 
 use super::short_name;
 
 /// The document of an Allan deviation; `figures` are those of [`crate::figure::noise`].
-#[must_use]
 pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     let input = result.inputs.first().map_or("", |input| &input.path);
     let name = short_name(input);
-    let mut document = Document {
+    let document = Document {
         subject: vec![format!("{name}: {}", conclusion(result))],
         ..Document::new(format!("Noise of {name}"))
     };
@@ -40,7 +39,6 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         ));
     }
     let reading = Section::new("reading", "How it was read").opening();
-    document = document.with(reading.with(Block::Facts(facts)));
     let mut section = Section::new("noise", "Noise");
     for (sensor, channels) in &sensors(result) {
         section = section
@@ -54,17 +52,17 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     section = section.with(Block::note(
         "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %). N by density: from the power spectral density at 1 to 10 Hz.",
     ));
-    document = document.with(section);
-    let mut curves = Section::new("allan", "Allan deviation").figures(figures);
-    curves = curves
+    let curves = Section::new("allan", "Allan deviation")
+        .figures(figures)
         .full(Block::Equation(vec![
             "σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3",
         ]))
         .full(Block::paragraph(METHOD));
-    for channel in &result.channels {
-        curves = curves.full(points(channel));
-    }
-    document.with(curves).with_findings(&result.findings, false)
+    document
+        .with(reading.with(Block::Facts(facts)))
+        .with(section)
+        .with(curves)
+        .with_findings(&result.findings, false)
 }
 
 /// The sensors of which channels could be analysed.
@@ -116,14 +114,13 @@ fn span(term: Term, gyroscope: bool, own: &[&ChannelNoise]) -> String {
 
 fn table(caption: String, channels: &[&ChannelNoise]) -> Table {
     Table::new(caption)
-        .columns([Column::left("")])
-        .columns(channels.iter().map(|c| Column::number(&c.channel)))
+        .columns([""])
+        .columns(channels.iter().map(|c| c.channel.as_str()))
 }
 
 /// A cell for each channel.
 fn row(label: String, channels: &[&ChannelNoise], cell: impl Fn(&ChannelNoise) -> Cell) -> Row {
-    let cells = channels.iter().map(|c| cell(c));
-    std::iter::once(Cell::text(label)).chain(cells).into()
+    Row::named(label, channels.iter().map(|c| cell(c)))
 }
 
 fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
@@ -169,12 +166,11 @@ fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
         (Some(e), _) => {
             let deviation = factor * (e.high - e.low) / 3.92;
             let decimals = decimals_for(deviation);
-            let sigma = fixed(deviation, decimals);
             let text = fixed(factor * e.value, decimals);
-            Cell::number(text).plus_minus(Some(sigma))
+            Cell::number(text).plus_minus(Some(deviation), decimals)
         }
         (None, Some(missing)) => match missing.at_most {
-            Some(most) => Cell::text(format!("< {}", small(factor * most, 2))),
+            Some(most) => Cell::number(format!("< {}", small(factor * most, 2))),
             None => Cell::none(),
         },
         (None, None) => Cell::none(),
@@ -186,7 +182,7 @@ fn interval(estimate: Option<&Estimate>, factor: f64) -> Cell {
         Some(e) => {
             let decimals = decimals_for(factor * (e.high - e.low) / 3.92);
             let text = |v: f64| fixed(factor * v, decimals);
-            Cell::text(format!("{} to {}", text(e.low), text(e.high)))
+            Cell::number(format!("{} to {}", text(e.low), text(e.high)))
         }
         None => Cell::none(),
     }
@@ -215,20 +211,3 @@ fn missing(own: &[&ChannelNoise]) -> Vec<String> {
 }
 
 const METHOD: &str = "Overlapping Allan deviation over every sample. Least squares on the variance, no term negative, weighted by the variances of overlapping estimates, with intervals from their covariance. Data sheets state one-sided densities, larger than N by √2. A term is not observable with fewer than four degrees of freedom, a standard deviation of over 35 %; its limit holds with 95 %.";
-
-fn points(channel: &ChannelNoise) -> Table {
-    let of_unit = unit(&channel.unit);
-    let row = |p: &gravical::noise::AllanPoint| {
-        let number = |v: f64| Cell::number(format!("{v:.3e}"));
-        Row::from([
-            Cell::number(small(p.tau_s, 4)),
-            number(p.sigma),
-            number(p.low),
-            number(p.high),
-            Cell::number(small(p.edf, 2)),
-        ])
-    };
-    Table::new(format!("{}: Allan deviation, {of_unit}", channel.channel))
-        .columns(["τ, s", "σ", "low (95 %)", "high", "degrees of freedom"].map(Column::number))
-        .rows(channel.adev.iter().map(row))
-}

@@ -20,15 +20,15 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let decimals = decimals_of(largest, 5).min(4);
     let rows = a.poses.iter();
     let table = Table::new("")
-        .columns([Column::left("pose")])
+        .columns(["pose"])
         .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
         .columns(Column::axes("calibrated, m/s²"))
-        .columns(exact.then(|| Column::number("error, m/s²")))
+        .columns(exact.then_some("error, m/s²"))
         .columns([
-            only(!exact, Column::number("‖a‖ − g, mg")),
-            only(!exact, Column::number("left out, mg")),
-            Column::number("tilt, °"),
-            Column::number("rows").full(),
+            only(!exact, "‖a‖ − g, mg".into()),
+            only(!exact, "left out, mg".into()),
+            "tilt, °".into(),
+            Column::new("rows").full(),
         ])
         .rows(rows.map(|p| row(p, decimals, exact)));
     let error = if exact {
@@ -65,14 +65,14 @@ fn errors(file: &CalibrationFile) -> Table {
     };
     let before = row("before", &|p| a.nominally(p.raw));
     let after = row("after", &|p| Some(p.calibrated));
-    let of_faces = |name| Column::number(name).below("vectors of the faces, m/s²");
+    let of_faces = |name| Column::new(name).below("vectors of the faces, m/s²");
     let by = if before.is_some() {
         ", before: by the nominal scale"
     } else {
         ""
     };
     Table::new(format!("Errors at the fitted poses{by}"))
-        .columns([Column::left(""), Column::number("‖a‖ − g: RMS, mg")])
+        .columns(["", "‖a‖ − g: RMS, mg"])
         .columns(["RMS", "maximum", "mean norm"].map(of_faces))
         .rows(before.into_iter().chain(after))
 }
@@ -80,10 +80,6 @@ fn errors(file: &CalibrationFile) -> Table {
 fn row(p: &PoseResult, decimals: usize, exact: bool) -> Row {
     let mg = |v: f64| signed(milli_g(v), 2);
     let label = format!("{}{}", p.label, if p.fitted { "" } else { " (not used)" });
-    let tilt_sd = p
-        .tilt_sd_deg
-        .filter(|sd| sd.is_finite())
-        .map(|sd| fixed(sd, 1));
     let mut cells = vec![Cell::Text(label)];
     cells.extend(Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)));
     cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
@@ -91,7 +87,7 @@ fn row(p: &PoseResult, decimals: usize, exact: bool) -> Row {
     cells.extend([
         Cell::maybe(p.magnitude_error_mps2, mg),
         Cell::maybe(p.left_out_error_mps2, mg),
-        Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(tilt_sd),
+        Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(p.tilt_sd_deg, 1),
         Cell::number(p.rows.to_string()),
     ]);
     cells.into()
@@ -149,11 +145,11 @@ pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -
         ])
     });
     let columns = [
-        Column::left(""),
-        Column::left("orientation"),
-        Column::left("direction"),
-        Column::number("uncertainty then, mg"),
-        Column::number("undetected then, mg"),
+        "",
+        "orientation",
+        "direction",
+        "uncertainty then, mg",
+        "undetected then, mg",
     ];
     section.full(Table::new("Best next poses").columns(columns).rows(poses))
 }

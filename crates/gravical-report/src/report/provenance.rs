@@ -1,6 +1,6 @@
 //! Provenance of a result.
 
-use crate::document::{Block, Cell, Column, Document, Section, Table};
+use crate::document::{Block, Cell, Document, Section, Table};
 use gravical::calibration_file::InputFile;
 use gravical::numfmt::words;
 
@@ -19,7 +19,6 @@ pub struct Provenance<'a> {
 
 impl Document<'_> {
     /// Adds the date below the title and a section with the provenance.
-    #[must_use]
     pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
         self.stamp = format!("{} · {}", origin.created, origin.tool);
         let command = origin
@@ -45,11 +44,13 @@ fn files(files: &[InputFile]) -> Table {
         [
             Cell::text(&file.path),
             Cell::text(words(&file.role)),
-            file.sha256.clone().map_or_else(Cell::none, Cell::Code),
+            file.sha256
+                .clone()
+                .map_or_else(|| Cell::text("–"), Cell::Code),
         ]
         .into()
     };
     Table::new("Files")
-        .columns(["file", "used as", "SHA-256"].map(Column::left))
+        .columns(["file", "used as", "SHA-256"])
         .rows(files.iter().map(row))
 }

@@ -1,6 +1,6 @@
 //! Report of drift with temperature.
 
-use crate::document::{Block, Cell, Column, Row, Section, Table};
+use crate::document::{Block, Cell, Row, Section, Table};
 use gravical::calibration_file::{ChannelDrift, TemperatureModel};
 use gravical::numfmt::{small, unit};
 
@@ -8,12 +8,12 @@ use gravical::numfmt::{small, unit};
 pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
     let [low, high] = model.range_c;
     let columns = [
-        Column::left("channel"),
-        Column::number("slope, per °C"),
-        Column::left("unit"),
-        Column::number("R² cooling → warming"),
-        Column::number("R² warming → cooling"),
-        Column::left("verdict"),
+        "channel",
+        "slope, per °C",
+        "unit",
+        "R² cooling → warming",
+        "R² warming → cooling",
+        "verdict",
     ];
     let channels = model.channels.iter();
     let table = Table::new("Drift of each channel")

@@ -1,15 +1,19 @@
 //! A document as one self-contained HTML file: no network, fonts or server; complete without
 //! its script, too.
 
-mod page;
-
-use maud::{Markup, PreEscaped, html};
+use gravical::escape;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::inline::{self, Part};
-use super::{
-    Block, Cell, Column, DRAWINGS, Detail, Document, Grade, Remark, Row, Snippet, Table, Verdict,
-};
+use super::{Block, Cell, DRAWINGS, Detail, Document, Grade, Remark, Table, Verdict};
 use crate::figure::{Figure, svg};
+
+/// Nothing is loaded, whatever a file name or label contains.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
 
 impl Document<'_> {
     /// The whole document as a page. Tables have at most [`ROWS`](super::ROWS) rows, all figures
@@ -17,30 +21,58 @@ impl Document<'_> {
     #[must_use]
     pub fn to_html(&self) -> String {
         let mut room = DRAWINGS;
-        let verdict = self
-            .verdict
-            .iter()
-            .map(|v| ("verdict", v.heading, verdict(v)));
+        let verdict = self.verdict.iter();
+        let verdict = verdict.map(|v| ("verdict", v.heading, verdict_html(v)));
         let sections = self.sections.iter().map(|s| {
-            let blocks: Vec<Markup> = s
-                .shown(Detail::Full)
-                .map(|b| block(b, s.id, s.title, &mut room))
-                .collect();
-            (s.id, s.title, html! { @for block in blocks { (block) } })
+            let blocks = s.shown(Detail::Full);
+            let blocks = blocks.map(|b| block(b, s.title, &mut room).into_string());
+            (s.id, s.title, PreEscaped(blocks.collect()))
         });
-        let sections: Vec<page::Part<'_>> = verdict.chain(sections).collect();
-        let lead = html! {
-            h1 { (self.title) }
-            @for line in self.lead() {
-                p.sub { (line) }
+        // Anchor, heading and content.
+        let sections: Vec<(&str, &str, Markup)> = verdict.chain(sections).collect();
+        let page = html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
+                    // Prevents a request for /favicon.ico.
+                    link rel="icon" href="data:,";
+                    title { (self.title) }
+                    style { (PreEscaped(STYLE)) }
+                    // Of its own: a figure that is saved takes it along.
+                    style id="figures" { (PreEscaped(svg::STYLE)) }
+                    style { "@media screen and (prefers-color-scheme:dark){" (PreEscaped(svg::DARK)) "}" }
+                }
+                body {
+                    a.skip href="#main" { "Skip to the report" }
+                    header {
+                        h1 { (self.title) }
+                        @for line in self.lead() { p.sub { (line) } }
+                    }
+                    nav aria-label="Sections" {
+                        ol { @for (id, title, _) in &sections { li { a href={ "#" (id) } { (title) } } } }
+                    }
+                    main id="main" tabindex="-1" {
+                        @for (id, title, body) in &sections {
+                            section id=(id) aria-labelledby={ (id) "-h" } {
+                                h2 id={ (id) "-h" } { (title) }
+                                (body)
+                            }
+                        }
+                    }
+                    script { (PreEscaped(SCRIPT)) }
+                }
             }
         };
-        page::page(&self.title, &lead, &sections)
+        escape::shown(&page.into_string()).into_owned()
     }
 }
 
 /// Badge, main numbers, reasons, next steps.
-fn verdict(v: &Verdict) -> Markup {
+fn verdict_html(v: &Verdict) -> Markup {
     let (class, sign) = match v.grade {
         Grade::Good => ("good", "✓"),
         Grade::Fair => ("fair", "~"),
@@ -77,11 +109,10 @@ fn words(text: &str) -> Markup {
     }
 }
 
-fn block(block: &Block<'_>, id: &str, title: &str, room: &mut usize) -> Markup {
+fn block(block: &Block<'_>, title: &str, room: &mut usize) -> Markup {
     match block {
         Block::Paragraph(text) => html! { p { (words(text)) } },
         Block::Note(text) => html! { p.note { (words(text)) } },
-        Block::Heading(text) => html! { h3 { (text) } },
         Block::Equation(lines) => html! {
             p.equation { @for (i, line) in lines.iter().enumerate() { @if i > 0 { br; } (line) } }
         },
@@ -91,15 +122,23 @@ fn block(block: &Block<'_>, id: &str, title: &str, room: &mut usize) -> Markup {
         },
         Block::Table(t) => table(t, title),
         Block::Figure(f) => figure(f, room),
-        Block::Snippets(all) => snippets(id, all),
+        Block::Snippets(all) => html! {
+            @for (i, s) in all.iter().enumerate() {
+                details open[i == 0] {
+                    summary { (s.language) }
+                    pre.paste role="region" aria-label=(s.language) tabindex="0" { (s.code) }
+                }
+            }
+        },
         Block::Findings(all) => html! { ul.findings { @for r in all { (remark(r)) } } },
     }
 }
 
 fn remark(r: &Remark) -> Markup {
-    let (class, sign, word) = match r.warning {
-        true => ("warning", "!", "Warning"),
-        false => ("note", "·", "Note"),
+    let (class, sign, word) = if r.warning {
+        ("warning", "!", "Warning")
+    } else {
+        ("note", "·", "Note")
     };
     html! {
         li.(class) {
@@ -107,22 +146,6 @@ fn remark(r: &Remark) -> Markup {
             span.vh { (word) ": " }
             code { (r.kind) } " " (words(&r.text))
             @if !r.place.is_empty() { span.where { " [" (r.place) "]" } }
-        }
-    }
-}
-
-/// Tabs, one per language, without a script.
-fn snippets(id: &str, all: &[Snippet]) -> Markup {
-    html! {
-        div.tabs {
-            @for (i, s) in all.iter().enumerate() {
-                @let tab = format!("{id}-code-{i}");
-                input type="radio" name={ (id) "-code" } id=(tab) checked[i == 0];
-                label for=(tab) { (s.language) }
-            }
-            @for s in all {
-                div.pane { pre.paste role="region" aria-label=(s.language) tabindex="0" { (s.code) } }
-            }
         }
     }
 }
@@ -135,9 +158,11 @@ fn table(t: &Table, title: &str) -> Markup {
         &t.caption
     };
     let grouped = t.columns.iter().any(|c| !c.group.is_empty());
-    let head = |c: &Column, rows: &str| {
-        html! { th class=[c.numbers.then_some("n")] scope="col" rowspan=(rows) { (c.name) } }
+    let head = |i: usize, rows: &str| {
+        html! { th class=[t.is_numeric(i).then_some("n")] scope="col" rowspan=(rows) { (t.columns[i].name) } }
     };
+    let in_group = |i: &usize| !t.columns[*i].group.is_empty();
+    let indices: Vec<usize> = (0..t.columns.len()).collect();
     let left_out = t.all.saturating_sub(t.rows.len());
     html! {
         div.scroll tabindex="0" role="region" aria-label=(caption) {
@@ -145,49 +170,43 @@ fn table(t: &Table, title: &str) -> Markup {
                 caption class=[t.caption.is_empty().then_some("vh")] { (caption) }
                 thead {
                     tr {
-                        @for group in t.columns.chunk_by(|a, b| !a.group.is_empty() && a.group == b.group) {
-                            @match group {
-                                [c, ..] if !c.group.is_empty() => th scope="colgroup" colspan=(group.len()) { (c.group) },
-                                [c, ..] => (head(c, if grouped { "2" } else { "1" })),
-                                [] => {}
+                        @for group in indices.chunk_by(|a, b| in_group(a) && t.columns[*a].group == t.columns[*b].group) {
+                            @if in_group(&group[0]) {
+                                th scope="colgroup" colspan=(group.len()) { (t.columns[group[0]].group) }
+                            } @else {
+                                (head(group[0], if grouped { "2" } else { "1" }))
                             }
                         }
                     }
                     @if grouped {
-                        tr { @for c in t.columns.iter().filter(|c| !c.group.is_empty()) { (head(c, "1")) } }
+                        tr { @for i in indices.iter().filter(|i| in_group(i)) { (head(*i, "1")) } }
                     }
                 }
-                tbody { @for r in &t.rows { (row(r, &t.columns)) } }
+                tbody {
+                    @for row in &t.rows {
+                        tr class=[row.sum.then_some("sum")] {
+                            @for (i, cell) in row.cells.iter().enumerate() {
+                                @match cell {
+                                    _ if i == 0 => th scope="row" { (cell_text(cell)) },
+                                    Cell::Code(_) => td.hash { (cell_text(cell)) },
+                                    _ => td class=[t.is_numeric(i).then_some("n")] { (cell_text(cell)) },
+                                }
+                            }
+                        }
+                        @if !row.note.is_empty() {
+                            tr.reason { td colspan=(t.columns.len()) { (words(&row.note)) } }
+                        }
+                    }
+                }
             }
         }
         @if left_out > 0 { p.note { "… and " (left_out) " more; " code { "--json" } " has all." } }
     }
 }
 
-fn row(r: &Row, columns: &[Column]) -> Markup {
-    html! {
-        tr class=[r.sum.then_some("sum")] {
-            @for (i, (c, column)) in r.cells.iter().zip(columns).enumerate() {
-                @if i == 0 { th scope="row" { (cell_text(c)) } } @else { (cell(c, column.numbers)) }
-            }
-        }
-        @if !r.note.is_empty() { tr.reason { td colspan=(columns.len()) { (words(&r.note)) } } }
-    }
-}
-
-fn cell(c: &Cell, numbers: bool) -> Markup {
-    match c {
-        Cell::Text(text) => html! { td class=[numbers.then_some("n")] { (text) } },
-        Cell::Link(..) => html! { td { (cell_text(c)) } },
-        Cell::Code(_) => html! { td.hash { (cell_text(c)) } },
-        Cell::Number(..) => html! { td.n { (cell_text(c)) } },
-    }
-}
-
 fn cell_text(c: &Cell) -> Markup {
     match c {
         Cell::Text(text) => html! { (text) },
-        Cell::Link(text, target) => html! { a href=(target) { (text) } },
         Cell::Code(text) => html! { code { (text) } },
         Cell::Number(text, sd) => html! {
             (shown(text))

@@ -32,8 +32,8 @@ pub(super) fn position_3d(motion: &Motion<'_>) -> Option<Figure> {
     series.extend(paths.iter().map(|p| p.line(|_, at| project(at))));
     series.push(time_marks(motion, 0.03 * longest(&sides)));
     if let Some([start, end]) = ends(position) {
-        series.push(spot("start", Role::Calibrated, project(start), CIRCLE));
-        series.push(spot("end", Role::Calibrated, project(end), DIAMOND));
+        series.push(spot("start", Role::Result, project(start), CIRCLE));
+        series.push(spot("end", Role::Result, project(end), DIAMOND));
     }
     let [[x0, x1], [y0, y1], [z0, z1]] = sides;
     let room = 0.13 * longest(&sides);
@@ -146,7 +146,7 @@ fn time_marks(motion: &Motion<'_>, least: f64) -> Series {
         }
     }
     let (x, y) = points.into_iter().unzip();
-    Series::points("time", Role::Calibrated, x, y)
+    Series::points("time", Role::Result, x, y)
         .labelled(labels)
         .drawn_as(DOT)
 }
