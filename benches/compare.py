@@ -12,11 +12,6 @@ calibrate  six still placements, one file each, to a calibration file, start-up
            included. imucal insists on three turns as well; it is given the
            shortest that it takes, made in memory.
 
-motion     read the recording, calibrate, Savitzky-Golay of window 5 and order 2,
-           subtract the mean of the first 500 rows, the trapezoidal rule twice with
-           the stamps, and print the position at the end. gravical also looks for
-           defects and computes the position by the nominal scales beside it.
-
 Each competitor does these steps in a process of its own; they take turns, so
 that a busy machine disturbs all alike. Measured are CPU time (user + system,
 all threads together) and peak resident memory. Nothing is asserted: the table
@@ -38,7 +33,7 @@ import tempfile
 from itertools import islice
 from pathlib import Path
 
-PACKAGES = ["numpy", "scipy", "pandas", "polars", "imucal"]
+PACKAGES = ["numpy", "pandas", "polars", "imucal"]
 
 # calibrated = matrix (raw - bias), m/s^2 from m/s^2.
 BIAS = [0.12, -0.21, 0.05]
@@ -102,48 +97,6 @@ POLARS_STREAMING = (
     + "pl.scan_csv(sys.argv[1]).with_columns(calibrated).rename(names).sink_csv(sys.argv[2])\n"
 )
 
-MOTION_STEPS = """
-import numpy as np
-from scipy.signal import savgol_filter
-def position(t, raw):
-    a = (raw - BIAS) @ np.array(MATRIX).T
-    a = savgol_filter(a, 5, 2, axis=0)
-    a -= a[:500].mean(axis=0)
-    h = np.diff(t)[:, None]
-    v = np.zeros_like(a)
-    np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0, out=v[1:])
-    return 0.5 * (h * (v[1:] + v[:-1])).sum(axis=0)
-"""
-MOTION_PANDAS = PARAMETERS + MOTION_STEPS + """
-import pandas as pd
-data = pd.read_csv(sys.argv[1], usecols=["Timestamp", *ACCEL])
-print(*position(data["Timestamp"].to_numpy() / 1e3, data[ACCEL].to_numpy()))
-"""
-# polars has no Savitzky-Golay filter: the columns go to scipy for it, the other
-# steps are its own.
-MOTION_POLARS = PARAMETERS + """
-import polars as pl
-from scipy.signal import savgol_filter
-raw = [pl.col(name) - bias for name, bias in zip(ACCEL, BIAS)]
-calibrated = [
-    (row[0] * raw[0] + row[1] * raw[1] + row[2] * raw[2]).alias(name)
-    for name, row in zip(SI, MATRIX)
-]
-data = pl.read_csv(sys.argv[1], columns=["Timestamp", *ACCEL])
-data = data.select(pl.col("Timestamp") / 1e3, *calibrated)
-smooth = [pl.Series(n, savgol_filter(data[n].to_numpy(), 5, 2)) for n in SI]
-h = pl.col("Timestamp").diff()
-def integral(name):
-    return (0.5 * h * (pl.col(name) + pl.col(name).shift(1))).fill_null(0.0)
-data = (
-    data.with_columns(smooth)
-    .with_columns([pl.col(n) - pl.col(n).head(500).mean() for n in SI])
-    .with_columns([integral(n).cum_sum().alias(n) for n in SI])
-    .select([integral(n).sum().alias(n) for n in SI])
-)
-print(*data.row(0))
-"""
-
 IMUCAL = """
 import sys
 from pathlib import Path
@@ -183,8 +136,6 @@ def main():
             compare_apply(gravical, python, folder, args)
         if args.only in (None, "calibrate"):
             compare_calibrate(gravical, python, folder, args)
-        if args.only in (None, "motion"):
-            compare_motion(gravical, python, folder, args)
 
 
 def arguments():
@@ -195,7 +146,7 @@ def arguments():
     )
     parser.add_argument("--rows", type=int, default=10_000_000, help="rows of the recording [10^7]")
     parser.add_argument("--runs", type=int, default=3, help="runs of each competitor [3]")
-    parser.add_argument("--only", choices=["apply", "calibrate", "motion"], help="one of the comparisons")
+    parser.add_argument("--only", choices=["apply", "calibrate"], help="one of the comparisons")
     parser.add_argument("--dir", help="working folder, kept [a temporary one]")
     parser.add_argument("--venv", help="virtual environment, made where it is not there")
     parser.add_argument("--gravical", default=target / "release" / "gravical", help="the program")
@@ -264,40 +215,6 @@ def inputs(python, folder, rows):
         made.touch()
     calibration.write_text(json.dumps(imucal_form()), encoding="utf-8")
     return recording, calibration, recording.stat().st_size / 1e6
-
-
-def compare_motion(gravical, python, folder, args):
-    recording, calibration, size = inputs(python, folder, args.rows)
-    ours = [gravical, "motion", recording, "-c", calibration, "--procedure", "report"]
-    ours += ["--json", "--quiet"]
-    pandas = script(folder, "motion-with-pandas.py", MOTION_PANDAS)
-    polars = script(folder, "motion-with-polars.py", MOTION_POLARS)
-    commands = {
-        "gravical": ours,
-        "polars + scipy": [python, polars, recording],
-        "pandas + scipy": [python, pandas, recording],
-    }
-    print(f"\nmotion: {args.rows} rows, {size:.0f} MB, read → calibrate → position")
-    table(in_turn(commands, args.runs), "s", 1.0)
-    ends = {name: end_of(command) for name, command in commands.items()}
-    first = ends["gravical"]
-    for name, end in ends.items():
-        if name != "gravical" and end and first:
-            apart = max(abs(a - b) for a, b in zip(first, end))
-            far = max(abs(a) for a in first)
-            print(f"  positions of {name} and gravical are {apart:.1e} m apart, of {far:.1e} m")
-
-
-def end_of(command):
-    """The position that a competitor prints, m."""
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
-    text = done.stdout.strip()
-    try:
-        if text.startswith("{"):
-            return json.loads(text)["final"]["position_m"]
-        return [float(word) for word in text.split()]
-    except (ValueError, KeyError):
-        return None
 
 
 def compare_calibrate(gravical, python, folder, args):

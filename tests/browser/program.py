@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The page of `gravical live` in Chromium: whole sessions with the program itself.
 
-    tests/browser/live/program.py GRAVICAL [PICTURES]
+    tests/browser/program.py GRAVICAL [PICTURES]
 
 PICTURES is a folder for pictures, for people. What does not hold ends the program with what it was.
 """
@@ -14,8 +14,8 @@ import sys
 import tempfile
 
 from board import BIAS, G, Board
-from browser import Browser
-from check import CONTRAST, OVERFLOW, SIZES, Check
+from browser import CONTRAST, Browser
+from check import OVERFLOW, SIZES, Check
 
 FACES = ["+x", "-x", "+y", "-y", "-z"]
 
@@ -327,35 +327,6 @@ class Live(Check):
                 board.close()
         print("a port chosen, five tabs")
 
-    def no_rows(self):
-        """A board without rows: the page says what arrives, and the session goes on with the simulated sensor, or with the
-        board once it has a sketch."""
-        browser = self.browser
-        for name, says, words in (("silent", b"", "nothing arrives"), ("words", b"Hello, I blink!\r\n", "Hello, I blink!"),
-                                  ("garbage", b"\x00\xf8\x80\xfe\x1c\n", "is no text")):
-            with tempfile.TemporaryDirectory() as folder:
-                board = Board(folder, says=says)
-                try:
-                    with self.session("--port", str(board.port), "--folder", "s") as where:
-                        self.until("return document.querySelector('#hint').textContent.includes('waiting for its first rows')")
-                        self.until(f"return document.querySelector('#sentence').textContent.includes('{words}')", 30)
-                        assert browser.run("return document.querySelectorAll('#flash code').length") == 3
-                        self.readable()
-                        self.picture(f"no-rows-{name}")
-                        assert not (where / "s").exists()
-                        if name == "silent":
-                            browser.click("#simulate button")
-                            self.until("return state.session?.source === 'simulate'")
-                        else:
-                            board.says = None
-                            browser.key("Enter")
-                        self.ready()
-                        assert not self.shown("#ports") and self.shown("#live")
-                        self.quiet(f"no rows: {name}")
-                finally:
-                    board.close()
-        print("a board without rows")
-
     def of_a_board(self):
         """What a board sends is text, whatever it is."""
         evil = "<img src=x onerror=alert(1)>"
@@ -383,7 +354,7 @@ def main():
             browser.size(*SIZES[0])
             browser.media()
             live = Live(browser, program, pictures)
-            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.no_rows, live.of_a_board):
+            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

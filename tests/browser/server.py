@@ -7,7 +7,7 @@ import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import parse_qs, urlsplit
 
-PAGE = pathlib.Path(__file__).resolve().parents[3] / "crates/gravical-cli/src/cmd/live/page"
+PAGE = pathlib.Path(__file__).resolve().parents[2] / "crates/gravical-cli/src/cmd/live/page"
 TOKEN = "0123456789abcdef"
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 POLICY = ("default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "

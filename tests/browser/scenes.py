@@ -138,7 +138,7 @@ class Script:
         face, tilt = nearest(unit(up))
         return self.add("pose_candidate", face=face if tilt < 25 else None, up=unit(up), tilt_deg=round(tilt, 2))
 
-    def accept(self, up, note=None):
+    def accept(self, up):
         self.up = unit(up)
         face, tilt = nearest(self.up)
         self.number += 1
@@ -150,7 +150,7 @@ class Script:
             mean=[16384.0 * c for c in self.up], norm_mps2=9.8312,
             noise_mg=3.14, temperature_c=24.9, seconds=3.0, lines=[611, 911], faces_done=len(self.faces_done()),
             free_done=len(self.poses) - len(self.faces_done()),
-            text=sentences(f"{face or 'free pose'} is done".replace("-", "−"), "‖a‖ 9.831 m/s², noise 3.1 mg", note),
+            text=sentences(f"{face or 'free pose'} is done".replace("-", "−"), "‖a‖ 9.831 m/s², noise 3.1 mg"),
         )
         return self.fit()
 
@@ -187,14 +187,14 @@ class Script:
             "leave-one-out error of ‖a‖: 2.4 mg rms over 9 poses",
         ])
 
-    def hold(self, face_or_up, note=None):
+    def hold(self, face_or_up):
         """A turn and a hold that is accepted."""
         up = direction(face_or_up) if isinstance(face_or_up, str) else face_or_up
         up = unit([a + b for a, b in zip(up, (0.012, -0.008, 0.01))])
         self.signal(3, True, towards=up)
         self.candidate(up)
         self.signal(3, False)
-        return self.accept(up, note)
+        return self.accept(up)
 
     def begun(self, faces=0, free=0):
         self.identified().floor()
@@ -218,30 +218,6 @@ class Script:
             "gravical export calibration.json --to arduino"])
         return self.add("end", reason="finished", poses=len(self.poses), resume=None,
                         text=f"Done and saved: {len(self.poses)} poses, verdict {grade}.")
-
-
-REJECTIONS = {
-    "moved": ("it moved after 1.2 s: 84 mg, limit 19 mg", "lay it down, take the hand off, and wait"),
-    "duplicate": ("+x is recorded already, 2° from this pose", "turn it to a face that is to do, or press R to record +x again"),
-    "between-faces": ("34° from +x, the nearest face", "lay it flat on a side of the case, or hold it against a box"),
-    "clipped": ("x reads the end of its range in 12 of 300 samples", "set a wider range (±4 g) and begin again"),
-    "units": ("‖a‖ is 0.51 of gravity while the other poses read 1.00", "has the range changed? send the settings again"),
-    "sign": ("−x reads +g like +x did", "turn it over: the side that was up goes down"),
-    "frozen": ("y has not changed for 3 s while x and z did", "check the wiring, then unplug and plug it in"),
-    "gaps": ("41 of 300 samples are missing", "close other programs that use the port"),
-    "temperature": ("the sensor is 3.4 °C warmer than at the first pose", "let it warm up for 5 minutes and begin again"),
-    "scale": ("‖a‖ is 12.4 m/s², 26 % from gravity", "is it a multiple of gravity? see the unit above"),
-}
-
-
-def rejected(reason):
-    s = Script().begun(faces=2)
-    s.signal(3, True, towards=direction("-x"))
-    s.candidate(direction("-x"))
-    s.signal(1.2, False)
-    message, remedy = REJECTIONS[reason]
-    s.add("pose_rejected", reason=reason, text=sentences(message, remedy), face="-x", up=s.up, tilt_deg=2.0)
-    return s.status("wait", "Put −x up and hold it still", still=False, noise=84.0).events
 
 
 def simulated():
@@ -271,26 +247,22 @@ def scenes():
                                 ["arduino-cli core install arduino:avr", "arduino-cli compile --fqbn arduino:avr:uno firmware/mpu6050_logger",
                                  "arduino-cli upload --fqbn arduino:avr:uno -p /dev/ttyUSB0 firmware/mpu6050_logger"])
     out["full"] = [{"v": 1, "t_s": 0.0, "type": "full"}]
-    out["session"] = Script().events
     out["identify"] = Script().status("identify", "Reading: one second of samples tells rate and unit", ring=0.4, limit=None).events
     out["floor"] = Script().identified().status("floor", "Put the sensor on the table and take your hands off: 1.6 s", ring=0.45, limit=None).events
-    for face in FACES:
+    for face in ("+x", "-z"):
         s = Script().begun()
         s.signal(2, True, towards=direction(face))
         out[f"wait{face}"] = s.status("wait", f"Hold it still: {face.replace('-', '−')} is up", up=direction(face), still=False, noise=44).events
     out["hint"] = (Script().begun(faces=1).signal(6, True, towards=direction("-y"))
                    .status("wait", "Put any face up that is to do, and hold it still", "still moving: 84 mg, limit 19 mg", up=unit([.2, -.9, .3]), still=False, noise=84, norm=1.03).events)
-    out["between"] = (Script().begun(faces=3)
-                      .status("wait", "Between two faces: lay it flat on one of them", "34° from +y, at most 25° count as a face", up=unit([.5, .74, .3]), welcome="between").events)
     s = Script().begun(faces=2).signal(3, True, towards=direction("-x"))
     out["settle"] = s.status("settle", "−x up: hold still", up=unit([-1, .04, .06]), ring=0.6).events
     s = Script().begun(faces=2).signal(3, True, towards=direction("-x")).candidate(direction("-x")).signal(1.8, False)
     out["capture"] = s.status("capture", "−x up: hold still, 1.2 s to go", up=unit([-1, .04, .06]), ring=0.6).events
     out["accept"] = Script().begun(faces=3).status("wait", "Put any face up that is to do: +y, −y or −z").events
-    out["noted"] = (Script().begun(faces=2).hold(unit([-1, .2, .15]), note="14° off the face: the fit estimates it, a flatter pose is better")
-                    .status("wait", "Put any face up that is to do: +y, −y or −z").events)
-    for reason in REJECTIONS:
-        out[f"rejected-{reason}"] = rejected(reason)
+    s = Script().begun(faces=2).signal(3, True, towards=direction("-x")).candidate(direction("-x")).signal(1.2, False)
+    s.add("pose_rejected", reason="moved", text="It moved after 1.2 s: 84 mg, limit 19 mg. Lay it down and wait.", face="-x", up=s.up, tilt_deg=2.0)
+    out["rejected-moved"] = s.status("wait", "Put −x up and hold it still", still=False, noise=84.0).events
     s = Script().begun(faces=3)
     s.poses.pop(3)
     out["undone"] = s.add("pose_undone", pose=3, face="-x", why="undo", text="Pose 3 (−x) no longer counts. The others are untouched.").next().status("wait", "Put any face up that is to do").events
@@ -302,11 +274,8 @@ def scenes():
                           .add("warning", kind="temperature", text="The sensor has warmed by 1.4 °C since the first pose; let it run for some minutes first for the best result.")
                           .status("wait", "Put any face up that is to do").events)
     out["gravity"] = Script(gravity="standard").begun(faces=1).status("wait", "Put any face up that is to do").events
-    out["rough"] = Script().begun(faces=5).status("wait", "Put −z up: the last face").events
     out["free"] = (Script().begun(faces=6).signal(1, True, towards=unit([.8, .5, .2]))
                    .status("wait", "Now hold it as drawn: x up, tilted 55°, y raised, z raised", up=unit([.8, .5, .2]), welcome="free").events)
-    out["free-capture"] = (Script().begun(faces=6, free=1).signal(1, True, towards=FREE[1]).candidate(FREE[1])
-                           .status("capture", "Free pose: hold still, 2.1 s to go", up=FREE[1], ring=0.3, welcome="free").events)
     out["good"] = Script().begun(faces=6, free=3).status("wait", "Good: error of ‖a‖ at most 3.9 mg. Press Enter to finish, or add poses").events
     s = Script().begun(faces=6, free=2)
     s.events = [e for e in s.events if e["type"] != "verdict"]
@@ -324,8 +293,6 @@ def scenes():
     out["interrupted"] = (Script().begun(faces=4).add("end", reason="interrupted", poses=4,
                           resume="gravical live --resume session-2026-11-23T0325", text="Stopped by Ctrl-C; 4 poses are kept.").events)
     out["simulate"] = simulated().begun(faces=2).status("wait", "Put any face up that is to do, and hold it still", up=unit([.4, -.2, .9])).events
-    out["simulate-free"] = (simulated().begun(faces=6, free=1)
-                            .status("wait", "Now hold it as drawn: x up, tilted 55°, y raised, z raised", up=unit([-.3, .8, -.2]), welcome="free").events)
     out["simulate-end"] = simulated().begun(faces=6, free=3).ended("good").events
     hostile = "<img src=x onerror=alert(1)>"
     s = Script(name=hostile)
