@@ -38,9 +38,8 @@ fn imucals_session_with_sections_equals_imucal() {
     let line =
         format!("{SESSION} --sections {SECTIONS} --rate 102.4 --gravity 9.81 --method ferraris");
     let file = calibrate(&data, &line, 0);
-    let reference = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../tests/reference/imucal/example_ferraris_session.json");
-    let reference = std::fs::read_to_string(reference).unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/imucal");
+    let reference = read(&folder, "example_ferraris_session.json");
     agrees_with_imucal(&file, &serde_json::from_str(&reference).unwrap(), 1e-9);
     assert_eq!(file["verdict"]["grade"], "not-verifiable");
 }
@@ -106,14 +105,11 @@ fn the_annotated_session_equals_the_published_calibration() {
     let Some(data) = data() else { return };
     let line =
         "imucal-ferraris/annotated_session.csv --rate 204.8 --gravity 9.81 --method ferraris";
-    let published = data.join("imucal-ferraris/published_example_cal.json");
-    let published = std::fs::read_to_string(published).unwrap();
+    let published = read(&data, "imucal-ferraris/published_example_cal.json");
     // The turns went the other way.
     let file = calibrate(&data, line, 4);
     agrees_with_imucal(&file, &serde_json::from_str(&published).unwrap(), 1e-9);
-    let said = finding(&file, "turned-other-way")["message"]
-        .as_str()
-        .unwrap();
+    let said = finding(&file, "turned-other-way")["message"].to_string();
     assert!(said.contains("--turn-angle 360"), "{said}");
 }
 
@@ -125,23 +121,15 @@ fn imucals_files_are_read_and_written_back_with_equal_values() {
         "legacy_calibration_pre_2.0.json",
     ] {
         let path = format!("imucal-ferraris/{name}");
-        let text = std::fs::read_to_string(data.join(&path)).unwrap();
-        let before: Value = serde_json::from_str(&text).unwrap();
-        let run = run_in(&data, words(&format!("export {path} --to imucal")));
-        assert_eq!(run.code, 0, "{}", run.err);
-        let after = run.json();
+        let before: Value = serde_json::from_str(&read(&data, &path)).unwrap();
+        let after = ends(&data, &format!("export {path} --to imucal"), 0).json();
         for key in ["K_a", "R_a", "b_a", "K_g", "R_g", "K_ga", "b_g"] {
             agree(&numbers(&after[key]), &numbers(&before[key]), 1e-15, key);
         }
         for key in ["acc_unit", "from_acc_unit", "cal_type"] {
-            assert_eq!(
-                after[key],
-                *before.get(key).unwrap_or(&Value::Null),
-                "{key}"
-            );
+            let before = before.get(key).unwrap_or(&Value::Null);
+            assert_eq!(after[key], *before, "{key}");
         }
-        let ours = run_in(&data, words(&format!("export {path} --to gravical")));
-        assert_eq!(ours.code, 0);
-        ours.calibration();
+        ends(&data, &format!("export {path} --to gravical"), 0).calibration();
     }
 }
