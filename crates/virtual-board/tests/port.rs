@@ -5,7 +5,7 @@
 mod board;
 
 use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Child, Command, Stdio};
 
 struct Running(Child);
@@ -96,34 +96,4 @@ fn what_cannot_be_meant() {
         assert_eq!(done.status.code(), Some(2), "{arguments:?}");
         assert!(done.stdout.is_empty());
     }
-}
-
-#[test]
-fn another_baud_rate_reads_garbage_when_asked_for() {
-    let Some((_running, port)) = start(&["--baud", "port"]) else {
-        return;
-    };
-    let mut file = File::options().read(true).write(true).open(&port).unwrap();
-    let mut first = [0; 300];
-    file.read_exact(&mut first).unwrap();
-    assert!(!first.windows(8).any(|w| w == b"gravical"));
-    drop(file);
-    let (file, mut lines) = {
-        let file = File::options().read(true).write(true).open(&port).unwrap();
-        let mut settings = rustix::termios::tcgetattr(&file).unwrap();
-        settings.set_speed(115_200).unwrap();
-        rustix::termios::tcsetattr(&file, rustix::termios::OptionalActions::Flush, &settings)
-            .unwrap();
-        let lines = BufReader::new(file.try_clone().unwrap()).split(b'\n');
-        (file, lines.map(Result::unwrap))
-    };
-    // What came before the setting is garbage.
-    let rows = lines.by_ref().take(200).filter(|line| {
-        line.split(|b| *b == b',')
-            .filter_map(|cell| std::str::from_utf8(cell).ok()?.parse::<f64>().ok())
-            .count()
-            == 8
-    });
-    assert!(rows.count() > 100);
-    drop(file);
 }

@@ -3,7 +3,7 @@
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::board::{Board, SETTINGS};
+use crate::board::Board;
 use crate::logger::{Logger, run};
 
 /// Unit, rate and findings of the event `ended` are those of `inspect`.
@@ -61,32 +61,6 @@ fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("accelerometer in m/s², 100.00 Hz"), "{text}");
     assert!(text.contains("! frozen-axis: ay keeps exactly"), "{text}");
-}
-
-#[test]
-fn counts_and_their_range() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let line = format!("log -o x.csv --json --rows 400 --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
-    let settings = SETTINGS.replace("format 0", "format 1");
-    board.say(&format!(
-        "{settings}Timestamp (ms),ax,ay,az,temp,gx,gy,gz\n"
-    ));
-    for i in 0..400_u64 {
-        let noise = i * 7919 % 61;
-        board.say(&format!(
-            "{},{noise},{},{},-3740,{noise},7,{}\n",
-            10 * i,
-            70 - noise,
-            16384 - noise,
-            noise * 2
-        ));
-    }
-    let (code, ended) = log.ended();
-    let lsb_per_g = &ended["inspection"]["accelerometer"]["lsb_per_g"];
-    assert_eq!((code, lsb_per_g), (0, &16384.0.into()));
-    agrees(folder.path(), &ended);
 }
 
 /// Poses are in the status, in the summary, and found by `calibrate` in the folder.
