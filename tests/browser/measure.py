@@ -15,8 +15,7 @@ import time
 
 from board import Board
 from browser import Browser
-from check import SIZES
-from program import Live
+from program import SIZES, Live
 
 RATE_HZ = 500
 # After the page was updated with a status: the age of the sample that it shows, ms.
