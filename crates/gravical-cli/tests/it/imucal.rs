@@ -10,11 +10,10 @@ use crate::support::*;
 
 /// The python that has imucal; says that a test is skipped without it.
 fn python() -> Option<String> {
-    let python = std::env::var("GRAVICAL_IMUCAL_PYTHON").ok();
-    if python.is_none() {
-        println!("skipped: GRAVICAL_IMUCAL_PYTHON is not set");
-    }
+    let python = std::env::var("GRAVICAL_IMUCAL_PYTHON");
     python
+        .inspect_err(|_| println!("skipped: GRAVICAL_IMUCAL_PYTHON is not set"))
+        .ok()
 }
 
 /// Calibrates a thousand random vectors with imucal and prints raw and result.

@@ -21,11 +21,8 @@ fn accepted(model: &Value) -> Vec<&str> {
 
 /// R² of both ways, the worse first.
 fn r2(model: &Value, name: &str) -> [f64; 2] {
-    let c = channel(model, name);
-    let (a, b) = (
-        number(&c["r2_cooling_to_warming"]),
-        number(&c["r2_warming_to_cooling"]),
-    );
+    let ways = ["r2_cooling_to_warming", "r2_warming_to_cooling"];
+    let [a, b] = ways.map(|way| number(&channel(model, name)[way]));
     [a.min(b), a.max(b)]
 }
 

@@ -7,7 +7,6 @@ use gravical::recording::Recording;
 use serde_json::Value;
 
 use crate::board::Board;
-use crate::logger::Logger;
 use crate::recording;
 
 const ROWS: u32 = 120;
@@ -27,9 +26,7 @@ fn at_rest(i: u32) -> [f64; 3] {
 fn record(before: &str, options: &str, line: impl Fn(u32) -> String) -> (String, Recording, Value) {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let port = board.port();
-    let command = format!("log -o x.csv --rows {ROWS} --json {options} --port {port}");
-    let mut log = Logger::start(folder.path(), &command);
+    let mut log = board.log(&format!("-o x.csv --rows {ROWS} --json {options}"));
     log.wait_for("opened");
     // The first line may lack its beginning.
     board.say(&format!("\n{before}"));
@@ -190,8 +187,7 @@ fn is_recorded(sketch: &Sketch) {
 fn few_rows_and_none() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let command = format!("log -o x.csv --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &command);
+    let mut log = board.log("-o x.csv --json");
     log.wait_for("opened");
     board.greet();
     board.rows(10);
@@ -202,16 +198,13 @@ fn few_rows_and_none() {
     assert_eq!((code, &ended["rows"]), (0, &10.into()), "{ended}");
     assert_eq!(recording(&folder.path().join("x.csv")).rows(), 10);
 
-    let command = format!("log -o y.csv --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &command);
+    let mut log = board.log("-o y.csv --json");
     log.wait_for("opened");
     let words = "what a loose wire makes of a row\n".repeat(1000);
     board.say(&words);
     let (code, error) = log.ended();
-    assert_eq!(
-        (code, error["code"].as_str()),
-        (5, Some("no-samples-from-board"))
-    );
+    let silent = Some("no-samples-from-board");
+    assert_eq!((code, error["code"].as_str()), (5, silent));
     let message = error["message"].as_str().unwrap();
     assert!(message.contains("a loose wire"), "{message}");
     assert!(!folder.path().join("y.csv").exists());

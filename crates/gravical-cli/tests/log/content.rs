@@ -32,8 +32,7 @@ fn faulty(board: &mut Board, rows: u64) {
 fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let line = format!("log -o x.csv --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("-o x.csv --json");
     board.greet();
     faulty(&mut board, 300);
     let live = log.wait_for("finding");
@@ -53,8 +52,7 @@ fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     assert_eq!(log.count(&live), 1);
 
     // A part that is added is in the findings of the whole file, and the summary is for people.
-    let line = format!("log -o x.csv --append --rows 200 --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("-o x.csv --append --rows 200");
     board.greet();
     faulty(&mut board, 200);
     let (code, text) = log.ended_text();
