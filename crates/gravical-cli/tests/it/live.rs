@@ -224,31 +224,6 @@ fn a_killed_session_goes_on() {
 }
 
 #[test]
-fn an_interrupted_session_says_how_to_go_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut child = start(
-        folder.path(),
-        "live --simulate --seed 7 --speed 20 --folder s",
-    );
-    type_in(&mut child, &["+x"]);
-    wait_for_poses(folder.path(), 1);
-    // The end of its input would end the session.
-    let _open = child.stdin.take();
-    let kill = ["-s", "INT", &child.id().to_string()];
-    assert!(Command::new("kill").args(kill).status().unwrap().success());
-    let (code, _, err) = end(child);
-    assert_eq!(code, 130, "{err}");
-    assert!(
-        err.contains("Go on with: gravical live --resume s"),
-        "{err}"
-    );
-    // Nothing is overwritten.
-    let run = run_in(folder.path(), words("live --simulate --folder s"));
-    assert_eq!(run.code, 2);
-    assert!(run.err.contains("--resume s"), "{}", run.err);
-}
-
-#[test]
 fn what_a_session_cannot_use_or_write_is_refused_before_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -305,6 +280,13 @@ fn a_session_is_cancelled() {
     assert_eq!(last["resume"], "gravical live --resume s");
     assert!(folder.path().join("s/recording.csv").exists());
     assert!(!folder.path().join("s/calibration.json").exists());
+    assert!(
+        err.contains("Go on with: gravical live --resume s"),
+        "{err}"
+    );
+    // Nothing is overwritten.
+    let again = ends(folder.path(), "live --simulate --folder s", 2).err;
+    assert!(again.contains("--resume s"), "{again}");
 }
 
 /// What is written fills a pipe that nobody reads; the session reaches its end all the same.

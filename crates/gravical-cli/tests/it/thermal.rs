@@ -142,28 +142,6 @@ fn a_model_of_a_soak_is_added_and_taken_off_again() {
 }
 
 #[test]
-fn a_session_without_temperatures_counts_from_the_soaks_middle() {
-    let folder = virtual_session(6);
-    let at = folder.path();
-    for (name, _) in FACES {
-        let name = format!("six/{name}.csv");
-        write(at, &name, &read(at, &name).replace("Temp (C)", "spare"));
-    }
-    let line = "six --method ferraris --thermal soak/static.csv -o cal.json";
-    let made = calibrate(at, line, 0);
-    assert_eq!(made["temperature_model"]["reference_source"], "soak");
-    close(number(&made["temperature_model"]["reference_c"]), 25.0, 0.2);
-    let said = finding(&made, "temperature-reference")["message"].to_string();
-    for part in ["25.0 °C", "ax by up to 0.19"] {
-        assert!(said.contains(part), "{said}");
-    }
-    // Nor can a ride without temperatures be corrected.
-    let summary = json(at, "apply cal.json six/x_axis_pos.csv -o out.csv", 0);
-    finding(&summary, "temperature-not-applied");
-    assert!(summary["temperature"].is_null());
-}
-
-#[test]
 fn a_soak_that_cannot_serve_is_refused() {
     let folder = virtual_session(7);
     let at = folder.path();
