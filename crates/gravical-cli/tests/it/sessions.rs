@@ -247,22 +247,6 @@ fn the_recording_of_another_sensor_is_named() {
 }
 
 #[test]
-fn a_file_per_axis_may_hold_its_two_poses() {
-    let sensor = Sensor::default();
-    let folder = tempfile::tempdir().unwrap();
-    let names = ["accel_x.csv", "accel_y.csv", "accel_z.csv"];
-    write(folder.path(), "gyro.csv", &gyroscope(500, 0));
-    for (axis, name) in names.iter().enumerate() {
-        let hold = |up: usize| sensor.file(FACES[2 * axis + up].1, 500, (7 * axis + up) as u64);
-        let second = hold(1);
-        let second = second.split_once('\n').unwrap().1;
-        write(folder.path(), name, &format!("{}\n\n{second}", hold(0)));
-    }
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    assert_eq!(faces(&file).len(), 6);
-}
-
-#[test]
 fn a_file_per_channel_is_one_recording_of_three() {
     let sensor = Sensor::default();
     let rows: Vec<[f64; 3]> = (FACES.iter().enumerate())

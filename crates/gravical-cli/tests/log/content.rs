@@ -84,7 +84,7 @@ fn poses_of_a_session_that_is_calibrated() {
         }
         let (code, ended) = log.ended();
         assert_eq!((code, &ended["reason"]), (0, &"duration".into()), "{ended}");
-        let status = log.seen_last("status");
+        let status = log.seen("status");
         assert_eq!(status["up"], format!("-{name}"), "{status}");
         assert_eq!(status["still"], true);
         assert!(!status["done"].as_array().unwrap().is_empty(), "{status}");
