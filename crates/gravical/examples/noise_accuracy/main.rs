@@ -38,7 +38,7 @@ fn main() {
         let results: Vec<ChannelNoise> = (0..recordings).map(run).collect();
         let has_drift = |r: &&ChannelNoise| r.fit.is_some_and(|fit| fit.drift_per_s.is_some());
         let drifting = results.iter().filter(has_drift).count();
-        println!("| {} | drift | {drifting} | | | | |", name);
+        println!("| {name} | drift | {drifting} | | | | |");
         for (term, truth) in TERMS.into_iter().zip(truth) {
             print_row(name, &results, term, truth);
         }
