@@ -1,29 +1,18 @@
 #!/usr/bin/env python3
-"""Measure gravical against pandas, polars and imucal on the same work.
+"""Measure `gravical apply` against pandas and polars on the same work.
 
     cargo build --release
     python3 benches/compare.py                      # 10^7 rows, 3 runs each
-    python3 benches/compare.py --rows 100000 --only apply
+    python3 benches/compare.py --rows 100000
 
-apply      read a recording, subtract the bias, multiply by the matrix, write
-           all its columns with the accelerometer calibrated, to a millionth of
-           its unit.
-calibrate  six still placements, one file each, to a calibration file, start-up
-           included. imucal insists on three turns as well; it is given the
-           shortest that it takes, made in memory.
-
-motion     read the recording, calibrate, Savitzky-Golay of window 5 and order 2,
-           subtract the mean of the first 500 rows, the trapezoidal rule twice with
-           the stamps, and print the position at the end. gravical also looks for
-           defects and computes the position by the nominal scales beside it.
-
+The work: read a recording, subtract the bias, multiply by the matrix, write all
+its columns with the accelerometer calibrated, to a millionth of its unit.
 Each competitor does these steps in a process of its own; they take turns, so
 that a busy machine disturbs all alike. Measured are CPU time (user + system,
 all threads together) and peak resident memory. Nothing is asserted: the table
 is the result, and with it how far the competitors' values are apart.
 
-Needs Python 3.9 and, for the competitors, pip: they are installed into a
-virtual environment in the working folder, or in --venv, where it stays.
+Needs `pip install numpy pandas polars`.
 """
 
 import argparse
@@ -37,8 +26,6 @@ import sys
 import tempfile
 from itertools import islice
 from pathlib import Path
-
-PACKAGES = ["numpy", "scipy", "pandas", "polars", "imucal"]
 
 # calibrated = matrix (raw - bias), m/s^2 from m/s^2.
 BIAS = [0.12, -0.21, 0.05]
@@ -102,89 +89,17 @@ POLARS_STREAMING = (
     + "pl.scan_csv(sys.argv[1]).with_columns(calibrated).rename(names).sink_csv(sys.argv[2])\n"
 )
 
-MOTION_STEPS = """
-import numpy as np
-from scipy.signal import savgol_filter
-def position(t, raw):
-    a = (raw - BIAS) @ np.array(MATRIX).T
-    a = savgol_filter(a, 5, 2, axis=0)
-    a -= a[:500].mean(axis=0)
-    h = np.diff(t)[:, None]
-    v = np.zeros_like(a)
-    np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0, out=v[1:])
-    return 0.5 * (h * (v[1:] + v[:-1])).sum(axis=0)
-"""
-MOTION_PANDAS = PARAMETERS + MOTION_STEPS + """
-import pandas as pd
-data = pd.read_csv(sys.argv[1], usecols=["Timestamp", *ACCEL])
-print(*position(data["Timestamp"].to_numpy() / 1e3, data[ACCEL].to_numpy()))
-"""
-# polars has no Savitzky-Golay filter: the columns go to scipy for it, the other
-# steps are its own.
-MOTION_POLARS = PARAMETERS + """
-import polars as pl
-from scipy.signal import savgol_filter
-raw = [pl.col(name) - bias for name, bias in zip(ACCEL, BIAS)]
-calibrated = [
-    (row[0] * raw[0] + row[1] * raw[1] + row[2] * raw[2]).alias(name)
-    for name, row in zip(SI, MATRIX)
-]
-data = pl.read_csv(sys.argv[1], columns=["Timestamp", *ACCEL])
-data = data.select(pl.col("Timestamp") / 1e3, *calibrated)
-smooth = [pl.Series(n, savgol_filter(data[n].to_numpy(), 5, 2)) for n in SI]
-h = pl.col("Timestamp").diff()
-def integral(name):
-    return (0.5 * h * (pl.col(name) + pl.col(name).shift(1))).fill_null(0.0)
-data = (
-    data.with_columns(smooth)
-    .with_columns([pl.col(n) - pl.col(n).head(500).mean() for n in SI])
-    .with_columns([integral(n).cum_sum().alias(n) for n in SI])
-    .select([integral(n).sum().alias(n) for n in SI])
-)
-print(*data.row(0))
-"""
-
-IMUCAL = """
-import sys
-from pathlib import Path
-import pandas as pd
-from imucal import FerrarisCalibration, ferraris_regions_from_df
-
-folder = Path(sys.argv[1])
-columns = ["t", "acc_x", "acc_y", "acc_z", "temperature", "gyr_x", "gyr_y", "gyr_z"]
-parts = []
-for axis in "xyz":
-    for face, label in [("pos", "p"), ("neg", "a")]:
-        part = pd.read_csv(folder / f"{axis}_axis_{face}.csv", comment="#")
-        part.columns = columns
-        parts.append(part.assign(part=f"{axis}_{label}"))
-    turn = parts[0].iloc[:100].assign(gyr_x=0.0, gyr_y=0.0, gyr_z=0.0, part=f"{axis}_rot")
-    turn["gyr_" + axis] = -360.0
-    parts.append(turn)
-session = pd.concat(parts).set_index("part")
-calibration = FerrarisCalibration(grav=9.80665).compute(
-    ferraris_regions_from_df(session), 100.0, from_acc_unit="m/s^2", from_gyr_unit="deg/s"
-)
-calibration.to_json_file(sys.argv[2])
-"""
-
-
 def main():
     args = arguments()
     with tempfile.TemporaryDirectory(prefix="gravical-compare-") as temporary:
         folder = Path(args.dir or temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        python = environment(Path(args.venv) if args.venv else folder / "venv")
+        python = sys.executable
         gravical = Path(args.gravical).resolve()
         if not gravical.exists():
             sys.exit(f"{gravical} is not there: run `cargo build --release`, or name it with --gravical")
-        print(f"{os.cpu_count()} CPUs, load {os.getloadavg()[0]:.1f}, {versions(python)}")
-        if args.only in (None, "apply"):
-            compare_apply(gravical, python, folder, args)
-        if args.only in (None, "calibrate"):
-            compare_calibrate(gravical, python, folder, args)
-        if args.only in (None, "motion"):
-            compare_motion(gravical, python, folder, args)
+        print(f"{os.cpu_count()} CPUs, load {os.getloadavg()[0]:.1f}")
+        compare_apply(gravical, python, folder, args)
 
 
 def arguments():
@@ -195,35 +110,12 @@ def arguments():
     )
     parser.add_argument("--rows", type=int, default=10_000_000, help="rows of the recording [10^7]")
     parser.add_argument("--runs", type=int, default=3, help="runs of each competitor [3]")
-    parser.add_argument("--only", choices=["apply", "calibrate", "motion"], help="one of the comparisons")
     parser.add_argument("--dir", help="working folder, kept [a temporary one]")
-    parser.add_argument("--venv", help="virtual environment, made where it is not there")
     parser.add_argument("--gravical", default=target / "release" / "gravical", help="the program")
     args = parser.parse_args()
     if args.rows < 1 or args.runs < 1:
         parser.error("--rows and --runs have to be positive")
     return args
-
-
-def environment(folder):
-    """The Python of a virtual environment that has the competitors."""
-    python = folder / "bin" / "python"
-    if not python.exists():
-        subprocess.run([sys.executable, "-m", "venv", folder], check=True)
-    try:
-        versions(python)
-    except subprocess.CalledProcessError:
-        subprocess.run([python, "-m", "pip", "install", "-q", *PACKAGES], check=True)
-    return python
-
-
-def versions(python):
-    code = "from importlib.metadata import version as v\n"
-    code += f"print(', '.join(f'{{p}} {{v(p)}}' for p in {PACKAGES}))"
-    done = subprocess.run(
-        [python, "-c", code], check=True, capture_output=True, text=True
-    )
-    return done.stdout.strip()
 
 
 def compare_apply(gravical, python, folder, args):
@@ -264,57 +156,6 @@ def inputs(python, folder, rows):
         made.touch()
     calibration.write_text(json.dumps(imucal_form()), encoding="utf-8")
     return recording, calibration, recording.stat().st_size / 1e6
-
-
-def compare_motion(gravical, python, folder, args):
-    recording, calibration, size = inputs(python, folder, args.rows)
-    ours = [gravical, "motion", recording, "-c", calibration, "--procedure", "report"]
-    ours += ["--json", "--quiet"]
-    pandas = script(folder, "motion-with-pandas.py", MOTION_PANDAS)
-    polars = script(folder, "motion-with-polars.py", MOTION_POLARS)
-    commands = {
-        "gravical": ours,
-        "polars + scipy": [python, polars, recording],
-        "pandas + scipy": [python, pandas, recording],
-    }
-    print(f"\nmotion: {args.rows} rows, {size:.0f} MB, read → calibrate → position")
-    table(in_turn(commands, args.runs), "s", 1.0)
-    ends = {name: end_of(command) for name, command in commands.items()}
-    first = ends["gravical"]
-    for name, end in ends.items():
-        if name != "gravical" and end and first:
-            apart = max(abs(a - b) for a, b in zip(first, end))
-            far = max(abs(a) for a in first)
-            print(f"  positions of {name} and gravical are {apart:.1e} m apart, of {far:.1e} m")
-
-
-def end_of(command):
-    """The position that a competitor prints, m."""
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
-    text = done.stdout.strip()
-    try:
-        if text.startswith("{"):
-            return json.loads(text)["final"]["position_m"]
-        return [float(word) for word in text.split()]
-    except (ValueError, KeyError):
-        return None
-
-
-def compare_calibrate(gravical, python, folder, args):
-    session = folder / "session"
-    subprocess.run(
-        [gravical, "simulate", "six-position", "-o", session, "--force", "-q"], check=True
-    )
-    files = sorted(session.glob("*_axis_*.csv"))
-    path = script(folder, "with-imucal.py", IMUCAL)
-    ours = [gravical, "calibrate", *files, "-o", folder / "ours.json", "--gravity", "9.80665"]
-    commands = {
-        "gravical": [*ours, "--force", "--quiet"],
-        "imucal": [python, path, session, folder / "imucal.json"],
-    }
-    print(f"\ncalibrate: {len(files)} files → calibration file, start-up included")
-    # Short: more runs cost nothing.
-    table(in_turn(commands, max(args.runs, 10)), "ms", 1000.0)
 
 
 def imucal_form():

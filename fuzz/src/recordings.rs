@@ -52,10 +52,10 @@ fn with_options(choice: &[u8], files: &[u8]) {
         time_unit: of(&TIME_UNITS, pick(2)),
         hash: pick(2) & 0x80 != 0,
         sensor: (pick(1) & 0x80 != 0).then(|| "1".to_owned()),
-        rate_hz: of(&RATES_HZ, pick(3)),
-        accel_range_g: of(&RANGES, pick(4)),
-        gyro_range_deg_s: of(&RANGES, pick(4) / 16),
-        zero_offset: of(&OFFSETS, pick(5)),
+        rate_hz: number(RATES_HZ, pick(3)),
+        accel_range_g: number(RANGES, pick(4)),
+        gyro_range_deg_s: number(RANGES, pick(4) / 16),
+        zero_offset: number(OFFSETS, pick(5)),
         ..ReadOptions::default()
     };
     let names = match pick(6) / 16 % 4 {
@@ -136,41 +136,17 @@ const TIME_UNITS: [Option<TimeUnit>; 5] = [
     Some(TimeUnit::Microsecond),
     Some(TimeUnit::Nanosecond),
 ];
-const RATES_HZ: [Option<f64>; 13] = [
-    None,
-    Some(100.0),
-    Some(62.5),
-    Some(0.5),
-    Some(1e5),
-    Some(1e20),
-    Some(f64::MAX),
-    Some(f64::MIN_POSITIVE),
-    Some(5e-324),
-    Some(f64::INFINITY),
-    Some(f64::NAN),
-    Some(0.0),
-    Some(-1.0),
-];
-const RANGES: [Option<f64>; 8] = [
-    None,
-    Some(2.0),
-    Some(16.0),
-    Some(2000.0),
-    Some(f64::MAX),
-    Some(5e-324),
-    Some(0.0),
-    Some(f64::NAN),
-];
-const OFFSETS: [Option<f64>; 8] = [
-    None,
-    Some(0.0),
-    Some(32768.0),
-    Some(-0.5),
-    Some(f64::MAX),
-    Some(f64::MIN),
-    Some(f64::INFINITY),
-    Some(f64::NAN),
-];
+/// One of the numbers, or none.
+fn number(numbers: &str, at: usize) -> Option<f64> {
+    let numbers: Vec<&str> = numbers.split(' ').collect();
+    let at = (at % (numbers.len() + 1)).checked_sub(1)?;
+    numbers[at].parse().ok()
+}
+
+const RATES_HZ: &str =
+    "100 62.5 0.5 1e5 1e20 1.7976931348623157e308 2.2250738585072014e-308 5e-324 inf nan 0 -1";
+const RANGES: &str = "2 16 2000 1.7976931348623157e308 5e-324 0 nan";
+const OFFSETS: &str = "0 32768 -0.5 1.7976931348623157e308 -1.7976931348623157e308 inf nan";
 const ROWS: [Option<usize>; 6] = [
     None,
     Some(0),
@@ -195,45 +171,29 @@ fn check_recording(r: &Recording) {
     assert!(rows > 0, "a recording without rows");
     assert_eq!(r.ledger.rows(), rows, "{}", r.ledger.sum());
 
-    let channels = r
-        .accel
-        .iter()
-        .chain(r.gyro.iter().flatten())
-        .chain(&r.temperature_c)
-        .chain(&r.time_s);
-    for channel in channels {
+    let gyro = r.gyro.iter().flatten();
+    let channels = r.accel.iter().chain(gyro).chain(&r.temperature_c);
+    for channel in channels.chain(&r.time_s) {
         assert_eq!(channel.len(), rows);
-        assert!(
-            !channel.iter().any(|v| v.is_infinite()),
-            "an infinite value"
-        );
+        let is_infinite = channel.iter().any(|v| v.is_infinite());
+        assert!(!is_infinite, "an infinite value");
     }
     assert!(r.accel.iter().flatten().any(|v| v.is_finite()));
     assert!(r.zero_offset.is_finite());
     assert_eq!(r.gyro.is_some(), r.gyro_scale.is_some());
     if let Some(labels) = &r.labels {
         assert_eq!(labels.of_row.len(), rows);
-        assert!(
-            labels
-                .of_row
-                .iter()
-                .all(|i| (*i as usize) < labels.names.len())
-        );
+        let mut of_row = labels.of_row.iter();
+        assert!(of_row.all(|i| (*i as usize) < labels.names.len()));
     }
 
     assert!(r.breaks.windows(2).all(|w| w[0] < w[1]), "{:?}", r.breaks);
-    assert!(
-        r.breaks.iter().all(|b| (1..=rows).contains(b)),
-        "{:?}",
-        r.breaks
-    );
+    let mut breaks = r.breaks.iter();
+    assert!(breaks.all(|b| (1..=rows).contains(b)), "{:?}", r.breaks);
     let mut next = 0;
     for part in r.segments() {
-        assert!(
-            part.start == next && part.end > part.start,
-            "{:?}",
-            r.segments()
-        );
+        let follows = part.start == next && part.end > part.start;
+        assert!(follows, "{:?}", r.segments());
         next = part.end;
     }
     assert_eq!(next, rows, "segments do not cover the rows");
@@ -241,10 +201,7 @@ fn check_recording(r: &Recording) {
     let mut before = 0;
     for row in 0..rows {
         let line = r.line(row);
-        assert!(
-            line > before,
-            "row {row} in line {line} after line {before}"
-        );
+        assert!(line > before, "row {row}: line {line} after {before}");
         before = line;
     }
     assert!(before <= r.ledger.lines as u64);
@@ -264,13 +221,8 @@ fn check_recording(r: &Recording) {
     if let Some(share) = timing.missing_share {
         assert!((0.0..=1.0).contains(&share), "{timing:?}");
     }
-    for nominal in [
-        r.accel_scale.nominal(),
-        r.gyro_scale.and_then(|s| s.nominal()),
-    ]
-    .into_iter()
-    .flatten()
-    {
+    let gyro = r.gyro_scale.and_then(|s| s.nominal());
+    for nominal in r.accel_scale.nominal().into_iter().chain(gyro) {
         assert!(nominal > 0.0 && nominal.is_finite(), "a scale of {nominal}");
     }
     check_findings(&r.findings, r.ledger.lines as u64);
@@ -289,12 +241,8 @@ fn check_findings(findings: &[Finding], lines: u64) {
 
 fn check_session(recordings: &[Recording], options: &SegmentOptions) {
     for recording in recordings {
-        let inspection = inspect(recording, &options.axes);
-        assert!(
-            !report::inspection(&inspection)
-                .to_text(Detail::Full)
-                .is_empty()
-        );
+        let report = report::inspection(&inspect(recording, &options.axes));
+        assert!(!report.to_text(Detail::Full).is_empty());
     }
     check_segment(recordings, options);
     let options = CalibrateOptions {
@@ -302,11 +250,8 @@ fn check_session(recordings: &[Recording], options: &SegmentOptions) {
         ..CalibrateOptions::default()
     };
     if let Ok(calibrated) = calibrate(recordings, &options) {
-        assert!(
-            !report::calibration(&calibrated.file, None, &[])
-                .to_text(Detail::Full)
-                .is_empty()
-        );
+        let report = report::calibration(&calibrated.file, None, &[]);
+        assert!(!report.to_text(Detail::Full).is_empty());
         match calibrated.file.to_json() {
             Ok(text) => {
                 assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");
@@ -334,17 +279,12 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
             rows += range.len();
         }
         assert!(placement.count <= rows, "{placement:?}");
-        assert!(
-            placement.mean.iter().all(|m| m.is_finite()),
-            "{placement:?}"
-        );
+        let mut mean = placement.mean.iter();
+        assert!(mean.all(|m| m.is_finite()), "{placement:?}");
         assert!(placement.clipped <= 3 * rows, "{placement:?}");
-        if let Some(errors) = placement.standard_error {
-            assert!(
-                errors.iter().all(|e| *e >= 0.0 && e.is_finite()),
-                "{placement:?}"
-            );
-        }
+        let mut errors = placement.standard_error.iter().flatten();
+        let is_error = |e: &f64| *e >= 0.0 && e.is_finite();
+        assert!(errors.all(is_error), "{placement:?}");
         if let Some((_, rows)) = placement.gyro_sum {
             assert!(rows > 0, "{placement:?}");
         }

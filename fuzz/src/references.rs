@@ -59,17 +59,10 @@ fn compared(mut motion: Motion, reference: &Reference) {
     let Some(c) = &motion.result.truth else {
         unreachable!("compared, and nothing is said");
     };
-    for v in [
-        c.end_error_m,
-        c.rmse_m,
-        c.path_m,
-        c.from_s,
-        c.to_s,
-        c.time_offset_s,
-    ] {
-        assert!(v.is_finite(), "{c:?}");
-    }
-    assert!(c.yaw_deg.is_finite(), "{c:?}");
+    let mut lengths_m = [c.end_error_m, c.rmse_m, c.path_m].into_iter();
+    assert!(lengths_m.all(f64::is_finite), "{c:?}");
+    let mut others = [c.from_s, c.to_s, c.time_offset_s, c.yaw_deg].into_iter();
+    assert!(others.all(f64::is_finite), "{c:?}");
     assert!(c.from_s <= c.to_s && c.points > 0, "{c:?}");
     let Some(track) = &motion.reference else {
         unreachable!("compared, and no track");

@@ -10,17 +10,19 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // helpers of a test may panic as it does
 
 mod columns;
+#[path = "../support/each.rs"]
+mod each;
 mod runs;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::{Map, Value, json};
 
 use Tolerance::{Equal, Seconds, Share, Sigma};
 use columns::{COLUMNS, Column, Tolerance};
+use each::each;
 
 /// Sums over a column of a table that was written.
 const SUMS: Tolerance = Share(1e-9);
@@ -64,14 +66,13 @@ fn nothing_moves_unseen() {
             moved.extend(differences(name, old.get(name), rows.get(name)));
         }
     }
-    if std::env::var_os("GRAVICAL_BLESS").is_some() {
-        let text = one_line_each(&table);
-        std::fs::write(&path, text).unwrap();
+    let blessed = std::env::var_os("GRAVICAL_BLESS").is_some();
+    if blessed {
+        std::fs::write(&path, one_line_each(&table)).unwrap();
     }
     for line in &moved {
         println!("{line}");
     }
-    let blessed = std::env::var_os("GRAVICAL_BLESS").is_some();
     assert!(moved.is_empty() || blessed, "{} values moved", moved.len());
 }
 
@@ -92,22 +93,8 @@ fn one_line_each(table: &BTreeMap<String, BTreeMap<String, Value>>) -> String {
 
 /// The rows of these command lines, run side by side.
 fn rows(folder: &Path, lines: &[&str], places: &[(&str, PathBuf)]) -> BTreeMap<String, Value> {
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = BTreeMap::new();
-        while let Some(line) = lines.get(next.fetch_add(1, Ordering::Relaxed)) {
-            done.insert((*line).to_owned(), row(folder, line, places));
-        }
-        done
-    };
-    std::thread::scope(|scope| {
-        let count = std::thread::available_parallelism().map_or(1, |n| n.get());
-        let workers: Vec<_> = (0..count).map(|_| scope.spawn(work)).collect();
-        workers
-            .into_iter()
-            .flat_map(|w| w.join().unwrap())
-            .collect()
-    })
+    let run = |i: usize| (lines[i].to_owned(), row(folder, lines[i], places));
+    each(lines.len(), run).into_iter().collect()
 }
 
 /// Exit code, standard output and the file written to `{out}`.
@@ -151,22 +138,13 @@ fn row(folder: &Path, line: &str, places: &[(&str, PathBuf)]) -> Value {
             row.insert(column.into(), flatten(&each.collect::<Vec<_>>()).into());
         }
     } else if verb == "live" {
-        let events = printed
-            .lines()
-            .filter_map(|l| serde_json::from_str::<Value>(l).ok());
-        let of = |kind: &str| {
-            events
-                .clone()
-                .filter(|e| e["type"] == kind)
-                .collect::<Vec<_>>()
-        };
-        row.insert("accepted".into(), of("pose_accepted").len().into());
-        row.insert(
-            "grade".into(),
-            of("verdict")
-                .last()
-                .map_or(Value::Null, |v| v["grade"].clone()),
-        );
+        let events = printed.lines().flat_map(serde_json::from_str::<Value>);
+        let events: Vec<Value> = events.collect();
+        let accepted = events.iter().filter(|e| e["type"] == "pose_accepted");
+        row.insert("accepted".into(), accepted.count().into());
+        let verdict = events.iter().rfind(|e| e["type"] == "verdict");
+        let grade = verdict.map_or(Value::Null, |v| v["grade"].clone());
+        row.insert("grade".into(), grade);
     } else if verb == "export" {
         row.insert("numbers".into(), exact_numbers(&printed).into());
     } else {
@@ -270,11 +248,7 @@ fn exact_numbers(text: &str) -> Vec<f64> {
 /// What moved, a line each.
 fn differences(name: &str, old: Option<&Value>, new: Option<&Value>) -> Vec<String> {
     let (Some(old), Some(new)) = (old, new) else {
-        let what = if old.is_some() {
-            "no longer run"
-        } else {
-            "new"
-        };
+        let what = old.map_or("new", |_| "no longer run");
         return vec![format!("{name}: {what}")];
     };
     let (old, new) = (old.as_object().unwrap(), new.as_object().unwrap());

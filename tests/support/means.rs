@@ -1,99 +1,38 @@
 //! Means of poses drawn directly, as a session would measure them, without its rows.
-//!
-//! For planning a session (which poses, how many, how accurate?) and for comparing an estimator
-//! with the truth over hundreds of parts, in seconds instead of the hours that complete
-//! recordings would take.
-
-use std::f64::consts::PI;
 
 use gravical_core::matrix3;
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::Vector3;
 use rand::{Rng, RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use gravical::fit::model::sphere;
 use gravical::poses::face::Face;
 use gravical::simulate::spread_directions;
 
-/// Distribution of the parts and poses.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeansOptions {
-    /// Gravity, m/s².
-    pub gravity_mps2: f64,
-    /// Standard deviation of a scale, relative.
-    pub scale_sd: f64,
-    /// Standard deviation of every off-diagonal element of R, rad.
-    pub misalignment_sd_rad: f64,
-    /// Biases are uniformly distributed over ± this, m/s².
-    pub bias_limit_mps2: f64,
-    /// Standard deviation of each component of a mean, m/s².
-    pub noise_mps2: f64,
-    /// Standard deviation of each of the two components of the tilt of a pose, rad.
-    pub tilt_sd_rad: f64,
-    /// … and of the tilt of the table, which all poses share, rad.
-    pub table_sd_rad: f64,
-    /// Angle by which the board is rotated in its case, about a random axis, rad.
-    pub board_turn_rad: f64,
-}
-
-impl Default for MeansOptions {
-    /// A cheap part on a level table: scale 2 %, misalignment 1°, bias ±0.5 m/s², standard
-    /// deviation of means 1.24 mm/s² (10 s at 44 Hz of bandwidth), tilts of 1°.
-    fn default() -> Self {
-        MeansOptions {
-            gravity_mps2: 9.80665,
-            scale_sd: 0.02,
-            misalignment_sd_rad: 1_f64.to_radians(),
-            bias_limit_mps2: 0.5,
-            noise_mps2: 1.24e-3,
-            tilt_sd_rad: 1_f64.to_radians(),
-            table_sd_rad: 0.0,
-            board_turn_rad: 0.0,
-        }
-    }
-}
+const GRAVITY_MPS2: f64 = 9.80665;
+/// Standard deviation of a scale, relative.
+const SCALE_SD: f64 = 0.02;
+/// Standard deviation of the off-diagonal elements of R, and of the two components of the tilt of a
+/// pose, rad.
+const ANGLE_SD_RAD: f64 = std::f64::consts::PI / 180.0;
+/// Biases are uniformly distributed over ± this, m/s².
+const BIAS_LIMIT_MPS2: f64 = 0.5;
+/// Standard deviation of each component of a mean of 10 s at 44 Hz of bandwidth, m/s².
+pub const NOISE_MPS2: f64 = 1.24e-3;
 
 /// A planned pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Planned {
-    /// On a face, in the arbitrary orientation in which the case is put down, and rotated by
-    /// `turned_rad` about the vertical, which matters on a table that is not level.
-    Face {
-        /// The face.
-        face: Face,
-        /// Rotation about the vertical.
-        turned_rad: f64,
-    },
+    /// On a face, tilted at random.
+    Face(Face),
     /// Exactly this direction of specific force, axes of the case.
     Free([f64; 3]),
 }
 
 impl Planned {
-    /// Direction of the specific force, axes of the case.
-    pub fn direction(&self) -> [f64; 3] {
-        match self {
-            Planned::Face { face, .. } => face.direction(),
-            Planned::Free(direction) => *direction,
-        }
-    }
-
     /// The six faces once, +x −x +y −y +z −z.
     pub fn six_faces() -> Vec<Planned> {
-        Self::faces_turned(0.0)
-    }
-
-    /// The six faces once, all rotated about the vertical by the same angle.
-    pub fn faces_turned(turned_rad: f64) -> Vec<Planned> {
-        Face::all()
-            .map(|face| Planned::Face { face, turned_rad })
-            .to_vec()
-    }
-
-    /// `count` directions of a Fibonacci lattice, evenly spread over the sphere, independent of
-    /// the faces.
-    pub fn lattice(count: usize) -> Vec<Planned> {
-        sphere(count).map(|n| Planned::Free(n.into())).collect()
+        Face::all().map(Planned::Face).to_vec()
     }
 
     /// `count` directions far from the faces and from each other (each the farthest of 400 from
@@ -109,83 +48,58 @@ impl Planned {
 pub struct MeanReading {
     /// Mean, m/s².
     pub mean: [f64; 3],
-    /// The planned face.
-    pub face: Option<Face>,
     /// True direction of specific force, axes of the case.
     pub direction: [f64; 3],
 }
 
-/// A virtual part with known parameters, in its case.
+/// A virtual part with known parameters, in its case: a cheap one.
 #[derive(Debug, Clone)]
 pub struct Part {
     model: [[f64; 3]; 3],
     bias: [f64; 3],
-    /// Tilt of the table in the frame of the case, for each face.
-    table: [[f64; 2]; 6],
-    options: MeansOptions,
+    noise_mps2: f64,
     tilts: ChaCha8Rng,
     noise: ChaCha8Rng,
     frees: ChaCha8Rng,
 }
 
 impl Part {
-    /// Part number `index` of `seed`. Each part has its own random streams, so that it does not
-    /// depend on the other parts, and separate streams for parameters, tilts, noise and free
-    /// directions.
-    pub fn draw(options: &MeansOptions, seed: u64, index: usize) -> Self {
+    /// Part number `index` of `seed`, whose means have this noise. Each part has its own random
+    /// streams, so that it does not depend on the other parts, and separate streams for parameters,
+    /// tilts, noise and free directions.
+    pub fn draw(noise_mps2: f64, seed: u64, index: usize) -> Self {
         let mut rng = stream(seed, 1, index);
         let mut model = [[0.0; 3]; 3];
         for (i, row) in model.iter_mut().enumerate() {
-            let scale = 1.0 + options.scale_sd * normal(&mut rng);
+            let scale = 1.0 + SCALE_SD * normal(&mut rng);
             for (j, element) in row.iter_mut().enumerate() {
-                let off = options.misalignment_sd_rad * normal(&mut rng);
+                let off = ANGLE_SD_RAD * normal(&mut rng);
                 *element = scale * if i == j { 1.0 } else { off };
             }
         }
-        let bias = three(|| options.bias_limit_mps2 * uniform(&mut rng)).into();
-        let mut board = stream(seed, 8, index);
-        let axis = Unit::new_normalize(three(|| normal(&mut board)));
-        let turn = Rotation3::from_axis_angle(&axis, options.board_turn_rad);
-        let turn = std::array::from_fn(|i| std::array::from_fn(|j| turn[(i, j)]));
+        let bias = three(|| BIAS_LIMIT_MPS2 * uniform(&mut rng)).into();
         let mut tilts = stream(seed, 2, index);
-        let [p, q] = [0, 1].map(|_| options.table_sd_rad * normal(&mut tilts));
-        let table = [0; 6].map(|_| turned([p, q], PI * uniform(&mut tilts)));
+        // What a table that is not level would take: published figures are of the tilts after it.
+        for _ in 0..2 {
+            normal(&mut tilts);
+        }
+        for _ in 0..6 {
+            uniform(&mut tilts);
+        }
         Part {
-            model: matrix3::mul(&model, &turn),
+            model,
             bias,
-            table,
-            options: *options,
+            noise_mps2,
             tilts,
             noise: stream(seed, 5, index),
             frees: stream(seed, 4, index),
         }
     }
 
-    /// M of u = M a + b, dimensionless.
-    pub fn model(&self) -> [[f64; 3]; 3] {
-        self.model
-    }
-
-    /// b, m/s².
-    pub fn bias_mps2(&self) -> [f64; 3] {
-        self.bias
-    }
-
-    /// Gravity, m/s².
-    pub fn gravity_mps2(&self) -> f64 {
-        self.options.gravity_mps2
-    }
-
-    /// A uniformly distributed direction.
-    pub fn random_direction(&mut self) -> [f64; 3] {
-        three(|| normal(&mut self.frees)).normalize().into()
-    }
-
     /// `count` uniformly distributed directions as poses.
     pub fn random_poses(&mut self, count: usize) -> Vec<Planned> {
-        (0..count)
-            .map(|_| Planned::Free(self.random_direction()))
-            .collect()
+        let mut direction = || -> [f64; 3] { three(|| normal(&mut self.frees)).normalize().into() };
+        (0..count).map(|_| Planned::Free(direction())).collect()
     }
 
     /// Measures poses, each with its own tilt and noise.
@@ -194,37 +108,30 @@ impl Part {
     }
 
     fn place_one(&mut self, planned: &Planned) -> MeanReading {
-        let (direction, face) = match *planned {
-            Planned::Face { face, turned_rad } => (self.tilted(face, turned_rad), Some(face)),
-            Planned::Free(direction) => (direction, None),
+        let direction = match *planned {
+            Planned::Face(face) => self.tilted(face),
+            Planned::Free(direction) => direction,
         };
         let exact = self.read(direction);
         MeanReading {
-            mean: exact.map(|u| u + self.options.noise_mps2 * normal(&mut self.noise)),
-            face,
+            mean: exact.map(|u| u + self.noise_mps2 * normal(&mut self.noise)),
             direction,
         }
     }
 
-    /// The direction with the tilt of the pose and of the table.
-    fn tilted(&mut self, face: Face, turned_rad: f64) -> [f64; 3] {
+    fn tilted(&mut self, face: Face) -> [f64; 3] {
         let nominal = Vector3::from(face.direction());
         let (first, second) = tangents(nominal);
-        let own = [0, 1].map(|_| self.options.tilt_sd_rad * normal(&mut self.tilts));
-        let table = turned(self.table[face.index()], turned_rad);
-        let delta = first * (own[0] + table[0]) + second * (own[1] + table[1]);
+        let [p, q] = [0, 1].map(|_| ANGLE_SD_RAD * normal(&mut self.tilts));
+        let delta = first * p + second * q;
         let angle = delta.norm();
-        if angle == 0.0 {
-            return nominal.into();
-        }
         (nominal * angle.cos() + delta * (angle.sin() / angle)).into()
     }
 
     /// Reading without noise, m/s².
     pub fn read(&self, direction: [f64; 3]) -> [f64; 3] {
-        let g = self.options.gravity_mps2;
         let force = matrix3::mul_vec(&self.model, &direction);
-        std::array::from_fn(|i| g * force[i] + self.bias[i])
+        std::array::from_fn(|i| GRAVITY_MPS2 * force[i] + self.bias[i])
     }
 }
 
@@ -254,9 +161,4 @@ fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let first = direction.cross(&Vector3::ith(direction.iamin(), 1.0));
     let first = first.normalize();
     (first, direction.cross(&first))
-}
-
-fn turned([p, q]: [f64; 2], angle_rad: f64) -> [f64; 2] {
-    let (sine, cosine) = angle_rad.sin_cos();
-    [cosine * p - sine * q, sine * p + cosine * q]
 }

@@ -28,7 +28,7 @@ mod counted {
     use gungraun::{library_benchmark, library_benchmark_group};
 
     use super::ROWS;
-    use super::means::{MeansOptions, Part, Planned};
+    use super::means::{NOISE_MPS2, Part, Planned};
 
     const CALIBRATION: &str = r#"{
         "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",
@@ -100,15 +100,14 @@ mod counted {
 
     /// Six faces and random poses, nothing said of them.
     fn session(frees: usize) -> Vec<Pose> {
-        let options = MeansOptions::default();
-        let mut part = Part::draw(&options, 5, 0);
+        let mut part = Part::draw(NOISE_MPS2, 5, 0);
         let mut planned = Planned::six_faces();
         planned.extend(part.random_poses(frees));
         part.place(&planned)
             .iter()
             .map(|m| Pose {
                 mean: m.mean,
-                sd: [options.noise_mps2; 3],
+                sd: [NOISE_MPS2; 3],
                 hint: Hint::Open,
                 temperature_c: None,
             })

@@ -38,29 +38,16 @@ choices! {
     /// Which sensors are there.
     Sensors { Both, AccelerometerOnly, GyroscopeInOtherFile }
 
-    /// Units of accelerometer and gyroscope.
+    /// Units of accelerometer and gyroscope; mislabelled: m/s² and rad/s under a header that says g
+    /// and °/s.
     Values {
-        Mps2Rad,
-        Mps2Deg,
-        GRad,
-        GDeg,
-        MilliGDeg,
-        Counts,
-        // m/s² and rad/s under a header that says g and °/s.
-        Mislabelled,
+        Mps2Rad, Mps2Deg, GRad, GDeg, MilliGDeg, Counts, Mislabelled,
     }
 
     Decimals { Two, Three, Four, Six }
 
     Delimiter {
-        Comma,
-        CommaSpace,
-        Semicolon,
-        Tab,
-        Bar,
-        Padded,
-        SemicolonDecimalComma,
-        TabDecimalComma,
+        Comma, CommaSpace, Semicolon, Tab, Bar, Padded, SemicolonDecimalComma, TabDecimalComma,
     }
 
     LineEnd { Lf, CrLf, CrLfTwice, CrCrLf, Cr }
@@ -73,57 +60,24 @@ choices! {
     Encoding { Utf8, Utf8Mark, Utf16Le, Utf16Be, Utf16LeBare, Latin1, Gzip }
 
     Header {
-        Absent,
-        Plain,
-        Quoted,
-        Commented,
-        Repeated,
-        UnitsRow,
-        CalAndUnitsRow,
-        TwoRows,
-        Metadata,
+        Absent, Plain, Quoted, Commented, Repeated, UnitsRow, CalAndUnitsRow, TwoRows, Metadata,
         SepLine,
     }
 
-    /// Whose names the columns have.
+    /// Whose names the columns have; bare: x, y, z, and the sensor in the name of the file.
     Names {
-        Sketch,
-        Short,
-        Camel,
-        Snake,
-        Phyphox,
-        Xio,
-        Euroc,
-        Ros,
-        Px4,
-        ArduPilot,
-        Shimmer,
-        Phone,
-        // x, y, z, and the sensor in the name of the file.
+        Sketch, Short, Camel, Snake, Phyphox, Xio, Euroc, Ros, Px4, ArduPilot, Shimmer, Phone,
         Bare,
     }
 
     Order {
-        AccelFirst,
-        GyroFirst,
-        ZyxAxes,
-        MagnetometerBetween,
-        TemperatureBetween,
-        CounterFirst,
+        AccelFirst, GyroFirst, ZyxAxes, MagnetometerBetween, TemperatureBetween, CounterFirst,
         TextColumns,
     }
 
     Clock {
-        Milliseconds,
-        Seconds,
-        Microseconds,
-        EpochSeconds,
-        EpochMilliseconds,
-        EpochNanoseconds,
-        DateTime,
-        TimeOfDay,
-        Differences,
-        Absent,
+        Milliseconds, Seconds, Microseconds, EpochSeconds, EpochMilliseconds, EpochNanoseconds,
+        DateTime, TimeOfDay, Differences, Absent,
     }
 
     /// What the clock's column is called where the logger has no name of its own for it.
@@ -136,26 +90,11 @@ macro_rules! writing {
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub struct Writing { $(pub $field: $kind),+ }
 
-        /// Number of levels of every choice.
-        pub const LEVELS: &[usize] = &[$($kind::ALL.len()),+];
-
         impl Writing {
-            /// The choices by their places in the lists.
-            pub fn of(levels: &[usize]) -> Self {
-                let mut levels = levels.iter();
-                Writing { $($field: $kind::ALL[*levels.next().unwrap()]),+ }
-            }
-
-            pub fn levels(&self) -> Vec<usize> {
-                vec![$($kind::ALL.iter().position(|l| *l == self.$field).unwrap()),+]
-            }
-
-            /// A choice for people: `delimiter Comma`.
-            pub fn name_of(choice: usize, level: usize) -> String {
-                let names: &[(&str, Vec<String>)] = &[
-                    $((stringify!($field), $kind::ALL.iter().map(|l| format!("{l:?}")).collect())),+
-                ];
-                format!("{} {}", names[choice].0, names[choice].1[level])
+            /// A writing that is drawn: `draw(n)` is less than n.
+            pub fn random(mut draw: impl FnMut(usize) -> usize) -> Self {
+                let drawn = Writing { $($field: $kind::ALL[draw($kind::ALL.len())]),+ };
+                drawn.possible()
             }
         }
     };
@@ -182,56 +121,30 @@ writing! {
 
 impl Rate {
     pub fn hz(self) -> f64 {
-        match self {
-            Rate::Hz25 => 25.0,
-            Rate::Hz50 => 50.0,
-            Rate::Hz100 => 100.0,
-            Rate::Hz200 => 200.0,
-            Rate::Hz1000 => 1000.0,
-        }
+        [25.0, 50.0, 100.0, 200.0, 1000.0][self as usize]
     }
 }
 
 impl Range {
     pub fn lsb_per_g(self) -> f64 {
-        match self {
-            Range::G2 => 16384.0,
-            Range::G4 => 8192.0,
-            Range::G8 => 4096.0,
-            Range::G16 => 2048.0,
-        }
+        [16384.0, 8192.0, 4096.0, 2048.0][self as usize]
     }
 
     /// That of the gyroscope beside it.
     pub fn lsb_per_deg_s(self) -> f64 {
-        match self {
-            Range::G2 => 131.0,
-            Range::G4 => 65.5,
-            Range::G8 => 32.8,
-            Range::G16 => 16.4,
-        }
+        [131.0, 65.5, 32.8, 16.4][self as usize]
     }
 }
 
 impl Decimals {
     pub fn digits(self) -> usize {
-        match self {
-            Decimals::Two => 2,
-            Decimals::Three => 3,
-            Decimals::Four => 4,
-            Decimals::Six => 6,
-        }
+        [2, 3, 4, 6][self as usize]
     }
 }
 
 impl Blank {
     pub fn every(self) -> Option<usize> {
-        match self {
-            Blank::Never => None,
-            Blank::Every2 => Some(2),
-            Blank::Every10 => Some(10),
-            Blank::Every100 => Some(100),
-        }
+        [None, Some(2), Some(10), Some(100)][self as usize]
     }
 }
 

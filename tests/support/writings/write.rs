@@ -79,10 +79,7 @@ pub fn columns_option(writing: &Writing) -> String {
 const AXES: [char; 3] = ['x', 'y', 'z'];
 
 fn channels(writing: &Writing) -> Vec<Channel> {
-    let axes = match writing.order {
-        Order::ZyxAxes => [2, 1, 0],
-        _ => [0, 1, 2],
-    };
+    let axes = axes(writing);
     let accel = axes.map(C::Accel);
     let gyro = match writing.sensors {
         Sensors::Both => axes.map(C::Gyro).to_vec(),
@@ -98,29 +95,15 @@ fn channels(writing: &Writing) -> Vec<Channel> {
     if writing.order == Order::TextColumns {
         out.extend([C::Text(0), C::Text(1)]);
     }
-    match writing.order {
-        Order::GyroFirst => {
-            out.extend(gyro);
-            out.extend(accel);
-        }
-        Order::MagnetometerBetween => {
-            out.extend(accel);
-            out.extend([0, 1, 2].map(C::Magnetometer));
-            out.extend(gyro);
-        }
-        Order::TemperatureBetween => {
-            out.extend(accel);
-            out.push(C::Temperature);
-            out.extend(gyro);
-        }
-        _ => {
-            out.extend(accel);
-            out.extend(gyro);
-            if !matches!(writing.names, Names::Bare) {
-                out.push(C::Temperature);
-            }
-        }
-    }
+    let (first, second) = match writing.order {
+        Order::GyroFirst => (gyro, accel.to_vec()),
+        Order::MagnetometerBetween => ([accel, [0, 1, 2].map(C::Magnetometer)].concat(), gyro),
+        Order::TemperatureBetween => ([&accel[..], &[C::Temperature]].concat(), gyro),
+        _ if writing.names == Names::Bare => (accel.to_vec(), gyro),
+        _ => (accel.to_vec(), [gyro, vec![C::Temperature]].concat()),
+    };
+    out.extend(first);
+    out.extend(second);
     if writing.order == Order::TextColumns {
         out.push(C::Text(2));
     }
@@ -128,26 +111,23 @@ fn channels(writing: &Writing) -> Vec<Channel> {
 }
 
 fn gyro_channels(writing: &Writing) -> Vec<Channel> {
-    let axes = match writing.order {
+    let gyro = axes(writing).map(C::Gyro);
+    [C::Time].into_iter().chain(gyro).collect()
+}
+
+fn axes(writing: &Writing) -> [usize; 3] {
+    match writing.order {
         Order::ZyxAxes => [2, 1, 0],
         _ => [0, 1, 2],
-    };
-    let mut out = vec![C::Time];
-    out.extend(axes.map(C::Gyro));
-    out
+    }
 }
 
 fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Channel]) -> Vec<u8> {
-    let (delimiter, comma) = match writing.delimiter {
-        Delimiter::Comma => (",", false),
-        Delimiter::CommaSpace => (", ", false),
-        Delimiter::Semicolon => (";", false),
-        Delimiter::Tab => ("\t", false),
-        Delimiter::Bar => ("|", false),
-        Delimiter::Padded => (" ", false),
-        Delimiter::SemicolonDecimalComma => (";", true),
-        Delimiter::TabDecimalComma => ("\t", true),
-    };
+    let delimiter = [",", ", ", ";", "\t", "|", " ", ";", "\t"][writing.delimiter as usize];
+    let comma = matches!(
+        writing.delimiter,
+        Delimiter::SemicolonDecimalComma | Delimiter::TabDecimalComma
+    );
     let end = match writing.line_end {
         LineEnd::Lf => "\n",
         LineEnd::CrLf => "\r\n",
@@ -170,7 +150,16 @@ fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Chan
     };
     let header = header(writing, rate_hz, channels, &line_of, delimiter, end);
     let mut text = header.before.clone();
-    let mut line = String::new();
+    let field = |row: usize, channel: Channel| -> String {
+        let mut field = String::new();
+        cell(writing, columns, row, channel, &mut field);
+        match channel {
+            C::Text(_) if writing.header == Header::Quoted => format!("\"{field}\""),
+            C::Text(_) => field,
+            _ if comma => field.replace('.', ","),
+            _ => field,
+        }
+    };
     for row in 0..columns.rows() {
         if columns.pauses.contains(&row) {
             (0..3).for_each(|_| text.push_str(end));
@@ -183,29 +172,8 @@ fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Chan
         if writing.header == Header::Repeated && row > 0 && row.is_multiple_of(50) {
             text.push_str(&header.names);
         }
-        for (at, channel) in channels.iter().enumerate() {
-            if at > 0 {
-                text.push_str(delimiter);
-            }
-            line.clear();
-            cell(writing, columns, row, *channel, &mut line);
-            let quoted = writing.header == Header::Quoted && matches!(channel, C::Text(_));
-            if comma && !matches!(channel, C::Text(_)) {
-                line = line.replace('.', ",");
-            }
-            if quoted {
-                line = format!("\"{line}\"");
-            }
-            if writing.delimiter == Delimiter::Padded {
-                let _ = write!(text, "{line:>14}");
-            } else {
-                text.push_str(&line);
-            }
-        }
-        if writing.trailing == Trailing::Delimiter {
-            text.push_str(delimiter.trim_end_matches(' '));
-        }
-        text.push_str(end);
+        let fields: Vec<String> = channels.iter().map(|c| field(row, *c)).collect();
+        text.push_str(&line_of(&fields));
     }
     encode(writing.encoding, &text)
 }
@@ -309,9 +277,12 @@ fn unit_of(writing: &Writing, channel: Channel) -> String {
 
 fn name_of(writing: &Writing, channel: Channel, with_units: bool) -> String {
     use Names as N;
-    let unit = |name: String| match with_units {
-        true => format!("{name} ({})", unit_of(writing, channel)),
-        false => name,
+    let unit = |name: String| {
+        if with_units {
+            format!("{name} ({})", unit_of(writing, channel))
+        } else {
+            name
+        }
     };
     let (upper, lower) = match channel {
         C::Accel(i) | C::Gyro(i) | C::Magnetometer(i) => (AXES[i].to_ascii_uppercase(), AXES[i]),
@@ -461,36 +432,26 @@ fn time_cell(writing: &Writing, columns: &Columns, row: usize, out: &mut String)
         Clock::Microseconds => write!(out, "{}", 2_345_678 + ns / 1000),
         Clock::Seconds => write!(out, "{t_s:.6}"),
         Clock::EpochSeconds => {
-            write!(
-                out,
-                "{}.{:06}",
-                START_S + ns / 1_000_000_000,
-                ns % 1_000_000_000 / 1000
-            )
+            let us = ns / 1000;
+            write!(out, "{}.{:06}", START_S + us / 1_000_000, us % 1_000_000)
         }
         Clock::EpochMilliseconds => {
-            write!(
-                out,
-                "{}.{:03}",
-                START_S * 1000 + ns / 1_000_000,
-                ns % 1_000_000 / 1000
-            )
+            let us = ns / 1000;
+            write!(out, "{}.{:03}", START_S * 1000 + us / 1000, us % 1000)
         }
         Clock::EpochNanoseconds => write!(out, "{}", START_S * 1_000_000_000 + ns),
         Clock::DateTime | Clock::TimeOfDay => {
             let s = START_S % 86_400 + ns / 1_000_000_000;
             let (hours, minutes, seconds) = (s / 3600, s / 60 % 60, s % 60);
-            let clock = format!("{hours:02}:{minutes:02}:{seconds:02}");
-            match writing.clock {
-                Clock::DateTime => {
-                    write!(
-                        out,
-                        "2024-05-19 {clock}.{:04}",
-                        ns % 1_000_000_000 / 100_000
-                    )
-                }
-                _ => write!(out, "{clock}:{:04}", ns % 1_000_000_000 / 100_000),
-            }
+            let (before, point) = match writing.clock {
+                Clock::DateTime => ("2024-05-19 ", '.'),
+                _ => ("", ':'),
+            };
+            let fraction = ns % 1_000_000_000 / 100_000;
+            write!(
+                out,
+                "{before}{hours:02}:{minutes:02}:{seconds:02}{point}{fraction:04}"
+            )
         }
         Clock::Differences => {
             let before = if row == 0 { t_s } else { columns.t_s[row - 1] };
@@ -501,22 +462,13 @@ fn time_cell(writing: &Writing, columns: &Columns, row: usize, out: &mut String)
 }
 
 fn encode(encoding: Encoding, text: &str) -> Vec<u8> {
-    let wide = |mark: bool, big: bool| -> Vec<u8> {
-        let mark = mark.then_some(0xfeff);
-        mark.into_iter()
-            .chain(text.encode_utf16())
-            .flat_map(|unit| match big {
-                true => unit.to_be_bytes(),
-                false => unit.to_le_bytes(),
-            })
-            .collect()
-    };
+    let marked = || std::iter::once(0xfeff).chain(text.encode_utf16());
     match encoding {
         Encoding::Utf8 => text.as_bytes().to_vec(),
         Encoding::Utf8Mark => [b"\xef\xbb\xbf", text.as_bytes()].concat(),
-        Encoding::Utf16Le => wide(true, false),
-        Encoding::Utf16Be => wide(true, true),
-        Encoding::Utf16LeBare => wide(false, false),
+        Encoding::Utf16Le => marked().flat_map(u16::to_le_bytes).collect(),
+        Encoding::Utf16Be => marked().flat_map(u16::to_be_bytes).collect(),
+        Encoding::Utf16LeBare => text.encode_utf16().flat_map(u16::to_le_bytes).collect(),
         Encoding::Latin1 => text.chars().map(|c| u8::try_from(c).unwrap()).collect(),
         Encoding::Gzip => {
             let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());

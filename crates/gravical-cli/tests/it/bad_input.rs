@@ -17,24 +17,22 @@ pub fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str])
     } else {
         line.to_owned()
     };
-    let json = run_in(folder, words(&format!("{line} --json")));
-    assert_eq!(json.code, exit, "{line}\n{}{}", json.out, json.err);
-    assert_eq!(json.error_code(), code, "{line}\n{}", json.out);
-    assert!(json.err.is_empty(), "{}", json.err);
-    let error = json.json();
+    let run = ends(folder, &format!("{line} --json"), exit);
+    assert!(run.err.is_empty(), "{}", run.err);
+    let error = run.json();
+    assert_eq!(error["code"], code, "{line}\n{error}");
     let message = error["message"].as_str().unwrap();
     for name in named {
         assert!(message.contains(name), "{name} in {message}");
     }
     assert!(error["hint"].is_string(), "{line}: no hint: {error}");
 
-    let text = run_in(folder, words(&line));
-    assert_eq!(text.code, exit, "{line}");
+    let text = ends(folder, &line, exit);
     assert!(text.out.is_empty(), "{line}: {}", text.out);
     assert!(text.err.starts_with("error: "), "{}", text.err);
-    assert!(text.err.contains(message), "{}", text.err);
-    assert!(text.err.contains(&format!("code: {code}")), "{}", text.err);
-    assert!(text.err.contains("try: "), "{}", text.err);
+    for part in [message, format!("code: {code}").as_str(), "try: "] {
+        assert!(text.err.contains(part), "{}", text.err);
+    }
     assert!(!output.exists(), "{line} wrote a file");
 }
 
@@ -48,8 +46,7 @@ fn poor(folder: &Path, line: &str, kind: &str) {
     let reasons = file["verdict"]["reasons"].as_array().unwrap();
     assert!(reasons.contains(&reason), "{reasons:?}");
     assert!(folder.join("poor.json").exists(), "written anyway");
-    let text = run_in(folder, words(&format!("calibrate {line}")));
-    assert_eq!(text.code, 4);
+    let text = ends(folder, &format!("calibrate {line}"), 4);
     assert!(text.out.contains("Verdict: poor"), "{}", text.out);
 }
 
@@ -68,11 +65,8 @@ fn what_cannot_be_calibrated() {
     refused(at, "calibrate .", 3, "no-recordings", &["."]);
     write(at, "LICENSE.txt", "Permission is hereby granted\n");
     write(at, "empty.csv", "");
-    write(
-        at,
-        "other.csv",
-        &("p,q,r\n".to_owned() + &"4,1,2\n".repeat(50)),
-    );
+    let other = format!("p,q,r\n{}", "4,1,2\n".repeat(50));
+    write(at, "other.csv", &other);
     write(at, "five.csv", &"1,2,3,4,5\n".repeat(50));
     let zeros: String = (0..300).map(|i| format!("{},0,0,0\n", 10 * i)).collect();
     write(at, "zeros.csv", &format!("t_ms,ax,ay,az\n{zeros}"));
@@ -114,7 +108,7 @@ fn options_that_name_what_is_not_there() {
 }
 
 /// All six holds one after the other, 500 rows each, and a section list.
-fn one_file(folder: &Path, turns: bool) {
+pub fn one_file(folder: &Path, turns: bool) {
     let sensor = Sensor::default();
     let mut text = "ax,ay,az\n".to_owned();
     let mut list = "label,start,end\n".to_owned();

@@ -1,16 +1,6 @@
 //! `gravical compare` and `gravical check`: what they print and how they end.
 
-use std::path::Path;
-
-use serde_json::Value;
-
 use crate::support::*;
-
-fn json(folder: &Path, line: &str, code: i32) -> Value {
-    let run = run_in(folder, words(&format!("{line} --json")));
-    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
-    run.json()
-}
 
 pub fn narrow(text: &str) {
     for line in text.lines() {
@@ -25,7 +15,7 @@ fn a_recording_of_the_calibration_does_not_count_beside_a_new_one() {
     let folder = six_files(&Sensor::default());
     let path = folder.path();
     let line = "calibrate . --gravity 9.81 --method ferraris -o cal.json --quiet";
-    assert_eq!(run_in(path, words(line)).code, 0);
+    ends(path, line, 0);
     let file = Sensor::default().file([0.0, 0.0, 1.0], 300, 7);
     std::fs::create_dir(path.join("new")).unwrap();
     write(&path.join("new"), "z.csv", &file);
@@ -42,7 +32,7 @@ fn a_recording_of_the_calibration_does_not_count_beside_a_new_one() {
         ("check cal.json missing.csv", 3),
         ("compare cal.json missing.json", 3),
     ] {
-        assert_eq!(run_in(path, words(line)).code, code, "{line}");
+        ends(path, line, code);
     }
 }
 
@@ -55,29 +45,18 @@ fn mikoff_sensors_differ_and_the_later_half_fits_the_earlier() {
     let path = folder.path();
     for sensor in 0..3 {
         let name = format!("mikoff-mpu9150/imu{sensor}.log");
-        let text = std::fs::read_to_string(data.join(name)).unwrap();
+        let text = read(&data, &name);
         let lines: Vec<&str> = text.lines().collect();
         let cut = lines.len() * 2 / 3;
-        write(
-            path,
-            &format!("early{sensor}.log"),
-            &lines[..cut].join("\n"),
-        );
-        write(path, &format!("late{sensor}.log"), &lines[cut..].join("\n"));
+        for (part, rows) in [("early", &lines[..cut]), ("late", &lines[cut..])] {
+            write(path, &format!("{part}{sensor}.log"), &rows.join("\n"));
+        }
         let columns = "--columns ax,ay,az,gx,gy,gz --rate 100";
         let line = format!("calibrate early{sensor}.log {columns} -o {sensor}.json --quiet");
-        assert_eq!(run_in(path, words(&line)).code, 0);
-        let report = json(
-            path,
-            &format!("check {sensor}.json late{sensor}.log {columns}"),
-            0,
-        );
-        assert_eq!(
-            report["verdict"]["judgement"], "fits",
-            "{}",
-            report["verdict"]
-        );
-        println!("imu{sensor}: {}", report["verdict"]["reasons"][0]);
+        ends(path, &line, 0);
+        let line = format!("check {sensor}.json late{sensor}.log {columns}");
+        let verdict = json(path, &line, 0)["verdict"].take();
+        assert_eq!(verdict["judgement"], "fits", "{verdict}");
     }
     for (a, b) in [(0, 1), (1, 2), (0, 2)] {
         let result = json(path, &format!("compare {a}.json {b}.json"), 4);

@@ -22,11 +22,9 @@ fn harmless(text: &str, what: &str) {
 /// Two recordings, one with a header that is torn and one that is not understood, a
 /// calibration, a section list and a list of means; in all names and texts what is hostile.
 fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = demo();
     let at = folder.path();
-    let run = run_in(at, ["demo", "-o", "d", "--json"]);
-    assert_eq!(run.code, 0, "{}", run.err);
-    let line = fs::read_to_string(at.join("d/line/line.csv")).unwrap();
+    let line = read(at, "d/line/line.csv");
     let mut lines: Vec<String> = line.lines().map(str::to_owned).collect();
     let header = lines.iter().position(|l| !l.starts_with('#')).unwrap();
     for (i, l) in lines.iter_mut().enumerate().skip(header) {
@@ -40,25 +38,24 @@ fn folder() -> tempfile::TempDir {
     lines.insert(header + 60, format!("1,2,{HOSTILE}x"));
     lines.insert(header + 80, format!("{HOSTILE},t,ax"));
     lines.insert(header, format!("# Serial Number: A1{HOSTILE}"));
-    fs::write(at.join(name("line.csv")), lines.join("\n") + "\n").unwrap();
-    fs::write(
-        at.join(name("no.csv")),
-        format!("a{HOSTILE},b\nx,{HOSTILE}\n"),
-    )
-    .unwrap();
-    let unknown = format!("t,{HOSTILE}x,foo,bar\n1,2,3,4\n2,2,3,4\n3,2,3,4\n");
-    fs::write(at.join(name("unknown.csv")), unknown).unwrap();
-    fs::write(
-        at.join(name("bad.json")),
-        format!("{{\"format\": \"{}\"}}", escaped()),
-    )
-    .unwrap();
-    let cal = fs::read_to_string(at.join("d/calibration.json")).unwrap();
-    let mut cal: serde_json::Value = serde_json::from_str(&cal).unwrap();
+    let mut cal: serde_json::Value = serde_json::from_str(&read(at, "d/calibration.json")).unwrap();
     hostile(&mut cal);
-    fs::write(at.join(name("cal.json")), cal.to_string()).unwrap();
-    let part = format!("{{\"{}\": {{\"start\": 9, \"end\": 1}}}}", escaped());
-    fs::write(at.join(name("sections.json")), part).unwrap();
+    for (file, text) in [
+        ("line.csv", lines.join("\n") + "\n"),
+        ("no.csv", format!("a{HOSTILE},b\nx,{HOSTILE}\n")),
+        (
+            "unknown.csv",
+            format!("t,{HOSTILE}x,foo,bar\n1,2,3,4\n2,2,3,4\n3,2,3,4\n"),
+        ),
+        ("bad.json", format!("{{\"format\": \"{}\"}}", escaped())),
+        ("cal.json", cal.to_string()),
+        (
+            "sections.json",
+            format!("{{\"{}\": {{\"start\": 9, \"end\": 1}}}}", escaped()),
+        ),
+    ] {
+        write(at, &name(file), &text);
+    }
     folder
 }
 

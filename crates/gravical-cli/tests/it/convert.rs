@@ -28,8 +28,7 @@ fn folder() -> tempfile::TempDir {
 #[test]
 fn a_table_in_si_or_in_g_with_breaks_and_labels() {
     let folder = folder();
-    let run = run_in(folder.path(), ["convert", "in.csv", "-o", "-", "--quiet"]);
-    assert_eq!(run.code, 0, "{}", run.err);
+    let run = ends(folder.path(), "convert in.csv -o - --quiet", 0);
     let begin = "time_s,ax_m_s2,ay_m_s2,az_m_s2,temperature_c,label\n\
         0.000000,0.0980665,-2.4516625,9.80665,25.5,desk\n\
         0.010000,0.196133,-2.4516625,9.80665,25.5,\"a \"\"b\"\", c\"\n\
@@ -39,8 +38,11 @@ fn a_table_in_si_or_in_g_with_breaks_and_labels() {
         9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n";
     assert!(run.out.starts_with(begin), "{}", run.out);
     assert!(run.out.ends_with(end), "{}", run.out);
-    let arguments = ["convert", "in.csv", "--output-unit", "g", "--absolute-time"];
-    let run = run_in(folder.path(), arguments);
+    let run = ends(
+        folder.path(),
+        "convert in.csv --output-unit g --absolute-time",
+        0,
+    );
     let second = run.out.lines().nth(1).unwrap();
     // `date -u -d '2024-03-01 08:00' +%s`
     assert_eq!(second, "1709280000.000000,0.01,-0.25,1,25.5,desk");
@@ -49,9 +51,8 @@ fn a_table_in_si_or_in_g_with_breaks_and_labels() {
 #[test]
 fn a_packed_table_reads_as_what_it_is() {
     let folder = folder();
-    let run = run_in(folder.path(), words("convert in.csv -o out.csv.gz --json"));
-    assert_eq!(run.code, 0, "{}", run.err);
-    assert_eq!(run.json()["start_unix_s"], 1_709_280_000.0);
+    let summary = json(folder.path(), "convert in.csv -o out.csv.gz", 0);
+    assert_eq!(summary["start_unix_s"], 1_709_280_000.0);
     let bytes = std::fs::read(folder.path().join("out.csv.gz")).unwrap();
     assert_eq!(bytes[..2], [0x1f, 0x8b]);
     let read = run_in(folder.path(), words("convert out.csv.gz --quiet"));
@@ -68,7 +69,7 @@ fn what_cannot_be_converted_is_said() {
     for (options, code) in [("counts", "unit-unknown"), ("g --absolute-time", "no-date")] {
         let line = format!("convert counts.csv --accel-unit {options} -o out.csv --json");
         let run = run_in(folder.path(), words(&line));
-        assert_eq!(run.json()["code"], code, "{}", run.out);
+        assert_eq!(run.json()["code"], code, "{line}");
         assert!(!folder.path().join("out.csv").exists());
     }
 }
@@ -79,24 +80,18 @@ fn every_command_reads_a_cwa_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = data.join("skdh-axivity/ax6_sample.cwa");
     let cwa = path.to_str().unwrap();
-    let run = run_in(folder.path(), ["inspect", cwa, "--json"]);
-    let recording = &run.json()["recordings"][0];
+    let recording = &json(folder.path(), &format!("inspect {cwa}"), 0)["recordings"][0];
     assert_eq!(recording["serial"], "6011802");
     assert_eq!(recording["accelerometer"]["unit"], "g");
     // Two minutes of wear cover no directions: that is said, not fitted.
-    let run = run_in(
-        folder.path(),
-        ["calibrate", cwa, "-o", "cal.json", "--json"],
-    );
-    assert_eq!(run.code, 3, "{}", run.out);
+    json(folder.path(), &format!("calibrate {cwa} -o cal.json"), 3);
     assert!(!folder.path().join("cal.json").exists());
     let cal = r#"{"acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "g", "from_gyr_unit": "deg/s",
         "cal_type": "Ferraris", "K_a": [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], "b_a": [0, 0, 0.02],
         "R_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "K_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_g": [0, 0, 0],
         "R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]]}"#;
     std::fs::write(folder.path().join("cal.json"), cal).unwrap();
-    let run = run_in(folder.path(), ["apply", "cal.json", cwa, "--quiet"]);
-    assert_eq!(run.code, 0, "{}", run.err);
+    let run = ends(folder.path(), &format!("apply cal.json {cwa} --quiet"), 0);
     let mut lines = run.out.lines();
     let header = "time_s,ax_mps2,ay_mps2,az_mps2,gx_deg_s,gy_deg_s,gz_deg_s,temperature_c";
     assert_eq!(lines.next(), Some(header));
@@ -114,15 +109,15 @@ fn every_command_reads_a_cwa_file() {
         "{first:?}"
     );
     assert_eq!(lines.count() + 1, 259 * 40);
-    for arguments in [
-        &["denoise", cwa, "--filter", "mean:5", "--quiet"][..],
-        &["motion", cwa, "-o", "motion.csv"],
-        &["motion", cwa, "--causal", "-o", "causal.csv"],
+    for line in [
+        "denoise {} --filter mean:5 --quiet",
+        "motion {} -o m.csv",
+        "motion {} --causal -o c.csv",
     ] {
-        let run = run_in(folder.path(), arguments);
+        let run = run_in(folder.path(), words(&line.replace("{}", cwa)));
         assert!(
             [0, 4].contains(&run.code),
-            "{arguments:?}: {} {}",
+            "{line}: {} {}",
             run.code,
             run.err
         );

@@ -10,27 +10,17 @@ fn example(name: &str) -> Vec<u8> {
     fs::read(root.join(name)).unwrap()
 }
 
-fn three(value: &serde_json::Value) -> [f64; 3] {
-    [0, 1, 2].map(|k| value[k].as_f64().unwrap())
-}
-
 #[test]
 fn it_calibrates_moves_and_reports() {
     let folder = tempfile::tempdir().unwrap();
-    let run = run_in(folder.path(), ["demo", "--json"]);
-    assert_eq!(run.code, 0, "{}", run.err);
-    let said = run.json();
+    let said = json(folder.path(), "demo", 0);
 
     // Everything is there, and the recordings are those of the examples.
     let files = said["files"].as_array().unwrap();
     assert_eq!(files.len(), 8);
     for file in files {
         let path = folder.path().join(file.as_str().unwrap());
-        assert!(
-            fs::metadata(&path).unwrap().len() > 1000,
-            "{}",
-            path.display()
-        );
+        assert!(fs::metadata(&path).unwrap().len() > 1000, "{file}");
     }
     for name in ["poses/poses.csv", "line/line.csv"] {
         let made = fs::read(folder.path().join("gravical-demo").join(name)).unwrap();
@@ -40,49 +30,37 @@ fn it_calibrates_moves_and_reports() {
     assert!(page.len() < 2_000_000 && page.contains("<svg"));
 
     // What it claims is so.
-    let number = |key: &str| said[key].as_f64().unwrap();
+    let value = |key: &str| number(&said[key]);
     assert_eq!(said["verdict"], "good");
-    assert!(number("norm_error_left_out_mps2") < 0.05 * number("norm_error_uncalibrated_mps2"));
-    let (found, sigma, truth) = (
-        three(&said["displacement_m"]),
-        three(&said["sigma_m"]),
-        three(&said["true_displacement_m"]),
-    );
+    assert!(value("norm_error_left_out_mps2") < 0.05 * value("norm_error_uncalibrated_mps2"));
+    let [found, sigma, truth] =
+        ["displacement_m", "sigma_m", "true_displacement_m"].map(|key| numbers(&said[key]));
     assert_eq!(truth[1], 0.7);
     for k in 0..3 {
         assert!((found[k] - truth[k]).abs() < 2.0 * sigma[k], "axis {k}");
     }
-    assert!(number("end_error_m") < 0.01);
-    assert!(number("end_error_report_m") > 0.05);
+    assert!(value("end_error_m") < 0.01);
+    assert!(value("end_error_report_m") > 0.05);
 }
 
 #[test]
 fn nothing_of_an_earlier_run_is_lost() {
     let folder = tempfile::tempdir().unwrap();
-    let first = run_in(folder.path(), ["demo", "-o", "here"]);
-    assert_eq!(first.code, 0, "{}", first.err);
-    assert!(first.out.contains("Verdict: good") && first.out.contains("here/motion.html"));
-    let before = fs::read(folder.path().join("here/motion.html")).unwrap();
-    fs::remove_file(folder.path().join("here/poses/poses.csv")).unwrap();
+    let at = folder.path();
+    let first = ends(at, "demo -o here", 0).out;
+    assert!(first.contains("Verdict: good") && first.contains("here/motion.html"));
+    let before = read(at, "here/motion.html");
+    fs::remove_file(at.join("here/poses/poses.csv")).unwrap();
 
-    let again = run_in(folder.path(), ["demo", "-o", "here", "--json"]);
-    assert_eq!((again.code, again.error_code().as_str()), (2, "exists"));
-    assert!(
-        !folder.path().join("here/poses/poses.csv").exists(),
-        "refused before it writes"
-    );
-    assert_eq!(
-        fs::read(folder.path().join("here/motion.html")).unwrap(),
-        before
-    );
-    assert_eq!(
-        run_in(folder.path(), ["demo", "-o", "here", "--force"]).code,
-        0
-    );
+    fails(at, "demo -o here", 2, "exists");
+    let made = at.join("here/poses/poses.csv").exists();
+    assert!(!made, "refused before it writes");
+    assert!(read(at, "here/motion.html") == before);
+    ends(at, "demo -o here --force", 0);
     // Without a name it takes the next number.
     for written in ["gravical-demo/motion.html", "gravical-demo-2/motion.html"] {
-        assert_eq!(run_in(folder.path(), ["demo"]).code, 0);
-        assert!(folder.path().join(written).is_file());
+        ends(at, "demo", 0);
+        assert!(at.join(written).is_file());
     }
 }
 
@@ -94,8 +72,7 @@ fn the_figure_of_the_readme_is_what_the_demo_draws() {
         "demo -o here --json",
         "motion here/line/line.csv -c here/calibration.json --figures figures --json --quiet",
     ] {
-        let run = run_in(folder.path(), words(line));
-        assert_eq!(run.code, 0, "{}", run.err);
+        ends(folder.path(), line, 0);
     }
     let drawn = fs::read_to_string(folder.path().join("figures/position.svg")).unwrap();
     let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/images/position.svg");

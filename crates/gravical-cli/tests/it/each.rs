@@ -16,34 +16,18 @@ fn fleet(count: u64) -> tempfile::TempDir {
     let at = folder.path();
     fs::create_dir(at.join("fleet")).unwrap();
     for seed in 1..=count {
-        let line =
-            format!("simulate poses -o one --free 2 --hold 3 --rate 25 --seed {seed} --force -q");
-        assert_eq!(run_in(at, words(&line)).code, 0);
+        let simulate = "simulate poses -o one --free 2 --hold 3 --rate 25 --force -q";
+        ends(at, &format!("{simulate} --seed {seed}"), 0);
         let to = at.join(format!("fleet/unit-{seed}.csv"));
         fs::rename(at.join("one/poses.csv"), to).unwrap();
     }
     folder
 }
 
-fn ends_with(folder: &Path, line: &str, code: i32) -> Run {
-    let run = run_in(folder, words(line));
-    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
-    run
-}
-
 /// The rows of a summary, by column.
 fn rows(path: &Path) -> Vec<HashMap<String, String>> {
     let mut table = csv::Reader::from_path(path).unwrap();
     table.deserialize().map(|row| row.unwrap()).collect()
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }
 
 #[test]
@@ -57,7 +41,7 @@ fn each_result_is_that_of_the_command_alone() {
     // A spreadsheet would run it.
     write(at, "=cmd.csv", "");
     let line = "calibrate --each fleet gone.csv =cmd.csv --gravity 9.81 -o out --summary out/all.csv --threads 3";
-    let run = ends_with(at, line, 4);
+    let run = ends(at, line, 4);
     assert!(run.err.starts_with("6 sessions: "), "{}", run.err);
     assert!(run.err.contains("3 failed"), "{}", run.err);
     let rows = rows(&at.join("out/all.csv"));
@@ -71,11 +55,11 @@ fn each_result_is_that_of_the_command_alone() {
     assert_eq!(column("error_code"), codes);
     assert!(column("hint")[0].len() > 10 && column("result")[0].is_empty());
     assert_eq!(
-        names(&at.join("out")),
+        listed(&at.join("out")),
         ["all.csv", "folder.json", "unit-1.json", "unit-2.json"]
     );
     for (row, input) in [(&rows[1], "folder"), (&rows[2], "unit-1.csv")] {
-        ends_with(
+        ends(
             at,
             &format!("calibrate fleet/{input} --gravity 9.81 -o {input}.json"),
             0,
@@ -98,9 +82,9 @@ fn a_second_run_does_what_is_not_done() {
     let folder = fleet(3);
     let at = folder.path();
     let line = "calibrate --each fleet -o out --summary all.csv";
-    ends_with(at, line, 0);
+    ends(at, line, 0);
     let first = fs::read_to_string(at.join("all.csv")).unwrap();
-    ends_with(at, line, 2);
+    ends(at, line, 2);
     let written = |name: &str| fs::metadata(at.join(name)).unwrap().modified().unwrap();
     let before = ["out/unit-1.json", "out/unit-2.json"].map(written);
     let session = fs::File::options()
@@ -109,19 +93,19 @@ fn a_second_run_does_what_is_not_done() {
         .unwrap();
     let later = SystemTime::now() + Duration::from_secs(60);
     session.set_modified(later).unwrap();
-    ends_with(at, &format!("{line} --resume"), 0);
+    ends(at, &format!("{line} --resume"), 0);
     assert_eq!(fs::read_to_string(at.join("all.csv")).unwrap(), first);
     assert_eq!(written("out/unit-1.json"), before[0]);
     assert_ne!(written("out/unit-2.json"), before[1]);
     for i in 1..=2 {
-        ends_with(
+        ends(
             at,
             &format!("calibrate --each fleet -o part --shard {i}/2"),
             0,
         );
     }
     assert_eq!(
-        names(&at.join("part")),
+        listed(&at.join("part")),
         ["unit-1.json", "unit-2.json", "unit-3.json"]
     );
 }
@@ -134,15 +118,12 @@ fn names_that_several_share_are_told_apart() {
         fs::create_dir_all(at.join(copy).parent().unwrap()).unwrap();
         fs::copy(at.join("fleet/unit-1.csv"), at.join(copy)).unwrap();
     }
-    write(
-        at,
-        "list",
-        "\u{feff}# of today\n\na/s.csv\nb/S.csv\na/s.csv\n",
-    );
-    ends_with(at, "calibrate --each @list -o out", 0);
-    assert_eq!(names(&at.join("out")), ["a-s.json", "b-S.json"]);
-    let run = ends_with(at, "calibrate --each b -o both", 2);
-    assert!(run.err.contains("code: same-target"), "{}", run.err);
+    let list = "\u{feff}# of today\n\na/s.csv\nb/S.csv\na/s.csv\n";
+    write(at, "list", list);
+    ends(at, "calibrate --each @list -o out", 0);
+    assert_eq!(listed(&at.join("out")), ["a-s.json", "b-S.json"]);
+    let err = ends(at, "calibrate --each b -o both", 2).err;
+    assert!(err.contains("code: same-target"), "{err}");
 }
 
 #[test]
@@ -150,7 +131,7 @@ fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
     let folder = fleet(2);
     let at = folder.path();
     // The result of another session, one that cannot be read, and one that fails now.
-    ends_with(
+    ends(
         at,
         "calibrate --each fleet -o out --summary fleet/all.csv",
         0,
@@ -160,7 +141,7 @@ fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
     write(at, "out/unit-3.json", "{}");
     write(at, "fleet/unit-3.csv", "t,ax,ay,az\n1,2\n");
     let line = "calibrate --each fleet -o out --summary fleet/all.csv --resume";
-    ends_with(at, line, 4);
+    ends(at, line, 4);
     let rows = rows(&at.join("fleet/all.csv"));
     // The summary of the first run is no session.
     assert_eq!(rows.len(), 3);
@@ -177,23 +158,23 @@ fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
 fn check_and_apply_take_many() {
     let folder = fleet(2);
     let at = folder.path();
-    ends_with(at, "calibrate fleet/unit-1.csv -o cal.json", 0);
-    ends_with(at, "check cal.json --each fleet --summary checks.csv", 4);
+    ends(at, "calibrate fleet/unit-1.csv -o cal.json", 0);
+    ends(at, "check cal.json --each fleet --summary checks.csv", 4);
     let checks = rows(&at.join("checks.csv"));
     let grades: Vec<&str> = checks.iter().map(|r| r["grade"].as_str()).collect();
     assert_eq!(grades, ["undecided", "does not fit"]);
-    ends_with(
+    ends(
         at,
         "apply cal.json fleet/unit-1.csv fleet/unit-2.csv gone.csv -o out",
         4,
     );
-    assert_eq!(names(&at.join("out")), ["unit-1.csv", "unit-2.csv"]);
-    ends_with(at, "apply cal.json fleet/unit-2.csv -o alone.csv", 0);
+    assert_eq!(listed(&at.join("out")), ["unit-1.csv", "unit-2.csv"]);
+    ends(at, "apply cal.json fleet/unit-2.csv -o alone.csv", 0);
     let read = |name: &str| fs::read(at.join(name)).unwrap();
     assert!(read("out/unit-2.csv") == read("alone.csv"));
     // With another calibration nothing is done before.
-    ends_with(at, "calibrate fleet/unit-2.csv -o cal.json --force", 0);
-    ends_with(
+    ends(at, "calibrate fleet/unit-2.csv -o cal.json --force", 0);
+    ends(
         at,
         "apply cal.json fleet/unit-1.csv fleet/unit-2.csv -o out --resume",
         0,
@@ -223,7 +204,7 @@ calibrate --each @nowhere: not-found";
 fn what_cannot_be_done_is_said_before_the_work() {
     let folder = fleet(1);
     let at = folder.path();
-    ends_with(at, "calibrate fleet/unit-1.csv -o cal.json", 0);
+    ends(at, "calibrate fleet/unit-1.csv -o cal.json", 0);
     for row in REFUSED.lines() {
         let (line, code) = row.split_once(": ").unwrap();
         let run = run_in(at, words(line));

@@ -47,16 +47,9 @@ fn no_file_of_the_folder_crashes_and_every_account_balances() {
         for recording in recordings {
             read += 1;
             let account = &recording["row_counts"];
-            let aside: u64 = account["aside"]
-                .as_array()
-                .unwrap()
-                .iter()
-                .map(|a| a[1].as_u64().unwrap())
-                .sum();
-            let (lines, rows) = (
-                account["lines"].as_u64().unwrap(),
-                account["rows"].as_u64().unwrap(),
-            );
+            let aside = account["aside"].as_array().unwrap().iter();
+            let aside: u64 = aside.map(|a| a[1].as_u64().unwrap()).sum();
+            let [lines, rows] = ["lines", "rows"].map(|key| account[key].as_u64().unwrap());
             assert_eq!(lines, rows + aside, "{name}");
             assert!(rows > 0, "{name}");
             for still in recording["static_intervals"].as_array().unwrap() {

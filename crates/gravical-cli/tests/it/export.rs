@@ -31,8 +31,7 @@ fn a_file_is_written_once_and_what_is_lost_goes_to_standard_error() {
     let path = folder.path();
     calibrate(path, ". --gravity 9.81 -o cal.json", 0);
     let line = "export cal.json --to px4 --device-id 2621448 --rotation -y,x,z -o a.params";
-    let first = run_in(path, words(line));
-    assert_eq!(first.code, 0, "{}", first.err);
+    let first = ends(path, line, 0);
     assert!(first.out.is_empty() && first.err.contains("note: Without cross-axis terms"));
     let text = std::fs::read_to_string(path.join("a.params")).unwrap();
     assert!(text.contains("1\t1\tCAL_ACC0_ID\t2621448\t6\n"), "{text}");
@@ -40,8 +39,8 @@ fn a_file_is_written_once_and_what_is_lost_goes_to_standard_error() {
     assert!(text.contains("mg rms over all directions"));
     let printed = run_in(path, words(line.strip_suffix(" -o a.params").unwrap()));
     assert_eq!(printed.out, text);
-    assert_eq!(run_in(path, words(line)).code, 2);
-    assert_eq!(run_in(path, words(&format!("{line} --force"))).code, 0);
+    ends(path, line, 2);
+    ends(path, &format!("{line} --force"), 0);
     // Nothing replaces the calibration that it is made from.
     let own = run_in(path, words("export cal.json --to c -o cal.json --force"));
     assert!(

@@ -10,39 +10,25 @@ fn an_existing_file_is_kept_unless_forced() {
     let path = folder.path();
     write(path, "cal.json", "precious");
     let line = "calibrate . --gravity 9.81 -o cal.json";
-    let run = run_in(path, words(&format!("{line} --json")));
-    assert_eq!((run.code, run.error_code().as_str()), (2, "exists"));
-    let kept = || std::fs::read_to_string(path.join("cal.json")).unwrap();
-    assert_eq!(kept(), "precious");
-    let run = run_in(path, words(line));
-    assert_eq!(run.code, 2);
-    assert!(run.err.contains("--force"), "{}", run.err);
-    assert_eq!(kept(), "precious");
-
-    let run = run_in(path, words(&format!("{line} --force")));
-    assert_eq!(run.code, 0, "{}", run.err);
-    assert!(run.out.contains("Saved to cal.json"), "{}", run.out);
-    assert!(run.out.contains("gravical apply cal.json"), "{}", run.out);
-
-    let run = run_in(path, words("export cal.json --to imucal -o cal.json"));
-    assert_eq!(run.code, 2);
-    assert!(kept().contains("gravical-calibration/2"));
+    fails(path, line, 2, "exists");
+    let said = ends(path, line, 2).err;
+    assert!(said.contains("--force"), "{said}");
+    assert_eq!(read(path, "cal.json"), "precious");
+    let out = ends(path, &format!("{line} --force"), 0).out;
+    for said in ["Saved to cal.json", "gravical apply cal.json"] {
+        assert!(out.contains(said), "{out}");
+    }
 }
 
 #[test]
 fn a_written_calibration_is_what_json_prints() {
     let folder = six_files(&Sensor::default());
     let printed = calibrate(folder.path(), ". --gravity 9.81 -o cal.json", 0);
-    let text = std::fs::read_to_string(folder.path().join("cal.json")).unwrap();
-    let written: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(printed, written);
+    let text = read(folder.path(), "cal.json");
+    assert_eq!(printed, serde_json::from_str::<Value>(&text).unwrap());
     assert!(text.ends_with("}\n"));
     // No leftovers of writing in one step.
-    let names: Vec<_> = std::fs::read_dir(folder.path())
-        .unwrap()
-        .map(|e| e.unwrap().file_name())
-        .collect();
-    assert_eq!(names.len(), 7, "{names:?}");
+    assert_eq!(listed(folder.path()).len(), 7);
 }
 
 #[test]
@@ -68,17 +54,15 @@ fn the_same_session_gives_the_same_bytes() {
 fn a_calibration_in_place_of_a_recording_is_named() {
     let folder = six_files(&Sensor::default());
     let path = folder.path();
-    let line = "calibrate . --gravity 9.81 -o cal.json --quiet";
-    assert_eq!(run_in(path, words(line)).code, 0);
+    ends(path, "calibrate . --gravity 9.81 -o cal.json --quiet", 0);
     for line in ["inspect cal.json", "calibrate cal.json", "motion cal.json"] {
-        let run = run_in(path, words(line));
-        assert_eq!(run.code, 3, "{line}");
-        assert!(run.err.contains("code: is-a-calibration"), "{}", run.err);
-        assert!(
-            run.err.contains("gravical check cal.json RECORDING"),
-            "{}",
-            run.err
-        );
+        let err = ends(path, line, 3).err;
+        for said in [
+            "code: is-a-calibration",
+            "gravical check cal.json RECORDING",
+        ] {
+            assert!(err.contains(said), "{line}: {err}");
+        }
     }
 }
 
@@ -95,19 +79,13 @@ fn what_reading_lost_is_named_with_the_error() {
         })
         .collect();
     write(folder.path(), "torn.csv", &torn);
-    let run = run_in(folder.path(), words("calibrate torn.csv"));
-    assert_eq!(run.code, 3, "{}", run.out);
-    assert!(
-        run.err
-            .contains("reading torn.csv lost samples: 100 torn-line"),
-        "{}",
-        run.err
-    );
-    assert!(
-        run.err.contains("`gravical inspect torn.csv`"),
-        "{}",
-        run.err
-    );
+    let err = ends(folder.path(), "calibrate torn.csv", 3).err;
+    for said in [
+        "reading torn.csv lost samples: 100 torn-line",
+        "`gravical inspect torn.csv`",
+    ] {
+        assert!(err.contains(said), "{err}");
+    }
 }
 
 #[test]
@@ -124,8 +102,8 @@ fn broken_calibrations_are_refused_with_their_place() {
         ("{\"K_a\": 3}", "calibration-syntax", "cal.json"),
     ] {
         write(path, "cal.json", text);
-        let run = run_in(path, words("export cal.json --to imucal"));
-        assert!(run.code == 3 && run.out.is_empty(), "{text}");
+        let run = ends(path, "export cal.json --to imucal", 3);
+        assert!(run.out.is_empty(), "{text}");
         assert!(run.err.contains(&format!("code: {code}")), "{}", run.err);
         assert!(run.err.contains(place), "{text}: {}", run.err);
     }
@@ -134,15 +112,12 @@ fn broken_calibrations_are_refused_with_their_place() {
 #[test]
 fn simulate_writes_nothing_over_and_says_the_same_twice() {
     let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
     let line = "simulate six-position --hold 1 -o a --seed 5 --quiet";
-    assert_eq!(run_in(folder.path(), words(line)).code, 0);
-    let run = run_in(folder.path(), words(&format!("{line} --json")));
-    assert_eq!((run.code, run.error_code().as_str()), (2, "exists"));
-    let other = line.replace("-o a", "-o b");
-    assert_eq!(run_in(folder.path(), words(&other)).code, 0);
-    for entry in std::fs::read_dir(folder.path().join("a")).unwrap() {
-        let one = entry.unwrap().path();
-        let two = folder.path().join("b").join(one.file_name().unwrap());
-        assert_eq!(std::fs::read(&one).unwrap(), std::fs::read(&two).unwrap());
+    ends(at, line, 0);
+    fails(at, line, 2, "exists");
+    ends(at, &line.replace("-o a", "-o b"), 0);
+    for name in listed(&at.join("a")) {
+        assert_eq!(read(&at.join("a"), &name), read(&at.join("b"), &name));
     }
 }

@@ -1,14 +1,6 @@
 //! A calibration from a folder of them: of the same sensor, the last one before the recording.
 
-use std::path::Path;
-
 use crate::support::*;
-
-fn gravical(folder: &Path, line: &str, code: i32) -> Run {
-    let run = run_in(folder, words(line));
-    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
-    run
-}
 
 /// Calibrations of two sensors, the first one twice, and a recording.
 fn calibrated() -> tempfile::TempDir {
@@ -20,7 +12,7 @@ fn calibrated() -> tempfile::TempDir {
         (2, "left", "2026-05-01"),
         (3, "right", "2026-04-01"),
     ] {
-        gravical(
+        ends(
             at,
             &format!("simulate poses -o s{seed} --seed {seed} --hold 2 --free 2 -q"),
             0,
@@ -28,10 +20,10 @@ fn calibrated() -> tempfile::TempDir {
         let line = format!(
             "calibrate s{seed}/poses.csv -q --sensor-id {sensor} --recorded {date} -o cals/{sensor}-{date}.json"
         );
-        gravical(at, &line, 0);
+        ends(at, &line, 0);
     }
     write(at, "cals/notes.json", "{}");
-    gravical(at, "simulate line -o line --seed 1 --rest 2 -q", 0);
+    ends(at, "simulate line -o line --seed 1 --rest 2 -q", 0);
     folder
 }
 
@@ -39,7 +31,7 @@ fn calibrated() -> tempfile::TempDir {
 fn the_last_of_the_sensor_before_the_recording_is_taken() {
     let folder = calibrated();
     let at = folder.path();
-    let done = |line: &str| gravical(at, line, 0);
+    let done = |line: &str| ends(at, line, 0);
     let read = |name: &str| std::fs::read(at.join(name)).unwrap();
     for (options, expected) in [
         ("left --recorded 2026-04-15", "left-2026-03-01"),
@@ -73,22 +65,22 @@ fn a_calibration_that_might_be_the_one_is_not_passed_over() {
     let at = folder.path();
     let apply = "apply cals line/line.csv -o a.csv --force --sensor-id left";
     // A day stands for its end.
-    let run = gravical(at, &format!("{apply} --recorded 2026-05-01"), 0);
+    let run = ends(at, &format!("{apply} --recorded 2026-05-01"), 0);
     assert!(run.err.contains("left-2026-05-01"), "{}", run.err);
     let cut = std::fs::read_to_string(at.join("cals/left-2026-05-01.json")).unwrap();
     write(at, "cals/left-2026-05-01.json", &cut[..cut.len() / 2]);
-    let run = gravical(at, apply, 3);
+    let run = ends(at, apply, 3);
     assert!(run.err.contains("left-2026-05-01.json"), "{}", run.err);
     // Calibrations without a sensor may be of several.
     for seed in [1, 2] {
         let line = format!("calibrate s{seed}/poses.csv -q -o unnamed/{seed}.json");
         std::fs::create_dir_all(at.join("unnamed")).unwrap();
-        gravical(at, &line, 0);
+        ends(at, &line, 0);
     }
-    let run = gravical(at, "apply unnamed line/line.csv -o b.csv", 2);
+    let run = ends(at, "apply unnamed line/line.csv -o b.csv", 2);
     assert!(run.err.contains("code: sensor-id-missing"), "{}", run.err);
     std::fs::remove_file(at.join("unnamed/2.json")).unwrap();
-    gravical(at, "apply unnamed line/line.csv -o b.csv", 0);
+    ends(at, "apply unnamed line/line.csv -o b.csv", 0);
 }
 
 /// Calls, the code of each refusal, and what it names.
@@ -104,7 +96,7 @@ apply line line/line.csv -o a.csv | no-calibration | no calibration is in this f
 fn what_fits_nothing_is_refused_with_what_is_there() {
     let folder = calibrated();
     let at = folder.path();
-    gravical(at, "simulate line -o raw --seed 1 --rest 2 --raw -q", 0);
+    ends(at, "simulate line -o raw --seed 1 --rest 2 --raw -q", 0);
     for row in REFUSED.lines() {
         let [line, code, there] = row.split(" | ").collect::<Vec<_>>().try_into().unwrap();
         let run = run_in(at, words(line));

@@ -10,11 +10,10 @@ use crate::support::*;
 
 /// The python that has imucal; says that a test is skipped without it.
 fn python() -> Option<String> {
-    let python = std::env::var("GRAVICAL_IMUCAL_PYTHON").ok();
-    if python.is_none() {
-        println!("skipped: GRAVICAL_IMUCAL_PYTHON is not set");
-    }
+    let python = std::env::var("GRAVICAL_IMUCAL_PYTHON");
     python
+        .inspect_err(|_| println!("skipped: GRAVICAL_IMUCAL_PYTHON is not set"))
+        .ok()
 }
 
 /// Calibrates a thousand random vectors with imucal and prints raw and result.
@@ -34,19 +33,14 @@ print(json.dumps([acc.tolist(), gyr.tolist(), acc_c.tolist(), gyr_c.tolist()]))
 /// Exports `cal.json` of `folder` and compares with imucal to 1e-9 of the size
 /// of the values.
 fn agrees(python: &str, folder: &Path, accel_size: f64, gyro_size: f64) {
-    let run = run_in(folder, words("export cal.json --to imucal -o imucal.json"));
-    assert_eq!(run.code, 0, "{}", run.err);
+    ends(folder, "export cal.json --to imucal -o imucal.json", 0);
     let output = Command::new(python)
         .args(["-c", SCRIPT, "imucal.json"])
         .args([accel_size.to_string(), gyro_size.to_string()])
         .current_dir(folder)
         .output()
         .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{output:?}");
     let [acc, gyr, acc_c, gyr_c]: [Vec<[f64; 3]>; 4] =
         serde_json::from_slice(&output.stdout).unwrap();
     let file = CalibrationFile::read(&folder.join("cal.json")).unwrap();
@@ -81,11 +75,8 @@ fn imucal_calibrates_alike_with_a_gyroscope() {
     let Some(python) = python() else { return };
     for (raw, accel_size, gyro_size) in [("", 10.0, 2.0), ("--raw", 16_384.0, 8_000.0)] {
         let folder = tempfile::tempdir().unwrap();
-        let line = format!(
-            "simulate six-position --continuous --hold 4 --rest 2 --seed 11 -o . --quiet {raw}"
-        );
-        let made = run_in(folder.path(), words(&line));
-        assert_eq!(made.code, 0, "{}", made.err);
+        let line = "simulate six-position --continuous --hold 4 --rest 2 --seed 11 -o . --quiet";
+        ends(folder.path(), &format!("{line} {raw}"), 0);
         let file = calibrate(folder.path(), "session.csv -o cal.json", 0);
         assert!(file["gyroscope"].is_object(), "{raw}");
         agrees(&python, folder.path(), accel_size, gyro_size);

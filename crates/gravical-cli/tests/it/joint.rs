@@ -6,22 +6,10 @@ use crate::support::*;
 
 const MG: f64 = 1000.0 / 9.80665;
 
-fn accelerometer(file: &Value) -> &Value {
-    &file["accelerometer"]
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value}"))
-}
-
-fn left_out_mg(file: &Value) -> f64 {
-    number(&accelerometer(file)["leave_one_out_rms_mps2"]) * MG
-}
-
 /// U of M Mᵀ = U Uᵀ, upper triangular with a positive diagonal: the frame of
 /// imu_tk, A = U⁻¹.
 fn triangular(file: &Value) -> [[f64; 3]; 3] {
-    let a = accelerometer(file);
+    let a = &file["accelerometer"];
     let (scale, r) = (numbers(&a["scale"]), numbers(&a["orientation"]));
     let m = |i: usize, j: usize| scale[i] * r[3 * i + j];
     let p = |i: usize, j: usize| (0..3).map(|k| m(i, k) * m(j, k)).sum::<f64>();
@@ -41,7 +29,7 @@ fn xsens_by_hand_38_poses() {
     let line = "imu_tk-xsens/xsens_acc.txt.gz --gravity 9.81744";
     let file = calibrate(&data, line, 0);
     assert_eq!(poses(&file).len(), 38);
-    let a = accelerometer(&file);
+    let a = &file["accelerometer"];
     let bias = [33124.1826, 33275.1794, 32364.4156];
     for (got, want) in numbers(&a["bias"]).iter().zip(bias) {
         close(*got, want, 1.0);
@@ -55,7 +43,8 @@ fn xsens_by_hand_38_poses() {
         close(1.0 / u[i][i] / k, 1.0, 1e-4);
     }
     // Hardly worse left out than nine free parameters (0.146 to 0.151 mg).
-    assert!(left_out_mg(&file) <= 0.156, "{}", left_out_mg(&file));
+    let left_out_mg = number(&a["leave_one_out_rms_mps2"]) * MG;
+    assert!(left_out_mg <= 0.156, "{left_out_mg}");
     assert_eq!(file["verdict"]["grade"], "good");
     // Real sensors miss the model by more than the noise of their means.
     let chi2 = number(&a["fit"]["chi2_per_freedom"]);
@@ -75,28 +64,18 @@ fn too_few_directions_are_refused_with_numbers() {
         (plane, "z up and z down"),
         (format!("{x} {y} {z}"), "record y down"),
     ] {
-        let line = format!("calibrate {files} --gravity 9.81 --json");
-        let run = run_in(folder.path(), words(&line));
-        assert_eq!(
-            (run.code, run.error_code().as_str()),
-            (3, "underdetermined")
-        );
-        assert!(run.out.contains(said), "{said} in {}", run.out);
+        let line = format!("calibrate {files} --gravity 9.81");
+        let error = fails(folder.path(), &line, 3, "underdetermined").to_string();
+        assert!(error.contains(said), "{said} in {error}");
     }
 }
 
 #[test]
 fn a_placement_can_be_forced_and_a_wrong_name_is_told() {
     let folder = six_files(&Sensor::default());
-    let free = calibrate(
-        folder.path(),
-        ". --gravity 9.81 --free-pose x_axis_pos --free-pose x_axis_neg",
-        0,
-    );
+    let line = ". --gravity 9.81 --free-pose x_axis_pos --free-pose x_axis_neg";
+    let free = calibrate(folder.path(), line, 0);
     assert_eq!(faces(&free).len(), 4);
-    let run = run_in(
-        folder.path(),
-        words("calibrate . --gravity 9.81 --free-pose nothing --json"),
-    );
-    assert_eq!((run.code, run.error_code()), (2, "no-such-pose".to_owned()));
+    let line = "calibrate . --gravity 9.81 --free-pose nothing";
+    fails(folder.path(), line, 2, "no-such-pose");
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::support::{calibrate, program, run_in, words};
+use super::support::{calibrate, ends, fails, number, program, read, run_in, words};
 
 /// Commands of a whole session; the sensor lies on +z at its start.
 const WHOLE: [&str; 16] = [
@@ -61,6 +61,22 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
+/// Waits for poses in the journal of `s`.
+fn wait_for_poses(folder: &Path, count: usize) -> usize {
+    let began = Instant::now();
+    loop {
+        let text = fs::read_to_string(folder.join("s/session.ndjson")).unwrap_or_default();
+        let lines = text.lines();
+        let accepted = lines.filter(|l| l.contains("pose_accepted") && l.ends_with('}'));
+        let accepted = accepted.count();
+        if accepted >= count {
+            return accepted;
+        }
+        assert!(began.elapsed() < PATIENCE, "no pose was accepted");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
 /// A finished session of a simulated sensor in the folder `s`; returns its events.
 fn simulated(folder: &Path, seed: u32) -> Vec<Value> {
     let line = format!("live --simulate --seed {seed} --speed 0 --folder s --events -");
@@ -104,35 +120,26 @@ fn a_simulated_session_ends_with_the_truth_and_its_folder_calibrates_to_the_last
     assert_eq!(saved["gyroscope"]["method"], "motion");
     // What the session showed is what was saved.
     let fit = of_type(&events, "fit").pop().unwrap();
-    let worst = saved["accelerometer"]["worst_direction"]["error_mps2"]
-        .as_f64()
-        .unwrap();
-    let shown = fit["worst_mg"].as_f64().unwrap();
-    assert!(
-        (shown - worst * 1000.0 / 9.80665).abs() < 1e-9 * shown,
-        "{shown} {worst}"
-    );
+    let worst = number(&saved["accelerometer"]["worst_direction"]["error_mps2"]);
+    let shown = number(&fit["worst_mg"]);
+    let off = (shown - worst * 1000.0 / 9.80665).abs();
+    assert!(off < 1e-9 * shown, "{shown} {worst}");
 
     // A changed recording is no longer that of the journal.
-    let path = folder.path().join("s/recording.csv");
-    let text = fs::read_to_string(&path).unwrap();
-    let without: Vec<&str> = text
-        .lines()
-        .enumerate()
-        .filter(|(i, _)| *i != 200)
-        .map(|(_, l)| l)
-        .collect();
-    fs::write(&path, without.join("\n") + "\n").unwrap();
-    let run = run_in(folder.path(), words("calibrate s --json"));
-    assert_eq!(
-        (run.code, run.error_code()),
-        (3, "recording-changed".to_owned())
-    );
+    let text = read(folder.path(), "s/recording.csv");
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines.remove(200);
+    fs::write(
+        folder.path().join("s/recording.csv"),
+        lines.join("\n") + "\n",
+    )
+    .unwrap();
+    fails(folder.path(), "calibrate s", 3, "recording-changed");
     let resume = || run_in(folder.path(), words("live --resume s --plain"));
     assert!(resume().err.contains("code: recording-changed"));
-    let path = folder.path().join("s/session.ndjson");
-    let journal = fs::read_to_string(&path).unwrap();
-    fs::write(&path, journal.replace("\"lines\":[", "\"lines\":[9")).unwrap();
+    let journal = read(folder.path(), "s/session.ndjson");
+    let journal = journal.replace("\"lines\":[", "\"lines\":[9");
+    fs::write(folder.path().join("s/session.ndjson"), journal).unwrap();
     assert!(resume().err.contains("code: recording-changed"));
 }
 
@@ -148,9 +155,7 @@ fn a_replay_gives_the_events_of_the_session() {
         .unwrap();
     packer.finish().unwrap();
     let line = "live --replay r.csv.gz --gravity 9.80665 --events - -o cal.json";
-    let run = run_in(folder.path(), words(line));
-    assert_eq!(run.code, 0, "{}", run.err);
-    let replayed = events(&run.out);
+    let replayed = events(&ends(folder.path(), line, 0).out);
     // Without the commands: poses and rejections are the same, field by field.
     let same = |all: &[Value]| -> Vec<Value> {
         let kinds = [
@@ -170,13 +175,7 @@ fn a_replay_gives_the_events_of_the_session() {
         json(&folder.path().join("s/calibration.json")),
     );
     assert_eq!(a["accelerometer"]["bias"], b["accelerometer"]["bias"]);
-    assert!(
-        !folder
-            .path()
-            .join("cal.json")
-            .with_file_name("session.ndjson")
-            .exists()
-    );
+    assert!(!folder.path().join("session.ndjson").exists());
 }
 
 #[test]
@@ -187,21 +186,10 @@ fn a_killed_session_goes_on() {
         "live --simulate --seed 6 --speed 20 --folder s --gravity 9.80665",
     );
     type_in(&mut child, &WHOLE[1..5]);
-    let journal = folder.path().join("s/session.ndjson");
-    let began = Instant::now();
-    let accepted = || {
-        let text = fs::read_to_string(&journal).unwrap_or_default();
-        text.lines()
-            .filter(|l| l.contains("pose_accepted") && l.ends_with('}'))
-            .count()
-    };
-    while accepted() < 3 {
-        assert!(began.elapsed() < PATIENCE, "no pose was accepted");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for_poses(folder.path(), 3);
     child.kill().unwrap();
     child.wait().unwrap();
-    let before = accepted();
+    let before = wait_for_poses(folder.path(), 3);
     // What a crash may leave: half a line in both files.
     for (name, half) in [
         ("session.ndjson", "{\"v\":1,\"t_s\":3"),
@@ -236,83 +224,29 @@ fn a_killed_session_goes_on() {
 }
 
 #[test]
-fn an_interrupted_session_says_how_to_go_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut child = start(
-        folder.path(),
-        "live --simulate --seed 7 --speed 20 --folder s",
-    );
-    type_in(&mut child, &["+x"]);
-    let journal = folder.path().join("s/session.ndjson");
-    let began = Instant::now();
-    while !fs::read_to_string(&journal)
-        .unwrap_or_default()
-        .contains("pose_accepted")
-    {
-        assert!(began.elapsed() < PATIENCE, "no pose was accepted");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    // The end of its input would end the session.
-    let _open = child.stdin.take();
-    let kill = ["-s", "INT", &child.id().to_string()];
-    assert!(Command::new("kill").args(kill).status().unwrap().success());
-    let (code, _, err) = end(child);
-    assert_eq!(code, 130, "{err}");
-    assert!(
-        err.contains("Go on with: gravical live --resume s"),
-        "{err}"
-    );
-    // Nothing is overwritten.
-    let run = run_in(folder.path(), words("live --simulate --folder s"));
-    assert_eq!(run.code, 2);
-    assert!(run.err.contains("--resume s"), "{}", run.err);
-}
-
-#[test]
-fn a_replay_without_poses_says_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut text = "t_ms,ax,ay,az\n".to_owned();
-    for i in 0..600 {
-        let noise = f64::from(i * 7919 % 61) * 1e-3;
-        text += &format!("{},{noise:.3},0.1,{:.3}\n", 10 * i, 9.8 + noise);
-    }
-    fs::write(folder.path().join("r.csv"), text).unwrap();
-    let run = run_in(folder.path(), words("live --replay r.csv --plain"));
-    assert_eq!(run.code, 3, "{}", run.err);
-    assert!(
-        run.err.contains("✓ +z") && run.err.contains("1 pose"),
-        "{}",
-        run.err
-    );
-}
-
-#[test]
 fn what_a_session_cannot_use_or_write_is_refused_before_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     fs::write(path.join("r.csv"), "ax,ay,az\n0.1,0.2,9.8\n").unwrap();
     fs::write(path.join("cal.json"), "mine").unwrap();
-    for (line, what) in [
-        ("live --simulate --rate 200", "--rate"),
-        ("live --replay r.csv --baud 9600", "--baud"),
-        ("live --speed 2 --plain", "--speed is for a replay"),
-        ("live --replay r.csv -o none/cal.json", "no-folder"),
-        (
-            "live --replay r.csv -o cal.json",
-            "try: name another file\n",
-        ),
+    let absent = "live --plain --folder s --port none/ttyNone";
+    let other = "try: name another file\n";
+    for (line, code, what) in [
+        ("live --simulate --rate 200", 2, "--rate"),
+        ("live --replay r.csv --baud 9600", 2, "--baud"),
+        ("live --speed 2 --plain", 2, "--speed is for a replay"),
+        ("live --replay r.csv -o none/cal.json", 2, "no-folder"),
+        ("live --replay r.csv -o cal.json", 2, other),
+        (absent, 5, "ttyNone"),
     ] {
-        let run = run_in(path, words(line));
-        assert!(
-            run.code == 2 && run.err.contains(what),
-            "{line}: {}",
-            run.err
-        );
+        let run = ends(path, line, code);
+        assert!(run.err.contains(what), "{line}: {}", run.err);
     }
 }
 
+/// It has the rate that is given, and one pose is no calibration.
 #[test]
-fn a_replay_without_stamps_has_the_rate_that_is_given() {
+fn a_replay_without_stamps_and_poses() {
     let folder = tempfile::tempdir().unwrap();
     let mut text = "ax,ay,az\n".to_owned();
     for i in 0..1200 {
@@ -321,9 +255,10 @@ fn a_replay_without_stamps_has_the_rate_that_is_given() {
     }
     fs::write(folder.path().join("r.csv"), text).unwrap();
     let line = "live --replay r.csv --rate 50 --plain --events e.jsonl";
-    let run = run_in(folder.path(), words(line));
-    assert!(!run.err.contains("no --rate"), "{}", run.err);
-    let seen = events(&fs::read_to_string(folder.path().join("e.jsonl")).unwrap());
+    let err = ends(folder.path(), line, 3).err;
+    assert!(err.contains("✓ +z") && err.contains("1 pose"), "{err}");
+    assert!(!err.contains("no --rate"), "{err}");
+    let seen = events(&read(folder.path(), "e.jsonl"));
     assert_eq!(of_type(&seen, "status").last().unwrap()["rate_hz"], 50.0);
 }
 
@@ -340,15 +275,18 @@ fn a_session_is_cancelled() {
     let all = events(&out);
     let last = all.last().unwrap();
     assert_eq!(last["reason"], "cancelled");
-    assert!(
-        last["text"]
-            .as_str()
-            .unwrap()
-            .ends_with("recorded is in s.")
-    );
+    let text = last["text"].as_str().unwrap();
+    assert!(text.ends_with("recorded is in s."), "{text}");
     assert_eq!(last["resume"], "gravical live --resume s");
     assert!(folder.path().join("s/recording.csv").exists());
     assert!(!folder.path().join("s/calibration.json").exists());
+    assert!(
+        err.contains("Go on with: gravical live --resume s"),
+        "{err}"
+    );
+    // Nothing is overwritten.
+    let again = ends(folder.path(), "live --simulate --folder s", 2).err;
+    assert!(again.contains("--resume s"), "{again}");
 }
 
 /// What is written fills a pipe that nobody reads; the session reaches its end all the same.

@@ -1,5 +1,5 @@
-//! The page of a guided calibration: who may ask, commands, tabs, a session from the first to the
-//! last request.
+//! The page of a guided calibration: who may ask, and commands that are none. Sessions that a page guides
+//! are in `tests/browser`.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Ipv4Addr, TcpStream};
@@ -86,13 +86,9 @@ impl Tab {
 }
 
 impl Served {
-    fn start(folder: &Path, options: &str) -> Self {
-        Served::start_with(folder, &format!("live --simulate --seed 4 {options}"))
-    }
-
-    fn start_with(folder: &Path, command: &str) -> Self {
+    fn start(folder: &Path) -> Self {
         let mut child = Command::new(program())
-            .args(words(command))
+            .args(words("live --simulate --seed 4 --no-open --folder s"))
             .current_dir(folder)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -174,144 +170,57 @@ impl Served {
             b"",
         )))
     }
-
-    fn end(mut self) -> i32 {
-        let began = Instant::now();
-        loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                return status.code().unwrap();
-            }
-            assert!(began.elapsed() < PATIENCE, "it does not end");
-            std::thread::sleep(Duration::from_millis(20));
-        }
-    }
 }
+
+/// Requests: name, method, target, headers, and the status of the answer.
+const REQUESTS: &str = "\
+the page | GET | /?{token} | {host} | 200
+by name | GET | /?{token} | Host: localhost:{port} | 200
+no token | GET | / | {host} | 403
+another token | GET | /?{zeros} | {host} | 403
+half a token | GET | /?{half} | {host} | 403
+no host | GET | /?{token} |  | 403
+no port | GET | /?{token} | Host: 127.0.0.1 | 403
+another port | GET | /?{token} | Host: 127.0.0.1:1 | 403
+another host | GET | /?{token} | Host: example.org | 403
+a rebound name | GET | /?{token} | Host: 127.0.0.1.example.org:{port} | 403
+a name before | GET | /?{token} | Host: example.org@127.0.0.1:{port} | 403
+two hosts | GET | /?{token} | {host}; Host: example.org | 403
+another page reads | GET | /?{token} | {host}; Origin: http://example.org | 403
+no page reads | GET | /?{token} | {host}; Origin: null | 403
+another program of this computer | GET | /?{token} | {host}; Origin: http://127.0.0.1:1 | 403
+TLS | GET | /?{token} | {host}; Origin: https://127.0.0.1:{port} | 403
+a file that is not there | GET | /main.rs?{token} | {host} | 404
+a file outside | GET | /..%2f..%2fCargo.toml?{token} | {host} | 404
+a folder outside | GET | /../../Cargo.toml?{token} | {host} | 404
+no report yet | GET | /report?{token} | {host} | 404
+a command without its page | POST | /command?{token} | {host} | 403
+another page commands | POST | /command?{token} | {host}; Origin: http://example.org | 403
+a command by reading | GET | /command?{token} | {host} | 405
+another method | DELETE | /?{token} | {host} | 403";
 
 #[test]
 fn only_the_page_itself_is_answered() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "--no-open --folder s");
-    let (port, token) = (served.port, &served.token);
-    let ours = || vec![served.host()];
-    let host = |name: &str| vec![format!("Host: {name}")];
-    let with = |origin: &str| vec![served.host(), format!("Origin: {origin}")];
-    let page = served.target("/");
-    let other_token = format!("/?token={}", "0".repeat(token.len()));
-    let cases = [
-        ("the page", "GET", page.as_str(), ours(), 200),
-        (
-            "by name",
-            "GET",
-            &page,
-            host(&format!("localhost:{port}")),
-            200,
-        ),
-        ("no token", "GET", "/", ours(), 403),
-        ("another token", "GET", &other_token, ours(), 403),
-        ("half a token", "GET", &page[..page.len() - 1], ours(), 403),
-        ("no host", "GET", &page, Vec::new(), 403),
-        ("no port", "GET", &page, host("127.0.0.1"), 403),
-        ("another port", "GET", &page, host("127.0.0.1:1"), 403),
-        ("another host", "GET", &page, host("example.org"), 403),
-        (
-            "a rebound name",
-            "GET",
-            &page,
-            host(&format!("127.0.0.1.example.org:{port}")),
-            403,
-        ),
-        (
-            "a name before",
-            "GET",
-            &page,
-            host(&format!("example.org@127.0.0.1:{port}")),
-            403,
-        ),
-        (
-            "two hosts",
-            "GET",
-            &page,
-            vec![served.host(), "Host: example.org".to_owned()],
-            403,
-        ),
-        (
-            "another page reads",
-            "GET",
-            &page,
-            with("http://example.org"),
-            403,
-        ),
-        ("no page reads", "GET", &page, with("null"), 403),
-        (
-            "another program of this computer",
-            "GET",
-            &page,
-            with("http://127.0.0.1:1"),
-            403,
-        ),
-        (
-            "TLS",
-            "GET",
-            &page,
-            with(&format!("https://127.0.0.1:{port}")),
-            403,
-        ),
-        (
-            "a file that is not there",
-            "GET",
-            &served.target("/main.rs"),
-            ours(),
-            404,
-        ),
-        (
-            "a file outside",
-            "GET",
-            &served.target("/..%2f..%2fCargo.toml"),
-            ours(),
-            404,
-        ),
-        (
-            "a folder outside",
-            "GET",
-            &served.target("/../../Cargo.toml"),
-            ours(),
-            404,
-        ),
-        (
-            "no report yet",
-            "GET",
-            &served.target("/report"),
-            ours(),
-            404,
-        ),
-        (
-            "a command without its page",
-            "POST",
-            &served.target("/command"),
-            ours(),
-            403,
-        ),
-        (
-            "another page commands",
-            "POST",
-            &served.target("/command"),
-            with("http://example.org"),
-            403,
-        ),
-        (
-            "a command by reading",
-            "GET",
-            &served.target("/command"),
-            ours(),
-            405,
-        ),
-        ("another method", "DELETE", &page, ours(), 403),
-    ];
+    let served = Served::start(folder.path());
+    let token = &served.token;
+    let requests = REQUESTS
+        .replace("{token}", &format!("token={token}"))
+        .replace("{zeros}", &format!("token={}", "0".repeat(token.len())))
+        .replace("{half}", &format!("token={}", &token[..token.len() - 1]))
+        .replace("{host}", &served.host())
+        .replace("{port}", &served.port.to_string());
     let undo = br#"{"command":"undo"}"#;
-    for (name, method, target, headers, status) in cases {
+    for row in requests.lines() {
+        let [name, method, target, headers, status] = row.split(" | ").collect::<Vec<_>>()[..]
+        else {
+            panic!("{row}")
+        };
+        let headers: Vec<String> = headers.split("; ").map(str::to_owned).collect();
+        let headers = &headers[usize::from(headers[0].is_empty())..];
         let body: &[u8] = if method == "POST" { undo } else { b"" };
-        let answer = served.ask(method, target, &headers, body);
-        assert_eq!(answer.status, status, "{name}: {}", answer.body);
+        let answer = served.ask(method, target, headers, body);
+        assert_eq!(answer.status.to_string(), status, "{name}: {}", answer.body);
         for header in [
             "content-security-policy: default-src 'none'",
             "cross-origin-resource-policy: same-origin",
@@ -321,7 +230,7 @@ fn only_the_page_itself_is_answered() {
             assert!(answer.head.contains(header), "{name}: {}", answer.head);
         }
         assert!(!answer.head.contains("access-control"), "{}", answer.head);
-        if status != 200 {
+        if status != "200" {
             assert!(!answer.body.contains(token.as_str()), "{name}");
         }
     }
@@ -344,7 +253,7 @@ fn only_the_page_itself_is_answered() {
 #[test]
 fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "--no-open --folder s");
+    let served = Served::start(folder.path());
     let mut tab = served.tab();
     tab.until_type("session");
     let long = format!(r#"{{"command":"redo","face":"{}"}}"#, "x".repeat(5000));
@@ -389,7 +298,7 @@ fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
 #[ignore = "slow: waits for them"]
 fn a_thousand_connections_stop_neither_the_session_nor_its_tab() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "--no-open --folder s");
+    let served = Served::start(folder.path());
     let mut tab = served.tab();
     tab.until_type("session");
     for _ in 0..4 {
@@ -412,137 +321,4 @@ fn a_thousand_connections_stop_neither_the_session_nor_its_tab() {
     // Without an end they are closed all the same.
     let mut silent = served.connect();
     assert_eq!(silent.read(&mut [0; 16]).unwrap_or(0), 0);
-}
-
-#[test]
-fn the_first_tab_leads_and_the_next_one_when_it_is_closed() {
-    let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "--no-open --folder s --speed 5");
-    let mut first = served.tab();
-    assert_eq!(first.next().unwrap()["type"], "session");
-    first.until_type("floor");
-    let mut second = served.tab();
-    assert_eq!(second.next().unwrap()["type"], "follower");
-    // From the beginning, in the same order, with the latest status at the end.
-    let kinds: Vec<String> = (0..4)
-        .map(|_| second.next().unwrap()["type"].as_str().unwrap().to_owned())
-        .collect();
-    assert_eq!(kinds[..3], ["session", "identified", "floor"], "{kinds:?}");
-    let mut others: Vec<Tab> = (0..2).map(|_| served.tab()).collect();
-    for other in &mut others {
-        assert_eq!(other.next().unwrap()["type"], "follower");
-    }
-    // A browser would have no connection left for commands: the fifth gets a message, and its stream
-    // ends, so that it asks again.
-    let mut fifth = served.tab();
-    assert_eq!(fifth.next().unwrap()["type"], "full");
-    assert_eq!(fifth.next(), None);
-    drop(first);
-    // The streams end: the browser asks again.
-    while second.next().is_some() {}
-    let mut again = served.tab();
-    assert_eq!(again.next().unwrap()["type"], "session");
-}
-
-#[test]
-fn the_port_is_chosen_on_the_page_and_only_ports_can_be() {
-    let folder = tempfile::tempdir().unwrap();
-    let port = folder.path().join("ttyNone");
-    let command = format!("live --no-open --folder s --port {}", port.display());
-    let served = Served::start_with(folder.path(), &command);
-    let mut tab = served.tab();
-    let asked = tab.until_type("ports");
-    assert_eq!(asked["tried"], port.to_str().unwrap());
-    let message = asked["text"].as_str().unwrap();
-    assert!(message.contains("no such port"), "{message}");
-    assert!(asked["ports"].is_array());
-    // Commands are checked as those of a session, and a file is no port.
-    let named = json!({"command": "port", "name": "/etc/hostname"});
-    let other_page = [served.host(), "Origin: http://example.org".to_owned()];
-    let body = named.to_string().into_bytes();
-    let refused = served.ask("POST", &served.target("/command"), &other_page, &body);
-    assert_eq!(refused.status, 403);
-    assert_eq!(served.post(br#"{"command":"port"}"#).status, 400);
-    for command in [named, json!({"command": "undo"})] {
-        served.command(&command);
-        tab.until(|e| e["type"] == "warning" && e["kind"] == "refused");
-    }
-    // Tried again: still absent, and no folder was made.
-    let again = json!({"command": "port", "name": port.to_str().unwrap()});
-    served.command(&again);
-    assert_eq!(tab.until_type("ports")["tried"], port.to_str().unwrap());
-    assert!(!folder.path().join("s").exists());
-    // It appears, and is no serial port: the cause is another one.
-    std::fs::write(&port, "").unwrap();
-    let other = tab.until(|e| e["type"] == "ports" && e["text"] != message);
-    assert_eq!(other["tried"], port.to_str().unwrap());
-    let kill = ["-s", "INT", &served.child.id().to_string()];
-    assert!(Command::new("kill").args(kill).status().unwrap().success());
-    assert_eq!(tab.until_type("end")["reason"], "interrupted");
-    assert_eq!(served.end(), 130);
-    // Without a page it is an error at once.
-    let plain = Command::new(program())
-        .args(words("live --plain --folder s --port none/ttyNone"))
-        .current_dir(folder.path())
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    assert_eq!(plain.status.code(), Some(5));
-}
-
-#[test]
-fn a_session_is_guided_by_the_page_alone() {
-    let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(
-        folder.path(),
-        "--no-open --folder s --speed 10 --gravity 9.80665",
-    );
-    let mut tab = served.tab();
-    tab.until_type("pose_accepted");
-    for face in ["+x", "-x", "+y", "-y", "-z"] {
-        served.command(&json!({"command": "hand", "put": face}));
-        let pose = tab.until_type("pose_accepted");
-        assert_eq!(pose["face"], face);
-    }
-    served.command(&json!({"command": "undo"}));
-    assert_eq!(tab.until_type("pose_undone")["face"], "-z");
-    served.command(&json!({"command": "hand", "put": "-z"}));
-    tab.until_type("pose_accepted");
-    // Without a direction it is held as it is asked for.
-    tab.until(|e| e["type"] == "next_pose" && e["kind"] == "free");
-    served.command(&json!({"command": "hand"}));
-    assert_eq!(tab.until_type("pose_accepted")["face"], Value::Null);
-    served.command(&json!({"command": "finish"}));
-    let saved = tab.until_type("saved");
-    assert_eq!(saved["report"], "s/calibration.html");
-    let report = served.get("/report");
-    assert_eq!(report.status, 200);
-    let file = std::fs::read_to_string(folder.path().join("s/calibration.html")).unwrap();
-    assert_eq!(report.body, file);
-    assert!(
-        report
-            .head
-            .contains("content-security-policy: frame-ancestors 'self'")
-    );
-    tab.until_type("truth");
-    assert_eq!(tab.until_type("end")["reason"], "finished");
-    // It stays while the tab is open: the report is still there.
-    std::thread::sleep(Duration::from_millis(300));
-    assert_eq!(served.get("/report").status, 200);
-    drop(tab);
-    assert_eq!(served.end(), 0);
-}
-
-#[test]
-fn an_interrupted_session_says_so_on_the_page() {
-    let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "--no-open --folder s");
-    let mut tab = served.tab();
-    tab.until_type("session");
-    let kill = ["-s", "INT", &served.child.id().to_string()];
-    assert!(Command::new("kill").args(kill).status().unwrap().success());
-    let end = tab.until_type("end");
-    assert_eq!(end["reason"], "interrupted");
-    assert_eq!(end["resume"], "gravical live --resume s");
-    assert_eq!(served.end(), 130);
 }

@@ -29,7 +29,6 @@ mod joint;
 mod live;
 #[cfg(all(unix, feature = "live"))]
 mod live_page;
-mod long;
 mod motion;
 mod motion_faults;
 mod motion_real;

@@ -16,14 +16,12 @@ pub fn line(folder: &Path) {
         "simulate poses -o poses --seed 1 --quiet",
         "calibrate poses/poses.csv -o cal.json --gravity 9.80665 --quiet",
     ] {
-        let run = run_in(folder, words(line));
-        assert_eq!(run.code, 0, "{line}\n{}{}", run.out, run.err);
+        ends(folder, line, 0);
     }
 }
 
 pub fn motion(folder: &Path, line: &str, code: i32) -> Value {
-    let run = run_in(folder, words(&format!("motion {line} --json --quiet")));
-    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
+    let run = ends(folder, &format!("motion {line} --json --quiet"), code);
     assert!(run.err.is_empty(), "{}", run.err);
     run.json()
 }
@@ -33,29 +31,22 @@ fn the_table_goes_out_and_the_summary_aside() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     line(path);
-    let run = run_in(path, words("motion line/line.csv -c cal.json"));
-    assert_eq!(
-        (run.code, run.out.lines().count()),
-        (0, 1201),
-        "{}",
-        run.err
-    );
+    let run = ends(path, "motion line/line.csv -c cal.json", 0);
+    assert_eq!(run.out.lines().count(), 1201, "{}", run.err);
     narrow(&run.err);
     // The same into a file, with the summary as JSON.
-    let saved = run_in(
-        path,
-        words("motion line/line.csv -c cal.json -o m.csv --json"),
-    );
+    let saved = ends(path, "motion line/line.csv -c cal.json -o m.csv --json", 0);
     assert!(saved.err.contains("→ m.csv"), "{}", saved.err);
-    assert!(std::fs::read_to_string(path.join("m.csv")).unwrap() == run.out);
+    assert!(read(path, "m.csv") == run.out);
     assert_eq!(saved.json(), motion(path, "line/line.csv -c cal.json", 0));
-    let plain = run_in(path, words("motion line/line.csv --no-bands --quiet"));
+    let plain = ends(path, "motion line/line.csv --no-bands --quiet", 0);
     assert!(plain.err.is_empty());
     assert!(plain.out.lines().next().unwrap().ends_with(",pz_m"));
-    // Read again by our own reader.
-    let line = "inspect m.csv --columns t=t_s,ax=ax_mps2,ay=ay_mps2,az=az_mps2 --json";
-    let again = run_in(path, words(line)).json();
-    assert_eq!(again["recordings"][0]["row_counts"]["rows"], 1200);
+    // Read again by our own reader, which says which of its columns it reads.
+    let again = motion(path, "m.csv -c cal.json", 0);
+    let raw = finding(&again, "several-sensors")["message"].to_string();
+    assert!(raw.contains("raw ones (raw_ax_mps2 …) are read"), "{raw}");
+    assert!(!kinds(&again).contains(&"already-calibrated".to_owned()));
 }
 
 #[test]
@@ -89,7 +80,7 @@ fn the_procedure_of_the_student_report() {
     // Rests by hand, and where it starts.
     let given = motion(path, "line/line.csv --rests 0-4.8,7.2- --p0 1,-2,0.5", 0);
     assert_eq!(given["rests"].as_array().unwrap().len(), 2);
-    close(given["rests"][0]["end_s"].as_f64().unwrap(), 4.8, 0.011);
+    close(number(&given["rests"][0]["end_s"]), 4.8, 0.011);
     close(end(&given)[0], 1.02, 0.1);
     close(end(&given)[1], -1.3, 0.1);
     let thrown = motion(path, "line/line.csv --zero-velocity off --v0 -1,0,0.5", 0);
@@ -104,30 +95,11 @@ fn a_causal_run_has_all_that_the_whole_has() {
     let path = folder.path();
     line(path);
     let call = "motion line/line.csv -c cal.json --causal";
-    let written = format!("{call} -o m.csv --report m.html --json");
-    let run = run_in(path, words(&written));
-    assert_eq!(run.code, 0, "{}", run.err);
-    let table = std::fs::read_to_string(path.join("m.csv")).unwrap();
-    assert_eq!(table.lines().count(), 1201);
-    let end = &run.json()["final"];
-    let p = numbers(&end["position_m"])[1];
-    let sigma = numbers(&end["sigma_m"])[1];
+    let end = json(path, &format!("{call} -o m.csv --report m.html"), 0)["final"].take();
+    assert_eq!(read(path, "m.csv").lines().count(), 1201);
+    let (p, sigma) = (numbers(&end["position_m"])[1], numbers(&end["sigma_m"])[1]);
     assert!((p - 0.7).abs() < 3.0 * sigma, "{p} ± {sigma}");
     assert!(sigma < 0.03, "{sigma}");
-}
-
-#[test]
-fn a_table_of_motion_says_which_of_its_columns_are_read() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    line(path);
-    let make = "motion line/line.csv -c cal.json -o track.csv --quiet";
-    assert_eq!(run_in(path, words(make)).code, 0);
-    let again = motion(path, "track.csv -c cal.json", 0);
-    let raw = finding(&again, "several-sensors")["message"].clone();
-    let raw = raw.as_str().unwrap();
-    assert!(raw.contains("raw ones (raw_ax_mps2 …) are read"), "{raw}");
-    assert!(!kinds(&again).contains(&"already-calibrated".to_owned()));
 }
 
 /// A board whose clock is set in the middle; the search for slow moves once went through all the
@@ -136,18 +108,16 @@ fn a_table_of_motion_says_which_of_its_columns_are_read() {
 fn a_clock_that_is_set_by_thirty_years_is_a_gap() {
     let folder = tempfile::tempdir().unwrap();
     line(folder.path());
-    let text = std::fs::read_to_string(folder.path().join("line/line.csv")).unwrap();
+    let text = read(folder.path(), "line/line.csv");
     let later = |(i, row): (usize, &str)| match row.split_once(',') {
         Some((stamp, rest)) if i > 900 => {
-            format!(
-                "{},{rest}\n",
-                stamp.parse::<u64>().unwrap() + 1_000_000_000_000
-            )
+            let stamp = stamp.parse::<u64>().unwrap() + 1_000_000_000_000;
+            format!("{stamp},{rest}\n")
         }
         _ => format!("{row}\n"),
     };
     let text: String = text.lines().enumerate().map(later).collect();
-    std::fs::write(folder.path().join("set.csv"), text).unwrap();
+    write(folder.path(), "set.csv", &text);
     let result = motion(folder.path(), "set.csv -c cal.json", 0);
     finding(&result, "gap");
 }

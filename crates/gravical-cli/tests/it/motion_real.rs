@@ -16,9 +16,9 @@ fn a_walked_room_closes_beside_the_camera() {
     let c = &result["truth"];
     assert_eq!(c["time_offset_s"], 0.0);
     assert_eq!(c["moves"].as_array().unwrap().len(), 4);
-    close(c["path_m"].as_f64().unwrap(), 36.0, 1.0);
+    close(number(&c["path_m"]), 36.0, 1.0);
     // The camera is level, and its frame is the sensor's at the start.
-    close(c["yaw_deg"].as_f64().unwrap(), 0.0, 3.0);
+    close(number(&c["yaw_deg"]), 0.0, 3.0);
     // Half a minute with turns by 700° in the first, of a sensor that nobody calibrated.
     let bouts = c["moves"].as_array().unwrap().iter();
     for (m, most) in bouts.zip([1.5, 0.7, 0.4, 0.7]) {
@@ -47,32 +47,19 @@ fn a_lift_goes_up_a_skyscraper() {
         .unwrap()
         .iter()
         .filter(|m| m["unusable"].is_null())
-        .max_by_key(|m| (1e3 * m["path_m"].as_f64().unwrap()) as i64)
+        .max_by_key(|m| (1e3 * number(&m["path_m"])) as i64)
         .unwrap();
     // Its owner has 74.3 m and about 4.0 m/s, from other rests; a bias or a scale
     // explains gravity at rest, and the band covers both.
-    close(ride["displacement_m"][2].as_f64().unwrap(), 74.3, 1.0);
-    close(ride["peak_speed_mps"].as_f64().unwrap(), 4.0, 0.12);
-    let sigma = ride["sigma_m"][2].as_f64().unwrap();
+    close(number(&ride["displacement_m"][2]), 74.3, 1.0);
+    close(number(&ride["peak_speed_mps"]), 4.0, 0.12);
+    let sigma = number(&ride["sigma_m"][2]);
     assert!((1.0..6.0).contains(&sigma), "{sigma}");
-    let error = ride["displacement_m"][2].as_f64().unwrap() - 74.3;
+    let error = number(&ride["displacement_m"][2]) - 74.3;
     assert!(error.abs() < 2.0 * sigma, "{error} ± {sigma}");
     for kind in ["no-gyro", "gravity-off"] {
         finding(&result, kind);
     }
-}
-
-#[test]
-fn a_walk_closes_on_the_ground() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let file = data.join("xio-gait/short_walk.csv");
-    let result = motion(folder.path(), &file.display().to_string(), 0);
-    let end = numbers(&result["final"]["position_m"]);
-    assert!(end[0].hypot(end[1]).hypot(end[2]) < 0.25, "{end:?}");
-    let without = format!("{} --stances off", file.display());
-    let drift = numbers(&motion(folder.path(), &without, 0)["final"]["position_m"]);
-    assert!(drift[0].hypot(drift[1]) > 1.0, "{drift:?}");
 }
 
 #[test]

@@ -9,14 +9,12 @@ use crate::support::*;
 
 /// A folder with a line and what it was calibrated with.
 fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let run = run_in(folder.path(), ["demo", "-o", "d", "--json"]);
-    assert_eq!(run.code, 0, "{}", run.err);
+    let folder = demo();
     for (from, to) in [
-        ("line/line.csv", "line.csv"),
-        ("calibration.json", "cal.json"),
+        ("d/line/line.csv", "line.csv"),
+        ("d/calibration.json", "cal.json"),
     ] {
-        fs::copy(folder.path().join("d").join(from), folder.path().join(to)).unwrap();
+        fs::copy(folder.path().join(from), folder.path().join(to)).unwrap();
     }
     folder
 }
@@ -144,8 +142,7 @@ fn what_is_read_is_never_replaced() {
     write(at, "live/session.ndjson", "");
     write(at, "list", "s/x_up.csv\n");
     write(at, "sections.csv", "label,start,end\nx_up,0,100\n");
-    let converted = run_in(at, words("convert line.csv -o s/converted.csv"));
-    assert_eq!(converted.code, 0, "{}", converted.err);
+    ends(at, "convert line.csv -o s/converted.csv", 0);
     for row in READ.lines() {
         let (line, targets) = row.split_once(": ").unwrap();
         // `live` replaces nothing.
@@ -211,39 +208,10 @@ fn results_in_an_input_folder_are_replaced_with_force() {
         fs::copy(at.join("cal.json"), at.join("s/sensor.json")).unwrap();
         fs::copy(at.join("d/poses/poses.csv"), at.join("s/poses.csv")).unwrap();
         for (force, code) in [("", 0), ("", 2), (" --force", 0)] {
-            let run = run_in(at, words(&format!("{line}{force}")));
-            assert_eq!(run.code, code, "{line}{force}: {}", run.err);
+            let run = ends(at, &format!("{line}{force}"), code);
             assert_eq!(run.err.contains("code: exists"), code == 2, "{}", run.err);
         }
         fs::remove_dir_all(at.join("s")).unwrap();
-    }
-}
-
-#[test]
-fn a_line_breaks_where_samples_are_missing() {
-    let folder = folder();
-    let at = folder.path();
-    let text = fs::read_to_string(at.join("line.csv")).unwrap();
-    // A second at rest is gone.
-    let kept: Vec<&str> = text
-        .lines()
-        .enumerate()
-        .filter(|(i, _)| !(200..300).contains(i))
-        .map(|(_, l)| l)
-        .collect();
-    fs::write(at.join("gap.csv"), kept.join("\n")).unwrap();
-    let run = run_in(
-        at,
-        words("motion gap.csv -c cal.json --figures f --report r.html --json --quiet"),
-    );
-    assert_eq!(run.code, 0, "{}", run.err);
-    for name in ["acceleration", "velocity", "position"] {
-        let svg = fs::read_to_string(at.join(format!("f/{name}.svg"))).unwrap();
-        let series = "data-name=\"calibrated\" data-mark=\"line\"";
-        let (_, own) = svg.split_once(series).unwrap();
-        let (_, path) = own.split_once(" d=\"").unwrap();
-        let (path, _) = path.split_once('"').unwrap();
-        assert_eq!(path.matches('M').count(), 2, "{name}: one break");
     }
 }
 
@@ -272,15 +240,12 @@ fn a_pipe_and_a_device_take_what_a_file_takes() {
                 .unwrap();
             text
         });
-        let run = run_in(at, words(&format!("{line} -o pipe")));
-        assert_eq!(run.code, 0, "{line}: {}", run.err);
+        ends(at, &format!("{line} -o pipe"), 0);
         let through = reader.join().unwrap();
-        let run = run_in(at, words(&format!("{line} -o /dev/stdout")));
-        assert_eq!(run.code, 0, "{line}: {}", run.err);
+        let run = ends(at, &format!("{line} -o /dev/stdout"), 0);
         let first = |text: &str| text.lines().next().unwrap().to_owned();
         assert!(run.out.starts_with(&first(&through)), "{line}: {}", run.out);
-        let run = run_in(at, words(&format!("{line} -o /dev/null")));
-        assert_eq!(run.code, 0, "{line}: {}", run.err);
+        ends(at, &format!("{line} -o /dev/null"), 0);
     }
     assert!(Path::new("/dev/null").exists());
 }

@@ -1,7 +1,10 @@
-//! `--report`: where it goes, and what it leaves alone. What is in it is held against the
-//! JSON by the library's tests and by `tests/browser`.
+//! `--report`: where it goes, what it leaves alone, and the files that it names. What else is in it is tested
+//! in `gravical-report` and by `tests/browser`.
+
+use std::path::Path;
 
 use gravical::calibration_file::{InputFile, InputRole};
+use serde_json::Value;
 
 use crate::support::*;
 
@@ -26,16 +29,13 @@ fn files(page: &str) -> Vec<[String; 3]> {
         .collect()
 }
 
-fn sha256(path: &std::path::Path) -> String {
-    let bytes = std::fs::read(path).unwrap();
-    InputFile::read(path, InputRole::Other, |b| {
-        assert_eq!(b, bytes);
-        Ok(())
+/// Name, role and SHA-256 of files of the folder.
+fn of_folder<const N: usize>(folder: &Path, names: [(&str, &str); N]) -> [[String; 3]; N] {
+    names.map(|(name, role)| {
+        let file = InputFile::read(&folder.join(name), InputRole::Other, |_| Ok(()));
+        let sum = file.unwrap().1.sha256.unwrap();
+        [name.to_owned(), role.to_owned(), sum]
     })
-    .unwrap()
-    .1
-    .sha256
-    .unwrap()
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn a_motion_names_and_sums_everything_that_went_in() {
     let path = folder.path();
     crate::motion::line(path);
     // The gyroscope in a file of its own, and poses of its own moves.
-    let all = std::fs::read_to_string(path.join("line/line.csv")).unwrap();
+    let all = read(path, "line/line.csv");
     let pick = |columns: &[usize]| -> String {
         let rows = all.lines().filter(|l| !l.starts_with('#'));
         rows.map(|l| {
@@ -68,108 +68,46 @@ fn a_motion_names_and_sums_everything_that_went_in() {
         "truth.csv",
         &format!("t_s,px_m,py_m,pz_m\n{}", rows.collect::<String>()),
     );
-    let run = run_in(
-        path,
-        words(
-            "motion accel.csv --gyro gyro.csv -c cal.json --truth truth.csv --report r.html --json",
-        ),
-    );
-    assert_eq!(run.code, 0, "{}", run.err);
-    let page = std::fs::read_to_string(path.join("r.html")).unwrap();
+    let inputs = "accel.csv --gyro gyro.csv -c cal.json --truth truth.csv";
+    json(path, &format!("motion {inputs} --report r.html"), 0);
     let wanted = [
         ("accel.csv", "recording"),
         ("gyro.csv", "gyroscope"),
         ("cal.json", "calibration"),
         ("truth.csv", "reference"),
-    ]
-    .map(|(name, role)| [name.to_owned(), role.to_owned(), sha256(&path.join(name))]);
-    assert_eq!(files(&page), wanted);
-    // The reference may stand in the recording itself.
-    let both = pick(&[0, 1, 2, 3, 1, 2, 3]).replacen(
-        "aX (m/s^2),aY (m/s^2),aZ (m/s^2)\n",
-        "px_m,py_m,pz_m\n",
-        1,
-    );
-    write(path, "both.csv", &both);
-    let run = run_in(
-        path,
-        words("motion both.csv --truth both.csv --report b.html --json"),
-    );
-    assert!(run.code == 0 || run.code == 4, "{}{}", run.out, run.err);
-    let page = std::fs::read_to_string(path.join("b.html")).unwrap();
-    let sum = sha256(&path.join("both.csv"));
-    let row = |role: &str| ["both.csv".to_owned(), role.to_owned(), sum.clone()];
-    assert_eq!(files(&page), [row("recording"), row("reference")]);
+    ];
+    assert_eq!(files(&read(path, "r.html")), of_folder(path, wanted));
 }
 
 #[test]
 fn a_calibration_names_and_sums_everything_that_went_in() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let made = run_in(
-        path,
-        words("simulate static -o soak --soak 45,5 --duration 300 --rate 50 --quiet"),
-    );
-    assert_eq!(made.code, 0, "{}", made.err);
-    let mut session = String::from("t_ms,ax,ay,az\n");
-    let mut list = String::from("label,start,end\n");
-    let sensor = Sensor::default();
-    for (i, (name, up)) in FACES.iter().enumerate() {
-        let text = sensor.file(*up, 300, 100 + i as u64);
-        let rows: Vec<&str> = text
-            .lines()
-            .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
-            .collect();
-        list.push_str(&format!("{name},{},{}\n", 300 * i, 300 * (i + 1)));
-        for (k, row) in rows.iter().enumerate() {
-            let cells: Vec<&str> = row.split(',').collect();
-            session.push_str(&format!(
-                "{},{}\n",
-                10 * (300 * i + k),
-                cells[1..4].join(",")
-            ));
-        }
-    }
-    write(path, "session.csv", &session);
-    write(path, "list.csv", &list);
-    let run = run_in(
-        path,
-        words(
-            "calibrate session.csv --sections list.csv --thermal soak/static.csv --report r.html -o cal.json --json",
-        ),
-    );
+    let soak = "simulate static -o soak --soak 45,5 --duration 300 --rate 50 --quiet";
+    ends(path, soak, 0);
+    crate::bad_input::one_file(path, false);
+    let inputs = "session.csv --rate 100 --sections list.csv --thermal soak/static.csv";
+    let line = format!("calibrate {inputs} --report r.html --json");
+    let run = run_in(path, words(&line));
     assert!(run.code == 0 || run.code == 4, "{}{}", run.out, run.err);
     let file = run.calibration();
-    let wanted = [
-        ("session.csv", "recording"),
-        ("list.csv", "sections"),
-        ("soak/static.csv", "soak"),
-    ];
-    for (input, (name, role)) in file["inputs"].as_array().unwrap().iter().zip(wanted) {
-        assert_eq!(
-            (&input["path"], &input["role"]),
-            (&name.into(), &role.into())
-        );
-        assert_eq!(input["sha256"], sha256(&path.join(name)));
-    }
-    assert_eq!(file["inputs"].as_array().unwrap().len(), 3);
+    let wanted = of_folder(
+        path,
+        [
+            ("session.csv", "recording"),
+            ("list.csv", "sections"),
+            ("soak/static.csv", "soak"),
+        ],
+    );
+    let said = file["inputs"].as_array().unwrap().iter();
+    let said = said.map(|input| ["path", "role", "sha256"].map(|key| input[key].clone()));
+    let wanted_values = wanted.clone().map(|row| row.map(Value::from));
+    assert_eq!(said.collect::<Vec<_>>(), wanted_values);
     assert_eq!(file["temperature_model"]["inputs"][0]["role"], "soak");
-    let page = std::fs::read_to_string(path.join("r.html")).unwrap();
-    let shown =
-        wanted.map(|(name, role)| [name.to_owned(), role.to_owned(), sha256(&path.join(name))]);
-    assert_eq!(files(&page), shown);
+    let page = read(path, "r.html");
+    assert_eq!(files(&page), wanted);
     // A list and a soak are no recordings of the session.
     assert!(page.contains("<title>Calibration of session.csv"));
-
-    // The same list beside another recording: nothing of the data is shared.
-    write(path, "other.csv", &session.replacen("t_ms", "time_ms", 1));
-    let run = run_in(
-        path,
-        words("calibrate other.csv --sections list.csv --prior off -o other.json --json"),
-    );
-    assert!(run.code == 0 || run.code == 4, "{}{}", run.out, run.err);
-    let run = run_in(path, words("compare cal.json other.json --json"));
-    assert!(!run.out.contains("same-recordings"), "{}", run.out);
 }
 
 /// Every verb that has a document writes it in both forms.
@@ -191,18 +129,10 @@ fn every_verb_reports() {
             let name = format!("report{i}.{ending}");
             let line = format!("{line} --report {name} --force --json");
             let run = run_in(path, words(&line));
-            assert!(
-                run.code == 0 || run.code == 4,
-                "{line}{}{}",
-                run.out,
-                run.err
-            );
-            let text = std::fs::read_to_string(path.join(&name)).unwrap();
-            assert!(
-                text.contains("line.csv")
-                    || text.contains("cal.json")
-                    || text.contains("poses.csv")
-            );
+            assert!([0, 4].contains(&run.code), "{line}{}{}", run.out, run.err);
+            let text = read(path, &name);
+            let inputs = ["line.csv", "cal.json", "poses.csv"];
+            assert!(inputs.iter().any(|input| text.contains(input)), "{line}");
             assert!(text.contains(&format!("report{i}")), "its command: {line}");
             // Every figure that Markdown links to is there.
             for link in text.split("](<").skip(1).filter(|_| ending == "md") {
@@ -218,14 +148,11 @@ fn every_verb_reports() {
     let line = "check cal.json line/line.csv --report report4.md --force";
     assert!([0, 4].contains(&run_in(path, words(line)).code));
     assert!(!path.join("report4_figures").exists());
-    let two = run_in(
-        path,
-        words("inspect line/line.csv poses/poses.csv --report two.md --json"),
-    );
-    assert_eq!((two.code, two.error_code().as_str()), (2, "report-of-one"));
+    let two = "inspect line/line.csv poses/poses.csv --report two.md";
+    fails(path, two, 2, "report-of-one");
     // Other files of the folder stay.
-    std::fs::write(path.join("report5_figures/notes.txt"), "mine").unwrap();
-    let line = "motion line/line.csv -o n.csv --report report5.md --force --json";
+    write(path, "report5_figures/notes.txt", "mine");
+    let line = "motion line/line.csv -o n.csv --report report5.md --force";
     assert!([0, 4].contains(&run_in(path, words(line)).code));
     assert!(path.join("report5_figures/notes.txt").exists());
 }

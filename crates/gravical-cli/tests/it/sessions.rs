@@ -33,9 +33,10 @@ fn only<'a>(value: &'a Value, kind: &str) -> (&'a str, &'a str) {
 
 /// The call is refused with this code; the message.
 fn refused(folder: &Path, line: &str, code: &str) -> String {
-    let run = run_in(folder, words(&format!("{line} --json")));
-    assert_eq!((run.code, run.error_code().as_str()), (3, code), "{line}");
-    run.json()["message"].as_str().unwrap().to_owned()
+    fails(folder, line, 3, code)["message"]
+        .as_str()
+        .unwrap()
+        .to_owned()
 }
 
 /// The names of the files fit what was up.
@@ -64,10 +65,7 @@ fn acceleration_without_gravity_is_left_out_beside_that_with_it() {
         "{why}"
     );
     // Alone it is refused.
-    assert_eq!(
-        run_in(at, words("calibrate LinearAcceleration.csv")).code,
-        3
-    );
+    ends(at, "calibrate LinearAcceleration.csv", 3);
 }
 
 #[test]
@@ -75,14 +73,14 @@ fn serial_numbers_go_into_the_calibration_and_two_are_no_session() {
     let folder = six_files(&Sensor::default());
     let at = folder.path();
     let name = |file: &str, serial: &str| {
-        let text = std::fs::read_to_string(at.join(file)).unwrap();
-        write(at, file, &format!("Serial Number: {serial}\n{text}"));
+        let text = format!("Serial Number: {serial}\n{}", read(at, file));
+        write(at, file, &text);
     };
     name("x_axis_pos.csv", "MOS2D12345678");
     name("y_axis_pos.csv", "MOS2D12345678");
     let file = calibrate(at, ". --gravity 9.81", 0);
     assert_eq!(file["sensor"]["id"], "MOS2D12345678");
-    let seen = run_in(at, words("inspect x_axis_pos.csv --json")).json();
+    let seen = json(at, "inspect x_axis_pos.csv", 0);
     assert_eq!(seen["recordings"][0]["serial"], "MOS2D12345678");
 
     name("z_axis_pos.csv", "MOS2D999");
@@ -117,28 +115,25 @@ fn what_else_is_in_a_folder_costs_nothing() {
     let names = FACES.map(|(name, _)| format!("{name}.csv")).join(" ");
     let listed = calibrate(at, &format!("{names} gyro.csv --gravity 9.81"), 0);
     only(&listed, "gyro-left-out");
-    let seen = run_in(at, words("inspect . --json")).json();
+    let seen = json(at, "inspect .", 0);
     assert_eq!(seen["recordings"].as_array().unwrap().len(), 6);
 }
 
 #[test]
 fn the_gyroscope_of_the_only_recording_is_joined() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = six_files(&Sensor::default());
     let at = folder.path();
-    write(
-        at,
-        "session.csv",
-        &Sensor::default().file(FACES[4].1, 500, 3),
-    );
-    write(at, "gyro.csv", &gyroscope(500, 0));
+    calibrate(at, ". --gravity 9.81 -o cal.json", 0);
+    std::fs::create_dir(at.join("one")).unwrap();
+    let session = Sensor::default().file(FACES[4].1, 500, 3);
+    write(at, "one/session.csv", &session);
+    write(at, "one/gyro.csv", &gyroscope(500, 0));
     // One placement is too few, whatever the gyroscope is.
-    refused(at, "calibrate .", "underdetermined");
-    let cal = six_files(&Sensor::default());
-    calibrate(cal.path(), ". --gravity 9.81 -o cal.json", 0);
-    let line = format!("check {} . --json", cal.path().join("cal.json").display());
-    only(&run_in(at, words(&line)).json(), "gyro-joined");
-    write(at, "gyro.csv", &gyroscope(500, 900_000));
-    let apart = run_in(at, words(&line)).json();
+    refused(at, "calibrate one", "underdetermined");
+    let checked = || run_in(at, words("check cal.json one --json")).json();
+    only(&checked(), "gyro-joined");
+    write(at, "one/gyro.csv", &gyroscope(500, 900_000));
+    let apart = checked();
     let (file, why) = only(&apart, "gyro-left-out");
     assert!(
         file.ends_with("gyro.csv") && why.contains("session.csv"),
@@ -146,8 +141,9 @@ fn the_gyroscope_of_the_only_recording_is_joined() {
     );
 }
 
+/// Signs of a phone, and a board that lies turned in its case: the axes that are printed mend both.
 #[test]
-fn a_session_with_the_signs_of_a_phone_is_mended_by_the_axes_that_it_names() {
+fn names_that_do_not_fit_are_mended_by_the_axes_that_are_printed() {
     let sensor = Sensor::default();
     let phone = Sensor {
         matrix: sensor.matrix.map(|row| row.map(|v| -v)),
@@ -160,32 +156,37 @@ fn a_session_with_the_signs_of_a_phone_is_mended_by_the_axes_that_it_names() {
     let mended = calibrate(at, ". --gravity 9.81 --axes -x,-y,-z -o cal.json", 0);
     names_fit(&mended);
     // What points up reads +g now.
-    let run = run_in(at, words("apply cal.json z_axis_pos.csv -o up.csv"));
-    assert_eq!(run.code, 0, "{}", run.err);
-    let up = std::fs::read_to_string(at.join("up.csv")).unwrap();
-    let z = up.lines().nth(1).unwrap().split(',').nth(3).unwrap();
-    close(z.parse().unwrap(), 9.81, 0.2);
+    ends(at, "apply cal.json z_axis_pos.csv -o up.csv", 0);
+    let z = read(at, "up.csv")
+        .lines()
+        .nth(1)
+        .unwrap()
+        .split(',')
+        .nth(3)
+        .map(str::parse::<f64>);
+    close(z.unwrap().unwrap(), 9.81, 0.2);
     let bias = numbers(&mended["accelerometer"]["bias"]);
     for (found, put) in bias.iter().zip(phone.bias) {
         close(*found, put, 0.01);
     }
-}
 
-#[test]
-fn names_of_a_turned_board_are_explained_by_the_axes_that_are_printed() {
     // What is called x lies along the board's y, and y along its −x.
-    let folder = six_files(&Sensor::default());
+    let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    for (from, to) in [
-        ("x_axis_pos", "1"),
-        ("x_axis_neg", "2"),
-        ("y_axis_pos", "x_axis_pos"),
-        ("y_axis_neg", "x_axis_neg"),
-        ("1", "y_axis_neg"),
-        ("2", "y_axis_pos"),
-    ] {
-        let path = |name: &str| at.join(format!("{name}.csv"));
-        std::fs::rename(path(from), path(to)).unwrap();
+    let called = [
+        "y_axis_neg",
+        "y_axis_pos",
+        "x_axis_pos",
+        "x_axis_neg",
+        "z_axis_pos",
+        "z_axis_neg",
+    ];
+    for (name, (i, (_, up))) in called.iter().zip(FACES.iter().enumerate()) {
+        write(
+            at,
+            &format!("{name}.csv"),
+            &sensor.file(*up, 500, 100 + i as u64),
+        );
     }
     let file = calibrate(at, ". --gravity 9.81", 0);
     let (_, note) = only(&file, "names-turned");
@@ -237,41 +238,12 @@ fn the_recording_of_another_sensor_is_named() {
     let at = folder.path();
     for (seed, name) in [(1, "a"), (2, "b"), (1, "c")] {
         let line = format!("simulate poses -o {name} --seed {seed} --hold 2 --free 4 -q");
-        assert_eq!(run_in(at, words(&line)).code, 0);
+        ends(at, &line, 0);
     }
     let said = refused(at, "calibrate a/poses.csv b/poses.csv", "sensors-differ");
     assert!(said.contains("b/poses.csv"), "{said}");
     // One sensor twice.
     run_in(at, words("calibrate a/poses.csv c/poses.csv --json")).calibration();
-}
-
-/// Findings of a kind: file and message of each.
-fn reported<'a>(value: &'a serde_json::Value, kind: &str) -> Vec<(&'a str, &'a str)> {
-    let all = value["findings"].as_array().unwrap().iter();
-    all.filter(|f| f["kind"] == kind)
-        .map(|f| {
-            (
-                f["file"].as_str().unwrap_or(""),
-                f["message"].as_str().unwrap(),
-            )
-        })
-        .collect()
-}
-
-#[test]
-fn a_file_per_axis_may_hold_its_two_poses() {
-    let sensor = Sensor::default();
-    let folder = tempfile::tempdir().unwrap();
-    let names = ["accel_x.csv", "accel_y.csv", "accel_z.csv"];
-    write(folder.path(), "gyro.csv", &gyroscope(500, 0));
-    for (axis, name) in names.iter().enumerate() {
-        let hold = |up: usize| sensor.file(FACES[2 * axis + up].1, 500, (7 * axis + up) as u64);
-        let second = hold(1);
-        let second = second.split_once('\n').unwrap().1;
-        write(folder.path(), name, &format!("{}\n\n{second}", hold(0)));
-    }
-    let file = calibrate(folder.path(), ". --gravity 9.81", 0);
-    assert_eq!(faces(&file).len(), 6);
 }
 
 #[test]
@@ -303,77 +275,50 @@ fn a_file_per_channel_is_one_recording_of_three() {
         write(with_gyro.path(), &format!("gyr_{letter}.csv"), &text);
     }
     let named = "accel_X.txt accel_Y.txt accel_Z.txt";
-    let mut files = vec![
-        calibrate(
-            plain.path(),
-            &format!("{named} --rate 100 --gravity 9.81"),
-            0,
-        ),
-        calibrate(plain.path(), ". --rate 100 --gravity 9.81", 0),
-        calibrate(plain.path(), "accel_[XYZ].txt --rate 100 --gravity 9.81", 0),
-        calibrate(with_gyro.path(), ". --gravity 9.81 -o cal.json", 0),
-    ];
-    let joined = files.pop().unwrap();
-    assert_eq!(reported(&joined, "gyro-joined").len(), 1, "{joined}");
+    let joined = calibrate(with_gyro.path(), ". --gravity 9.81 -o cal.json", 0);
+    only(&joined, "gyro-joined");
     assert!(joined["gyroscope"].is_object(), "{joined}");
-    for file in files {
+    let found = numbers(&joined["accelerometer"]["bias"]);
+    for files in [named, ".", "accel_[XYZ].txt"] {
+        let line = format!("{files} --rate 100 --gravity 9.81");
+        let file = calibrate(plain.path(), &line, 0);
         assert_eq!(faces(&file).len(), 6, "{file}");
+        let bias = numbers(&file["accelerometer"]["bias"]);
         for i in 0..3 {
-            let bias = numbers(&file["accelerometer"]["bias"])[i];
-            close(bias, sensor.bias[i], 0.02);
-            close(numbers(&joined["accelerometer"]["bias"])[i], bias, 1e-3);
+            close(bias[i], sensor.bias[i], 0.02);
+            close(found[i], bias[i], 1e-3);
         }
     }
-    let seen = run_in(plain.path(), words(&format!("inspect {named} --json"))).json();
+    let seen = json(plain.path(), &format!("inspect {named}"), 0);
     assert_eq!(seen["recordings"].as_array().unwrap().len(), 1, "{seen}");
 
     // A verb of one recording refuses one channel with a hint that works.
-    let refused = run_in(
-        with_gyro.path(),
-        words("apply cal.json acc_X.csv --json -o out.csv"),
-    );
-    assert_eq!(
-        (refused.code, refused.error_code().as_str()),
-        (3, "no-rows")
-    );
-    let hint = refused.json()["hint"].as_str().unwrap().to_owned();
+    let apply = |file: &str| format!("apply cal.json {file} -o out.csv");
+    let error = fails(with_gyro.path(), &apply("acc_X.csv"), 3, "no-rows");
+    let hint = error["hint"].as_str().unwrap();
     assert!(hint.contains("\"acc_[XYZ].csv\""), "{hint}");
-    let run = run_in(
-        with_gyro.path(),
-        words("apply cal.json acc_[XYZ].csv -o out.csv"),
-    );
-    assert_eq!(run.code, 0, "{}", run.err);
+    ends(with_gyro.path(), &apply("acc_[XYZ].csv"), 0);
 
     write(plain.path(), "accel_Y.txt", "0.1\n0.2\n0.1\n");
-    let error = run_in(plain.path(), words(&format!("calibrate {named} --json")));
-    assert_eq!(
-        (error.code, error.error_code().as_str()),
-        (3, "axes-differ")
-    );
-    let message = error.json()["message"].as_str().unwrap().to_owned();
-    assert!(message.contains("accel_Y.txt has 3 rows"), "{message}");
+    let said = refused(plain.path(), &format!("calibrate {named}"), "axes-differ");
+    assert!(said.contains("accel_Y.txt has 3 rows"), "{said}");
 }
 
 /// What shakes throughout has no rest, however quiet its quietest part is beside the others.
 #[test]
 fn a_walk_is_never_at_rest_and_is_told_why() {
     let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
     let mut walk = "t_ms,ax,ay,az\n".to_owned();
     for i in 0..1000 {
         let step = 2.0 * (0.7 * f64::from(i)).sin();
         walk += &format!("{},{:.3},0.1,{:.3}\n", 10 * i, 0.5 * step, 9.81 + step);
     }
-    write(folder.path(), "walk.csv", &walk);
+    write(at, "walk.csv", &walk);
     let why = "where it is quietest each axis moves by 0.9 m/s² rms, at rest by less than 0.3";
-    let run = run_in(folder.path(), words("calibrate walk.csv --json"));
-    assert_eq!(run.error_code(), "never-static");
-    let message = run.json()["message"].as_str().unwrap().to_owned();
-    assert!(message.contains(why), "{message}");
-    let looked = run_in(folder.path(), words("inspect walk.csv --json")).json();
-    let mut findings = looked["recordings"][0]["findings"]
-        .as_array()
-        .unwrap()
-        .iter();
-    let said = findings.find(|f| f["kind"] == "never-static").unwrap();
-    assert!(said["message"].as_str().unwrap().contains(why), "{said}");
+    let said = refused(at, "calibrate walk.csv", "never-static");
+    assert!(said.contains(why), "{said}");
+    let looked = json(at, "inspect walk.csv", 0);
+    let (_, said) = only(&looked["recordings"][0], "never-static");
+    assert!(said.contains(why), "{said}");
 }

@@ -4,25 +4,11 @@ use std::process::{Command, Stdio};
 
 use crate::support::*;
 
-const VERBS: [&str; 12] = [
-    "inspect",
-    "calibrate",
-    "apply",
-    "denoise",
-    "convert",
-    "motion",
-    "check",
-    "compare",
-    "export",
-    "simulate",
-    "completions",
-    "man",
-];
-
 #[test]
 fn help_of_the_program_and_of_every_verb() {
     let all = run(["--help"]).out;
-    for verb in VERBS {
+    let verbs = "inspect calibrate apply denoise convert motion check compare export simulate completions man";
+    for verb in verbs.split(' ') {
         assert!(all.contains(verb), "{verb} in\n{all}");
         let help = run([verb, "--help"]).out;
         assert!(help.contains("Usage: gravical"), "{verb}: {help}");
@@ -43,37 +29,24 @@ fn completions_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let run = run(["completions", shell]);
         assert_eq!(run.code, 0, "{shell}");
-        for verb in ["calibrate", "check", "compare"] {
-            assert!(run.out.contains(verb), "{verb} in {shell}");
+        for word in ["calibrate", "check", "compare", "pose-tilt"] {
+            assert!(run.out.contains(word), "{word} in {shell}");
         }
-        assert!(run.out.contains("pose-tilt"), "{shell}");
     }
     assert_eq!(run(["completions", "tcsh"]).code, 2);
 }
 
 #[test]
 fn the_manual_as_pages() {
-    let main = run(["man"]);
-    assert_eq!(main.code, 0);
-    assert!(main.out.contains(".TH gravical 1"), "{}", &main.out[..200]);
     let folder = tempfile::tempdir().unwrap();
-    let run = run_in(folder.path(), ["man", "-o", "pages"]);
-    assert_eq!(run.code, 0, "{}", run.err);
-    for page in [
-        "gravical.1",
-        "gravical-calibrate.1",
-        "gravical-check.1",
-        "gravical-compare.1",
-        "gravical-inspect.1",
-    ] {
-        let text = std::fs::read_to_string(folder.path().join("pages").join(page)).unwrap();
+    let main = ends(folder.path(), "man", 0).out;
+    assert!(main.contains(".TH gravical 1"), "{}", &main[..200]);
+    ends(folder.path(), "man -o pages", 0);
+    for page in ["gravical.1", "gravical-calibrate.1", "gravical-inspect.1"] {
+        let text = read(&folder.path().join("pages"), page);
         assert!(text.contains(".SH"), "{page}");
     }
-    assert_eq!(
-        run_in(folder.path(), ["man", "-o", "pages"]).code,
-        2,
-        "kept"
-    );
+    ends(folder.path(), "man -o pages", 2);
 }
 
 #[test]
@@ -100,15 +73,10 @@ fn a_pipe_that_is_closed_is_no_error() {
 #[test]
 fn quiet_is_quiet_and_messages_stay_off_stdout() {
     let folder = six_files(&Sensor::default());
-    let run = run_in(
-        folder.path(),
-        words("calibrate . --gravity 9.81 --quiet -o cal.json"),
-    );
-    assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (0, "", ""));
-    let run = run_in(
-        folder.path(),
-        words("simulate static --duration 1 -o s --json"),
-    );
+    let quiet = "calibrate . --gravity 9.81 --quiet -o cal.json";
+    let run = ends(folder.path(), quiet, 0);
+    assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
+    let run = ends(folder.path(), "simulate static --duration 1 -o s --json", 0);
     assert_eq!(run.json()["format"], "gravical-truth/1");
     assert!(run.err.contains("wrote"), "{}", run.err);
 }
@@ -118,12 +86,10 @@ fn several_files_are_inspected_even_when_one_is_broken() {
     let folder = six_files(&Sensor::default());
     write(folder.path(), "broken.csv", "");
     let line = "inspect x_axis_pos.csv broken.csv z_axis_neg.csv";
-    let text = run_in(folder.path(), words(line));
-    assert_eq!(text.code, 3);
+    let text = ends(folder.path(), line, 3);
     assert!(text.out.contains("x_axis_pos.csv") && text.out.contains("z_axis_neg.csv"));
     assert!(text.err.contains("empty-file"), "{}", text.err);
-    let json = run_in(folder.path(), words(&format!("{line} --json")));
-    assert_eq!(json.code, 3);
-    assert_eq!(json.json()["recordings"].as_array().unwrap().len(), 2);
-    assert_eq!(json.json()["errors"][0]["code"], "empty-file");
+    let json = json(folder.path(), line, 3);
+    assert_eq!(json["recordings"].as_array().unwrap().len(), 2);
+    assert_eq!(json["errors"][0]["code"], "empty-file");
 }

@@ -62,18 +62,51 @@ impl Run {
         }
         value
     }
+}
 
-    /// `code` of an error as JSON.
-    pub fn error_code(&self) -> String {
-        self.json()["code"].as_str().unwrap().to_owned()
-    }
+/// Runs the words of `line`; the exit code has to be `code`.
+pub fn ends(folder: &Path, line: &str, code: i32) -> Run {
+    let run = run_in(folder, words(line));
+    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
+    run
+}
+
+/// The same with `--json`: what is printed.
+pub fn json(folder: &Path, line: &str, code: i32) -> Value {
+    ends(folder, &format!("{line} --json"), code).json()
+}
+
+/// The call is refused with this exit code and code; the error.
+pub fn fails(folder: &Path, line: &str, exit: i32, code: &str) -> Value {
+    let error = json(folder, line, exit);
+    assert_eq!(error["code"], code, "{line}\n{error}");
+    error
 }
 
 /// `calibrate … --json` of words; the exit code has to be `code`.
 pub fn calibrate(folder: &Path, line: &str, code: i32) -> Value {
-    let run = run_in(folder, words(&format!("calibrate {line} --json")));
-    assert_eq!(run.code, code, "{line}\n{}{}", run.out, run.err);
-    run.calibration()
+    ends(folder, &format!("calibrate {line} --json"), code).calibration()
+}
+
+pub fn read(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+/// What is in a folder, in order.
+pub fn listed(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// A folder with the files of `gravical demo` in `d`.
+pub fn demo() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    ends(folder.path(), "demo -o d --json", 0);
+    folder
 }
 
 /// The folder with real recordings; says that a test is skipped without it.
@@ -91,10 +124,14 @@ pub fn data() -> Option<PathBuf> {
     Some(folder)
 }
 
+pub fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
 pub fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(list) => list.iter().flat_map(numbers).collect(),
-        other => vec![other.as_f64().unwrap_or_else(|| panic!("{other}"))],
+        other => vec![number(other)],
     }
 }
 

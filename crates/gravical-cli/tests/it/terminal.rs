@@ -25,10 +25,8 @@ fn too_wide(text: &str, path: &Path) -> Vec<String> {
 
 #[test]
 fn eighty_columns_whatever_the_example() {
-    let examples = files(Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../examples"
-    )));
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    let examples = files(&folder);
     assert!(examples.len() >= 7);
     within_eighty_columns(&examples);
 }
@@ -94,16 +92,9 @@ fn on_screen(
     reader.join().unwrap()
 }
 
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let made = run_in(folder.path(), ["demo", "-o", "d", "--json"]);
-    assert_eq!(made.code, 0, "{}", made.err);
-    folder
-}
-
 #[test]
 fn a_terminal_gets_a_table_only_when_it_is_asked_for() {
-    let folder = folder();
+    let folder = demo();
     for (verb, column) in [
         ("apply d/calibration.json d/line/line.csv", "ax_mps2"),
         ("denoise d/line/line.csv --filter savgol:5,2", "aX ("),
@@ -111,27 +102,20 @@ fn a_terminal_gets_a_table_only_when_it_is_asked_for() {
         ("motion d/line/line.csv --causal", "px_m"),
     ] {
         let text = on_screen(folder.path(), verb, |_| {});
-        assert!(text.contains("rows") && text.lines().count() < 80, "{text}");
-        assert!(
-            text.contains("No table was written: -o FILE"),
-            "{verb}: {text}"
-        );
+        let said = text.contains("rows") && text.contains("No table was written: -o FILE");
+        assert!(said && text.lines().count() < 80, "{verb}: {text}");
         let text = on_screen(folder.path(), &format!("{verb} -o -"), |_| {});
-        assert!(
-            text.contains(column) && text.lines().count() > 500,
-            "{verb}"
-        );
+        let is_table = text.contains(column) && text.lines().count() > 500;
+        assert!(is_table, "{verb}");
         let json = on_screen(folder.path(), &format!("{verb} --json -q"), |_| {});
-        assert!(
-            serde_json::from_str::<serde_json::Value>(&json).is_ok(),
-            "{verb}: {json}"
-        );
+        let parsed: Result<serde_json::Value, _> = serde_json::from_str(&json);
+        assert!(parsed.is_ok(), "{verb}: {json}");
     }
 }
 
 #[test]
 fn what_takes_longer_than_a_second_has_a_progress_bar() {
-    let folder = folder();
+    let folder = demo();
     let recording = std::fs::read(folder.path().join("d/line/line.csv")).unwrap();
     let slow = |input: &mut std::process::ChildStdin| {
         let (early, late) = recording.split_at(recording.len() / 2);

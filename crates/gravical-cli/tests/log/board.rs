@@ -9,6 +9,8 @@ use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
+use crate::logger::Logger;
+
 pub const SETTINGS: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
 pub const HEADER: &str =
     "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)\n";
@@ -62,6 +64,12 @@ impl Board {
 
     pub fn port(&self) -> String {
         self.link.display().to_string()
+    }
+
+    /// `gravical log` at its port, in the folder of the board.
+    pub fn log(&self, options: &str) -> Logger {
+        let line = format!("log {options} --port {}", self.port());
+        Logger::start(self.link.parent().unwrap(), &line)
     }
 
     pub fn plug_in(&mut self) {

@@ -3,7 +3,7 @@
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::board::{Board, SETTINGS};
+use crate::board::Board;
 use crate::logger::{Logger, run};
 
 /// Unit, rate and findings of the event `ended` are those of `inspect`.
@@ -32,8 +32,7 @@ fn faulty(board: &mut Board, rows: u64) {
 fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let line = format!("log -o x.csv --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("-o x.csv --json");
     board.greet();
     faulty(&mut board, 300);
     let live = log.wait_for("finding");
@@ -53,40 +52,13 @@ fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     assert_eq!(log.count(&live), 1);
 
     // A part that is added is in the findings of the whole file, and the summary is for people.
-    let line = format!("log -o x.csv --append --rows 200 --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("-o x.csv --append --rows 200");
     board.greet();
     faulty(&mut board, 200);
     let (code, text) = log.ended_text();
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("accelerometer in m/s², 100.00 Hz"), "{text}");
     assert!(text.contains("! frozen-axis: ay keeps exactly"), "{text}");
-}
-
-#[test]
-fn counts_and_their_range() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let line = format!("log -o x.csv --json --rows 400 --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
-    let settings = SETTINGS.replace("format 0", "format 1");
-    board.say(&format!(
-        "{settings}Timestamp (ms),ax,ay,az,temp,gx,gy,gz\n"
-    ));
-    for i in 0..400_u64 {
-        let noise = i * 7919 % 61;
-        board.say(&format!(
-            "{},{noise},{},{},-3740,{noise},7,{}\n",
-            10 * i,
-            70 - noise,
-            16384 - noise,
-            noise * 2
-        ));
-    }
-    let (code, ended) = log.ended();
-    let lsb_per_g = &ended["inspection"]["accelerometer"]["lsb_per_g"];
-    assert_eq!((code, lsb_per_g), (0, &16384.0.into()));
-    agrees(folder.path(), &ended);
 }
 
 /// Poses are in the status, in the summary, and found by `calibrate` in the folder.
@@ -112,7 +84,7 @@ fn poses_of_a_session_that_is_calibrated() {
         }
         let (code, ended) = log.ended();
         assert_eq!((code, &ended["reason"]), (0, &"duration".into()), "{ended}");
-        let status = log.seen_last("status");
+        let status = log.seen("status");
         assert_eq!(status["up"], format!("-{name}"), "{status}");
         assert_eq!(status["still"], true);
         assert!(!status["done"].as_array().unwrap().is_empty(), "{status}");

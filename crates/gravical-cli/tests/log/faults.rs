@@ -28,10 +28,8 @@ fn one_more(board: &mut Board) {
 fn is_rescued(folder: &Path, board: &Board, (code, error): (i32, Value), why: &str) {
     assert_eq!((code, error["code"].as_str()), (1, Some("io")), "{error}");
     let message = error["message"].as_str().unwrap();
-    assert!(
-        message.contains(why) && message.contains("rescued.csv"),
-        "{message}"
-    );
+    let named = message.contains(why) && message.contains("rescued.csv");
+    assert!(named, "{message}");
     let rescued = folder.join("x.rescued.csv");
     assert_eq!(recording(&rescued).rows() as u64, board.sent);
     if !folder.join("x.csv").is_file() {
@@ -49,8 +47,7 @@ fn a_file_that_is_deleted_replaced_or_cut_is_rescued() {
     for why in ["deleted", "replaced", "cut"] {
         let folder = tempfile::tempdir().unwrap();
         let mut board = Board::new(folder.path());
-        let line = format!("log -o x.csv --json --port {}", board.port());
-        let mut log = Logger::start(folder.path(), &line);
+        let mut log = board.log("-o x.csv --json");
         board.greet();
         board.rows(140);
         log.wait_for_rows(140);
@@ -73,8 +70,7 @@ fn a_full_disk_ends_the_recording_and_all_is_rescued() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     std::os::unix::fs::symlink("/dev/full", folder.path().join("x.csv")).unwrap();
-    let line = format!("log -o x.csv --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("-o x.csv --json");
     board.greet();
     board.rows(140);
     is_rescued(folder.path(), &board, log.ended(), "No space left");
@@ -143,8 +139,7 @@ fn a_reader_who_stops_reading_stops_nothing() {
 fn the_recording_ends_while_bytes_arrive() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let line = format!("log x --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("x --json");
     board.greet();
     let (over, ended) = std::sync::mpsc::channel::<()>();
     let sending = std::thread::spawn(move || {
@@ -159,18 +154,15 @@ fn the_recording_ends_while_bytes_arrive() {
     sending.join().unwrap();
     assert_eq!(code, Some(0));
     let (_, ended) = log.ended();
-    assert_eq!(
-        rows_of(&folder.path().join("x_axis.csv")) as u64,
-        ended["rows"]
-    );
+    let rows = rows_of(&folder.path().join("x_axis.csv"));
+    assert_eq!(ended["rows"], rows);
 }
 
 #[test]
 fn one_program_writes_to_a_file() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let line = format!("log x --append --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("x --append --json");
     log.wait_for("opened");
     // Refused before a port is opened, which would reset the other board.
     let other = "log x --append --json --port /dev/null";
@@ -193,13 +185,8 @@ fn another_file_is_not_continued() {
     let board = Board::new(folder.path());
     for text in ["{\"a\": 1}", "words\nmore words\nhalf a li"] {
         fs::write(folder.path().join("x_axis.csv"), text).unwrap();
-        let line = format!("log x --append --json --port {}", board.port());
-        let (code, error) = Logger::start(folder.path(), &line).ended();
-        assert_eq!(
-            (code, error["code"].as_str()),
-            (3, Some("no-rows")),
-            "{text}"
-        );
+        let (code, error) = board.log("x --append --json").ended();
+        assert_eq!((code, &error["code"]), (3, &"no-rows".into()), "{text}");
         let after = fs::read_to_string(folder.path().join("x_axis.csv")).unwrap();
         assert_eq!(after, text);
     }

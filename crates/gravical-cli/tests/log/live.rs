@@ -133,21 +133,3 @@ fn a_port_without_rows_is_no_end() {
         assert_eq!(live.gone(), Some(130));
     }
 }
-
-/// Too few rows to tell their format do not keep the user from choosing another source.
-#[test]
-fn rows_that_are_held_go_with_their_port() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let line = format!("live --port {} --folder s --plain --events -", board.port());
-    let mut terminal = Terminal::new();
-    let mut live = Logger::start_in(folder.path(), &line, &terminal);
-    live.wait_for("connecting");
-    board.greet();
-    board.rows(20);
-    std::thread::sleep(std::time::Duration::from_millis(300));
-    terminal.press("simulate\n");
-    assert_eq!(live.wait_for("session")["source"], "simulate");
-    live.signal(Signal::INT);
-    assert_eq!(live.gone(), Some(130));
-}

@@ -145,14 +145,8 @@ impl Logger {
     }
 
     /// The last event of that type.
-    pub fn seen_last(&self, kind: &str) -> &Value {
-        let found = self.seen.iter().rfind(|e| e["type"] == kind);
-        found.unwrap_or_else(|| panic!("no {kind} in {:#?}", self.seen))
-    }
-
-    /// The first event of that type.
     pub fn seen(&self, kind: &str) -> &Value {
-        let found = self.seen.iter().find(|e| e["type"] == kind);
+        let found = self.seen.iter().rfind(|e| e["type"] == kind);
         found.unwrap_or_else(|| panic!("no {kind} in {:#?}", self.seen))
     }
 

@@ -35,8 +35,7 @@ fn kinds(recording: &Recording) -> Vec<&str> {
 fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let line = format!("log x --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("x --json");
     board.greet();
     board.rows(60);
     let torn = ["9.81,25", "1,2,3,4,5,6,7,8,9", "\u{1b}~~x", "I2C error 3"];
@@ -86,20 +85,10 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     assert_eq!(recording.rows() as u64, count("rows"));
     assert_eq!(recording.ledger.count(Reason::NamedGap), 3);
     assert_eq!(recording.breaks.len(), 3);
-    let expected = [
-        "named-gap",
-        "restarted-time",
-        "gap",
-        "missing-samples",
-        "rejected-samples",
-        "repeated-header",
-    ];
+    let expected = "named-gap restarted-time gap missing-samples rejected-samples repeated-header";
+    let expected: Vec<&str> = expected.split(' ').collect();
     let found = kinds(&recording);
-    assert!(
-        found.iter().all(|k| expected.contains(k)),
-        "{:#?}",
-        recording.findings
-    );
+    assert!(found.iter().all(|k| expected.contains(k)), "{found:?}");
     assert!(found.contains(&"restarted-time"));
     let text = fs::read_to_string(&path).unwrap();
     let marks = |mark: &str| -> Vec<String> {
@@ -112,26 +101,18 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     );
     let gaps = marks("# gap: ");
     assert_eq!(gaps[0], "unplugged: 30 rows are missing, 0.3 s");
-    assert_eq!(
-        gaps[1],
-        "rows were lost on the way from the board: 20 rows are missing, 0.2 s"
-    );
-    assert!(
-        gaps[2].starts_with("the board was reset: an unknown number"),
-        "{gaps:?}"
-    );
-    assert!(
-        gaps[2].ends_with(", the clock of the board restarts"),
-        "{gaps:?}"
-    );
+    let lost = "rows were lost on the way from the board: 20 rows are missing, 0.2 s";
+    assert_eq!(gaps[1], lost);
+    let reset = gaps[2].starts_with("the board was reset: an unknown number");
+    let restarts = gaps[2].ends_with(", the clock of the board restarts");
+    assert!(reset && restarts, "{gaps:?}");
 }
 
 #[test]
 fn a_clean_recording_has_no_finding_but_the_overflow_of_its_clock() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let line = format!("log y --rows 300 --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("y --rows 300");
     board.greet();
     // Across the wrap of a 32-bit clock.
     board.stamp = (1 << 32) - 1000;
@@ -151,8 +132,7 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let path = folder.path().join("z_axis.csv");
-    let line = format!("log z --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("z --json");
     board.greet();
     board.rows(150);
     logger::until(|| fs::read_to_string(&path).is_ok_and(|text| text.lines().count() >= 153));
@@ -163,11 +143,10 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
     assert_eq!(recording(&path).rows(), 150);
     // As if the power had failed in the middle of a line.
     fs::write(&path, &whole[..whole.len() - 9]).unwrap();
-    let refused = Logger::start(folder.path(), &line).ended();
+    let refused = board.log("z --json").ended();
     assert_eq!((refused.0, refused.1["code"].as_str()), (2, Some("exists")));
     assert!(refused.1["hint"].as_str().unwrap().contains("--force"));
-    let line = format!("log z --append --rows 50 --json --port {}", board.port());
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("z --append --rows 50 --json");
     board.stamp = 40;
     board.greet();
     board.rows(50);
@@ -181,10 +160,8 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
     }
     let (kept, torn) = whole[..whole.len() - 9].rsplit_once('\n').unwrap();
     let text = fs::read_to_string(&path).unwrap();
-    assert!(
-        text.starts_with(&format!("{kept}\n# rejected: {torn}\n# gravical")),
-        "{text}"
-    );
+    let joined = format!("{kept}\n# rejected: {torn}\n# gravical");
+    assert!(text.starts_with(&joined), "{text}");
 
     // Other columns, or counts of another range, do not fit the file.
     for other in [
@@ -193,7 +170,7 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
     ] {
         // Without rows of the session before.
         board.plug_in();
-        let mut log = Logger::start(folder.path(), &line);
+        let mut log = board.log("z --append --rows 50 --json");
         log.wait_for("opened");
         board.say(&other);
         board.rows(10);
@@ -203,15 +180,14 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
         assert_eq!(recording(&path).rows(), 149 + 50);
     }
     board.plug_in();
-    let line = format!("log z --force --rows 50 --json --port {}", board.port());
     // Without a row the file stays as it is.
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("z --force --rows 50 --json");
     log.wait_for("opened");
     log.signal(Signal::INT);
     assert_eq!(log.ended().0, 130);
     assert_eq!(recording(&path).rows(), 149 + 50);
     board.plug_in();
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("z --force --rows 50 --json");
     board.greet();
     board.rows(60);
     assert_eq!(log.ended().0, 0);
@@ -258,11 +234,7 @@ fn space_pauses_and_the_terminal_is_restored() {
 fn settings_are_confirmed_before_rows_are_stored_and_other_units_end_it() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
-    let line = format!(
-        "log -o four.csv --range 4 --low-pass 21 --json --port {}",
-        board.port()
-    );
-    let mut log = Logger::start(folder.path(), &line);
+    let mut log = board.log("-o four.csv --range 4 --low-pass 21 --json");
     board.greet();
     board.rows(10);
     board.wait_for_command("a4\nd21\n");
@@ -306,14 +278,8 @@ fn a_port_that_appears_later_and_one_that_is_busy() {
 fn usage_errors() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("pipe");
-    rustix::fs::mknodat(
-        rustix::fs::CWD,
-        &pipe,
-        rustix::fs::FileType::Fifo,
-        rustix::fs::Mode::RWXU,
-        0,
-    )
-    .unwrap();
+    let mode = rustix::fs::Mode::RWXU;
+    rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, mode).unwrap();
     for (line, code, name) in [
         ("log x --range 3 --json", 2, "usage"),
         ("log x --rate 500 --json", 2, "option-range"),

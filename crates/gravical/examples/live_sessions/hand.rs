@@ -9,6 +9,7 @@ use gravical::simulate::{
     InteractiveReading, InteractiveSensor, LineOptions, Scenario, SensorOptions, SimulateOptions,
     StaticOptions,
 };
+use gravical_core::matrix3;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
@@ -82,22 +83,15 @@ pub struct Hand {
 
 impl Hand {
     pub fn new(seed: u64, clumsiness: Clumsiness) -> Self {
+        let [warms, tilts] = [Clumsiness::Warming, Clumsiness::Tilted].map(|c| c == clumsiness);
         let sensor = SensorOptions {
-            temperature_rise_c: if clumsiness == Clumsiness::Warming {
-                2.5
-            } else {
-                0.3
-            },
+            temperature_rise_c: if warms { 2.5 } else { 0.3 },
             temperature_time_s: 60.0,
             ..SensorOptions::default()
         };
         let options = SimulateOptions {
             seed,
-            tilt_sd_deg: if clumsiness == Clumsiness::Tilted {
-                4.0
-            } else {
-                1.0
-            },
+            tilt_sd_deg: if tilts { 4.0 } else { 1.0 },
             sensor,
             ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
         };
@@ -124,6 +118,10 @@ impl Hand {
     /// Rows of `duration_s`; returns the events.
     pub fn pass(&mut self, duration_s: f64) -> Vec<Message> {
         let end_s = self.now_s + duration_s;
+        let decimals = match self.clumsiness {
+            Clumsiness::TwoDecimals => 2,
+            _ => 4,
+        };
         let mut out = Vec::new();
         while self.now_s < end_s {
             let mut chunk = String::new();
@@ -131,11 +129,6 @@ impl Hand {
                 let reading = self.sensor.at(self.now_s);
                 let lost = self.clumsiness == Clumsiness::LostRows && self.rng.random_bool(0.02);
                 if !lost {
-                    let decimals = if self.clumsiness == Clumsiness::TwoDecimals {
-                        2
-                    } else {
-                        4
-                    };
                     chunk += &reading.row(self.now_s, decimals);
                 }
                 self.now_s += 0.01;
@@ -271,11 +264,8 @@ impl Ended {
     /// True bias and matrix of raw = M f + b, m/s², at the mean temperature of the poses.
     pub fn truth(&self) -> ([f64; 3], [[f64; 3]; 3]) {
         let truth = self.sensor.truth().accelerometer;
-        let warm = self
-            .file
-            .as_ref()
-            .and_then(|f| f.temperature_c)
-            .map_or(0.0, |t| t.mean - 25.0);
+        let temperature = self.file.as_ref().and_then(|f| f.temperature_c);
+        let warm = temperature.map_or(0.0, |t| t.mean - 25.0);
         let bias =
             std::array::from_fn(|i| truth.bias_mps2[i] + warm * truth.bias_drift_mps2_per_c[i]);
         (bias, truth.matrix)
@@ -283,18 +273,14 @@ impl Ended {
 
     /// Error of ‖a‖ of the calibration, rms and worst of all directions, mg.
     pub fn norm_error_mg(&self) -> Option<[f64; 2]> {
-        let section = &self.file.as_ref()?.accelerometer;
         let (bias, matrix) = self.truth();
         let gravity = 9.80665;
-        let mul = |m: &[[f64; 3]; 3], v: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|i| (0..3).map(|j| m[i][j] * v[j]).sum())
-        };
+        let calibration = self.file.as_ref()?.accelerometer_calibration();
         let (mut squares, mut worst, mut n) = (0.0, 0.0_f64, 0.0_f64);
         for up in sphere(400) {
-            let force = mul(&matrix, (up * gravity).into());
-            let raw: [f64; 3] = std::array::from_fn(|i| force[i] + bias[i] - section.bias[i]);
-            let a = mul(&section.matrix, raw);
-            let error = a.iter().map(|c| c * c).sum::<f64>().sqrt() - gravity;
+            let force = matrix3::mul_vec(&matrix, &(up * gravity).into());
+            let raw = std::array::from_fn(|i| force[i] + bias[i]);
+            let error = matrix3::norm(&calibration.apply(raw)) - gravity;
             squares += error * error;
             worst = worst.max(error.abs());
             n += 1.0;
@@ -314,9 +300,8 @@ impl Ended {
     }
 
     pub fn is_good(&self) -> bool {
-        self.file
-            .as_ref()
-            .is_some_and(|f| f.verdict.grade == Grade::Good)
+        let grade = self.file.as_ref().map(|f| f.verdict.grade);
+        grade == Some(Grade::Good)
     }
 
     pub fn count(&self, of: impl Fn(&Event) -> bool) -> usize {

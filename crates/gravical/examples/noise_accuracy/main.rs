@@ -4,10 +4,7 @@
 //!
 //! It prints the tables of docs/accuracy-noise.md.
 
-use std::time::Instant;
-
-use gravical::noise::{ChannelNoise, NoiseOptions, Spacing, Term, noise_of_samples};
-use gravical_signal::allan_variances;
+use gravical::noise::{ChannelNoise, NoiseOptions, Term, noise_of_samples};
 
 #[path = "../../../../tests/support/noise.rs"]
 mod noise;
@@ -16,34 +13,16 @@ use noise::samples;
 const PERIOD_S: f64 = 0.01;
 const TERMS: [Term; 3] = [Term::N, Term::B, Term::K];
 
-/// A simulated sensor: N, B, K in SI units, and hours of recording.
-struct Case {
-    name: &'static str,
-    truth: [f64; 3],
-    hours: f64,
-}
-
-const CASES: [Case; 4] = [
-    Case {
-        name: "3 h, N 3.3e-3, B 8e-4, K 6e-5",
-        truth: [3.3e-3, 8e-4, 6e-5],
-        hours: 3.0,
-    },
-    Case {
-        name: "1 h, the same",
-        truth: [3.3e-3, 8e-4, 6e-5],
-        hours: 1.0,
-    },
-    Case {
-        name: "1 h, white noise only",
-        truth: [3.3e-3, 0.0, 0.0],
-        hours: 1.0,
-    },
-    Case {
-        name: "10 min, N 3.3e-3, B 8e-4, K 6e-5",
-        truth: [3.3e-3, 8e-4, 6e-5],
-        hours: 1.0 / 6.0,
-    },
+/// Simulated sensors: hours of recording, and N, B, K in SI units.
+const CASES: [(&str, f64, [f64; 3]); 4] = [
+    ("3 h, N 3.3e-3, B 8e-4, K 6e-5", 3.0, [3.3e-3, 8e-4, 6e-5]),
+    ("1 h, the same", 1.0, [3.3e-3, 8e-4, 6e-5]),
+    ("1 h, white noise only", 1.0, [3.3e-3, 0.0, 0.0]),
+    (
+        "10 min, N 3.3e-3, B 8e-4, K 6e-5",
+        1.0 / 6.0,
+        [3.3e-3, 8e-4, 6e-5],
+    ),
 ];
 
 fn main() {
@@ -54,33 +33,28 @@ fn main() {
         "| recording | term | known | rms error, % | mean error, % | 95 % intervals hold | upper limits hold |"
     );
     println!("|---|---|---|---|---|---|---|");
-    for case in &CASES {
-        let results: Vec<ChannelNoise> = (0..recordings).map(|seed| run(case, seed)).collect();
+    for (name, hours, truth) in CASES {
+        let run = |seed| run(hours, truth, seed);
+        let results: Vec<ChannelNoise> = (0..recordings).map(run).collect();
         let has_drift = |r: &&ChannelNoise| r.fit.is_some_and(|fit| fit.drift_per_s.is_some());
         let drifting = results.iter().filter(has_drift).count();
-        println!("| {} | drift | {drifting} | | | | |", case.name);
-        for (term, truth) in TERMS.into_iter().zip(case.truth) {
-            print_row(case, &results, term, truth);
+        println!("| {name} | drift | {drifting} | | | | |");
+        for (term, truth) in TERMS.into_iter().zip(truth) {
+            print_row(name, &results, term, truth);
         }
     }
-    speed();
 }
 
-fn run(case: &Case, seed: u64) -> ChannelNoise {
-    let count = (case.hours * 3600.0 / PERIOD_S) as usize;
-    let samples = samples(count, PERIOD_S, case.truth, seed);
+fn run(hours: f64, truth: [f64; 3], seed: u64) -> ChannelNoise {
+    let count = (hours * 3600.0 / PERIOD_S) as usize;
+    let samples = samples(count, PERIOD_S, truth, seed);
     noise_of_samples("ax", &samples, PERIOD_S, &NoiseOptions::default())
 }
 
-fn print_row(case: &Case, results: &[ChannelNoise], term: Term, truth: f64) {
+fn print_row(case: &str, results: &[ChannelNoise], term: Term, truth: f64) {
     let known: Vec<_> = results.iter().filter_map(|r| r.estimate(term)).collect();
     let share = known.len() as f64 / results.len() as f64;
-    let name = format!(
-        "| {} | {} | {:.0} % |",
-        case.name,
-        term.symbol(),
-        100.0 * share
-    );
+    let name = format!("| {case} | {} | {:.0} % |", term.symbol(), 100.0 * share);
     let limits: Vec<f64> = results
         .iter()
         .filter_map(|r| r.missing(term)?.at_most)
@@ -111,15 +85,4 @@ fn held<T>(all: &[T], holds: impl Fn(&T) -> bool) -> String {
             format!("{:.1} %", 100.0 * held as f64 / n as f64)
         }
     }
-}
-
-fn speed() {
-    let samples = samples(10_000_000, PERIOD_S, [3.3e-3, 0.0, 0.0], 1);
-    let start = Instant::now();
-    let points = allan_variances(&[&samples], &Spacing::Octave.factors(samples.len()));
-    println!(
-        "\n10⁷ samples, {} octaves: {:.2} s",
-        points.len(),
-        start.elapsed().as_secs_f64()
-    );
 }

@@ -9,8 +9,7 @@
 //!
 //! The number is that of sessions a line. `alarms` has two sessions of each part in
 //! place of that: how often `compare` and `check` claim a difference where there is
-//! none. `--seed=5000` begins with the session of that number in place of 0; a word is
-//! part of the name of a session or a disturbance, whose lines are made alone.
+//! none.
 
 #[path = "../../../../tests/support/each.rs"]
 mod each;
@@ -27,18 +26,15 @@ use gravical::compare::compare;
 use each::each;
 use session::{Disturbance, Judged, Plan, Session};
 
-fn verdicts(count: usize, seed: u64, only: &str) {
+fn verdicts(count: usize) {
     println!(
         "| session | disturbed by | good | fair | not verifiable | poor | refused | good, but off by more than 5 mg | fair, but by more than 20 mg | largest error, mg | predicted (95 %), mg | undetected, mg |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for plan in Plan::ALL {
         for disturbance in Disturbance::ALL {
-            if !plan.name().contains(only) && !disturbance.name().contains(only) {
-                continue;
-            }
             let judged = each(count, |index| {
-                let mut session = Session::of(plan, seed + index as u64);
+                let mut session = Session::of(plan, index as u64);
                 session.judge(disturbance)
             });
             let of = |grade: Grade, more_mg: f64| {
@@ -72,14 +68,14 @@ fn verdicts(count: usize, seed: u64, only: &str) {
     }
 }
 
-fn alarms(count: usize, seed: u64) {
+fn alarms(count: usize) {
     println!(
         "| session | `compare` differs | … in what changes ‖a‖ | … in the rotation | `check` does not fit |"
     );
     println!("| --- | --- | --- | --- | --- |");
     for plan in Plan::ALL {
         let pairs = each(count, |index| {
-            let mut session = Session::of(plan, seed + index as u64);
+            let mut session = Session::of(plan, index as u64);
             let (first, _) = session.record(Disturbance::None);
             let (second, _) = session.record(Disturbance::None);
             let a = session::calibrated(&first)?;
@@ -108,14 +104,11 @@ fn alarms(count: usize, seed: u64) {
 }
 
 fn main() {
-    let seed_of = |word: &String| word.strip_prefix("--seed=")?.parse().ok();
-    let (seeds, words): (Vec<String>, Vec<String>) = std::env::args()
-        .skip(1)
-        .partition(|word| seed_of(word).is_some());
-    let seed: u64 = seeds.iter().find_map(seed_of).unwrap_or(0);
+    let words: Vec<String> = std::env::args().skip(1).collect();
     let count = words.first().and_then(|w| w.parse().ok()).unwrap_or(200);
-    match words.get(1).map(String::as_str) {
-        Some("alarms") => alarms(count, seed),
-        only => verdicts(count, seed, only.unwrap_or("")),
+    if words.get(1).is_some_and(|w| w == "alarms") {
+        alarms(count);
+    } else {
+        verdicts(count);
     }
 }

@@ -1,7 +1,7 @@
 //! A session of a virtual part: placements held for some seconds each, one
 //! recording a placement, with or without something that no model knows of.
 
-use crate::means::{MeanReading, MeansOptions, Part, Planned};
+use crate::means::{MeanReading, Part, Planned};
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::fit::model::sphere;
@@ -139,14 +139,10 @@ pub fn calibrated(recordings: &[Recording]) -> Option<CalibrationFile> {
 
 impl Session {
     pub fn of(plan: Plan, index: u64) -> Session {
-        let means = MeansOptions {
-            noise_mps2: 0.0,
-            ..MeansOptions::default()
-        };
         Session {
             plan,
             index,
-            part: Part::draw(&means, 5, index as usize),
+            part: Part::draw(0.0, 5, index as usize),
             rng: ChaCha8Rng::seed_from_u64(1000 + index),
         }
     }

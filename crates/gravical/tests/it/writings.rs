@@ -13,7 +13,6 @@ mod judge;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use form::cover::{pairs, random};
 use form::session::Session;
 use form::{Decimals, Scene, Sensors, Values, Writing};
 use gravical::recording::{ReadOptions, Recording, join_gyroscope, read};
@@ -53,26 +52,6 @@ fn report(wrong: &[String], of: usize) {
     );
 }
 
-#[test]
-#[ignore = "slow: hundreds of writings"]
-fn every_two_choices_about_a_writing_meet_and_change_nothing() {
-    let mut noise = Noise::new(1);
-    let (chosen, impossible) = pairs(30, |n| (noise.uniform() * n as f64) as usize);
-    for [a, b] in &impossible {
-        println!(
-            "nobody has {} with {}",
-            Writing::name_of(a.0, a.1),
-            Writing::name_of(b.0, b.1)
-        );
-    }
-    println!(
-        "{} writings, {} pairs that nobody has",
-        chosen.len(),
-        impossible.len()
-    );
-    report(&wrong(&chosen), chosen.len());
-}
-
 /// As many as `GRAVICAL_WRITINGS` says, from the seed `GRAVICAL_WRITINGS_SEED`.
 #[test]
 fn drawn_at_random() {
@@ -81,7 +60,7 @@ fn drawn_at_random() {
     let count = number("GRAVICAL_WRITINGS", 10);
     let mut noise = Noise::new(number("GRAVICAL_WRITINGS_SEED", 7));
     let drawn: Vec<Writing> = (0..count)
-        .map(|_| random(|n| (noise.uniform() * n as f64) as usize))
+        .map(|_| Writing::random(|n| (noise.uniform() * n as f64) as usize))
         .collect();
     report(&wrong(&drawn), drawn.len());
 }
@@ -138,7 +117,7 @@ fn recordings_of_real_sensors() {
         let mut subject = Subject::new(Session::of_recordings(&recordings));
         let mut noise = Noise::new(5);
         for _ in 0..12 {
-            let mut writing = random(|n| (noise.uniform() * n as f64) as usize);
+            let mut writing = Writing::random(|n| (noise.uniform() * n as f64) as usize);
             writing.scene = match files {
                 [_] => Scene::Poses,
                 _ => Scene::SixFiles,

@@ -147,14 +147,28 @@ pub fn notices(text: &str) -> Vec<&str> {
     text.lines().filter(|l| l.starts_with('#')).collect()
 }
 
-/// Prints what a rate costs.
-pub fn report(board: &mut Board, what: &str, rate_hz: f64, sd_us: f64, bytes: usize, seconds: f64) {
+/// Prints what gets through at a rate, and what it costs.
+pub fn print_rate(board: &mut Board, format: u32, rate: u32) {
+    const SECONDS: f64 = 4.0;
+    board.run(0.5);
+    board.uno.send(format!("r{rate}\nf{format}\n").as_bytes());
+    board.run(0.5);
+    board.uno.take_bus();
+    let (all, lost) = board.uno.sensor().samples();
+    let sent = board.run(SECONDS);
+    let (all_now, lost_now) = board.uno.sensor().samples();
+    let text = text(&sent);
+    let rows = rows(text.split_once('\n').unwrap().1);
+    let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();
+    let (rate_hz, sd_us) = line(&stamps);
     let bus = board.uno.take_bus();
     let busy_us = bus.busy_cycles as f64 / bus.bursts as f64 / 16.0;
     eprintln!(
-        "{what}: {rate_hz:.2} Hz, stamps {sd_us:.0} us, line {:.0} %, processor {:.0} % \
-         ({busy_us:.0} us a sample)",
-        100.0 * bytes as f64 * 10.0 / board.uno.baud() / seconds,
+        "format {format} rate {rate}: {} of {} lost: {rate_hz:.2} Hz, stamps {sd_us:.0} us, \
+         line {:.0} %, processor {:.0} % ({busy_us:.0} us a sample)",
+        lost_now - lost,
+        all_now - all,
+        100.0 * sent.len() as f64 * 10.0 / board.uno.baud() / SECONDS,
         busy_us * rate_hz / 1e4,
     );
 }

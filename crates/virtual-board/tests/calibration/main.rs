@@ -10,7 +10,7 @@ mod cost;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use board::{build_with, line, notices, on, report, rows, text};
+use board::{build_with, notices, on, print_rate, rows};
 use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::{CalibrationFile, from_imucal};
 use gravical::export::{ExportOptions, Target, export};
@@ -206,8 +206,6 @@ fn the_reader_knows_that_the_board_calibrated() {
     let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
     let text = board.text(6.0);
     let text = &text[..=text.rfind('\n').unwrap()];
-    let first: Vec<&str> = text.lines().take(5).collect();
-    eprintln!("{}", first.join("\n"));
     let said = notices(text);
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].contains(", format 3, calibrated 20"), "{said:?}");
@@ -296,19 +294,6 @@ fn figures() {
     };
     for rate in [100, 150, 166, 200, 250] {
         let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
-        board.run(0.5);
-        board.uno.send(format!("r{rate}\n").as_bytes());
-        board.run(0.5);
-        board.uno.take_bus();
-        let (all, lost) = board.uno.sensor().samples();
-        let sent = board.run(4.0);
-        let (all_now, lost_now) = board.uno.sensor().samples();
-        let text = text(&sent);
-        let rows = rows(text.split_once('\n').unwrap().1);
-        let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();
-        let (rate_hz, sd_us) = line(&stamps);
-        let [lost, all] = [lost_now - lost, all_now - all];
-        let what = format!("format 3 rate {rate}: {lost} of {all} lost");
-        report(&mut board, &what, rate_hz, sd_us, sent.len(), 4.0);
+        print_rate(&mut board, 3, rate);
     }
 }

@@ -1,15 +1,12 @@
-//! Somebody with a board on the desk: hands, a keyboard, and the program.
+//! Somebody with a board on the desk: hands, and the program.
 
-use std::fs::File;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use rustix::fs::{Mode, OFlags, open};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use serde_json::Value;
 
 /// What takes longer has failed.
@@ -46,6 +43,7 @@ pub fn gravical(folder: &Path, words: &[&str]) -> String {
     let done = Command::new(program())
         .args(words)
         .current_dir(folder)
+        .stdin(Stdio::null())
         .output()
         .unwrap();
     let err = String::from_utf8_lossy(&done.stderr);
@@ -100,27 +98,45 @@ impl Desk {
         }
     }
 
-    /// Types what hands do; gives the seconds until it rests.
-    pub fn begin(&mut self, command: &str) -> f64 {
+    /// Types what hands do, and waits until it rests, and a moment more.
+    pub fn lay(&mut self, command: &str) {
         writeln!(self.hands, "{command}").unwrap();
         let begins = format!("{command}: rests in ");
-        loop {
+        let rests_s: f64 = loop {
             let line = self.says.recv_timeout(PATIENCE).unwrap();
             if let Some(rest) = line.strip_prefix(&begins) {
-                return rest.strip_suffix(" s").unwrap().parse().unwrap();
+                break rest.strip_suffix(" s").unwrap().parse().unwrap();
             }
-        }
-    }
-
-    /// The same, and waits until it rests, and a moment more.
-    pub fn lay(&mut self, command: &str) {
-        let rests_s = self.begin(command);
+        };
         std::thread::sleep(Duration::from_secs_f64(rests_s + 1.0));
     }
 
-    /// Starts `gravical log`, with a keyboard.
-    pub fn log(&self, words: &str) -> Logger {
-        Logger::start(&self.folder, words, &self.port)
+    /// Records so many rows. At most the end of a line is rejected, as the port may be opened in the
+    /// middle of one.
+    pub fn log(&self, name: &str, rows: u64) {
+        let rows_option = rows.to_string();
+        let words = [
+            "log",
+            "-o",
+            name,
+            "--rows",
+            &rows_option,
+            "--json",
+            "--port",
+            &self.port,
+        ];
+        let events = gravical(&self.folder, &words);
+        let mut events = events
+            .lines()
+            .map(|l| serde_json::from_str::<Value>(l).unwrap());
+        let ended = events.find(|e| e["type"] == "ended").unwrap();
+        assert_eq!(
+            (&ended["rows"], &ended["gaps"]),
+            (&rows.into(), &0.into()),
+            "{ended}"
+        );
+        let rejected = ended["rejected"].as_u64().unwrap();
+        assert!(rejected <= 1, "{ended}");
     }
 }
 
@@ -128,109 +144,5 @@ impl Drop for Desk {
     fn drop(&mut self) {
         let _ = self.board.kill();
         let _ = self.board.wait();
-    }
-}
-
-/// `gravical log` with somebody at its keyboard.
-pub struct Logger {
-    child: Child,
-    keyboard: File,
-    events: Receiver<String>,
-}
-
-impl Logger {
-    fn start(folder: &Path, words: &str, port: &str) -> Self {
-        let keyboard =
-            openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
-        let keyboard = File::from(keyboard);
-        grantpt(&keyboard).unwrap();
-        unlockpt(&keyboard).unwrap();
-        let name = ptsname(&keyboard, Vec::new()).unwrap();
-        let terminal = open(
-            name.to_str().unwrap(),
-            OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
-            Mode::empty(),
-        )
-        .unwrap();
-        let mut child = Command::new(program())
-            .arg("log")
-            .args(words.split_whitespace())
-            .args(["--json", "--port", port])
-            .current_dir(folder)
-            .env("TERM", "xterm")
-            .stdin(Stdio::from(terminal.try_clone().unwrap()))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::from(terminal))
-            .spawn()
-            .unwrap();
-        // What stands on the screen has to be taken from there.
-        let mut screen = keyboard.try_clone().unwrap();
-        std::thread::spawn(move || std::io::copy(&mut screen, &mut std::io::stderr()));
-        Logger {
-            events: lines(child.stdout.take().unwrap()),
-            child,
-            keyboard,
-        }
-    }
-
-    pub fn press(&mut self, key: &str) {
-        self.keyboard.write_all(key.as_bytes()).unwrap();
-    }
-
-    pub fn wait_for(&mut self, kind: &str) -> Value {
-        self.wait(kind, |event| event["type"] == kind)
-    }
-
-    /// So many rows are in the file.
-    pub fn wait_for_rows(&mut self, rows: u64) {
-        self.wait("rows", |event| {
-            event["rows"].as_u64().is_some_and(|n| n >= rows)
-        });
-    }
-
-    /// As somebody does who watches the status line: it moves, and then lies still for
-    /// two looks.
-    pub fn wait_until_moved(&mut self) {
-        self.wait("a movement", |event| event["still"] == false);
-        let mut looks = 0;
-        self.wait("rest", |event| {
-            if !event["still"].is_null() {
-                looks = if event["still"] == true { looks + 1 } else { 0 };
-            }
-            looks >= 2
-        });
-    }
-
-    /// It ends well, and at most the end of a line is rejected, as the port may be opened in the
-    /// middle of one; its summary.
-    pub fn ended(&mut self) -> Value {
-        let summary = self.wait_for("ended");
-        assert!(self.child.wait().unwrap().success());
-        let rejected = &summary["rejected"];
-        assert!(*rejected == 0 || *rejected == 1, "{summary}");
-        summary
-    }
-
-    fn wait(&mut self, what: &str, mut is: impl FnMut(&Value) -> bool) -> Value {
-        let start = Instant::now();
-        let mut seen = Vec::new();
-        loop {
-            let left = PATIENCE.saturating_sub(start.elapsed());
-            let Ok(line) = self.events.recv_timeout(left) else {
-                panic!("waited for {what}; came: {seen:#?}");
-            };
-            let event: Value = serde_json::from_str(&line).unwrap();
-            if is(&event) {
-                return event;
-            }
-            seen.push(line);
-        }
-    }
-}
-
-impl Drop for Logger {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }

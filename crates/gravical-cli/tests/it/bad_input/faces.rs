@@ -6,16 +6,17 @@ use super::*;
 fn missing_face() {
     let folder = six_files(&Sensor::default());
     std::fs::remove_file(folder.path().join("y_axis_neg.csv")).unwrap();
+    let line = "calibrate . --gravity 9.81 --method ferraris";
     refused(
         folder.path(),
-        "calibrate . --gravity 9.81 --method ferraris",
+        line,
         3,
         "missing-face",
         &["missing: -y", "5 of six"],
     );
     // The joint fit does without, and says what that costs.
     let file = calibrate(folder.path(), ". --gravity 9.81", 4);
-    let reported = finding(&file, "missing-face")["message"].as_str().unwrap();
+    let reported = finding(&file, "missing-face")["message"].to_string();
     assert!(reported.contains("-y up"), "{reported}");
     let sd = numbers(&file["accelerometer"]["deviations"]["bias"]);
     // The others are as uncertain as a nonlinear response may be.
@@ -26,32 +27,25 @@ fn missing_face() {
 #[test]
 fn same_face_twice_among_six() {
     let folder = six_files(&Sensor::default());
+    let at = folder.path();
     let again = Sensor::default().file([0.0, 1.0, 0.0], 500, 99);
-    write(folder.path(), "y_axis_neg.csv", &again);
-    refused(
-        folder.path(),
-        "calibrate . --gravity 9.81 --method ferraris",
-        3,
-        "same-face-twice",
-        &["+y", "-y", "y_axis_pos.csv", "y_axis_neg.csv"],
-    );
-    let file = calibrate(folder.path(), ". --gravity 9.81", 4);
-    let reported = finding(&file, "same-face-twice")["message"]
-        .as_str()
-        .unwrap();
-    assert!(reported.contains("no pose has -y up"), "{reported}");
-    assert!(reported.contains("\"y_axis_neg\" with -y up"), "{reported}");
+    write(at, "y_axis_neg.csv", &again);
+    let line = "calibrate . --gravity 9.81 --method ferraris";
+    let named = ["+y", "-y", "y_axis_pos.csv", "y_axis_neg.csv"];
+    refused(at, line, 3, "same-face-twice", &named);
+    let reported = || -> String {
+        let file = calibrate(at, ". --gravity 9.81", 4);
+        finding(&file, "same-face-twice")["message"]
+            .as_str()
+            .unwrap()
+            .to_owned()
+    };
+    let said = reported();
+    assert!(said.contains("no pose has -y up"), "{said}");
+    assert!(said.contains("\"y_axis_neg\" with -y up"), "{said}");
     // A copy is one, too.
-    std::fs::copy(
-        folder.path().join("y_axis_pos.csv"),
-        folder.path().join("y_axis_neg.csv"),
-    )
-    .unwrap();
-    let file = calibrate(folder.path(), ". --gravity 9.81", 4);
-    let reported = finding(&file, "same-face-twice")["message"]
-        .as_str()
-        .unwrap();
-    assert!(reported.contains("the same readings"), "{reported}");
+    std::fs::copy(at.join("y_axis_pos.csv"), at.join("y_axis_neg.csv")).unwrap();
+    assert!(reported().contains("the same readings"));
 }
 
 /// Renames the six files: what lay under the first name stands under the second.
@@ -72,12 +66,9 @@ fn names_swapped_so_that_only_a_mirror_explains_them() {
     let folder = swapped(&[("x_axis_pos", "x_axis_neg")]);
     poor(folder.path(), ". --gravity 9.81", "names-mirrored");
     let file = calibrate(folder.path(), ". --gravity 9.81", 4);
-    assert!(kinds(&file).contains(&"orientation-mismatch".to_owned()));
-    close(
-        file["accelerometer"]["bias"][0].as_f64().unwrap(),
-        Sensor::default().bias[0],
-        0.01,
-    );
+    finding(&file, "orientation-mismatch");
+    let bias = number(&file["accelerometer"]["bias"][0]);
+    close(bias, Sensor::default().bias[0], 0.01);
 }
 
 #[test]
@@ -97,8 +88,9 @@ fn names_that_are_believed_speak_of_the_case() {
     let file = calibrate(half.path(), line, 0);
     let data = calibrate(half.path(), ". --gravity 9.81 --axes=-x,-y,z", 0);
     same_accelerometer(&file["accelerometer"], &data["accelerometer"]);
+    let plain = six_files(&Sensor::default());
     refused(
-        six_files(&Sensor::default()).path(),
+        plain.path(),
         &format!("calibrate {line}"),
         3,
         "left-handed",

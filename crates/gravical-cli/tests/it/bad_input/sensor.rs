@@ -17,11 +17,8 @@ fn a_bias_that_no_sensor_has() {
     sensor.bias[1] = 3.9;
     let folder = six_files(&sensor);
     // With −y up it reads 0.6 g: the unit has to be said.
-    poor(
-        folder.path(),
-        ". --gravity 9.81 --accel-unit m/s^2",
-        "large-bias",
-    );
+    let line = ". --gravity 9.81 --accel-unit m/s^2";
+    poor(folder.path(), line, "large-bias");
 }
 
 /// An MPU6050 in counts at ±2 g.
@@ -36,8 +33,7 @@ fn in_counts() -> Sensor {
 #[test]
 fn clipped_holds() {
     let folder = six_files(&in_counts());
-    let path = folder.path().join("z_axis_pos.csv");
-    let text = std::fs::read_to_string(&path).unwrap();
+    let text = read(folder.path(), "z_axis_pos.csv");
     let clipped: String = text
         .lines()
         .enumerate()
@@ -46,18 +42,15 @@ fn clipped_holds() {
             _ => format!("{l}\n"),
         })
         .collect();
-    std::fs::write(&path, clipped).unwrap();
+    write(folder.path(), "z_axis_pos.csv", &clipped);
     poor(folder.path(), ". --gravity 9.81 --rows 400", "clipped-pose");
 }
 
 #[test]
 fn turns_the_other_way() {
     let folder = tempfile::tempdir().unwrap();
-    let made = run_in(
-        folder.path(),
-        words("simulate six-position --continuous --hold 4 --rest 2 --turn-angle 360 -o . --quiet"),
-    );
-    assert_eq!(made.code, 0, "{}", made.err);
+    let line = "simulate six-position --continuous --hold 4 --rest 2 --turn-angle 360 -o . --quiet";
+    ends(folder.path(), line, 0);
     poor(folder.path(), "session.csv", "turned-other-way");
     let reported = calibrate(folder.path(), "session.csv --turn-angle 360", 0);
     assert!(!kinds(&reported).contains(&"turned-other-way".to_owned()));
@@ -88,16 +81,8 @@ fn files_in_different_units() {
         unit: 1.0 / 9.80665,
         ..Sensor::default()
     };
-    write(
-        folder.path(),
-        "z_axis_neg.csv",
-        &other.file([0.0, 0.0, -1.0], 500, 3),
-    );
-    refused(
-        folder.path(),
-        "calibrate .",
-        3,
-        "units-differ",
-        &["z_axis_neg.csv", "m/s^2"],
-    );
+    let text = other.file([0.0, 0.0, -1.0], 500, 3);
+    write(folder.path(), "z_axis_neg.csv", &text);
+    let named = ["z_axis_neg.csv", "m/s^2"];
+    refused(folder.path(), "calibrate .", 3, "units-differ", &named);
 }

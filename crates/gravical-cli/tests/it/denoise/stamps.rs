@@ -3,14 +3,18 @@
 use super::*;
 
 /// 100 Hz, gravity and a little of everything.
-fn lines_at(times_ms: impl Iterator<Item = f64>) -> Vec<String> {
+fn samples(count: u32) -> Vec<String> {
     let mut noise = Noise::new(4);
-    times_ms
-        .map(|t| {
-            let [x, y, z] = [0.0, 0.0, 9.81].map(|v| v + 0.03 * noise.normal());
-            format!("{t},{x:.4},{y:.4},{z:.4}")
-        })
-        .collect()
+    let row = |i: u32| {
+        let [x, y, z] = [0.0, 0.0, 9.81].map(|v| v + 0.03 * noise.normal());
+        format!("{},{x:.4},{y:.4},{z:.4}", 10 * i)
+    };
+    (0..count).map(row).collect()
+}
+
+fn write_lines(folder: &Path, name: &str, lines: &[String]) {
+    let text = format!("t_ms,ax,ay,az\n{}\n", lines.join("\n"));
+    write(folder, name, &text);
 }
 
 #[test]
@@ -19,12 +23,8 @@ fn gaps_breaks_and_what_is_too_short() {
     // A step from one level to another across the gap, as after a pause.
     let mut text = "t_ms,ax,ay,az\n".to_owned();
     for i in 0..300 {
-        let (t, level) = if i < 150 {
-            (10 * i, 0.0)
-        } else {
-            (10 * i + 300, 5.0)
-        };
-        text += &format!("{t},{level},0.1,9.81\n");
+        let (pause, level) = if i < 150 { (0, 0.0) } else { (300, 5.0) };
+        text += &format!("{},{level},0.1,9.81\n", 10 * i + pause);
     }
     text += "3700,1,1,9.81\n3710,1,1,9.81\n\n\n3720,2,2,9.81\n";
     write(folder.path(), "gap.csv", &text);
@@ -33,13 +33,8 @@ fn gaps_breaks_and_what_is_too_short() {
         assert_eq!(reported["segments"], 4, "{filter}");
         assert_eq!(finding(&reported, "parted")["count"], 2, "{filter}");
         let rows = written(folder.path());
-        for (i, row) in rows
-            .iter()
-            .skip(1)
-            .filter(|r| r.len() == 4)
-            .enumerate()
-            .take(300)
-        {
+        let samples = rows.iter().skip(1).filter(|r| r.len() == 4);
+        for (i, row) in samples.take(300).enumerate() {
             let want = if i < 150 { 0.0 } else { 5.0 };
             // Nothing of one side gets to the other.
             close(row[1].parse().unwrap(), want, 1e-6);
@@ -55,25 +50,15 @@ fn gaps_breaks_and_what_is_too_short() {
 #[test]
 fn stamps_that_run_backwards_or_are_missing() {
     let folder = tempfile::tempdir().unwrap();
-    let mut lines = lines_at((0..400).map(|i| 10.0 * f64::from(i)));
+    let mut lines = samples(400);
     lines[200] = lines[200].replacen("2000,", "1900,", 1);
     lines[300] = lines[300].replacen("3000,", ",", 1);
-    write(
-        folder.path(),
-        "back.csv",
-        &format!("t_ms,ax,ay,az\n{}\n", lines.join("\n")),
-    );
-    let reported = summary(
-        folder.path(),
-        "back.csv --filter savgol:5,2 --filter butter:2,5Hz",
-    );
+    write_lines(folder.path(), "back.csv", &lines);
+    let line = "back.csv --filter savgol:5,2 --filter butter:2,5Hz";
+    let reported = summary(folder.path(), line);
     finding(&reported, "bad-stamps");
-    assert!(
-        finding(&reported, "parted")["message"]
-            .as_str()
-            .unwrap()
-            .contains("backwards")
-    );
+    let parted = finding(&reported, "parted")["message"].to_string();
+    assert!(parted.contains("backwards"), "{parted}");
     assert_eq!(finding(&reported, "absent-time")["count"], 1);
     assert_eq!(written(folder.path()).len(), 401);
 }
@@ -81,14 +66,10 @@ fn stamps_that_run_backwards_or_are_missing() {
 #[test]
 fn empty_cells_stay_empty_and_spoil_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let mut lines = lines_at((0..400).map(|i| 10.0 * f64::from(i)));
+    let mut lines = samples(400);
     lines[100] = "1000,,0.1,9.8".to_owned();
     lines[250] = "2500,0.1,NaN,".to_owned();
-    write(
-        folder.path(),
-        "holes.csv",
-        &format!("t_ms,ax,ay,az\n{}\n", lines.join("\n")),
-    );
+    write_lines(folder.path(), "holes.csv", &lines);
     for filter in [
         "savgol:5,2",
         "butter:4,5Hz",

@@ -15,10 +15,9 @@ G = 9.80665
 
 
 class Board:
-    """Rows of acceleration in m/s² and angular rate in rad/s; noise of 3 mg. `says`: other bytes in their place."""
+    """Rows of acceleration in m/s² and angular rate in rad/s; noise of 3 mg."""
 
-    def __init__(self, folder, rate_hz=RATE_HZ, says=None):
-        self.says = says
+    def __init__(self, folder, rate_hz=RATE_HZ):
         self.rate_hz = rate_hz
         self.port = pathlib.Path(folder) / "ttyBoard"
         self.lock = threading.Lock()
@@ -72,7 +71,7 @@ class Board:
                 if not self.files:
                     continue
                 rows = "" if n % 500 else "t_ms,ax (m/s^2),ay (m/s^2),az (m/s^2),gx (rad/s),gy (rad/s),gz (rad/s)\n"
-                row = (rows + self.row(n / self.rate_hz)).encode() if self.says is None else self.says
+                row = (rows + self.row(n / self.rate_hz)).encode()
                 try:
                     os.write(self.files[0], row)
                 except BlockingIOError:

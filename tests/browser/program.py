@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The page of `gravical live` in Chromium: whole sessions with the program itself.
 
-    tests/browser/live/program.py GRAVICAL [PICTURES]
+    tests/browser/program.py GRAVICAL [PICTURES]
 
 PICTURES is a folder for pictures, for people. What does not hold ends the program with what it was.
 """
@@ -12,15 +12,28 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 from board import BIAS, G, Board
-from browser import Browser
-from check import CONTRAST, OVERFLOW, SIZES, Check
+from browser import CONTRAST, Browser
 
+SIZES = [(1280, 900), (400, 860)]
 FACES = ["+x", "-x", "+y", "-y", "-z"]
 
+# What is wider than the page, or than the box that holds it.
+OVERFLOW = """
+const out = [];
+if (document.documentElement.scrollWidth > innerWidth) out.push(["page", document.documentElement.scrollWidth]);
+for (const e of document.querySelectorAll("main *, header *")) {
+  const b = e.getBoundingClientRect();
+  if (b.width && !e.closest(".scroll, #facts, .unseen") && (b.right > innerWidth + 1 || b.left < -1)) out.push([e.tagName, e.id, e.className, b.right]);
+  if (e.matches("button") && e.scrollWidth > e.clientWidth + 1) out.push(["button", e.textContent]);
+}
+return out;
+"""
 
-class Live(Check):
+
+class Live:
     """A browser at the page of a program."""
 
     def __init__(self, browser, program, pictures):
@@ -49,14 +62,44 @@ class Live(Check):
     def simulated(self, speed, seed=4, *options):
         return self.session("--simulate", "--seed", str(seed), "--folder", "s", "--speed", str(speed), *options)
 
-    def picture(self, name):
-        if not self.pictures:
-            return
+    def until(self, script, seconds=15.0):
+        """Waits for what the script answers; nothing while a new tab still shows the browser's own page."""
+        end = time.monotonic() + seconds
+        while not (value := self.browser.run(f"if (typeof state === 'undefined') return null; {script}")):
+            assert time.monotonic() < end, f"it never came: {script}\n{self.browser.run('return document.body.innerText')}"
+            time.sleep(0.05)
+        return value
+
+    def shown(self, selector):
+        return self.browser.run(f"const e = document.querySelector({selector!r}); return Boolean(e && e.checkVisibility())")
+
+    def quiet(self, name):
+        """Nothing was complained of, and nothing but the program was asked."""
+        assert not (loud := self.browser.complaints()), (name, loud)
+        for url in self.browser.requests():
+            assert url.startswith((self.host, "data:", "chrome:", "chrome-untrusted:")), (name, url)
+
+    def look(self, name):
+        """All text is read and nothing overflows, dark and light, at both sizes; a picture of each size."""
+        browser = self.browser
         for width, height in SIZES:
-            self.browser.size(width, height)
-            self.browser.settle(10)
-            self.browser.picture(self.pictures / f"{name}-{width}.png", whole=width == 400)
-        self.browser.size(*SIZES[0])
+            browser.size(width, height)
+            # Without movement, so that colours are there at once.
+            for scheme in ("dark", "light"):
+                browser.media(scheme, "reduce")
+                browser.settle()
+                assert not (faint := browser.run(CONTRAST)), (name, width, scheme, faint)
+                assert not (wide := browser.run(OVERFLOW)), (name, width, wide)
+            if self.pictures:
+                browser.settle(10)
+                browser.picture(self.pictures / f"{name}-{width}.png", whole=width == 400)
+        browser.size(*SIZES[0])
+        browser.media()
+
+    def take(self, event):
+        """Gives an event to the page, as if the program had sent it."""
+        self.browser.run(f"take({event})")
+        self.browser.settle()
 
     def ready(self):
         """The first pose is the rest that the noise was measured in."""
@@ -67,10 +110,6 @@ class Live(Check):
         self.until(f"return state.poses.size === {number} && (state.fit?.poses.length ?? {number}) === {number}"
                    " && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)", 60)
         self.browser.settle(8)
-
-    def readable(self):
-        assert not (faint := self.browser.run(CONTRAST)), faint
-        assert not (wide := self.browser.run(OVERFLOW)), wide
 
     def is_good(self):
         return self.browser.run("return state.verdict?.grade === 'good'")
@@ -84,12 +123,11 @@ class Live(Check):
         assert after < 5 < before, (before, after)
         self.browser.click("#result [aria-expanded]")
         self.until("return document.querySelector('iframe')?.contentDocument?.querySelectorAll('svg').length > 3")
-        for width, height in SIZES:
-            self.browser.size(width, height)
-            self.browser.settle(20)
-            self.readable()
-        self.browser.size(*SIZES[0])
-        self.picture(f"{name}-end")
+        self.look(f"{name}-end")
+        for grade in ("fair", "poor", "not-verifiable"):
+            self.take(f"{{ ...state.verdict, grade: '{grade}' }}")
+            assert self.shown(f".grade.{grade}")
+            self.look(f"{name}-{grade}")
         self.quiet(name)
 
     def by_keyboard(self):
@@ -97,7 +135,7 @@ class Live(Check):
         # Long enough for a push in it, at this speed.
         with self.simulated(4, 4, "--capture", "4") as folder:
             self.ready()
-            self.picture("ready")
+            self.look("ready")
             key = lambda face: browser.key(browser.run(f"return String(FACES.indexOf('{face}') + 1)"))
             # A push in the capture: rejected with its reason; what was accepted stays. The key is
             # pressed from within, so that it is in time.
@@ -108,7 +146,7 @@ class Live(Check):
             }, 10);""")
             key("+x")
             self.until("return document.querySelector('#notice.cross')?.textContent.includes('moved')", 60)
-            self.picture("rejected")
+            self.look("rejected")
             self.accepted(2)
             for count, face in enumerate(FACES[1:], start=3):
                 key(face)
@@ -121,16 +159,21 @@ class Live(Check):
             browser.key("-")
             browser.key("y")
             self.until("return state.status?.tiles['-y'] === 'redo'")
-            self.picture("redo")
+            self.look("redo")
             key("-y")
             self.accepted(6)
-            self.picture("six")
+            # What no simulated session shows.
+            self.take("{ ...state.fit, suspect: [...state.poses.keys()][1] }")
+            assert self.shown("#tiles .redo")
+            self.take("{ v: 1, type: 'warning', kind: 'temperature', t_s: state.status.t_s, text: 'It has warmed by 1.4 °C.' }")
+            assert self.shown("#notice.warning")
+            self.look("six")
             # An early end, and on: the question says what the verdict will be.
             browser.key("Enter")
             assert "“not verifiable”" in browser.run("return document.querySelector('#sure p').textContent")
             browser.key("Enter")
             self.until("return state.saved?.next[0] === 'gravical live --resume s' && state.end", 60)
-            self.picture("saved-early")
+            self.look("saved-early")
             browser.click("#result .primary")
             self.until("return !state.end && state.poses.size === 6 && state.status?.state === 'wait'", 60)
             for count in range(7, 17):
@@ -139,7 +182,7 @@ class Live(Check):
                 browser.key("n")
                 self.accepted(count)
             assert self.is_good()
-            self.picture("good")
+            self.look("good")
             browser.key("Enter")
             self.ended("keyboard")
             for name in ("recording.csv", "session.ndjson", "calibration.json", "calibration-2.json", "calibration-2.html"):
@@ -183,7 +226,7 @@ class Live(Check):
             browser.click("[data-command=finish]")
             self.until("return document.querySelector('#sure').open || state.verdict?.final")
             if browser.run("return document.querySelector('#sure').open"):
-                self.picture("sure")
+                self.look("sure")
                 browser.click("#sure [value=yes]")
             self.ended("mouse")
         print("a session by mouse")
@@ -196,7 +239,7 @@ class Live(Check):
             self.ready()
             browser.key("1")
             self.until("return state.status?.state === 'capture' && state.status.ring > 0.2", 60)
-            self.picture("capture")
+            self.look("capture")
             browser.open(self.url)
             self.until("return state.poses.size === 1 && state.status?.state === 'capture'")
             self.accepted(2)
@@ -207,29 +250,42 @@ class Live(Check):
             self.until("return state.poses.size === 2")
             self.until("return document.querySelector('#follower').checkVisibility()")
             assert not self.shown("#actions") and not self.shown("#hands")
-            self.picture("follower")
+            self.look("follower")
             browser.key("u")
             browser.call("POST", f"{browser.session}/window", {"handle": first})
             browser.call("DELETE", f"{browser.session}/window")
             browser.call("POST", f"{browser.session}/window", {"handle": second})
             self.until("return !document.querySelector('#follower').checkVisibility() && state.poses.size === 2")
             assert self.shown("#actions")
-            browser.key("u")
+            # A button with the focus does what it says, not what Space says; every button is reached by Tab, and is seen.
+            browser.run("document.querySelector('[data-command=undo]').focus()")
+            browser.key(" ")
             self.until("return state.poses.size === 1")
+            reached = set()
+            for _ in range(40):
+                browser.key("Tab")
+                reached.add(browser.run("const e = document.activeElement; return e.matches(':focus-visible')"
+                                        " && getComputedStyle(e).outlineStyle !== 'none' ? e.dataset.command ?? e.id : ''"))
+            assert {"capture", "undo", "redo", "cancel", "mute"} <= reached, reached
+            # Sound off, and still off when the page is loaded again.
+            for pressed in ("true", "false"):
+                browser.key("m")
+                browser.open(self.url)
+                self.until(f"return document.querySelector('#mute').getAttribute('aria-pressed') === '{pressed}' && state.status")
             self.quiet("loaded again")
             # The board is drawn with the heading of the next pose.
             self.until("return headingTo(lying(wanted().up), attitude) === null || Math.cos(headingTo(lying(wanted().up), attitude)) > 0.9998")
             # Cancelled, after a question: the page says where everything is, and how to go on.
             browser.key("c")
             assert "stay in s" in browser.run("return document.querySelector('#sure p').textContent")
-            self.picture("cancel")
+            self.look("cancel")
             browser.key("Escape")
             browser.settle()
             assert not browser.run("return document.querySelector('#sure').open || state.end")
             browser.click("[data-command=cancel]")
             browser.click("#sure [value=yes]")
             self.until("return state.end?.reason === 'cancelled' && document.querySelector('.command code')?.textContent.includes('--resume')")
-            self.picture("cancelled")
+            self.look("cancelled")
             assert self.child.wait(timeout=20) == 130
         print("loaded again in a capture, two tabs, cancelled")
 
@@ -252,7 +308,7 @@ class Live(Check):
                             self.until("return state.status?.state === 'capture'", 30)
                             board.unplug()
                             self.until("return document.body.dataset.state === 'lost'", 30)
-                            self.picture("lost")
+                            self.look("lost")
                             # A tab that is opened now shows it, too.
                             browser.open(self.url)
                             self.until("return document.body.dataset.state === 'lost' && state.status", 5)
@@ -271,7 +327,7 @@ class Live(Check):
                     for found, true in zip(bias, BIAS):
                         assert abs(found - 1000 * true / G) < 8, (bias, BIAS)
                     assert not self.shown(".truth")
-                    self.picture("port-end")
+                    self.look("port-end")
                     self.quiet("at a port")
             finally:
                 board.close()
@@ -287,15 +343,16 @@ class Live(Check):
                 with self.session("--port", str(board.port), "--folder", "s") as where:
                     # The page is drawn some milliseconds after its state.
                     self.until("return state.ports?.tried && document.querySelector('#sentence').textContent.includes('no such port')")
-                    self.picture("port-absent")
                     # What is no port of this computer is refused, wherever it comes from.
-                    browser.run("choosePort('/etc/passwd')")
+                    port = "({ name, device: 'Arduino Uno', usb: '2341:0043', serial: null, board: true, open_in: ['minicom (4711)'] })"
+                    self.take(f"{{ ...state.ports, tried: null, text: 'More than one port', ports: ['/etc/hosts', '/etc/passwd'].map(name => {port}) }}")
+                    self.look("ports")
+                    browser.click("#ports li:nth-child(2) button")
                     self.until("return document.querySelector('#notice').textContent.includes('is no port of this computer')")
                     assert not (where / "s").exists()
                     # It is tried as soon as it is there; this is no port.
                     board.port.write_text("")
-                    self.until("return !state.ports.text.includes('no such port')", 30)
-                    self.picture("port-failed")
+                    self.until("return state.ports.tried && !state.ports.text.includes('no such port')", 30)
                     board.port.unlink()
                     board.plug()
                     browser.click("#again")
@@ -327,35 +384,6 @@ class Live(Check):
                 board.close()
         print("a port chosen, five tabs")
 
-    def no_rows(self):
-        """A board without rows: the page says what arrives, and the session goes on with the simulated sensor, or with the
-        board once it has a sketch."""
-        browser = self.browser
-        for name, says, words in (("silent", b"", "nothing arrives"), ("words", b"Hello, I blink!\r\n", "Hello, I blink!"),
-                                  ("garbage", b"\x00\xf8\x80\xfe\x1c\n", "is no text")):
-            with tempfile.TemporaryDirectory() as folder:
-                board = Board(folder, says=says)
-                try:
-                    with self.session("--port", str(board.port), "--folder", "s") as where:
-                        self.until("return document.querySelector('#hint').textContent.includes('waiting for its first rows')")
-                        self.until(f"return document.querySelector('#sentence').textContent.includes('{words}')", 30)
-                        assert browser.run("return document.querySelectorAll('#flash code').length") == 3
-                        self.readable()
-                        self.picture(f"no-rows-{name}")
-                        assert not (where / "s").exists()
-                        if name == "silent":
-                            browser.click("#simulate button")
-                            self.until("return state.session?.source === 'simulate'")
-                        else:
-                            board.says = None
-                            browser.key("Enter")
-                        self.ready()
-                        assert not self.shown("#ports") and self.shown("#live")
-                        self.quiet(f"no rows: {name}")
-                finally:
-                    board.close()
-        print("a board without rows")
-
     def of_a_board(self):
         """What a board sends is text, whatever it is."""
         evil = "<img src=x onerror=alert(1)>"
@@ -383,7 +411,7 @@ def main():
             browser.size(*SIZES[0])
             browser.media()
             live = Live(browser, program, pictures)
-            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.no_rows, live.of_a_board):
+            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

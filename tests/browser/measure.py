@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What the page of `gravical live` costs: from a sample to its tile, processor, memory.
 
-    tests/browser/live/measure.py GRAVICAL [SECONDS]
+    tests/browser/measure.py GRAVICAL [SECONDS]
 
 A scripted board sends 500 rows a second to a pseudo-terminal; its clock is that of this computer. The figures are in
 CONTRIBUTING.md; nothing is judged here.
@@ -9,15 +9,13 @@ CONTRIBUTING.md; nothing is judged here.
 
 import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 import time
 
 from board import Board
 from browser import Browser
-from check import SIZES
-from program import Live
+from program import SIZES, Live
 
 RATE_HZ = 500
 # After the page was updated with a status: the age of the sample that it shows, ms.
@@ -78,34 +76,6 @@ class Measure(Live):
         print("from a sample to the page, ms (median, 95 %, most): " + ", ".join(f"{v:.0f}" for v in quantiles(ages)), f"of {len(ages)}")
 
 
-def hour(program):
-    """Memory of a replay of an hour at 500 Hz: as much at rest as in motion, and twenty poses."""
-    with tempfile.TemporaryDirectory() as folder:
-        folder = pathlib.Path(folder)
-        subprocess.run([program, "simulate", "poses", "-o", "p", "--seed", "3", "--free", "14", "--rate", str(RATE_HZ), "--quiet"], cwd=folder, check=True)
-        header, *rows = [line for line in (folder / "p/poses.csv").read_text().splitlines() if not line.startswith("#")]
-        rest = [row.split(",", 1)[1] for row in rows]
-        with (folder / "hour.csv").open("w") as out:
-            out.write(header + "\n")
-            for n in range(3600 * RATE_HZ):
-                # The first is in ms.
-                out.write(f"{1000 * n / RATE_HZ:.0f},{rest[n % len(rest)]}\n")
-        began = time.monotonic()
-        child = subprocess.Popen([program, "live", "--replay", "hour.csv", "--plain"], cwd=folder, stdin=subprocess.DEVNULL,
-                                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        memory = 0.0
-        spent_s = 0.0
-        while child.poll() is None:
-            try:
-                spent_s, memory = cost(child.pid)
-            except (FileNotFoundError, StopIteration):
-                break
-            time.sleep(0.05)
-        child.wait()
-        size = (folder / "hour.csv").stat().st_size / 1e6
-        print(f"replay of an hour at {RATE_HZ} Hz ({size:.0f} MB): {memory:.0f} MiB, {spent_s:.1f} s of processor in {time.monotonic() - began:.1f} s")
-
-
 def main():
     program = str(pathlib.Path(sys.argv[1]).resolve())
     seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 180.0
@@ -117,7 +87,6 @@ def main():
             Measure(browser, program, None).page(seconds)
         finally:
             browser.stop()
-    hour(program)
 
 
 if __name__ == "__main__":

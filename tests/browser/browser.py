@@ -7,6 +7,27 @@ import subprocess
 import time
 import urllib.request
 
+# Text that is too faint on what is behind it; large text may be fainter.
+CONTRAST = """
+const parse = c => c.match(/[\\d.]+/g).map(Number);
+const light = ([r, g, b]) => [r, g, b].map(v => v / 255).map(v => v <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4)
+  .reduce((s, v, i) => s + v * [.2126, .7152, .0722][i], 0);
+const out = [];
+for (const e of document.querySelectorAll("body *")) {
+  const text = [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim());
+  if (!text || !e.checkVisibility({ visibilityProperty: true }) || e.closest(".unseen, .icons, #actions :disabled, .hands :disabled, noscript")) continue;
+  let behind = [255, 255, 255];
+  for (let p = e; p; p = p.parentElement) {
+    const c = parse(getComputedStyle(p).backgroundColor);
+    if (c.length === 3 || c[3] > .99) { behind = c; break; }
+  }
+  const style = getComputedStyle(e), front = e.namespaceURI.endsWith("svg") ? style.fill : style.color;
+  const [a, b] = [light(parse(front)), light(behind)].sort((x, y) => y - x);
+  const ratio = (a + .05) / (b + .05);
+  if (ratio < 4.5) out.push([e.textContent.trim().slice(0, 40), ratio.toFixed(2)]);
+}
+return out;
+"""
 
 # Aims at an element: where its middle is, or null. Until it is hit, the mouse reaches nothing else. A page that
 # was left by the click has no aim any more.
