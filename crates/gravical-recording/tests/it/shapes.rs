@@ -17,186 +17,248 @@ struct Shape {
 }
 
 const G: f64 = 9.80665;
+const COVARIANCE: &str = "0,0,0,0,0,0,0,0,0";
+
+/// What most of them have in common.
+const SHAPE: Shape = Shape {
+    name: "fixed width",
+    file_name: "",
+    header: "",
+    write: |_, [x, y, z], _| format!("{:10.4}{:10.4}{:10.4}", x * G, y * G, z * G),
+    unit: AccelUnit::StandardGravity,
+    has_gyro: false,
+    has_clock: false,
+};
+
+/// Words around the numbers.
+const PRINT: Shape = Shape {
+    file_name: "log.txt",
+    header: "Starting sensor...\nFound it!\n",
+    ..SHAPE
+};
 
 const SHAPES: &[Shape] = &[
     Shape {
-        name: "phyphox, one sensor a file",
-        file_name: "Accelerometer.csv",
-        header: "\"Time (s)\",\"X (m/s^2)\",\"Y (m/s^2)\",\"Z (m/s^2)\"\n",
-        write: |k, [x, y, z], _| {
-            format!(
-                "{:E},{:E},{:E},{:E}",
-                k as f64 / RATE_HZ,
-                x * G,
-                y * G,
-                z * G
-            )
-        },
         unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
-        has_clock: true,
+        ..SHAPE
     },
     Shape {
         name: "Sensor Logger",
         file_name: "TotalAcceleration.csv",
         header: "time,seconds_elapsed,z,y,x\n",
-        write: |k, [x, y, z], _| {
-            let (t, elapsed) = (
-                1_700_000_000_000_000_000 + 40_000_000 * k,
-                k as f64 / RATE_HZ,
-            );
-            format!("{t},{elapsed:.3},{:.5},{:.5},{:.5}", z * G, y * G, x * G)
+        write: |k, a, _| {
+            let [x, y, z] = a.map(|v| v * G);
+            let (t, s) = (1_700_000_000_000_000_000 + 40_000_000 * k, seconds(k));
+            format!("{t},{s:.3},{z:.5},{y:.5},{x:.5}")
         },
         unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
         name: "Physics Toolbox",
-        file_name: "",
         header: "time;gFx;gFy;gFz;TgF\n",
         write: |k, [x, y, z], _| {
-            let tenths_ms = 400 * k;
-            let (s, f) = (tenths_ms / 10_000, tenths_ms % 10_000);
-            format!("11:41:{s:02}:{f:04};{x:.4};{y:.4};{z:.4};1,000").replace('.', ",")
+            let (s, tenths_ms) = (k / 25, 400 * k % 10_000);
+            format!("11:41:{s:02}:{tenths_ms:04};{x:.4};{y:.4};{z:.4};1,000").replace('.', ",")
         },
-        unit: AccelUnit::StandardGravity,
-        has_gyro: false,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
-        name: "EuRoC",
-        file_name: "data.csv",
-        header: "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad \
-                 s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n",
+        name: "ros2 topic echo --csv",
         write: |k, a, w| {
-            let ([x, y, z], [gx, gy, gz]) = (a.map(|v| v * G), w.map(f64::to_radians));
+            let ([x, y, z], [u, v, w]) = (a.map(|v| v * G), w.map(f64::to_radians));
+            let (s, ns) = (1_700_000_000 + k / 25, k % 25 * 40_000_000);
             format!(
-                "{},{gx},{gy},{gz},{x},{y},{z}",
-                1_403_636_579_758_555_392 + 40_000_000 * k as u64
+                "{s},{ns},imu,0,0,0,1,{COVARIANCE},{u},{v},{w},{COVARIANCE},{x},{y},{z},{COVARIANCE}"
             )
         },
         unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
         name: "rostopic echo -p",
-        file_name: "",
         header: "%time,field.header.seq,field.header.stamp,field.angular_velocity.x,field.\
                  angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,field.\
                  linear_acceleration.y,field.linear_acceleration.z\n",
         write: |k, a, w| {
-            let ([x, y, z], [gx, gy, gz]) = (a.map(|v| v * G), w.map(f64::to_radians));
+            let ([x, y, z], [u, v, w]) = (a.map(|v| v * G), w.map(f64::to_radians));
             let t = 1_600_000_000_000_000_000 + 40_000_000 * k as u64;
-            format!("{t},{k},{t},{gx},{gy},{gz},{x},{y},{z}")
+            format!("{t},{k},{t},{u},{v},{w},{x},{y},{z}")
         },
         unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
-        name: "PX4 sensor_combined",
-        file_name: "",
+        name: "ulog2csv",
         header: "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt,\
                  accelerometer_timestamp_relative,accelerometer_m_s2[0],accelerometer_m_s2[1],\
                  accelerometer_m_s2[2],accelerometer_integral_dt\n",
         write: |k, a, w| {
-            let ([x, y, z], [gx, gy, gz]) = (a.map(|v| v * G), w.map(f64::to_radians));
-            format!(
-                "{},{gx},{gy},{gz},40000,0,{x},{y},{z},40000",
-                3_000_000 + 40_000 * k
-            )
+            let ([x, y, z], [u, v, w]) = (a.map(|v| v * G), w.map(f64::to_radians));
+            let us = 112_233 + 40_000 * k;
+            format!("{us},{u},{v},{w},40000,0,{x},{y},{z},40000")
         },
         unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
-        name: "Betaflight",
-        file_name: "",
-        header: "loopIteration, time (us), gyroADC[0], gyroADC[1], gyroADC[2], accSmooth[0], \
-                 accSmooth[1], accSmooth[2]\n",
-        write: |k, a, [gx, gy, gz]| {
-            let [x, y, z] = a.map(|v| v * 2048.0);
-            format!(
-                "{k}, {}, {gx:.0}, {gy:.0}, {gz:.0}, {x:.0}, {y:.0}, {z:.0}",
-                40_000 * k
-            )
+        name: "blackbox_decode",
+        header: "loopIteration, time (us), axisP[0], axisP[1], axisP[2], gyroADC[0], gyroADC[1], \
+                 gyroADC[2], accSmooth[0], accSmooth[1], accSmooth[2], motor[0]\n",
+        write: |k, a, [u, v, w]| {
+            let ([x, y, z], us) = (a.map(|v| v * 2048.0), 40_000 * k);
+            format!("{k}, {us}, 0, 0, 0, {u:.0}, {v:.0}, {w:.0}, {x:.0}, {y:.0}, {z:.0}, 1000")
         },
         unit: AccelUnit::Counts,
         has_gyro: true,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
         name: "Axivity",
-        file_name: "",
-        header: "",
         write: |k, [x, y, z], _| {
-            format!(
-                "2017-05-19 14:31:{:06.3},{x:.5},{y:.5},{z:.5}",
-                k as f64 / RATE_HZ
-            )
+            let s = seconds(k);
+            format!("2017-05-19 14:31:{s:06.3},{x:.5},{y:.5},{z:.5}")
         },
-        unit: AccelUnit::StandardGravity,
-        has_gyro: false,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
         name: "Shimmer",
-        file_name: "",
         header: "\"sep=\\t\"\nS_Timestamp_CAL\tS_Accel_LN_X_CAL\tS_Accel_LN_Y_CAL\tS_Accel_LN_Z_CAL\t\
                  S_Accel_WR_X_CAL\tS_Accel_WR_Y_CAL\tS_Accel_WR_Z_CAL\t\nms\tm/(s^2)\tm/(s^2)\t\
                  m/(s^2)\tm/(s^2)\tm/(s^2)\tm/(s^2)\t\n",
         write: |k, a, _| {
-            let [x, y, z] = a.map(|v| v * G);
-            format!(
-                "{}\t{x:.5}\t{y:.5}\t{z:.5}\t{:.5}\t{y:.5}\t{z:.5}\t",
-                1e12 + 40.0 * k as f64,
-                x + 0.5
-            )
+            let ([x, y, z], ms) = (a.map(|v| v * G), 1e12 + 40.0 * k as f64);
+            let other = x + 0.5;
+            format!("{ms}\t{x:.5}\t{y:.5}\t{z:.5}\t{other:.5}\t{y:.5}\t{z:.5}\t")
         },
         unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
         has_clock: true,
+        ..SHAPE
     },
     Shape {
         name: "MbientLab",
         file_name: "MetaWear_Accelerometer.csv",
         header: "epoc (ms),timestamp (+0200),elapsed (s),x-axis (g),y-axis (g),z-axis (g)\n",
         write: |k, [x, y, z], _| {
-            let (ms, s) = (1_600_000_000_000_u64 + 40 * k as u64, k as f64 / RATE_HZ);
+            let (ms, s) = (1_600_000_000_000_u64 + 40 * k as u64, seconds(k));
+            let second = s + 40.0;
+            format!("{ms},2020-09-13T14:26:{second:06.3},{s:.3},{x:.4},{y:.4},{z:.4}")
+        },
+        has_clock: true,
+        ..SHAPE
+    },
+    Shape {
+        name: "Adafruit",
+        write: |_, a, w| {
+            let ([x, y, z], [u, v, w]) = (a.map(|v| v * G), w.map(f64::to_radians));
             format!(
-                "{ms},2020-09-13T14:26:{:06.3},{s:.3},{x:.4},{y:.4},{z:.4}",
-                s + 40.0
+                "Acceleration X: {x:.4}, Y: {y:.4}, Z: {z:.4} m/s^2\nRotation X: {u:.4}, Y: {v:.4}, \
+                 Z: {w:.4} rad/s\nTemperature: 27.31 degC\n"
             )
         },
-        unit: AccelUnit::StandardGravity,
-        has_gyro: false,
-        has_clock: true,
+        unit: AccelUnit::MetrePerSecondSquared,
+        has_gyro: true,
+        ..PRINT
     },
     Shape {
-        name: "x-io",
-        file_name: "",
-        header: "Time (s),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),\
-                 Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)\n",
-        write: |k, [x, y, z], [gx, gy, gz]| {
-            format!("{:.6},{gx},{gy},{gz},{x},{y},{z}", k as f64 / RATE_HZ)
+        name: "i2cdevlib",
+        write: |_, a, w| {
+            let [x, y, z] = a.map(|v| (v * 16_384.0).round());
+            let [u, v, w] = w.map(|w| (w * 131.0).trunc());
+            format!("a/g:\t{x}\t{y}\t{z}\t{u}\t{v}\t{w}")
         },
-        unit: AccelUnit::StandardGravity,
+        unit: AccelUnit::Counts,
+        has_gyro: true,
+        ..PRINT
+    },
+    Shape {
+        name: "key equals value",
+        write: |_, [x, y, z], [u, v, w]| {
+            format!(
+                "aX = {x:.5} | aY = {y:.5} | aZ = {z:.5} | tmp = 27.31 | gX = {u:.3} | gY = \
+                 {v:.3} | gZ = {w:.3}"
+            )
+        },
+        has_gyro: true,
+        ..PRINT
+    },
+    Shape {
+        name: "Serial Monitor",
+        write: |k, a, _| {
+            let ([x, y, z], s) = (a.map(|v| v * G), seconds(k));
+            format!("14:03:{s:06.3} -> {x:.4},{y:.4},{z:.4}")
+        },
+        unit: AccelUnit::MetrePerSecondSquared,
+        has_clock: true,
+        ..PRINT
+    },
+    Shape {
+        name: "SparkFun",
+        write: |_, a, [u, v, w]| {
+            let [x, y, z] = a.map(|v| v * 1000.0);
+            format!(
+                "Scaled. Acc (mg) [ {x:08.2}, {y:08.2}, {z:08.2} ], Gyr (DPS) [ {u:06.2}, \
+                 {v:06.2}, {w:06.2} ]"
+            )
+        },
+        unit: AccelUnit::MilliGravity,
+        has_gyro: true,
+        ..PRINT
+    },
+    Shape {
+        name: "esp-idf",
+        write: |k, [x, y, z], _| {
+            let ms = 320 + 40 * k;
+            format!("I ({ms}) mpu6050: acc_x:{x:.5}, acc_y:{y:.5}, acc_z:{z:.5}")
+        },
+        has_clock: true,
+        ..PRINT
+    },
+    Shape {
+        name: "tuples",
+        write: |k, a, [u, v, w]| {
+            let ([x, y, z], s) = (a.map(|v| v * G), seconds(k));
+            format!("{s:.3}: acc=({x:.4}, {y:.4}, {z:.4}) gyro=({u:.3}, {v:.3}, {w:.3})")
+        },
+        unit: AccelUnit::MetrePerSecondSquared,
         has_gyro: true,
         has_clock: true,
+        ..PRINT
     },
     Shape {
-        name: "fixed width",
-        file_name: "",
-        header: "",
-        write: |_, [x, y, z], _| format!("{:10.4}{:10.4}{:10.4}", x * G, y * G, z * G),
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
-        has_clock: false,
+        name: "JSON lines",
+        write: |k, [x, y, z], _| {
+            let ms = 40 * k;
+            format!("{{\"ms\": {ms}, \"ax\": {x:.5}, \"ay\": {y:.5}, \"az\": {z:.5}}}")
+        },
+        has_clock: true,
+        ..PRINT
+    },
+    Shape {
+        name: "decimal commas",
+        write: |_, [x, y, z], _| format!("ax={x:.5}; ay={y:.5}; az={z:.5}").replace('.', ","),
+        ..PRINT
+    },
+    Shape {
+        name: "one value a line",
+        write: |_, [x, y, z], _| format!("accX: {x:.5}\naccY: {y:.5}\naccZ: {z:.5}\n---"),
+        ..PRINT
     },
 ];
+
+fn seconds(k: usize) -> f64 {
+    k as f64 / RATE_HZ
+}
 
 #[test]
 fn loggers_and_apps_are_read_without_options() {
@@ -210,22 +272,46 @@ fn loggers_and_apps_are_read_without_options() {
         assert_eq!(recording.rows(), rows.len(), "{name}");
         assert_eq!(recording.accel_scale.unit, shape.unit, "{name}");
         assert_eq!(recording.gyro.is_some(), shape.has_gyro, "{name}");
-        assert_eq!(
-            has_rate(&recording, RATE_HZ),
-            shape.has_clock,
-            "{name}: {:?}",
-            recording.rate_hz()
+        let rate_hz = recording.rate_hz();
+        assert_eq!(rate_hz.is_some(), shape.has_clock, "{name}: {rate_hz:?}");
+        assert!(
+            !shape.has_clock || has_rate(&recording, RATE_HZ),
+            "{name}: {rate_hz:?}"
         );
         let scale = recording.accel_scale.nominal().unwrap().recip() / G;
+        let tolerance = if name == "blackbox_decode" {
+            5e-4
+        } else {
+            1e-4
+        };
         for (k, row) in rows.iter().enumerate() {
             for axis in 0..3 {
                 let value_g = recording.accel[axis][k] * scale;
                 assert!(
-                    is_near(value_g, row.accel_g[axis], 5e-4),
+                    is_near(value_g, row.accel_g[axis], tolerance),
                     "{name}, row {k}: {value_g}"
                 );
             }
         }
+    }
+}
+
+/// A comment with as many parts as there are columns is no header if it names no sensor.
+#[test]
+fn a_comment_above_the_rows_is_no_header() {
+    let rows = six_faces(4);
+    let lines = rows.iter().enumerate().map(|(k, r)| {
+        let [x, y, z] = r.accel_g;
+        format!("{},{x:.4},{y:.4},{z:.4}\n", 40 * k)
+    });
+    let rows: String = lines.collect();
+    for comment in [
+        "# the lab, 2026-01-01, Anna",
+        "# Uno, at 25 Hz, on the table, Anna",
+    ] {
+        let recording = read(&format!("{comment}\n{rows}"), "desk.csv");
+        assert!(has_rate(&recording, RATE_HZ), "{:?}", recording.timing);
+        assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
     }
 }
 
