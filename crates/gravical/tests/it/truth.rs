@@ -110,7 +110,7 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
 }
 
 /// Nearly even directions (Fibonacci).
-fn sphere(count: u32) -> Vec<[f64; 3]> {
+pub fn sphere(count: u32) -> Vec<[f64; 3]> {
     let golden = std::f64::consts::PI * (3.0 - 5_f64.sqrt());
     (0..count)
         .map(|i| {

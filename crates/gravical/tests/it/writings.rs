@@ -17,7 +17,7 @@ use form::cover::{pairs, random};
 use form::session::Session;
 use form::{Decimals, Scene, Sensors, Values, Writing};
 use gravical::recording::{ReadOptions, Recording, join_gyroscope, read};
-use judge::{Judge, Judged, Subject};
+use judge::{Judge, Subject};
 
 use crate::support::Noise;
 
@@ -28,16 +28,7 @@ fn wrong(writings: &[Writing]) -> Vec<String> {
     for writing in writings {
         let judged = catch_unwind(AssertUnwindSafe(|| judge.judge(writing)));
         match judged {
-            Ok(Judged { complaints, .. }) if complaints.is_empty() => {}
-            Ok(Judged {
-                complaints,
-                options,
-            }) => {
-                out.push(format!(
-                    "{writing:?}\n  with {options:?}\n  {}",
-                    complaints.join("\n  ")
-                ));
-            }
+            Ok(judged) => out.extend(judged.wrong(&format!("{writing:?}"))),
             Err(_) => out.push(format!("{writing:?}\n  panicked")),
         }
     }
@@ -59,17 +50,11 @@ fn every_two_choices_about_a_writing_meet_and_change_nothing() {
     let mut noise = Noise::new(1);
     let (chosen, impossible) = pairs(30, |n| (noise.uniform() * n as f64) as usize);
     for [a, b] in &impossible {
-        println!(
-            "nobody has {} with {}",
-            Writing::name_of(a.0, a.1),
-            Writing::name_of(b.0, b.1)
-        );
+        let [a, b] = [a, b].map(|choice| Writing::name_of(choice.0, choice.1));
+        println!("nobody has {a} with {b}");
     }
-    println!(
-        "{} writings, {} pairs that nobody has",
-        chosen.len(),
-        impossible.len()
-    );
+    let (count, never) = (chosen.len(), impossible.len());
+    println!("{count} writings, {never} pairs that nobody has");
     report(&wrong(&chosen), chosen.len());
 }
 
@@ -96,39 +81,26 @@ fn recordings_of_real_sensors() {
     let mut wrong_ones = Vec::new();
     let mut tried = 0;
     for (name, files, gyro) in [
-        (
-            "imu_tk-xsens",
-            &["xsens_acc.txt.gz"][..],
-            Some("xsens_gyro.txt.gz"),
-        ),
-        ("mikoff-mpu9150", &["imu0.log"], None),
-        ("mikoff-mpu9150", &["imu1.log"], None),
-        ("mikoff-mpu9150", &["imu2.log"], None),
-        ("tomisuarez-mpu6050", &["calibration.csv"], None),
-        ("imucal-ferraris", &["example_ferraris_session.csv"], None),
+        ("imu_tk-xsens", "xsens_acc.txt.gz", Some("xsens_gyro.txt.gz")),
+        ("mikoff-mpu9150", "imu0.log", None),
+        ("mikoff-mpu9150", "imu1.log", None),
+        ("mikoff-mpu9150", "imu2.log", None),
+        ("tomisuarez-mpu6050", "calibration.csv", None),
+        ("imucal-ferraris", "example_ferraris_session.csv", None),
         (
             "airbrakes-sixmoves",
-            &[
-                "xminus.csv",
-                "xplus.csv",
-                "yminus.csv",
-                "yplus.csv",
-                "zminus.csv",
-                "zplus.csv",
-            ],
+            "xminus.csv xplus.csv yminus.csv yplus.csv zminus.csv zplus.csv",
             None,
         ),
     ] {
         let options = ReadOptions::default();
-        let mut recordings: Vec<Recording> = files
-            .iter()
-            .map(|file| {
-                let mut recording = read(&data.join(name).join(file), &options).unwrap();
-                // The name is a claim about the face, so it stays.
-                (*file).clone_into(&mut recording.name);
-                recording
-            })
-            .collect();
+        let recordings = files.split(' ').map(|file| {
+            let mut recording = read(&data.join(name).join(file), &options).unwrap();
+            // The name is a claim about the face, so it stays.
+            file.clone_into(&mut recording.name);
+            recording
+        });
+        let mut recordings: Vec<Recording> = recordings.collect();
         if let Some(gyro) = gyro {
             join_gyroscope(&mut recordings[0], &data.join(name).join(gyro), &options).unwrap();
         }
@@ -139,8 +111,8 @@ fn recordings_of_real_sensors() {
         let mut noise = Noise::new(5);
         for _ in 0..12 {
             let mut writing = random(|n| (noise.uniform() * n as f64) as usize);
-            writing.scene = match files {
-                [_] => Scene::Poses,
+            writing.scene = match recordings.len() {
+                1 => Scene::Poses,
                 _ => Scene::SixFiles,
             };
             if !gyro {
@@ -156,14 +128,8 @@ fn recordings_of_real_sensors() {
             }
             let judged = subject.judge(&writing.possible());
             tried += 1;
-            if !judged.complaints.is_empty() {
-                wrong_ones.push(format!(
-                    "{name} {files:?} {:?}\n  with {:?}\n  {}",
-                    writing.possible(),
-                    judged.options,
-                    judged.complaints.join("\n  ")
-                ));
-            }
+            let writing = writing.possible();
+            wrong_ones.extend(judged.wrong(&format!("{name} {files} {writing:?}")));
         }
     }
     report(&wrong_ones, tried);
