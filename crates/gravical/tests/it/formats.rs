@@ -1,9 +1,6 @@
 //! Formats of loggers and apps: each of these headers must be read without options, or the error
 //! must name an option that works.
 
-use gravical::apply::{ApplyOptions, apply};
-use gravical::calibration_file::CalibrationFile;
-use gravical::recording::open::from_reader;
 use gravical::recording::{
     AccelUnit, GyroUnit, ReadOptions, Recording, join_gyroscope_bytes, parse_columns, read_bytes,
 };
@@ -506,59 +503,4 @@ fn columns_of_the_gyroscopes_file() {
     let gyro = gyro.replace("u,v,w_", "gx,gy,gz");
     join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();
     assert!(recording.gyro_file.is_some());
-}
-
-/// Output of `apply` for `text`, with a calibration that changes nothing.
-fn applied(text: &str) -> (String, Vec<String>) {
-    let calibration = CalibrationFile::parse(
-        br#"{"acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",
-        "K_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_a": [0, 0, 0],
-        "R_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-        "K_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_g": [0, 0, 0],
-        "R_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-        "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]]}"#,
-    )
-    .unwrap();
-    let input = from_reader(Box::new(std::io::Cursor::new(text.to_owned())), false).unwrap();
-    let mut out = Vec::new();
-    let options = ApplyOptions::default();
-    let summary = apply(&calibration, input, "x.csv", &mut out, &options).unwrap();
-    let kinds = summary
-        .findings
-        .iter()
-        .map(|f| f.kind.to_string())
-        .collect();
-    (String::from_utf8(out).unwrap(), kinds)
-}
-
-#[test]
-fn apply_and_read_interpret_files_equally() {
-    let head = "dt_ms,I,ax,ay,az,gx (deg/s),gy (deg/s),gz (deg/s)\n";
-    let row = |s: &Sample, i: usize| {
-        let wave = 1.4 * 250.0 * (0.05 * s.i as f64).sin();
-        let rates = csv(&[wave.clamp(-225.0, 250.0), s.w[1], s.w[2]], 2);
-        format!("10,{i},{},{rates}", csv(&mps2(s), 6))
-    };
-    for text in [
-        written(head, |s| format!("{}\n{}", row(s, 0), row(s, 1))),
-        written(head, |s| row(s, 0)).replace('\n', "\r\n\r\n"),
-        written(head, |s| {
-            format!("{}{}", row(s, 0), if s.i == 250 { "\n" } else { "" })
-        }),
-    ] {
-        let batch = read_as(&text, "x.csv");
-        let (out, mut reported) = applied(&text);
-        let again = read_as(&out, "x.csv");
-        assert_eq!(again.accel, batch.accel);
-        assert_eq!(again.breaks, batch.breaks);
-        assert_eq!(
-            out.lines().filter(|l| l.is_empty()).count(),
-            batch.breaks.len()
-        );
-        let mut expected: Vec<String> = kinds(&batch).iter().map(|k| (*k).to_owned()).collect();
-        reported.sort();
-        expected.sort();
-        assert_eq!(reported, expected);
-        assert!(reported.iter().any(|k| k == "clipped"), "{reported:?}");
-    }
 }

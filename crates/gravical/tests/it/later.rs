@@ -284,19 +284,6 @@ fn a_turned_board_differs_in_orientation_alone() {
 }
 
 #[test]
-fn a_moved_bias_differs_in_length_alone() {
-    let a = file(1e-4);
-    let mut b = a.clone();
-    b.accelerometer.bias[1] += 5.0 * 2_f64.sqrt() * 9.81e-4;
-    let result = compared(&a, &b);
-    assert_eq!(result.magnitude.judgement, Judgement::Differ);
-    assert_eq!(result.orientation.unwrap().judgement, Judgement::Agree);
-    assert!((result.parameters[1].z.unwrap() - 5.0).abs() < 1e-6);
-    assert!(result.magnitude.largest_at[1].abs() > 0.9);
-    assert!((result.magnitude.test.unwrap().chi2 - 25.0).abs() < 1e-4);
-}
-
-#[test]
 fn counts_and_g_are_compared_by_their_nominal_scale() {
     let a = file(1e-4);
     let mut b = a.clone();

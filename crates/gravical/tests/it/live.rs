@@ -8,9 +8,9 @@ use gravical::live::event::{
     Command, Event, Loss, Message, Rejection, Tile, Undone, Wanted, Welcome,
 };
 use gravical::live::{LiveOptions, Session};
+use gravical::poses::SegmentOptions;
 use gravical::poses::face::{Face, angle_deg};
 use gravical::poses::sections::Section;
-use gravical::poses::{SegmentOptions, segment};
 use gravical::recording::{ReadOptions, open, read_bytes};
 
 use super::hand::{Clumsiness, Hand};
@@ -590,71 +590,5 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
                 "{file}: bias {i} differs by {off}, allowed {allowed}"
             );
         }
-    }
-}
-
-#[test]
-fn the_poses_of_airbrakes_are_those_that_calibrate_finds() {
-    // Six files at 1 kHz, each a rest of 0.7 to 2.3 s that ends when it is lifted: z on a table, x
-    // and y held by hand.
-    let Some(folder) = data() else { return };
-    let folder = folder.join("airbrakes-sixmoves");
-    let names = ["zminus", "zplus", "xminus", "xplus", "yminus", "yplus"];
-    let texts =
-        names.map(|name| std::fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap());
-    let guided = |text: &str| {
-        let options = LiveOptions {
-            any_pose: true,
-            floor_s: 0.4,
-            settle_s: 0.1,
-            capture_s: 0.4,
-            ..LiveOptions::default()
-        };
-        let mut session = Session::new("airbrakes", options);
-        let events = session.bytes(text.as_bytes()).unwrap();
-        let poses: Vec<[f64; 3]> = session.poses().map(|p| p.mean).collect();
-        (accepted(&events), poses, rejections(&events))
-    };
-    let found = |text: &str| {
-        let recording = read_bytes(text.as_bytes(), "airbrakes", &ReadOptions::default()).unwrap();
-        let segmentation = segment(&[recording], &SegmentOptions::default());
-        segmentation.map(|s| s.poses).unwrap_or_default()
-    };
-    let faces = ["-z", "+z", "-x", "+x", "-y", "+y"];
-    for ((name, face), text) in names.iter().zip(faces).zip(&texts) {
-        let (accepted, poses, rejected) = guided(text);
-        println!("{name}: accepted {accepted:?}, rejected {rejected:?}");
-        let found = found(text);
-        // A hand drifts by more than a guided capture allows: then it is rejected, or no rest
-        // begins; or the rest is taken in two parts. Never is it another face.
-        let by_hand = !name.starts_with('z');
-        assert!(found.len() == 1 || by_hand && found.is_empty(), "{name}");
-        let is_named = |faces: &[String]| faces.iter().all(|f| f == face);
-        assert!(is_named(&accepted), "{name}: {accepted:?}");
-        assert!(
-            by_hand || (accepted.len() == 1 && rejected.is_empty()),
-            "{name}"
-        );
-        assert!(
-            rejected.iter().all(|r| *r == Rejection::Moved),
-            "{name}: {rejected:?}"
-        );
-        for (pose, found) in poses.iter().zip(found.iter().cycle()) {
-            let angle = angle_deg(*pose, found.mean);
-            assert!(angle < 1.0, "{name}: {angle}°");
-        }
-    }
-    // In the order of their time stamps they are one recording, with gaps. Its noise at rest is
-    // that of the table, and a hand moves ten times as much: neither takes x and y for rests.
-    let mut whole = texts[0].clone();
-    for text in &texts[1..] {
-        whole += &text[text.find('\n').unwrap() + 1..];
-    }
-    let (faces, poses, _) = guided(&whole);
-    assert_eq!(faces, ["-z", "+z"]);
-    let found = found(&whole);
-    assert_eq!(found.len(), poses.len());
-    for (pose, found) in poses.iter().zip(&found) {
-        assert!(angle_deg(*pose, found.mean) < 0.5);
     }
 }
