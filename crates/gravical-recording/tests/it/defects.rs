@@ -1,12 +1,8 @@
 //! What is wrong with people's files, and what is said of it.
 
-use std::io::Write;
-
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use gravical_recording::{AccelUnit, NoteKind, Reason};
 
-use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces, try_read};
+use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces};
 
 /// Milliseconds and g, the header given.
 fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
@@ -135,16 +131,6 @@ fn channels_that_slip_by_a_word_end_the_recording() {
 }
 
 #[test]
-fn rows_that_were_not_read_are_set_aside() {
-    let text = table("ms,ax,ay,az", |k, a| {
-        plain(k, if k % 5 < 3 { [0.0; 3] } else { a })
-    });
-    let recording = read(&text, "");
-    assert_eq!(recording.aside.count(Reason::Zeros), 6 * FACE_ROWS * 3 / 5);
-    assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
-}
-
-#[test]
 fn a_dead_thermometer_loses() {
     let text = table("ms,AHT_tmp[C],ax,ay,az,gtemp", |k, a| {
         format!("{},40.5", plain(k, a).replacen(',', ",0.00,", 1))
@@ -166,20 +152,6 @@ fn other_languages_are_understood_by_unit_and_last_letter() {
 }
 
 #[test]
-fn comments_of_the_logger_are_breaks_and_counts() {
-    let text = table("ms,ax,ay,az", |k, a| match k {
-        100 => format!("# gap: 2.5 s at 4.0\n{}", plain(k, a)),
-        120 => format!("# rejected: 3 samples\n{}", plain(k, a)),
-        _ => plain(k, a),
-    });
-    let recording = read(&text, "");
-    assert_eq!(recording.breaks, [100]);
-    assert!(has(&recording, NoteKind::RejectedSamples));
-    assert_eq!(recording.aside.count(Reason::Comment), 1);
-    assert_eq!(recording.aside.count(Reason::NamedGap), 1);
-}
-
-#[test]
 fn the_head_states_a_rate() {
     let head = "1617000000.00,1617000000.00,1617000000.00\n25.0,25.0,25.0";
     let text = table(head, |_, a| {
@@ -190,19 +162,6 @@ fn the_head_states_a_rate() {
     assert!(has_rate(&recording, RATE_HZ));
     assert_eq!(recording.accel_scale.lsb_per_g, Some(64.0));
     assert_eq!(recording.rows(), 6 * FACE_ROWS);
-}
-
-#[test]
-fn a_download_cut_off_yields_what_it_holds() {
-    let mut packer = GzEncoder::new(Vec::new(), Compression::default());
-    packer
-        .write_all(table("ms,ax,ay,az", plain).as_bytes())
-        .unwrap();
-    let mut packed = packer.finish().unwrap();
-    packed.truncate(packed.len() / 2);
-    let recording = try_read(packed, "").unwrap();
-    assert!(recording.rows() > 50);
-    assert!(has(&recording, NoteKind::TruncatedFile));
 }
 
 #[test]
