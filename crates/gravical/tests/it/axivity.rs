@@ -11,7 +11,7 @@ use gravical::poses::{SegmentOptions, segment};
 use gravical::recording::{ReadOptions, Recording, read, read_bytes, read_samples};
 use proptest::prelude::*;
 
-use crate::cwa::{Coding, Counts, Device, Fields, encode, seal};
+use crate::cwa::{Coding, Counts, Device, seal};
 use crate::support::{finding, kinds};
 use crate::wear::{self, Wear};
 
@@ -97,48 +97,6 @@ fn real_files_have_the_samples_and_times_of_another_decoder() {
         assert!(description.starts_with(words), "{description}");
         let units = (recording.accel_scale.unit.name(), recording.breaks.len());
         assert_eq!(units, ("g", 0));
-    }
-}
-
-/// The blocks of a real file, decoded and encoded again, are the same bytes.
-#[test]
-fn the_encoder_of_the_tests_is_that_of_the_device() {
-    for (name, coding) in [("ax3", Coding::Packed), ("ax6", Coding::WithGyro)] {
-        let Some(path) = data(&format!("{name}_sample.cwa")) else {
-            return;
-        };
-        let bytes = std::fs::read(&path).unwrap();
-        let recording = read(&path, &ReadOptions::default()).unwrap();
-        let device = Device::new(coding);
-        let scales = [device.accel_g(), device.gyro_deg_s()];
-        let mut rows = (0..recording.rows()).map(|i| -> Counts {
-            let mut counts = [0; 6];
-            for (axis, value) in row(&recording, i).iter().enumerate() {
-                counts[axis] = (value / scales[axis / 3]).round() as i16;
-            }
-            counts
-        });
-        for (number, block) in bytes[1024..].chunks(512).enumerate() {
-            let u16_at = |at: usize| u16::from_le_bytes([block[at], block[at + 1]]);
-            let u32_at = |at: usize| u32::from(u16_at(at)) | u32::from(u16_at(at + 2)) << 16;
-            let samples: Vec<Counts> = rows.by_ref().take(u16_at(28).into()).collect();
-            let fields = Fields {
-                fraction: u16_at(4),
-                session: u32_at(6),
-                sequence: u32_at(10),
-                stamp: u32_at(14),
-                light: u16_at(18),
-                temperature: u16_at(20),
-                events: block[22],
-                battery: block[23],
-                rate_code: block[24],
-                stamped: u16_at(26).cast_signed(),
-            };
-            assert!(
-                encode(&fields, coding, &samples) == block,
-                "{name} block {number}"
-            );
-        }
     }
 }
 
