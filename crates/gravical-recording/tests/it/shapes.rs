@@ -27,10 +27,6 @@ time;gFx;gFy;gFz;TgF
 ros2 topic echo --csv | - | m/s^2 | rad/s | .
 > $A,$B,imu,0,0,0,1,0,0,0,0,0,0,0,0,0,$u,$v,$w,0,0,0,0,0,0,0,0,0,$x,$y,$z,0,0,0,0,0,0,0,0,0
 
-rostopic echo -p | - | m/s^2 | rad/s | .
-%time,field.header.seq,field.header.stamp,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,field.linear_acceleration.y,field.linear_acceleration.z
-> $N,$k,$N,$u,$v,$w,$x,$y,$z
-
 ulog2csv | - | m/s^2 | rad/s | .
 timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt,accelerometer_timestamp_relative,accelerometer_m_s2[0],accelerometer_m_s2[1],accelerometer_m_s2[2],accelerometer_integral_dt
 > $U,$u,$v,$w,40000,0,$x,$y,$z,40000

@@ -114,19 +114,6 @@ fn replaced_columns_can_be_kept_under_names_of_their_own() {
 }
 
 #[test]
-fn columns_without_a_header_are_named_by_what_they_hold() {
-    let row = |i: usize| format!("{},0.1,0.{},9.8,0.5,0.{i},0.2,5\n", 10 * i + i % 2, i % 3);
-    let text: String = (0..40).map(row).collect();
-    let (out, _) = rewritten(&text, false);
-    assert!(
-        out.starts_with("t,new_x,new_y,new_z,gx,gy,gz,temperature\n"),
-        "{out}"
-    );
-    let lines = out.lines().count();
-    assert_eq!(lines, 41);
-}
-
-#[test]
 fn numbers_wrapped_in_words_become_a_table() {
     let row = |i: usize| format!("aX = 0.1{i} | aY = -0.2 | aZ = 9.8\ntmp = 25.{i}\n\n");
     let text: String = (0..9).map(row).collect();

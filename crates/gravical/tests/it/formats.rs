@@ -149,13 +149,10 @@ fn stamps_of_robots() {
     // ROS: the stamp, not the arrival.
     let ros = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.orientation.x,field.orientation.y,field.orientation_covariance0,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z,field.angular_velocity_covariance0,field.linear_acceleration.x,field.linear_acceleration.y,field.linear_acceleration.z,field.linear_acceleration_covariance0\n";
     let text = written(ros, |s| {
-        let late = ns(s) + 1_000_000 * (s.i as u64 * 7 % 5);
+        let (ns, number) = (ns(s), 50 + s.i);
+        let late = ns + 1_000_000 * (s.i as u64 * 7 % 5);
         let (w, a) = (csv(&s.w, 6), csv(&mps2(s), 6));
-        format!(
-            "{late},{},{},imu,0.0,0.0,-1.0,{w},0.0,{a},0.0",
-            50 + s.i,
-            ns(s)
-        )
+        format!("{late},{number},{ns},imu,0.0,0.0,-1.0,{w},0.0,{a},0.0")
     });
     let recording = read_as(&text, "imu.csv");
     is_the_session(&recording, "ROS", Some(GyroUnit::Unknown), &[]);
@@ -167,34 +164,23 @@ fn stamps_of_robots() {
 fn one_of_two_sensors_is_read_and_the_other_on_request() {
     let head = "timestamp,TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,EG,EA,T,GH,AH,GHz,AHz\n";
     let row = |s: &Sample, sensor: usize| {
-        let (us, a) = (
-            40_060_000 + 10_000 * s.i,
-            mps2(s).map(|v| v + 0.1 * sensor as f64),
-        );
+        let (t_s, us) = (1.6e9 + s.t_s, 40_060_000 + 10_000 * s.i);
+        let a = mps2(s).map(|v| v + 0.1 * sensor as f64);
         let (w, a) = (csv(&s.w, 6), csv(&a, 5));
-        format!(
-            "{:.6},{us},{sensor},{w},{a},0,0,35.25,1,1,1000,1000",
-            1.6e9 + s.t_s
-        )
+        format!("{t_s:.6},{us},{sensor},{w},{a},0,0,35.25,1,1,1000,1000")
     };
     let in_turn = written(head, |s| format!("{}\n{}", row(s, 0), row(s, 1)));
     let names = "S_Timestamp_Unix_CAL,S_Accel_LN_X_CAL,S_Accel_LN_Y_CAL,S_Accel_LN_Z_CAL,S_Accel_WR_X_CAL,S_Accel_WR_Y_CAL,S_Accel_WR_Z_CAL,S_Battery_CAL,\n";
     let units = "ms,m/(s^2),m/(s^2),m/(s^2),m/(s^2),m/(s^2),m/(s^2),mV,\n";
     let beside = written(&format!("\"sep=,\"\n{names}{units}"), |s| {
         let (low, wide) = (csv(&mps2(s), 6), csv(&mps2(s).map(|v| 1.01 * v), 6));
-        format!(
-            "{:.3},{low},{wide},3990.1,",
-            1_552_572_614_000.0 + 1e3 * s.t_s
-        )
+        let ms = 1_552_572_614_000.0 + 1e3 * s.t_s;
+        format!("{ms:.3},{low},{wide},3990.1,")
     });
+    let findings = ["several-sensors", "other-sensor"];
     for (text, sensor, up, findings) in [
-        (
-            in_turn,
-            "1",
-            G + 0.1,
-            &["several-sensors", "other-sensor"][..],
-        ),
-        (beside, "wr", 1.01 * G, &["several-sensors"]),
+        (in_turn, "1", G + 0.1, &findings[..]),
+        (beside, "wr", 1.01 * G, &findings[..1]),
     ] {
         let first = read_as(&text, "imu.csv");
         is_the_session(&first, sensor, None, findings);
@@ -204,11 +190,8 @@ fn one_of_two_sensors_is_read_and_the_other_on_request() {
             sensor: Some(sensor.to_owned()),
             ..ReadOptions::default()
         };
-        close(
-            mean(&read_with(text.as_bytes(), &options).accel[2]),
-            up,
-            0.01,
-        );
+        let other = read_with(text.as_bytes(), &options);
+        close(mean(&other.accel[2]), up, 0.01);
     }
 }
 
@@ -217,17 +200,16 @@ fn wearables_say_when_and_which() {
     let is = |r: &Recording, start: &str, serial: &str, findings: &[&str]| {
         is_the_session(r, serial, None, findings);
         let own = r.recorded_at().map(gravical::utc::UtcTime::minute);
-        assert_eq!(
-            (own.as_deref(), r.serial.as_deref()),
-            (Some(start), Some(serial))
-        );
+        assert_eq!(own.as_deref(), Some(start));
+        assert_eq!(r.serial.as_deref(), Some(serial));
     };
+    let actigraph = "MOS2D16114521";
     let metadata = "------------ Data File Created By ActiGraph GT3X+ ActiLife v6.11.9 Firmware v3.2.1 date format M/d/yyyy at 100 Hz  Filter Normal -----------\nSerial Number: MOS2D16114521\nStart Time 12:00:00\nStart Date 5/19/2017\nEpoch Period (hh:mm:ss) 00:00:00\nDownload Time 10:25:30\nDownload Date 5/22/2017\nCurrent Memory Address: 0\nCurrent Battery Voltage: 4.21     Mode = 12\n--------------------------------------------------\n";
     let recording = read_as(&written(metadata, |s| csv(&s.a, 3)), "a.csv");
     is(
         &recording,
         "2017-05-19 12:00",
-        "MOS2D16114521",
+        actigraph,
         &["columns-guessed"],
     );
     // Over midnight, with the day first, semicolons and decimal commas.
@@ -239,17 +221,10 @@ fn wearables_say_when_and_which() {
             _ => (6, "00:00", (s.i - 200) / 100),
         };
         let cells = csv(&s.a, 3).replace(',', ";").replace('.', ",");
-        format!(
-            "0{day}/06/2017 {time}:{second:02}.{:03};{cells}",
-            10 * (s.i % 100)
-        )
+        let ms = 10 * (s.i % 100);
+        format!("0{day}/06/2017 {time}:{second:02}.{ms:03};{cells}")
     });
-    is(
-        &read_as(&text, "a.csv"),
-        "2017-06-05 23:59",
-        "MOS2D16114521",
-        &[],
-    );
+    is(&read_as(&text, "a.csv"), "2017-06-05 23:59", actigraph, &[]);
     let mut lines = vec![""; 100];
     for (line, text) in [
         (1, "Device Type,GENEActiv"),
