@@ -66,27 +66,15 @@ fn other_columns_are_copied_byte_for_byte() {
 #[test]
 fn delimiters_and_decimal_commas_are_kept() {
     let plain = "t,new_x,new_y,new_z,T\n0.5,0.100,0.200,9.800,25.5\n0.6,0.100,-0.200,9.700,25.5\n";
+    let commas = "t,ax,ay,az,T\n0.5,0.1,0.2,9.8,25.5\n0.6,0.1,-0.2,9.7,25.5\n";
+    let semicolons = "t;ax;ay;az;T\n0,5;0,1;0,2;9,8;25,5\n0,6;0,1;-0,2;9,7;25,5\n";
+    let padded = " t  ax ay az   T\n 0.5 0.1   0.2 9.8 25.5 \n0.6\t0.1 -0.2 9.7  25.5\n";
+    let spaces = "t ax ay az T\n0,5 0,1 0,2 9,8 25,5\n0,6 0,1 -0,2 9,7 25,5\n";
     for (text, delimiter, comma) in [
-        (
-            "t,ax,ay,az,T\n0.5,0.1,0.2,9.8,25.5\n0.6,0.1,-0.2,9.7,25.5\n",
-            ",",
-            ".",
-        ),
-        (
-            "t;ax;ay;az;T\n0,5;0,1;0,2;9,8;25,5\n0,6;0,1;-0,2;9,7;25,5\n",
-            ";",
-            ",",
-        ),
-        (
-            " t  ax ay az   T\n 0.5 0.1   0.2 9.8 25.5 \n0.6\t0.1 -0.2 9.7  25.5\n",
-            "\t",
-            ".",
-        ),
-        (
-            "t ax ay az T\n0,5 0,1 0,2 9,8 25,5\n0,6 0,1 -0,2 9,7 25,5\n",
-            "\t",
-            ",",
-        ),
+        (commas, ",", "."),
+        (semicolons, ";", ","),
+        (padded, "\t", "."),
+        (spaces, "\t", ","),
     ] {
         let (out, _) = rewritten(text, false);
         let expected = plain.replace('.', "point").replace(',', delimiter);

@@ -147,15 +147,6 @@ fn what_is_computed_twice_forgets_nothing() {
 }
 
 #[test]
-fn a_first_row_of_zeros_is_no_gravity() {
-    let mut recording = record(14.0, ride(1.0), true, |_| true);
-    (0..3).for_each(|c| recording.accel[c][0] = 0.0);
-    let result = computed(&recording);
-    let way = result.moves.last().unwrap().displacement_m.unwrap()[0];
-    assert!((way - 0.75).abs() < 0.1, "{way}");
-}
-
-#[test]
 fn a_mean_of_rows_that_move_is_told() {
     // From 3 s on it moves: the 500 rows hold no rest.
     let early = record(12.0, |t| ride(1.0)(t + 2.0), true, |_| true);

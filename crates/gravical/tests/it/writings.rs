@@ -81,7 +81,11 @@ fn recordings_of_real_sensors() {
     let mut wrong_ones = Vec::new();
     let mut tried = 0;
     for (name, files, gyro) in [
-        ("imu_tk-xsens", "xsens_acc.txt.gz", Some("xsens_gyro.txt.gz")),
+        (
+            "imu_tk-xsens",
+            "xsens_acc.txt.gz",
+            Some("xsens_gyro.txt.gz"),
+        ),
         ("mikoff-mpu9150", "imu0.log", None),
         ("mikoff-mpu9150", "imu1.log", None),
         ("mikoff-mpu9150", "imu2.log", None),
