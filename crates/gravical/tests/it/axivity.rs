@@ -227,7 +227,7 @@ fn a_pause_is_no_slow_sample() {
 #[test]
 fn another_session_and_a_clock_that_was_set_back_begin_anew() {
     let (device, blocks) = worn(Coding::Packed, 20);
-    let followed_by = |session, later_s| {
+    let followed_by = |session: u32, later_s: f64| {
         let mut other = Device {
             session,
             start_s: device.start_s + later_s,
