@@ -208,24 +208,3 @@ fn zero_share<'a>(bytes: impl Iterator<Item = &'a u8>) -> f64 {
         zeros as f64 / every_second.len() as f64
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn text(bytes: &'static [u8]) -> String {
-        let mut text = String::new();
-        utf8(bytes).unwrap().read_to_string(&mut text).unwrap();
-        text
-    }
-
-    #[test]
-    fn encodings_become_utf8() {
-        assert_eq!(text("\u{feff}x °/s".as_bytes()), "x °/s");
-        assert_eq!(text(b"x \xb0/s"), "x °/s");
-        assert_eq!(text(b"t\0,\0a\0x\0,\0a\0y\0,\0a\0z\0\n\0"), "t,ax,ay,az\n");
-        assert_eq!(text(b"\xfe\xff\0t\0,\0a\0x"), "t,ax");
-        assert_eq!(text(b"\0t\0,\0a\0x\0,\0a\0y\0,\0a\0z\0\n"), "t,ax,ay,az\n");
-        assert_eq!(text(b""), "");
-    }
-}

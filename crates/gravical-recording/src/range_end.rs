@@ -88,7 +88,6 @@ fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::Origin;
 
     #[test]
     fn a_flat_top_is_clipped_and_a_round_one_is_not() {
@@ -110,22 +109,5 @@ mod tests {
         let held = |wave: Vec<f64>| wave.into_iter().flat_map(|v| [v; 4]).collect::<Vec<_>>();
         assert_eq!(range_end(&held(wave(1e9, 0.01)), None), None);
         assert_eq!(range_end(&held(wave(250.0, 0.01)), None), Some(clipped));
-    }
-
-    #[test]
-    fn the_end_of_the_range_is_known_with_the_unit() {
-        let scale = |unit, lsb| {
-            Some(GyroScale {
-                unit,
-                lsb_per_deg_s: lsb,
-                origin: Origin::Data,
-            })
-        };
-        let counts = scale(GyroUnit::Counts, Some(131.0));
-        assert!(known_end(32767.0, true, counts) && known_end(-32768.0, true, counts));
-        // The rest of an unsigned channel is there, not its end.
-        assert!(!known_end(32767.0, false, counts) && !known_end(40000.0, false, counts));
-        let rad = scale(GyroUnit::RadianPerSecond, None);
-        assert!(known_end(250_f64.to_radians(), true, rad) && !known_end(4.2, true, rad));
     }
 }

@@ -122,21 +122,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_join_and_all_are_counted() {
-        let mut spans = LineSpans::default();
-        for line in [1, 2, 3, 7, 9, 10] {
-            spans.push(line);
-        }
-        assert_eq!(spans.display(9), "1-3, 7, 9-10");
-        assert_eq!(spans.display(2), "1-3, 7, …");
-        assert_eq!(spans.count(), 6);
-        spans.push_range(11, 20, 9);
-        spans.push(21);
-        assert_eq!(spans.display(9), "1-3, 7, 9-21");
-        assert_eq!(spans.count(), 16);
-    }
-
-    #[test]
     fn memory_stays_flat() {
         let mut spans = LineSpans::default();
         for line in 0..100_000 {

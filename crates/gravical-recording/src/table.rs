@@ -242,32 +242,20 @@ mod tests {
 
     #[test]
     fn samples_and_their_text_give_equal_recordings() {
-        let wave = |i: u32, k: f64| (f64::from(i) * k).sin();
         let rows: Vec<[f64; 8]> = (0..4000)
             .map(|i| {
-                let value = |k| (1e4 * (0.02 * wave(i, k))).round() / 1e4;
+                let wave = |k: f64| (1e4 * 0.02 * (f64::from(i) * k).sin()).round() / 1e4;
                 let t = 10.0 * f64::from(i) + if i > 2000 { 700.0 } else { 0.0 };
-                let mut row = [
-                    t,
-                    value(0.7),
-                    value(1.3),
-                    9.8 + value(2.1),
-                    0.0,
-                    0.0,
-                    0.0,
-                    25.0,
-                ];
-                (4..7).for_each(|k| row[k] = value(0.9 * k as f64));
-                if i % 1000 == 17 {
-                    row[1..7].fill(0.0);
+                let [x, y, z, u, v, w] = [0.7, 1.3, 2.1, 3.6, 4.5, 5.4].map(wave);
+                match i % 1000 {
+                    17 => [t, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 25.0],
+                    _ => [t, x, y, 9.8 + z, u, v, w, 25.0],
                 }
-                row
             })
             .collect();
         let mut text = "t_ms,ax,ay,az,gx (rad/s),gy (rad/s),gz (rad/s),temp (C)\n".to_owned();
         for row in &rows {
-            let cells: Vec<String> = row.iter().map(ToString::to_string).collect();
-            text += &(cells.join(",") + "\n");
+            text += &(row.map(|v| v.to_string()).join(",") + "\n");
         }
         let column = |k: usize| rows.iter().map(|row| row[k]).collect::<Vec<f64>>();
         let columns: Vec<Vec<f64>> = (0..8).map(column).collect();

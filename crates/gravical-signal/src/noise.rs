@@ -119,6 +119,14 @@ impl NoiseModel {
 mod tests {
     use super::*;
 
+    /// ∫ f(x) dx from `low` to 10⁸ times it, in logarithmic steps.
+    fn integral(low: f64, f: impl Fn(f64) -> f64) -> f64 {
+        let steps = 400_000;
+        let at = |k: i32| low * 1e8_f64.powf((f64::from(k) + 0.5) / f64::from(steps));
+        let dx = 1e8_f64.ln() / f64::from(steps);
+        (0..steps).map(|k| f(at(k)) * at(k) * dx).sum()
+    }
+
     #[test]
     fn variance_and_density_belong_together() {
         // σ²(τ) = ∫ S(f) 2 sin⁴(πτf)/(πτf)² df, one-sided S (NIST SP 1065, equation 65).
@@ -126,16 +134,11 @@ mod tests {
             squares: [0.9, 0.4, 0.3],
         };
         let tau_s = 8.0;
-        let steps = 400_000;
-        let integral: f64 = (0..steps)
-            .map(|k| {
-                let hz = 1e-6 * (1e8_f64).powf((f64::from(k) + 0.5) / f64::from(steps));
-                let x = PI * tau_s * hz;
-                let d = hz * 1e8_f64.ln() / f64::from(steps);
-                model.density(hz) * 2.0 * x.sin().powi(4) / (x * x) * d
-            })
-            .sum();
-        assert!((integral / model.variance(tau_s) - 1.0).abs() < 1e-3);
+        let variance = integral(1e-6, |hz| {
+            let x = PI * tau_s * hz;
+            model.density(hz) * 2.0 * x.sin().powi(4) / (x * x)
+        });
+        assert!((variance / model.variance(tau_s) - 1.0).abs() < 1e-3);
     }
 
     #[test]
@@ -152,29 +155,21 @@ mod tests {
     fn the_slope_of_noise_has_the_variance_of_its_density() {
         // ∫ S(f) |W(f)|² df with the weights 12 (t − T/2)/T³.
         let duration_s = 3.0;
-        let steps = 400_000;
         for squares in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
             let model = NoiseModel { squares };
-            let integral: f64 = (0..steps)
-                .map(|k| {
-                    let x = 1e-4 * (1e8_f64).powf((f64::from(k) + 0.5) / f64::from(steps));
-                    let d = x * 1e8_f64.ln() / f64::from(steps);
-                    // |W| = 6 (sin x/x − cos x)/(x T), x = πfT; its cancellation ends at x²/3.
-                    let bracket = if x < 1e-2 {
-                        x * x / 3.0
-                    } else {
-                        x.sin() / x - x.cos()
-                    };
-                    let weight = 6.0 * bracket / (x * duration_s);
-                    let hz = x / (PI * duration_s);
-                    model.density(hz) * weight * weight * d / (PI * duration_s)
-                })
-                .sum();
+            let found = integral(1e-4 / (PI * duration_s), |hz| {
+                // |W| = 6 (sin x/x − cos x)/(x T), x = πfT; its cancellation ends at x²/3.
+                let x = PI * hz * duration_s;
+                let bracket = if x < 1e-2 {
+                    x * x / 3.0
+                } else {
+                    x.sin() / x - x.cos()
+                };
+                let weight = 6.0 * bracket / (x * duration_s);
+                model.density(hz) * weight * weight
+            });
             let variance = model.slope_variance(duration_s);
-            assert!(
-                (integral / variance - 1.0).abs() < 2e-3,
-                "{integral} {variance}"
-            );
+            assert!((found / variance - 1.0).abs() < 2e-3, "{found} {variance}");
         }
     }
 }

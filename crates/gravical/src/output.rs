@@ -274,20 +274,6 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn a_device_is_written_to_and_not_replaced() {
-        // A link, so that no harm is done if it is replaced.
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("null");
-        std::os::unix::fs::symlink("/dev/null", &path).unwrap();
-        for force in [false, true] {
-            let put = |w: &mut dyn Write| w.write_all(b"one").map_err(|e| Error::io(&path, e));
-            write_atomic(&path, force, put).unwrap();
-            assert!(path.is_symlink() && is_special(&path));
-        }
-    }
-
-    #[test]
-    #[cfg(unix)]
     fn a_replaced_file_keeps_its_permissions() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();

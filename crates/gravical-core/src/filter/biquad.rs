@@ -129,23 +129,6 @@ mod tests {
     }
 
     #[test]
-    fn the_difference_equation_is_met() {
-        let input = [1.0, -2.0, 0.5, 4.0, 0.0, 0.0, 1.0];
-        let mut section = resonant();
-        let out = input.map(|x| section.update(x));
-        let at =
-            |list: &[f64; 7], i: usize, back: usize| i.checked_sub(back).map_or(0.0, |k| list[k]);
-        for i in 0..input.len() {
-            let want = 0.2 * input[i]
-                + 0.3 * at(&input, i, 1)
-                + 0.1 * at(&input, i, 2)
-                + 1.2 * at(&out, i, 1)
-                - 0.52 * at(&out, i, 2);
-            assert!((out[i] - want).abs() < 1e-15, "{i}");
-        }
-    }
-
-    #[test]
     fn settled_is_where_a_constant_leads() {
         let mut settled = [resonant(); 2];
         let out = settle(&mut settled, 3.0);

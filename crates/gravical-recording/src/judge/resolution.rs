@@ -171,21 +171,15 @@ mod tests {
     }
 
     #[test]
-    fn resolution_of_printed_decimals() {
+    fn resolution_of_printed_decimals_and_of_converted_counts() {
         for places in 1..=3 {
             let found = of(channel(5000, 9.81, 0.03, decimals(places)));
             near(found, 10_f64.powi(-places));
         }
-    }
-
-    #[test]
-    fn resolution_of_converted_counts() {
-        near(
-            of(channel(5000, -1.7, 0.01, |v| {
-                decimals(6)((v * 131.0).round() / 131.0)
-            })),
-            1.0 / 131.0,
-        );
+        let rates = channel(5000, -1.7, 0.01, |v| {
+            decimals(6)((v * 131.0).round() / 131.0)
+        });
+        near(of(rates), 1.0 / 131.0);
         near(of(channel(5000, 120.0, 20.0, f64::round)), 1.0);
         // In 32 bits, with a bias subtracted.
         let single = |v: f64| f64::from((v * 1670.7).round() as f32 / 1670.7 - 0.123_f32);

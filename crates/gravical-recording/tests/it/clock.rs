@@ -10,16 +10,19 @@ fn is_rate(clock: &Clock, rate_hz: f64, tolerance: f64) -> bool {
     (clock.rate_hz / rate_hz - 1.0).abs() < tolerance
 }
 
+/// `rows` stamps from `start` on.
+fn even(rows: i32, start: f64, step: f64) -> impl Iterator<Item = f64> {
+    (0..rows).map(move |i| start + step * f64::from(i))
+}
+
 #[test]
 fn the_rate_of_coarse_stamps_is_right_despite_resets_and_gaps() {
     // Whole seconds at 100 Hz, a reset, a gap of 1000 s.
-    let second = |i: i32| f64::from(i / 100);
-    let stamps = (0..5030)
-        .map(second)
-        .chain((0..6000).map(second))
-        .chain((0..3000).map(|i| 1060.0 + second(i)))
-        .collect();
-    let clock = judged(stamps);
+    let seconds = |rows| even(rows, 0.0, 0.01);
+    let stamps = seconds(5030)
+        .chain(seconds(6000))
+        .chain(even(3000, 1060.0, 0.01));
+    let clock = judged(stamps.map(|t| (t + 1e-6).floor()).collect());
     assert!(is_rate(&clock, 100.0, 0.01), "{}", clock.rate_hz);
     assert!(clock.time_s.is_sorted());
 }
@@ -28,20 +31,20 @@ fn the_rate_of_coarse_stamps_is_right_despite_resets_and_gaps() {
 fn a_step_back_is_not_a_wrap() {
     // 10 Hz in ms: rows that come 0.8 s late, and a clock set back by a second.
     for back in [800.0, 1000.0] {
-        let late = |i: i32| if i >= 150 { back } else { 0.0 };
-        let clock = judged((0..300).map(|i| 100.0 * f64::from(i) - late(i)).collect());
+        let late = even(150, 15_000.0 - back, 100.0);
+        let clock = judged(even(150, 0.0, 100.0).chain(late).collect());
         assert_eq!(clock.bad, [150], "{back}");
         assert!(clock.restarts.is_empty());
     }
 }
 
 /// `rows` rows at 100 Hz between the pauses; ms.
-fn paused(rows: usize, pauses_s: &[f64]) -> Vec<f64> {
+fn paused(rows: i32, pauses_s: &[f64]) -> Vec<f64> {
     let mut out = Vec::new();
     let mut start = 0.0;
     for pause in pauses_s.iter().chain(&[0.0]) {
-        out.extend((0..rows).map(|i| start + 10.0 * i as f64));
-        start += 10.0 * (rows as f64 - 1.0) + 1e3 * pause;
+        out.extend(even(rows, start, 10.0));
+        start += 10.0 * f64::from(rows - 1) + 1e3 * pause;
     }
     out
 }
@@ -66,7 +69,7 @@ fn pauses_of_the_recorder_are_not_bursts() {
 
 #[test]
 fn the_temperature_resolves_an_ambiguous_unit() {
-    let stamps: Vec<f64> = (0..5000).map(|i| 505_700.0 * f64::from(i)).collect();
+    let stamps: Vec<f64> = even(5000, 0.0, 505_700.0).collect();
     let options = ClockOptions {
         temperature_span_c: 70.0,
         ..ClockOptions::default()
@@ -76,23 +79,25 @@ fn the_temperature_resolves_an_ambiguous_unit() {
     assert!(plain.unit_s == 1e-9 && plain.is_unit_assumed);
 }
 
+fn marked(stamps: &[f64], gaps: &[usize], pauses: &[usize]) -> Clock {
+    let options = ClockOptions {
+        gaps,
+        pauses,
+        ..ClockOptions::default()
+    };
+    clock(stamps.to_vec(), options).unwrap()
+}
+
 #[test]
 fn a_step_back_after_a_named_gap_is_a_restart() {
     // The first stamp after the gap is a minute after the reset.
-    let mut stamps: Vec<f64> = (0..100).map(|i| 100_000.0 + 10.0 * f64::from(i)).collect();
-    stamps.extend((0..100).map(|i| 60_000.0 + 10.0 * f64::from(i)));
-    let at = |gaps: &[usize]| {
-        let options = ClockOptions {
-            gaps,
-            ..ClockOptions::default()
-        };
-        clock(stamps.clone(), options).unwrap()
-    };
-    let restarted = at(&[100]);
+    let after = even(100, 60_000.0, 10.0);
+    let stamps: Vec<f64> = even(100, 100_000.0, 10.0).chain(after).collect();
+    let restarted = marked(&stamps, &[100], &[]);
     assert!(restarted.restarts == [100] && restarted.bad.is_empty());
     assert!(restarted.time_s.is_sorted());
     for elsewhere in [&[][..], &[99]] {
-        let back = at(elsewhere);
+        let back = marked(&stamps, elsewhere, &[]);
         assert!(back.restarts.is_empty() && back.bad == [100]);
     }
 }
@@ -100,42 +105,23 @@ fn a_step_back_after_a_named_gap_is_a_restart() {
 #[test]
 fn samples_in_a_pause_are_not_missing() {
     // 2 s, a pause of 4 s, 2 s with three samples lost.
-    let mut stamps: Vec<f64> = (0..200).map(|i| 10.0 * f64::from(i)).collect();
-    stamps.extend((0..200).map(|i| 6000.0 + 10.0 * f64::from(i)));
+    let mut stamps: Vec<f64> = even(200, 0.0, 10.0)
+        .chain(even(200, 6000.0, 10.0))
+        .collect();
     stamps.drain(300..303);
-    let at = |gaps: &[usize], pauses: &[usize]| {
-        let options = ClockOptions {
-            gaps,
-            pauses,
-            ..ClockOptions::default()
-        };
-        clock(stamps.clone(), options).unwrap()
-    };
-    let paused = at(&[], &[200]);
+    let paused = marked(&stamps, &[], &[200]);
     assert_eq!(paused.missing, 3.0);
     assert!((paused.mean_rate_hz.unwrap() - 99.25).abs() < 0.1);
     assert!((paused.duration_s - 7.99).abs() < 1e-9);
     // After a named gap they are missing; blank lines elsewhere have no effect.
-    assert_eq!(at(&[200], &[]).missing, 403.0);
-    let elsewhere = at(&[], &[100]);
+    assert_eq!(marked(&stamps, &[200], &[]).missing, 403.0);
+    let elsewhere = marked(&stamps, &[], &[100]);
     assert!(elsewhere.gaps == [200] && elsewhere.mean_rate_hz.unwrap() < 50.0);
-}
-
-#[test]
-fn pauses_and_gaps_across_a_wrap_are_found() {
     // 100 Hz in microseconds; a pause of 57 s across the wrap.
     let period = 4_294_967_296.0;
-    let start = period - 20e6;
-    let stamps: Vec<f64> = (0..300)
-        .map(|i| start + 1e4 * f64::from(i))
-        .chain((0..300).map(|i| start + 60e6 + 1e4 * f64::from(i)))
-        .map(|t| t % period)
-        .collect();
-    let paused = ClockOptions {
-        pauses: &[300],
-        ..ClockOptions::default()
-    };
-    let paused = clock(stamps.clone(), paused).unwrap();
+    let whole = even(300, period - 20e6, 1e4).chain(even(300, period + 40e6, 1e4));
+    let stamps: Vec<f64> = whole.map(|t| t % period).collect();
+    let paused = marked(&stamps, &[], &[300]);
     assert!((paused.mean_rate_hz.unwrap() - 100.0).abs() < 0.1 && paused.missing == 0.0);
     assert_eq!(judged(stamps).missing, 5700.0);
 }

@@ -6,7 +6,6 @@ mod clock;
 mod defects;
 mod follow;
 mod later;
-mod loggers;
 mod properties;
 mod real;
 mod shapes;

@@ -2,230 +2,194 @@
 
 use gravical_recording::{AccelUnit, ReadOptions, Recording};
 
-use crate::support::{RATE_HZ, has_rate, is_near, read, six_faces};
-
-/// A logger: its file name and header, how a row is written, and what it holds.
-struct Shape {
-    name: &'static str,
-    file_name: &'static str,
-    header: &'static str,
-    /// Of the row, specific force in g and angular rate in °/s.
-    write: fn(usize, [f64; 3], [f64; 3]) -> String,
-    unit: AccelUnit,
-    has_gyro: bool,
-    has_clock: bool,
-}
+use crate::support::{RATE_HZ, Row, has_rate, is_near, read, six_faces};
 
 const G: f64 = 9.80665;
 
-const SHAPES: &[Shape] = &[
-    Shape {
-        name: "phyphox, one sensor a file",
-        file_name: "Accelerometer.csv",
-        header: "\"Time (s)\",\"X (m/s^2)\",\"Y (m/s^2)\",\"Z (m/s^2)\"\n",
-        write: |k, [x, y, z], _| {
-            format!(
-                "{:E},{:E},{:E},{:E}",
-                k as f64 / RATE_HZ,
-                x * G,
-                y * G,
-                z * G
-            )
-        },
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
-        has_clock: true,
-    },
-    Shape {
-        name: "Sensor Logger",
-        file_name: "TotalAcceleration.csv",
-        header: "time,seconds_elapsed,z,y,x\n",
-        write: |k, [x, y, z], _| {
-            let (t, elapsed) = (
-                1_700_000_000_000_000_000 + 40_000_000 * k,
-                k as f64 / RATE_HZ,
-            );
-            format!("{t},{elapsed:.3},{:.5},{:.5},{:.5}", z * G, y * G, x * G)
-        },
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
-        has_clock: true,
-    },
-    Shape {
-        name: "Physics Toolbox",
-        file_name: "",
-        header: "time;gFx;gFy;gFz;TgF\n",
-        write: |k, [x, y, z], _| {
-            let tenths_ms = 400 * k;
-            let (s, f) = (tenths_ms / 10_000, tenths_ms % 10_000);
-            format!("11:41:{s:02}:{f:04};{x:.4};{y:.4};{z:.4};1,000").replace('.', ",")
-        },
-        unit: AccelUnit::StandardGravity,
-        has_gyro: false,
-        has_clock: true,
-    },
-    Shape {
-        name: "EuRoC",
-        file_name: "data.csv",
-        header: "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad \
-                 s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n",
-        write: |k, a, w| {
-            let ([x, y, z], [gx, gy, gz]) = (a.map(|v| v * G), w.map(f64::to_radians));
-            format!(
-                "{},{gx},{gy},{gz},{x},{y},{z}",
-                1_403_636_579_758_555_392 + 40_000_000 * k as u64
-            )
-        },
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: true,
-        has_clock: true,
-    },
-    Shape {
-        name: "rostopic echo -p",
-        file_name: "",
-        header: "%time,field.header.seq,field.header.stamp,field.angular_velocity.x,field.\
-                 angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,field.\
-                 linear_acceleration.y,field.linear_acceleration.z\n",
-        write: |k, a, w| {
-            let ([x, y, z], [gx, gy, gz]) = (a.map(|v| v * G), w.map(f64::to_radians));
-            let t = 1_600_000_000_000_000_000 + 40_000_000 * k as u64;
-            format!("{t},{k},{t},{gx},{gy},{gz},{x},{y},{z}")
-        },
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: true,
-        has_clock: true,
-    },
-    Shape {
-        name: "PX4 sensor_combined",
-        file_name: "",
-        header: "timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt,\
-                 accelerometer_timestamp_relative,accelerometer_m_s2[0],accelerometer_m_s2[1],\
-                 accelerometer_m_s2[2],accelerometer_integral_dt\n",
-        write: |k, a, w| {
-            let ([x, y, z], [gx, gy, gz]) = (a.map(|v| v * G), w.map(f64::to_radians));
-            format!(
-                "{},{gx},{gy},{gz},40000,0,{x},{y},{z},40000",
-                3_000_000 + 40_000 * k
-            )
-        },
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: true,
-        has_clock: true,
-    },
-    Shape {
-        name: "Betaflight",
-        file_name: "",
-        header: "loopIteration, time (us), gyroADC[0], gyroADC[1], gyroADC[2], accSmooth[0], \
-                 accSmooth[1], accSmooth[2]\n",
-        write: |k, a, [gx, gy, gz]| {
-            let [x, y, z] = a.map(|v| v * 2048.0);
-            format!(
-                "{k}, {}, {gx:.0}, {gy:.0}, {gz:.0}, {x:.0}, {y:.0}, {z:.0}",
-                40_000 * k
-            )
-        },
-        unit: AccelUnit::Counts,
-        has_gyro: true,
-        has_clock: true,
-    },
-    Shape {
-        name: "Axivity",
-        file_name: "",
-        header: "",
-        write: |k, [x, y, z], _| {
-            format!(
-                "2017-05-19 14:31:{:06.3},{x:.5},{y:.5},{z:.5}",
-                k as f64 / RATE_HZ
-            )
-        },
-        unit: AccelUnit::StandardGravity,
-        has_gyro: false,
-        has_clock: true,
-    },
-    Shape {
-        name: "Shimmer",
-        file_name: "",
-        header: "\"sep=\\t\"\nS_Timestamp_CAL\tS_Accel_LN_X_CAL\tS_Accel_LN_Y_CAL\tS_Accel_LN_Z_CAL\t\
-                 S_Accel_WR_X_CAL\tS_Accel_WR_Y_CAL\tS_Accel_WR_Z_CAL\t\nms\tm/(s^2)\tm/(s^2)\t\
-                 m/(s^2)\tm/(s^2)\tm/(s^2)\tm/(s^2)\t\n",
-        write: |k, a, _| {
-            let [x, y, z] = a.map(|v| v * G);
-            format!(
-                "{}\t{x:.5}\t{y:.5}\t{z:.5}\t{:.5}\t{y:.5}\t{z:.5}\t",
-                1e12 + 40.0 * k as f64,
-                x + 0.5
-            )
-        },
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
-        has_clock: true,
-    },
-    Shape {
-        name: "MbientLab",
-        file_name: "MetaWear_Accelerometer.csv",
-        header: "epoc (ms),timestamp (+0200),elapsed (s),x-axis (g),y-axis (g),z-axis (g)\n",
-        write: |k, [x, y, z], _| {
-            let (ms, s) = (1_600_000_000_000_u64 + 40 * k as u64, k as f64 / RATE_HZ);
-            format!(
-                "{ms},2020-09-13T14:26:{:06.3},{s:.3},{x:.4},{y:.4},{z:.4}",
-                s + 40.0
-            )
-        },
-        unit: AccelUnit::StandardGravity,
-        has_gyro: false,
-        has_clock: true,
-    },
-    Shape {
-        name: "x-io",
-        file_name: "",
-        header: "Time (s),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),\
-                 Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)\n",
-        write: |k, [x, y, z], [gx, gy, gz]| {
-            format!("{:.6},{gx},{gy},{gz},{x},{y},{z}", k as f64 / RATE_HZ)
-        },
-        unit: AccelUnit::StandardGravity,
-        has_gyro: true,
-        has_clock: true,
-    },
-    Shape {
-        name: "fixed width",
-        file_name: "",
-        header: "",
-        write: |_, [x, y, z], _| format!("{:10.4}{:10.4}{:10.4}", x * G, y * G, z * G),
-        unit: AccelUnit::MetrePerSecondSquared,
-        has_gyro: false,
-        has_clock: false,
-    },
-];
+/// Of each: name, name of the file, unit of the accelerometer (or counts per g) and of the gyroscope (or counts
+/// per °/s), and decimal sign; the header, if any; and behind `>` how a row is written. There `$x`, `$y`, `$z`
+/// are the specific force (`$X` … in ten places), `$u`, `$v`, `$w` the angular rate, `$k` the number of the
+/// row, `$S` and `$T` its seconds (`$T` with two digits before the point), `$P` with a colon for the point;
+/// `$M`, `$U` milliseconds and microseconds, `$E`, `$N` milliseconds and nanoseconds since 1970, and `$A`, `$B`
+/// seconds and nanoseconds of one stamp. An arrow is a tabulator.
+const SHAPES: &str = r#"
+fixed width | - | m/s^2 | - | .
+> $X$Y$Z
+
+Sensor Logger | TotalAcceleration.csv | m/s^2 | - | .
+time,seconds_elapsed,z,y,x
+> $N,$S,$z,$y,$x
+
+Physics Toolbox | - | g | - | ,
+time;gFx;gFy;gFz;TgF
+> 11:41:$P;$x;$y;$z;1,000
+
+ros2 topic echo --csv | - | m/s^2 | rad/s | .
+> $A,$B,imu,0,0,0,1,0,0,0,0,0,0,0,0,0,$u,$v,$w,0,0,0,0,0,0,0,0,0,$x,$y,$z,0,0,0,0,0,0,0,0,0
+
+ulog2csv | - | m/s^2 | rad/s | .
+timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt,accelerometer_timestamp_relative,accelerometer_m_s2[0],accelerometer_m_s2[1],accelerometer_m_s2[2],accelerometer_integral_dt
+> $U,$u,$v,$w,40000,0,$x,$y,$z,40000
+
+blackbox_decode | - | 2048 | deg/s | .
+loopIteration, time (us), axisP[0], axisP[1], axisP[2], gyroADC[0], gyroADC[1], gyroADC[2], accSmooth[0], accSmooth[1], accSmooth[2], motor[0]
+> $k, $U, 0, 0, 0, $u, $v, $w, $x, $y, $z, 1000
+
+Axivity | - | g | - | .
+> 2017-05-19 14:31:$T,$x,$y,$z
+
+Shimmer | - | m/s^2 | - | .
+"sep=\t"
+S_Timestamp_CAL→S_Accel_LN_X_CAL→S_Accel_LN_Y_CAL→S_Accel_LN_Z_CAL→S_Accel_WR_X_CAL→S_Accel_WR_Y_CAL→S_Accel_WR_Z_CAL→
+ms→m/(s^2)→m/(s^2)→m/(s^2)→m/(s^2)→m/(s^2)→m/(s^2)→
+> $E→$x→$y→$z→$z→$x→$y→
+
+MbientLab | MetaWear_Accelerometer.csv | g | - | .
+epoc (ms),timestamp (+0200),elapsed (s),x-axis (g),y-axis (g),z-axis (g)
+> $E,2020-09-13T14:26:$T,$S,$x,$y,$z
+
+Adafruit | log.txt | m/s^2 | rad/s | .
+> Acceleration X: $x, Y: $y, Z: $z m/s^2
+> Rotation X: $u, Y: $v, Z: $w rad/s
+> Temperature: 27.31 degC
+>
+
+i2cdevlib | log.txt | 16384 | 131 | .
+> a/g:→$x→$y→$z→$u→$v→$w
+
+key equals value | log.txt | g | deg/s | .
+> aX = $x | aY = $y | aZ = $z | tmp = 27.31 | gX = $u | gY = $v | gZ = $w
+
+Serial Monitor | log.txt | m/s^2 | - | .
+> 14:03:$T -> $x,$y,$z
+
+SparkFun | log.txt | mg | deg/s | .
+> Scaled. Acc (mg) [ $x, $y, $z ], Gyr (DPS) [ $u, $v, $w ]
+
+esp-idf | log.txt | g | - | .
+> I ($M) mpu6050: acc_x:$x, acc_y:$y, acc_z:$z
+
+tuples | log.txt | m/s^2 | deg/s | .
+> $S: acc=($x, $y, $z) gyro=($u, $v, $w)
+
+JSON lines | log.txt | g | - | .
+> {"ms": $M, "ax": $x, "ay": $y, "az": $z}
+
+decimal commas | log.txt | g | - | ,
+> ax=$x; ay=$y; az=$z
+
+one value a line | log.txt | g | - | .
+> accX: $x
+> accY: $y
+> accZ: $z
+> ---
+"#;
+
+/// Row `k` as `pattern` says.
+fn filled(pattern: &str, accel: &str, gyro: &str, k: usize, row: &Row) -> String {
+    let [x, y, z] = row.accel_g.map(|g| match accel {
+        "m/s^2" => format!("{:.5}", g * G),
+        "g" => format!("{g:.5}"),
+        "mg" => format!("{:08.2}", 1000.0 * g),
+        counts => format!("{:.0}", g * counts.parse::<f64>().unwrap()),
+    });
+    let [u, v, w] = row.gyro_deg_s.map(|rate| match gyro {
+        "rad/s" => format!("{:.5}", rate.to_radians()),
+        "deg/s" | "-" => format!("{rate:.3}"),
+        counts => format!("{:.0}", rate * counts.parse::<f64>().unwrap()),
+    });
+    let (s, ms) = (k as f64 / RATE_HZ, 40 * k as u64);
+    let values = [
+        ("$X", format!("{x:>10}")),
+        ("$Y", format!("{y:>10}")),
+        ("$Z", format!("{z:>10}")),
+        ("$x", x),
+        ("$y", y),
+        ("$z", z),
+        ("$u", u),
+        ("$v", v),
+        ("$w", w),
+        ("$k", k.to_string()),
+        ("$S", format!("{s:.3}")),
+        ("$T", format!("{s:06.3}")),
+        ("$P", format!("{:02}:{:04}", ms / 1000, ms % 1000 * 10)),
+        ("$M", ms.to_string()),
+        ("$U", (1000 * ms).to_string()),
+        ("$E", (1_600_000_000_000 + ms).to_string()),
+        ("$N", ((1_600_000_000_000 + ms) * 1_000_000).to_string()),
+        ("$A", (1_600_000_000 + ms / 1000).to_string()),
+        ("$B", (ms % 1000 * 1_000_000).to_string()),
+    ];
+    let fill = |text: String, (token, value): &(&str, String)| text.replace(token, value);
+    values.iter().fold(pattern.to_owned(), fill) + "\n"
+}
 
 #[test]
 fn loggers_and_apps_are_read_without_options() {
     let rows = six_faces(4);
-    for shape in SHAPES {
-        let lines = rows.iter().enumerate();
-        let lines = lines.map(|(k, r)| (shape.write)(k, r.accel_g, r.gyro_deg_s) + "\n");
-        let text = format!("{}{}", shape.header, lines.collect::<String>());
-        let recording = read(&text, shape.file_name);
-        let name = shape.name;
+    for shape in SHAPES.replace('→', "\t").trim().split("\n\n") {
+        let (names, lines) = shape.split_once('\n').unwrap();
+        let [name, file_name, accel, gyro, decimal] = names.split(" | ").collect::<Vec<_>>()[..]
+        else {
+            panic!("{names}")
+        };
+        let (pattern, mut header): (Vec<&str>, Vec<&str>) =
+            lines.lines().partition(|line| line.starts_with('>'));
+        let pattern: Vec<&str> = pattern.iter().map(|l| l[1..].trim_start()).collect();
+        let pattern = pattern.join("\n");
+        if file_name == "log.txt" {
+            header = vec!["Starting sensor...", "Found it!"];
+        }
+        let mut text: String = header.iter().map(|line| format!("{line}\n")).collect();
+        for (k, row) in rows.iter().enumerate() {
+            text += &filled(&pattern, accel, gyro, k, row).replace('.', decimal);
+        }
+        let recording = read(&text, file_name.trim_start_matches('-'));
         assert_eq!(recording.rows(), rows.len(), "{name}");
-        assert_eq!(recording.accel_scale.unit, shape.unit, "{name}");
-        assert_eq!(recording.gyro.is_some(), shape.has_gyro, "{name}");
-        assert_eq!(
-            has_rate(&recording, RATE_HZ),
-            shape.has_clock,
-            "{name}: {:?}",
-            recording.timing.rate_hz()
+        let unit = recording.accel_scale.unit.name();
+        let is_counts = accel.parse::<f64>().is_ok();
+        assert_eq!(unit, if is_counts { "counts" } else { accel }, "{name}");
+        assert_eq!(recording.gyro.is_some(), gyro != "-", "{name}");
+        let mut stamps = ["$S", "$T", "$P", "$M", "$U", "$E", "$N", "$A"].iter();
+        let (has_clock, rate_hz) = (
+            stamps.any(|s| pattern.contains(s)),
+            recording.timing.rate_hz(),
+        );
+        assert_eq!(rate_hz.is_some(), has_clock, "{name}: {rate_hz:?}");
+        assert!(
+            !has_clock || has_rate(&recording, RATE_HZ),
+            "{name}: {rate_hz:?}"
         );
         let scale = recording.accel_scale.nominal().unwrap().recip() / G;
+        let tolerance = if accel == "2048" { 5e-4 } else { 1e-4 };
         for (k, row) in rows.iter().enumerate() {
             for axis in 0..3 {
                 let value_g = recording.accel[axis][k] * scale;
                 assert!(
-                    is_near(value_g, row.accel_g[axis], 5e-4),
+                    is_near(value_g, row.accel_g[axis], tolerance),
                     "{name}, row {k}: {value_g}"
                 );
             }
         }
+    }
+}
+
+/// A comment with as many parts as there are columns is no header if it names no sensor.
+#[test]
+fn a_comment_above_the_rows_is_no_header() {
+    let rows = six_faces(4);
+    let lines = rows.iter().enumerate().map(|(k, r)| {
+        let [x, y, z] = r.accel_g;
+        format!("{},{x:.4},{y:.4},{z:.4}\n", 40 * k)
+    });
+    let rows: String = lines.collect();
+    for comment in [
+        "# the lab, 2026-01-01, Anna",
+        "# Uno, at 25 Hz, on the table, Anna",
+    ] {
+        let recording = read(&format!("{comment}\n{rows}"), "desk.csv");
+        assert!(has_rate(&recording, RATE_HZ), "{:?}", recording.timing);
+        assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
     }
 }
 

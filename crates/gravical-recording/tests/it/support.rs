@@ -28,11 +28,10 @@ impl Dice {
     }
 }
 
-/// One row: specific force in g, angular rate in °/s, temperature in °C.
+/// One row: specific force in g, angular rate in °/s.
 pub struct Row {
     pub accel_g: [f64; 3],
     pub gyro_deg_s: [f64; 3],
-    pub temperature_c: f64,
 }
 
 /// The sensor lies on its six faces for two seconds each.
@@ -47,7 +46,6 @@ pub fn six_faces(seed: u64) -> Vec<Row> {
             Row {
                 accel_g,
                 gyro_deg_s,
-                temperature_c: 27.0 + row as f64 * 0.001,
             }
         })
         .collect()

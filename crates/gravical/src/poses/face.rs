@@ -254,17 +254,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_face_and_its_angle() {
-        let (face, angle) = Face::nearest([0.0, -9.7, 0.17]);
-        assert_eq!(face.name(), "-y");
-        assert!((angle - 1.004).abs() < 0.01);
-        assert!(angle_deg([0.0; 3], [1.0, 0.0, 0.0]) == 90.0);
-        for (i, face) in Face::all().into_iter().enumerate() {
-            assert_eq!(face.index(), i);
-        }
-    }
-
-    #[test]
     fn mounting_keeps_the_hand() {
         let map: AxisMap = "x,-z,y".parse().unwrap();
         assert_eq!(map.to_case([1.0, 2.0, 3.0]), [1.0, -3.0, 2.0]);

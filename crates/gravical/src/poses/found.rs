@@ -509,27 +509,3 @@ fn tell_motion(
         .in_file(&recording.name),
     );
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::recording::{ReadOptions, read_bytes};
-
-    #[test]
-    fn what_hardly_rests_is_told_for_how_long() {
-        let text = format!("ax,ay,az\n{}", "0.1,0.2,9.8\n".repeat(1000));
-        let options = ReadOptions {
-            rate_hz: Some(10.0),
-            ..ReadOptions::default()
-        };
-        let recording = read_bytes(text.as_bytes(), "walk.csv", &options).unwrap();
-        let said = |held, poses| hardly_still(&recording, held, poses).to_string();
-        for (held, poses, expected) in [
-            (15, 1, "at rest for 1.5 s of 100 s, in 1 pose:"),
-            (120, 5, "at rest for 12 s of 100 s, in 5 poses:"),
-        ] {
-            let said = said(held, poses);
-            assert!(said.contains(expected), "{said}");
-        }
-    }
-}

@@ -187,35 +187,26 @@ fn section(row: &Row, line: Option<u64>) -> Result<Section> {
 mod tests {
     use super::*;
 
-    fn labels(text: &str) -> Vec<(String, Range<usize>)> {
-        parse_sections(text.as_bytes())
-            .unwrap()
-            .into_iter()
-            .map(|s| (s.label, s.rows))
-            .collect()
-    }
-
     #[test]
-    fn both_forms_say_the_same() {
-        let json = labels(r#"{"x_p":{"start":540,"end":1271},"x_rot":{"start":6770,"end":7093}}"#);
-        assert_eq!(json.len(), 2);
-        let mut list = labels(
+    fn every_form_says_the_same() {
+        for text in [
+            r#"{"x_p":{"start":540,"end":1271},"x_rot":{"start":6770,"end":7093}}"#,
             r#"[{"label":"x_p","start":540,"end":1271},{"label":"x_rot","start":6770,"end":7093}]"#,
-        );
-        assert_eq!(json, list);
-        list = labels("label,start,end\nx_p,540,1271\nx_rot, 6770, 7093\n");
-        assert_eq!(json, list);
-        list = labels("start;end;label\n540;1271;x_p\n6770;7093;x_rot");
-        assert_eq!(json, list);
-    }
-
-    #[test]
-    fn an_empty_list_is_refused() {
-        for text in ["  \n", "[]"] {
+            "label,start,end\nx_p,540,1271\nx_rot, 6770, 7093\n",
+            "start;end;label\n540;1271;x_p\n6770;7093;x_rot",
+        ] {
+            let sections = parse_sections(text.as_bytes()).unwrap().into_iter();
+            let sections: Vec<_> = sections.map(|s| (s.label, s.rows)).collect();
+            let expected = [("x_p", 540..1271), ("x_rot", 6770..7093)];
             assert_eq!(
-                parse_sections(text.as_bytes()).unwrap_err().code(),
-                "sections-empty"
+                sections,
+                expected.map(|(label, rows)| (label.to_owned(), rows)),
+                "{text}"
             );
+        }
+        for text in ["  \n", "[]"] {
+            let error = parse_sections(text.as_bytes()).unwrap_err();
+            assert_eq!(error.code(), "sections-empty");
         }
     }
 }

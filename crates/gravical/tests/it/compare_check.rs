@@ -1,8 +1,7 @@
 //! `compare` and `check` against sensors whose truth is known: how often is a
 //! difference claimed where there is none, and is one found where there is?
 
-use gravical::calibrate::CalibrateOptions;
-use gravical::calibrate::{EstimateOptions, Method};
+use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
 use gravical::calibration_file::CalibrationFile;
 use gravical::check::{Cause, CheckOptions, CheckReport, Judgement, check};
 use gravical::compare::{Comparison, compare};
@@ -62,8 +61,8 @@ fn share_under(p: &[f64], level: f64) -> f64 {
     p.iter().filter(|p| **p < level).count() as f64 / p.len() as f64
 }
 
-fn p_values<T>(of: &[T], p: impl Fn(&T) -> f64) -> Vec<f64> {
-    of.iter().map(p).collect()
+fn each<T>(of: &[T], value: impl Fn(&T) -> f64) -> Vec<f64> {
+    of.iter().map(value).collect()
 }
 
 /// Two sessions of each of 150 sensors, six faces placed within `tilt_deg`.
@@ -93,31 +92,28 @@ fn two_sessions_of_one_sensor_seldom_differ() {
         (Method::Ferraris, 1.0),
     ] {
         let all = compared(tilt, method);
-        let magnitude = p_values(&all, |c| c.magnitude.test.unwrap().p_value);
-        let turned = p_values(&all, |c| {
-            c.orientation.as_ref().unwrap().test.unwrap().p_value
-        });
-        let differ = p_values(&all, |c| match c.verdict.judgement {
+        let magnitude = each(&all, |c| c.magnitude.test.unwrap().p_value);
+        let orientation = |c: &Comparison| c.orientation.as_ref().unwrap().test.unwrap();
+        let turned = each(&all, |c| orientation(c).p_value);
+        let differ = each(&all, |c| match c.verdict.judgement {
             Judgement::Differ => 0.0,
             Judgement::Agree => 1.0,
             _ => panic!("{:?}", c.verdict),
         });
-        let squares = |of: fn(&Comparison) -> f64| all.iter().map(|c| of(c).powi(2)).sum::<f64>();
-        let rms = squares(|c| c.magnitude.norm_rms_mps2);
-        let predicted = squares(|c| c.magnitude.predicted_rms_mps2.unwrap());
+        let squares = each(&all, |c| c.magnitude.norm_rms_mps2.powi(2));
+        let predicted = each(&all, |c| c.magnitude.predicted_rms_mps2.unwrap().powi(2));
+        let ratio = (mean(&squares) / mean(&predicted)).sqrt();
         let (five_m, five_o) = (share_under(&magnitude, 0.05), share_under(&turned, 0.05));
         let wrong = share_under(&differ, 0.5);
-        println!(
-            "{method:?}, tilt {tilt}: p < 0.05 in {five_m:.3} (‖a‖) and {five_o:.3} (rotation), {wrong:.3} differ; RMS over predicted {:.3}",
-            (rms / predicted).sqrt()
+        let shown = format!(
+            "{method:?}, tilt {tilt}: p < 0.05 in {five_m:.3} (‖a‖) and {five_o:.3} (rotation), {wrong:.3} differ; RMS over predicted {ratio:.3}"
         );
-        assert!((0.005..=0.1).contains(&five_m), "{five_m}");
-        assert!((0.005..=0.1).contains(&five_o), "{five_o}");
-        assert!(wrong <= 0.02, "{wrong}");
+        println!("{shown}");
         assert!(
-            (0.55..=1.15).contains(&(rms / predicted).sqrt()),
-            "{rms} {predicted}"
+            (0.005..=0.1).contains(&five_m) && (0.005..=0.1).contains(&five_o),
+            "{shown}"
         );
+        assert!(wrong <= 0.02 && (0.55..=1.15).contains(&ratio), "{shown}");
     }
 }
 
@@ -142,25 +138,19 @@ fn new_stills_seldom_contradict_a_good_calibration() {
                 check(&file, "cal.json", &new, &CheckOptions::default()).unwrap()
             })
             .collect();
-        let p = p_values(&reports, |r| r.test.p_value);
-        let z: Vec<f64> = reports
-            .iter()
-            .flat_map(|r| r.static_intervals.iter().map(|s| s.z.powi(2)))
-            .collect();
-        let wrong = reports
-            .iter()
-            .filter(|r| r.verdict.judgement == Judgement::DoesNotFit)
-            .count();
-        println!(
-            "{method:?}, tilt {tilt}, {}: p < 0.05 in {:.3}, {wrong} of 100 do not fit, mean z² {:.3}",
-            later.name(),
-            share_under(&p, 0.05),
-            mean(&z)
+        let five = share_under(&each(&reports, |r| r.test.p_value), 0.05);
+        let intervals = reports.iter().flat_map(|r| &r.static_intervals);
+        let z2 = mean(&intervals.map(|s| s.z.powi(2)).collect::<Vec<f64>>());
+        let judgements = reports.iter().map(|r| r.verdict.judgement);
+        let wrong = judgements.filter(|j| *j == Judgement::DoesNotFit).count();
+        let shown = format!(
+            "{method:?}, tilt {tilt}, {}: p < 0.05 in {five:.3}, {wrong} of 100 do not fit, mean z² {z2:.3}",
+            later.name()
         );
-        assert!(share_under(&p, 0.05) <= 0.11);
+        println!("{shown}");
+        assert!(five <= 0.11 && (0.6..=1.25).contains(&z2), "{shown}");
         // Tails of products of tilts of 3° without a free pose.
-        assert!(wrong <= if tilt < 3.0 { 2 } else { 5 }, "{wrong}");
-        assert!((0.6..=1.25).contains(&mean(&z)), "{}", mean(&z));
+        assert!(wrong <= if tilt < 3.0 { 2 } else { 5 }, "{shown}");
     }
 }
 
@@ -188,7 +178,5 @@ fn a_bias_off_by_five_sigma_is_found_and_named() {
         differ += usize::from(result.verdict.judgement == Judgement::Differ);
     }
     println!("of 24: {found} found, {named} named, {differ} differ from a new calibration");
-    assert!(found >= 20, "{found}");
-    assert!(named >= 16, "{named}");
-    assert!(differ >= 12, "{differ}");
+    assert!(found >= 20 && named >= 16 && differ >= 12);
 }

@@ -176,50 +176,39 @@ fn nominal(file: &CalibrationFile, per_mps2: f64) -> (Matrix, Vector) {
 
 #[test]
 fn a_target_refuses_options_and_names_that_it_cannot_use() {
-    let file = in_g();
-    let code =
-        |target, options: ExportOptions| export_to(&file, target, &options).unwrap_err().code();
     let named = |name: &str| ExportOptions {
         name: Some(name.to_owned()),
         ..ExportOptions::default()
     };
-    for bad in [
-        "",
-        "9lives",
-        "a-b",
-        "a b",
-        "a__b",
-        "_a",
-        "größe",
-        "x*/y",
-        &"n".repeat(49),
-    ] {
-        assert_eq!(code("c", named(bad)), "export-name", "{bad}");
-    }
-    assert_eq!(code("px4", named("imu")), "export-option");
+    let long = "n".repeat(49);
+    let names = [
+        "", "9lives", "a-b", "a b", "a__b", "_a", "größe", "x*/y", &long,
+    ];
+    let names = names.map(|name| ("c", named(name), "export-name"));
     let id = ExportOptions {
         device_id: Some(1),
         ..ExportOptions::default()
     };
-    assert_eq!(code("c", id), "export-option");
     let rotation = ExportOptions {
         rotation: Some("y,-x,z".parse().unwrap()),
         ..ExportOptions::default()
     };
-    assert_eq!(code("ros", rotation), "export-option");
-    for bad in [0.0, -1.0, f64::NAN] {
-        let options = ExportOptions {
-            counts_per_g: Some(bad),
-            ..ExportOptions::default()
-        };
-        assert_eq!(code("arduino", options), "export-option");
-        let options = ExportOptions {
-            counts_per_deg_s: Some(bad),
-            ..ExportOptions::default()
-        };
-        assert_eq!(code("arduino", options), "export-option");
+    let others = [
+        ("px4", named("imu"), "export-option"),
+        ("c", id, "export-option"),
+        ("ros", rotation, "export-option"),
+        ("kalibr", ExportOptions::default(), "noise-unknown"),
+    ];
+    let scales = [0.0, -1.0, f64::NAN].into_iter().flat_map(|bad| {
+        let [mut accel, mut gyro] = [(); 2].map(|()| ExportOptions::default());
+        accel.counts_per_g = Some(bad);
+        gyro.counts_per_deg_s = Some(bad);
+        [accel, gyro].map(|options| ("arduino", options, "export-option"))
+    });
+    for (target, options, code) in names.into_iter().chain(others).chain(scales) {
+        let error = export_to(&in_g(), target, &options).unwrap_err();
+        assert_eq!(error.code(), code, "{target} {options:?}");
     }
-    assert_eq!(code("kalibr", ExportOptions::default()), "noise-unknown");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use gravical::calibration_file::CalibrationFile;
 use gravical::live::Message;
 use gravical::noise::NoiseResult;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::support::*;
 
@@ -14,22 +14,19 @@ use crate::support::*;
 fn the_schema_files_are_up_to_date() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
     for (name, schema) in [
-        (
-            "gravical-calibration-2.schema.json",
-            CalibrationFile::schema(),
-        ),
-        ("gravical-live-1.schema.json", Message::schema()),
-        ("gravical-noise-1.schema.json", NoiseResult::schema()),
+        ("calibration-2", CalibrationFile::schema()),
+        ("live-1", Message::schema()),
+        ("noise-1", NoiseResult::schema()),
     ] {
         let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
-        let path = docs.join(name);
+        let path = docs.join(format!("gravical-{name}.schema.json"));
         if std::env::var_os("GRAVICAL_BLESS").is_some() {
             std::fs::write(&path, &text).unwrap();
         }
         let there = std::fs::read_to_string(&path).unwrap_or_default();
         assert!(
             there == text,
-            "docs/{name} is stale; GRAVICAL_BLESS=1 rewrites it"
+            "{name} is stale; GRAVICAL_BLESS=1 rewrites it"
         );
     }
 }
@@ -56,39 +53,25 @@ fn fields_of_later_and_of_earlier_versions() {
 
 #[test]
 fn what_cannot_be_applied_is_refused() {
-    let with = |change: fn(&mut Value)| {
-        let mut value = serde_json::to_value(sample()).unwrap();
-        value["temperature_model"] = json!({
-            "reference_c": 15.0, "reference_source": "session", "range_c": [10.0, 30.0], "inputs": [],
-            "channels": [{
-                "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
-                "order": 1, "coefficients": [0.02]
-            }]
-        });
-        change(&mut value);
-        let error = CalibrationFile::parse(value.to_string().as_bytes()).unwrap_err();
-        assert!(error.is_input());
-        error.code()
-    };
-    type Change = fn(&mut Value);
-    let cases: [(&str, Change); 5] = [
-        ("calibration-values", |v| {
-            v["temperature_model"]["range_c"] = json!([50.0, -10.0])
-        }),
-        ("calibration-values", |v| {
-            v["temperature_model"]["channels"][0]["channel"] = json!("mx")
-        }),
-        ("calibration-syntax", |v| {
-            v["temperature_model"]["reference_c"] = json!(null)
-        }),
-        ("calibration-syntax", |v| {
-            v["accelerometer"]["bias"] = json!([1.0, 2.0])
-        }),
-        ("calibration-format", |v| {
-            v["format"] = json!("gravical-calibration/1")
-        }),
-    ];
-    for (code, change) in cases {
-        assert_eq!(with(change), code);
+    let mut plain = serde_json::to_value(sample()).unwrap();
+    plain["temperature_model"] = json!({
+        "reference_c": 15.0, "reference_source": "session", "range_c": [10.0, 30.0], "inputs": [],
+        "channels": [{
+            "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
+            "order": 1, "coefficients": [0.02]
+        }]
+    });
+    for (field, value, code) in [
+        ("/temperature_model/range_c", "[50, -10]", "values"),
+        ("/temperature_model/channels/0/channel", "\"mx\"", "values"),
+        ("/temperature_model/reference_c", "null", "syntax"),
+        ("/accelerometer/bias", "[1, 2]", "syntax"),
+        ("/format", "\"gravical-calibration/1\"", "format"),
+    ] {
+        let mut changed = plain.clone();
+        *changed.pointer_mut(field).unwrap() = serde_json::from_str(value).unwrap();
+        let error = CalibrationFile::parse(changed.to_string().as_bytes()).unwrap_err();
+        assert!(error.is_input(), "{field}: {error}");
+        assert_eq!(error.code(), format!("calibration-{code}"), "{field}");
     }
 }

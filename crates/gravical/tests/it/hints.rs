@@ -122,108 +122,69 @@ fn an_option_that_is_named_helps() {
         time_unit: Some(unit),
         ..none()
     };
-    let plain = |k: usize, a| format!("{},{}", 40 * k, cells(a, ","));
+    let milligravity = || ReadOptions {
+        accel_unit: Some(AccelUnit::MilliGravity),
+        ..none()
+    };
+    let commas = |a| cells(a, ",");
+    let plain = |k: usize, a| format!("{},{}", 40 * k, commas(a));
+    let semicolons = |k: usize, a| format!("{};{}", 40 * k, cells(a, ";"));
     let odd = |k: usize| (k * 31 % 17) as f64 / 10.0;
+    let named = |names: &str, rows: String| format!("{names}\n{rows}");
+    let accel = |rows: String| named("ms,ax,ay,az", rows);
+    let unknown = rows(|k, a| format!("{},{},{}", odd(k), commas(a), odd(k + 5)));
+    let foreign = named("ms,one,two,three", rows(plain));
+    let quoted = named("ms;one, raw;two, raw;three, raw", rows(semicolons));
+    let empty = rows(|k, a| format!("{},,,,{}", 40 * k, commas(a)));
+    let empty = named("ms,ax,ay,az,bx,by,bz", empty);
+    let labelled = |from: usize| rows(|k, a| format!("{},n{}", plain(k + from, a), k + from));
+    let labelled = named("ms,ax,ay,az,label", labelled(0) + &labelled(200));
+    let beside = rows(|k, a| format!("{},{}", plain(k, a), commas(a)));
+    let beside = named(
+        "ms,acc one_x,acc one_y,acc one_z,acc two_x,acc two_y,acc two_z",
+        beside,
+    );
+    let in_turn = rows(|k, a| {
+        let row = |name: &str| format!("{},{name},{}", 40 * k, commas(a));
+        format!("{}\n{}", row("left hand"), row("right hand"))
+    });
+    let in_turn = named("ms,sensor,ax,ay,az", in_turn);
+    let clock = named("Uhr (lokal),ax,ay,az", rows(plain));
+    let quoted_clock = named("Uhr, lokal;ax;ay;az", rows(semicolons));
+    let slower = |factor: u64| rows(|k, a| format!("{},{}", factor * k as u64, commas(a)));
+    let slow = named("t,ax,ay,az", slower(400));
+    let slowest = named("t,ax,ay,az", slower(40_000_000_000));
+    let unread = rows(|k, a| format!("tick{k},{}", commas(a)));
+    let unread = named("time,ax,ay,az", unread);
+    let odd_unit = accel(rows(|k, a| plain(k, a.map(|v| 37.0 * v))));
+    let counts = accel(rows(|k, a| {
+        let counts = a.map(|v| (v * 101.97).round().to_string()).join(",");
+        format!("{},{counts}", 40 * k)
+    }));
+    let thousandths = accel(rows(|k, a| plain(k, a.map(|v| v * 101.97))));
+    let quoted_names = "ax=one, raw,ay=two, raw,az=three, raw";
     for (kind, text, truth) in [
-        (
-            "columns-unknown",
-            rows(|k, a| format!("{},{},{}", odd(k), cells(a, ","), odd(k + 5))),
-            columns("-,ax,ay,az,-"),
-        ),
+        ("columns-unknown", unknown, columns("-,ax,ay,az,-")),
         (
             "no-accelerometer",
-            "ms,one,two,three\n".to_owned() + &rows(plain),
+            foreign,
             columns("ax=one,ay=two,az=three"),
         ),
-        (
-            "no-accelerometer",
-            "ms;one, raw;two, raw;three, raw\n".to_owned()
-                + &rows(|k, a| format!("{};{}", 40 * k, cells(a, ";"))),
-            columns("ax=one, raw,ay=two, raw,az=three, raw"),
-        ),
-        (
-            "no-values",
-            "ms,ax,ay,az,bx,by,bz\n".to_owned()
-                + &rows(|k, a| format!("{},,,,{}", 40 * k, cells(a, ","))),
-            columns("ax=bx,ay=by,az=bz"),
-        ),
-        (
-            "too-many-labels",
-            "ms,ax,ay,az,label\n".to_owned()
-                + &(0..2)
-                    .map(|i| rows(|k, a| format!("{},n{}", plain(k + 200 * i, a), k + 200 * i)))
-                    .collect::<String>(),
-            none(),
-        ),
-        (
-            "several-sensors",
-            "ms,acc one_x,acc one_y,acc one_z,acc two_x,acc two_y,acc two_z\n".to_owned()
-                + &rows(|k, a| format!("{},{}", plain(k, a), cells(a, ","))),
-            none(),
-        ),
-        (
-            "several-sensors",
-            "ms,sensor,ax,ay,az\n".to_owned()
-                + &rows(|k, a| {
-                    let row = |name: &str| format!("{},{name},{}", 40 * k, cells(a, ","));
-                    format!("{}\n{}", row("left hand"), row("right hand"))
-                }),
-            none(),
-        ),
+        ("no-accelerometer", quoted, columns(quoted_names)),
+        ("no-values", empty, columns("ax=bx,ay=by,az=bz")),
+        ("too-many-labels", labelled, none()),
+        ("several-sensors", beside, none()),
+        ("several-sensors", in_turn, none()),
         ("columns-guessed", rows(plain), none()),
-        ("rate-unknown", rows(|_, a| cells(a, ",")), none()),
-        (
-            "unnamed-clock",
-            "Uhr (lokal),ax,ay,az\n".to_owned() + &rows(plain),
-            none(),
-        ),
-        (
-            "unnamed-clock",
-            "Uhr, lokal;ax;ay;az\n".to_owned()
-                + &rows(|k, a| format!("{};{}", 40 * k, cells(a, ";"))),
-            none(),
-        ),
-        (
-            "time-unit-assumed",
-            "t,ax,ay,az\n".to_owned() + &rows(|k, a| format!("{},{}", 400 * k, cells(a, ","))),
-            seconds(TimeUnit::Millisecond),
-        ),
-        (
-            "time-unit-unknown",
-            "t,ax,ay,az\n".to_owned()
-                + &rows(|k, a| format!("{},{}", 40_000_000_000_u64 * k as u64, cells(a, ","))),
-            seconds(TimeUnit::Nanosecond),
-        ),
-        (
-            "stamps-unread",
-            "time,ax,ay,az\n".to_owned() + &rows(|k, a| format!("tick{k},{}", cells(a, ","))),
-            none(),
-        ),
-        (
-            "unit-unknown",
-            "ms,ax,ay,az\n".to_owned() + &rows(|k, a| plain(k, a.map(|v| 37.0 * v))),
-            none(),
-        ),
-        (
-            "unit-unknown",
-            "ms,ax,ay,az\n".to_owned()
-                + &rows(|k, a| {
-                    let counts = a.map(|v| (v * 101.97).round().to_string()).join(",");
-                    format!("{},{counts}", 40 * k)
-                }),
-            ReadOptions {
-                accel_unit: Some(AccelUnit::MilliGravity),
-                ..none()
-            },
-        ),
-        (
-            "unit-assumed",
-            "ms,ax,ay,az\n".to_owned() + &rows(|k, a| plain(k, a.map(|v| v * 101.97))),
-            ReadOptions {
-                accel_unit: Some(AccelUnit::MilliGravity),
-                ..none()
-            },
-        ),
+        ("rate-unknown", rows(|_, a| commas(a)), none()),
+        ("unnamed-clock", clock, none()),
+        ("unnamed-clock", quoted_clock, none()),
+        ("time-unit-assumed", slow, seconds(TimeUnit::Millisecond)),
+        ("time-unit-unknown", slowest, seconds(TimeUnit::Nanosecond)),
+        ("stamps-unread", unread, none()),
+        ("unit-unknown", odd_unit, none()),
+        ("unit-unknown", counts, milligravity()),
+        ("unit-assumed", thousandths, milligravity()),
     ] {
         let followed = assert_helps(text.as_bytes(), "file.csv", &truth);
         assert!(followed.iter().any(|f| f == kind), "{kind}: {followed:?}");
@@ -232,11 +193,14 @@ fn an_option_that_is_named_helps() {
 
 #[test]
 fn a_gyroscope_alone_is_read_with_the_option_that_is_named() {
-    let rates = "ms,gx,gy,gz\n".to_owned() + &rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
+    let values = rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
+    let (rates, accel) = (
+        format!("ms,gx,gy,gz\n{values}"),
+        format!("ms,ax,ay,az\n{values}"),
+    );
     let (kind, words) = &said(rates.as_bytes(), "gyro.csv", &ReadOptions::default())[0];
     assert_eq!(kind, "gyroscope-alone");
     assert!(words.contains("--gyro"), "{words}");
-    let accel = "ms,ax,ay,az\n".to_owned() + &rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
     let options = ReadOptions::default();
     let mut recording = read_bytes(accel.as_bytes(), "accel.csv", &options).unwrap();
     join_gyroscope_bytes(&mut recording, rates.as_bytes(), "gyro.csv", &options).unwrap();

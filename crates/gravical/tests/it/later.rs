@@ -1,8 +1,7 @@
 //! `check` and `compare` of files and recordings made by hand: what counts, what is refused, what
 //! is said.
 
-use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibrate::{EstimateOptions, Method};
+use gravical::calibrate::{CalibrateOptions, Method, calibrate};
 use gravical::calibration_file::{
     CalibrationFile, Covariance, FitQuality, GyroscopeSection, InputFile, TemperatureRange,
 };
@@ -11,61 +10,57 @@ use gravical::compare::{Comparison, compare};
 use gravical::gravity::Gravity;
 use gravical::recording::{AccelUnit, Finding, GyroUnit, ReadOptions, Recording, read_bytes};
 use gravical_core::matrix3;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-const G: f64 = 9.80665;
-const UP: [[f64; 3]; 6] = [
-    [1.0, 0.0, 0.0],
-    [-1.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0],
-    [0.0, -1.0, 0.0],
-    [0.0, 0.0, 1.0],
-    [0.0, 0.0, -1.0],
-];
+use crate::support::{FACES, by_ferraris};
 
-/// `rows` readings at 100 Hz of a perfect sensor with `bias`, gravity `g` along
-/// `up`; 25 °C, gyroscope at rest with `rate` (rad/s) about x.
-fn rest(up: [f64; 3], rows: usize, bias: [f64; 3], g: f64, rate: f64, seed: u64) -> Recording {
+const G: f64 = 9.80665;
+
+/// `rows` readings at 100 Hz of a perfect sensor with `bias`, gravity `g` along the axis of a face; 25 °C,
+/// gyroscope at rest with `rate` (rad/s) about x.
+fn rest(face: usize, rows: usize, bias: [f64; 3], g: f64, rate: f64, seed: u64) -> Recording {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut noise = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
     let mut text = "t_ms,ax_m/s2,ay_m/s2,az_m/s2,temp,gx_rad/s,gy_rad/s,gz_rad/s\n".to_owned();
     for i in 0..rows {
-        let a: [f64; 3] = std::array::from_fn(|k| g * up[k] + bias[k] + noise(0.02));
-        let w = [rate + noise(1e-3), noise(1e-3), noise(1e-3)];
+        let [x, y, z] = [0, 1, 2].map(|k| g * FACES[face].1[k] + bias[k] + noise(0.02));
+        let [u, v, w] = [rate, 0.0, 0.0].map(|rate| rate + noise(1e-3));
         text += &format!(
-            "{},{:.5},{:.5},{:.5},25.0,{:.6},{:.6},{:.6}\n",
-            10 * i,
-            a[0],
-            a[1],
-            a[2],
-            w[0],
-            w[1],
-            w[2]
+            "{},{x:.5},{y:.5},{z:.5},25.0,{u:.6},{v:.6},{w:.6}\n",
+            10 * i
         );
     }
     read_bytes(text.as_bytes(), "rest.csv", &ReadOptions::default()).unwrap()
 }
 
 fn calibration() -> CalibrationFile {
-    let session: Vec<Recording> = (0..6)
-        .map(|i| rest(UP[i], 500, [0.0; 3], G, 0.0, i as u64))
-        .collect();
+    let session = (0..6).map(|face| rest(face, 500, [0.0; 3], G, 0.0, face as u64));
     let options = CalibrateOptions {
         gravity: Gravity::given(G).unwrap(),
-        estimate: EstimateOptions {
-            pose_tilt_deg: Some(0.1),
-            method: Method::Ferraris,
-            ..EstimateOptions::default()
-        },
+        estimate: by_ferraris(Some(0.1)),
         ..CalibrateOptions::default()
     };
-    calibrate(&session, &options).unwrap().file
+    calibrate(&session.collect::<Vec<_>>(), &options)
+        .unwrap()
+        .file
 }
 
 fn checked(file: &CalibrationFile, recordings: &[Recording]) -> CheckReport {
     check(file, "cal.json", recordings, &CheckOptions::default()).unwrap()
+}
+
+#[track_caller]
+fn assert_judged(report: &CheckReport, judgement: Judgement) {
+    assert_eq!(report.verdict.judgement, judgement, "{:?}", report.verdict);
+}
+
+/// One temperature, °C.
+fn at(mean: f64) -> Option<TemperatureRange> {
+    let (min, max) = (mean, mean);
+    Some(TemperatureRange { mean, min, max })
 }
 
 fn has(findings: &[Finding], kind: &str) -> bool {
@@ -73,18 +68,13 @@ fn has(findings: &[Finding], kind: &str) -> bool {
 }
 
 fn says(reasons: &[String], words: &str) -> bool {
-    reasons.iter().any(|r| r.to_string().contains(words))
+    reasons.iter().any(|r| r.contains(words))
 }
 
 #[test]
 fn one_pose_is_enough_and_says_what_it_does_not_test() {
-    let report = checked(&calibration(), &[rest(UP[4], 300, [0.0; 3], G, 0.0, 90)]);
-    assert_eq!(
-        report.verdict.judgement,
-        Judgement::Fits,
-        "{:?}",
-        report.verdict
-    );
+    let report = checked(&calibration(), &[rest(4, 300, [0.0; 3], G, 0.0, 90)]);
+    assert_judged(&report, Judgement::Fits);
     assert_eq!(report.static_intervals.len(), 1);
     assert_eq!(report.static_intervals[0].nearest, "+z");
     assert_eq!(report.untested_axes, ["x", "y"]);
@@ -93,45 +83,23 @@ fn one_pose_is_enough_and_says_what_it_does_not_test() {
 }
 
 #[test]
-fn a_moved_bias_is_named_and_a_share_is_scale_or_gravity() {
+fn a_share_is_scale_or_gravity() {
     let file = calibration();
-    let all = |bias: [f64; 3], g: f64| -> Vec<Recording> {
-        (0..6)
-            .map(|i| rest(UP[i], 300, bias, g, 0.0, 40 + i as u64))
-            .collect()
-    };
-    let moved = checked(&file, &all([0.0, 0.05, 0.0], G));
-    assert_eq!(moved.verdict.judgement, Judgement::DoesNotFit);
-    let [found] = moved.explanations[..] else {
-        panic!("{:?}", moved.explanations);
-    };
-    assert_eq!(found.cause, Cause::BiasY);
-    assert!((found.change - 0.05).abs() < 0.005);
-    assert!(says(
-        &moved.verdict.reasons,
-        "a changed bias of y explains it: +0.0"
-    ));
-
-    let shared = checked(&file, &all([0.0; 3], 9.83));
+    let session = (0..6).map(|face| rest(face, 300, [0.0; 3], 9.83, 0.0, 40 + face as u64));
+    let session: Vec<Recording> = session.collect();
+    let shared = checked(&file, &session);
     assert_eq!(shared.verdict.judgement, Judgement::DoesNotFit);
     let causes: Vec<Cause> = shared.explanations.iter().map(|e| e.cause).collect();
     assert_eq!(causes, [Cause::Share]);
-    assert!(says(
-        &shared.verdict.reasons,
-        "so would a local gravity of 9.8"
-    ));
+    let words = "so would a local gravity of 9.8";
+    assert!(says(&shared.verdict.reasons, words));
     // With the gravity of that place it fits.
     let options = CheckOptions {
         gravity: Some(Gravity::given(9.83).unwrap()),
         ..CheckOptions::default()
     };
-    let there = check(&file, "cal.json", &all([0.0; 3], 9.83), &options).unwrap();
-    assert_eq!(
-        there.verdict.judgement,
-        Judgement::Fits,
-        "{:?}",
-        there.verdict
-    );
+    let there = check(&file, "cal.json", &session, &options).unwrap();
+    assert_judged(&there, Judgement::Fits);
     assert!(has(&there.findings, "gravity-differs"));
 }
 
@@ -139,10 +107,10 @@ fn a_moved_bias_is_named_and_a_share_is_scale_or_gravity() {
 fn without_covariance_only_gross_errors_are_told() {
     let mut file = calibration();
     file.accelerometer.covariance = None;
-    let small = checked(&file, &[rest(UP[0], 300, [0.1, 0.0, 0.0], G, 0.0, 7)]);
+    let small = checked(&file, &[rest(0, 300, [0.1, 0.0, 0.0], G, 0.0, 7)]);
     assert_eq!(small.verdict.judgement, Judgement::Undecided);
     assert!(says(&small.verdict.reasons, "the file has no covariance"));
-    let large = checked(&file, &[rest(UP[0], 300, [0.3, 0.0, 0.0], G, 0.0, 7)]);
+    let large = checked(&file, &[rest(0, 300, [0.3, 0.0, 0.0], G, 0.0, 7)]);
     assert_eq!(large.verdict.judgement, Judgement::DoesNotFit);
 }
 
@@ -151,25 +119,23 @@ fn another_unit_or_size_or_nothing_at_rest_is_refused() {
     let file = calibration();
     let in_g = "ax,ay,az\n".to_owned() + &"0.001,0.0,1.002\n0.0,0.002,0.999\n".repeat(200);
     let in_g = read_bytes(in_g.as_bytes(), "g.csv", &ReadOptions::default()).unwrap();
-    let error = check(&file, "cal.json", &[in_g], &CheckOptions::default()).unwrap_err();
-    assert_eq!(error.code(), "unit-mismatch");
     let mut other = file.clone();
     other.accelerometer.bias[2] = 4.0;
-    let still = [rest(UP[4], 300, [0.0; 3], G, 0.0, 3)];
-    let error = check(&other, "cal.json", &still, &CheckOptions::default()).unwrap_err();
-    assert_eq!(error.code(), "unit-mismatch");
-    let shaken: String = (0..400)
-        .map(|i| {
-            let t_s = f64::from(i) / 100.0;
-            let shake = 6.0 * (11.0 * t_s).sin();
-            let y = 3.0 * (7.0 * t_s).cos();
-            format!("{},{shake:.3},{y:.3},{:.3}\n", 10 * i, 9.8 - shake)
-        })
-        .collect();
-    let shaken = format!("t_ms,ax_m/s2,ay_m/s2,az_m/s2\n{shaken}");
+    let still = rest(4, 300, [0.0; 3], G, 0.0, 3);
+    let mut shaken = "t_ms,ax_m/s2,ay_m/s2,az_m/s2\n".to_owned();
+    for i in 0..400 {
+        let t_s = f64::from(i) / 100.0;
+        let (x, y) = (6.0 * (11.0 * t_s).sin(), 3.0 * (7.0 * t_s).cos());
+        shaken += &format!("{},{x:.3},{y:.3},{:.3}\n", 10 * i, 9.8 - x);
+    }
     let shaken = read_bytes(shaken.as_bytes(), "shaken.csv", &ReadOptions::default()).unwrap();
-    for (recordings, code) in [(vec![shaken], "never-static"), (vec![], "no-recordings")] {
-        let error = check(&file, "cal.json", &recordings, &CheckOptions::default()).unwrap_err();
+    for (file, recordings, code) in [
+        (&file, vec![in_g], "unit-mismatch"),
+        (&other, vec![still], "unit-mismatch"),
+        (&file, vec![shaken], "never-static"),
+        (&file, vec![], "no-recordings"),
+    ] {
+        let error = check(file, "cal.json", &recordings, &CheckOptions::default()).unwrap_err();
         assert_eq!(error.code(), code);
     }
 }
@@ -180,16 +146,14 @@ fn the_gyroscope_has_its_own_judgement() {
     file.gyroscope = Some(GyroscopeSection {
         input_unit: GyroUnit::RadianPerSecond,
         output_unit: GyroUnit::RadianPerSecond,
-        bias: [0.0; 3],
         matrix: matrix3::identity(),
         scale: [1.0; 3],
         orientation: matrix3::identity(),
-        g_sensitivity: [[0.0; 3]; 3],
         ..GyroscopeSection::default()
     });
-    let still = checked(&file, &[rest(UP[4], 300, [0.0; 3], G, 0.001, 5)]);
+    let still = checked(&file, &[rest(4, 300, [0.0; 3], G, 0.001, 5)]);
     assert_eq!(still.gyroscope.unwrap().judgement, Judgement::Fits);
-    let moved = checked(&file, &[rest(UP[4], 300, [0.0; 3], G, 0.02, 5)]);
+    let moved = checked(&file, &[rest(4, 300, [0.0; 3], G, 0.02, 5)]);
     let gyroscope = moved.gyroscope.unwrap();
     assert_eq!(gyroscope.judgement, Judgement::DoesNotFit);
     assert!((gyroscope.rate_deg_s[0] - 0.02_f64.to_degrees()).abs() < 0.01);
@@ -200,7 +164,7 @@ fn the_gyroscope_has_its_own_judgement() {
     // A board that is turned in its case: the noise of channel x is that of axis y.
     let section = file.gyroscope.as_mut().unwrap();
     section.matrix = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
-    let mut noisy = rest(UP[4], 300, [0.0; 3], G, 0.0, 5);
+    let mut noisy = rest(4, 300, [0.0; 3], G, 0.0, 5);
     for rate in &mut noisy.gyro.as_mut().unwrap()[0] {
         *rate *= 10.0;
     }
@@ -212,29 +176,21 @@ fn the_gyroscope_has_its_own_judgement() {
 #[test]
 fn temperature_and_old_recordings_are_told() {
     let mut file = calibration();
-    file.temperature_c = Some(TemperatureRange {
-        mean: 40.0,
-        min: 39.0,
-        max: 41.0,
-    });
-    let mut again = rest(UP[4], 300, [0.0; 3], G, 0.0, 5);
+    file.temperature_c = at(40.0);
+    let mut again = rest(4, 300, [0.0; 3], G, 0.0, 5);
     again.sha256 = Some("00".into());
     file.inputs[0].sha256 = Some("00".into());
     let report = checked(&file, &[again]);
-    assert!(
-        has(&report.findings, "temperature-outside") && has(&report.findings, "same-recordings")
-    );
-    assert_eq!(report.verdict.judgement, Judgement::Undecided);
+    assert!(has(&report.findings, "temperature-outside"));
+    assert!(has(&report.findings, "same-recordings"));
+    assert_judged(&report, Judgement::Undecided);
 }
 
 #[test]
 fn a_temperature_model_is_taken_off() {
     let mut file = calibration();
-    let later = [rest(UP[4], 300, [0.0, 0.0, 0.2], G, 0.0, 8)];
-    assert_eq!(
-        checked(&file, &later).verdict.judgement,
-        Judgement::DoesNotFit
-    );
+    let later = [rest(4, 300, [0.0, 0.0, 0.2], G, 0.0, 8)];
+    assert_judged(&checked(&file, &later), Judgement::DoesNotFit);
     // 0.02 m/s² per °C on z, known at 15 °C: the recording is at 25.
     let channel = serde_json::json!({
         "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
@@ -246,19 +202,12 @@ fn a_temperature_model_is_taken_off() {
     });
     file.temperature_model = Some(serde_json::from_value(model).unwrap());
     let report = checked(&file, &later);
-    assert_eq!(
-        report.verdict.judgement,
-        Judgement::Fits,
-        "{:?}",
-        report.verdict
-    );
+    assert_judged(&report, Judgement::Fits);
     assert!(!has(&report.findings, "temperature-outside"));
     let mut cold = later;
     cold[0].temperature_c = None;
-    assert!(has(
-        &checked(&file, &cold).findings,
-        "temperature-not-applied"
-    ));
+    let report = checked(&file, &cold);
+    assert!(has(&report.findings, "temperature-not-applied"));
 }
 
 /// A file of six means with a covariance of `sigma` for all parameters.
@@ -277,15 +226,14 @@ fn file(sigma: f64) -> CalibrationFile {
 /// `sigma` for the elements of M, g times it for the bias, in `per` units a m/s².
 fn diagonal(sigma: f64, per: f64) -> Covariance {
     let variance = |i: usize| (per * if i < 9 { sigma } else { 9.81 * sigma }).powi(2);
+    let row = |r: usize| {
+        (0..12)
+            .map(|c| if r == c { variance(r) } else { 0.0 })
+            .collect()
+    };
     Covariance {
         parameters: Covariance::parameter_names(),
-        values: (0..12)
-            .map(|r| {
-                (0..12)
-                    .map(|c| if r == c { variance(r) } else { 0.0 })
-                    .collect()
-            })
-            .collect(),
+        values: (0..12).map(row).collect(),
     }
 }
 
@@ -296,9 +244,9 @@ fn compared(a: &CalibrationFile, b: &CalibrationFile) -> Comparison {
 /// The same calibration for a board that is turned in its case.
 fn turned(file: &CalibrationFile, by: [f64; 3]) -> CalibrationFile {
     let q = nalgebra::Rotation3::new(nalgebra::Vector3::from(by));
-    let q: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| q.matrix()[(r, c)]));
+    // Columns of q are rows of its transpose.
+    let transposed: [[f64; 3]; 3] = (*q.matrix()).into();
     let mut out = file.clone();
-    let transposed = matrix3::transpose(&q);
     out.accelerometer.matrix = matrix3::mul(&transposed, &file.accelerometer.matrix);
     out
 }
@@ -320,19 +268,6 @@ fn a_turned_board_differs_in_orientation_alone() {
     // A board that was put in on its side is still the same sensor.
     let side = compared(&a, &turned(&a, [1.2, -0.4, 0.9]));
     assert_eq!(side.magnitude.judgement, Judgement::Agree);
-}
-
-#[test]
-fn a_moved_bias_differs_in_length_alone() {
-    let a = file(1e-4);
-    let mut b = a.clone();
-    b.accelerometer.bias[1] += 5.0 * 2_f64.sqrt() * 9.81e-4;
-    let result = compared(&a, &b);
-    assert_eq!(result.magnitude.judgement, Judgement::Differ);
-    assert_eq!(result.orientation.unwrap().judgement, Judgement::Agree);
-    assert!((result.parameters[1].z.unwrap() - 5.0).abs() < 1e-6);
-    assert!(result.magnitude.largest_at[1].abs() > 0.9);
-    assert!((result.magnitude.test.unwrap().chi2 - 25.0).abs() < 1e-4);
 }
 
 #[test]
@@ -372,10 +307,8 @@ fn without_covariance_differences_are_shown_and_not_judged() {
     assert!((result.parameters[0].difference - 1.0).abs() < 1e-9);
     assert_eq!(result.parameters[0].sigma, None);
     assert_eq!(result.magnitude.test, None);
-    assert!(says(
-        &result.verdict.reasons,
-        "one of the files has no covariance"
-    ));
+    let words = "one of the files has no covariance";
+    assert!(says(&result.verdict.reasons, words));
 }
 
 #[test]
@@ -395,13 +328,6 @@ fn another_gravity_is_told_and_taken_off() {
 #[test]
 fn what_else_has_to_be_known_is_said() {
     let (mut a, mut b) = (file(1e-4), file(1e-4));
-    let at = |mean: f64| {
-        Some(TemperatureRange {
-            mean,
-            min: mean,
-            max: mean,
-        })
-    };
     (a.temperature_c, b.temperature_c) = (at(22.0), at(41.0));
     (a.sensor.id, b.sensor.id) = (Some("1".into()), Some("2".into()));
     b.accelerometer.bias[0] += 1e-4;
@@ -418,19 +344,14 @@ fn what_else_has_to_be_known_is_said() {
     // What may be behind a difference.
     b.accelerometer.bias[0] += 1.0;
     let reasons = compared(&a, &b).verdict.reasons;
-    assert!(
-        says(&reasons, "most of all bias x, by +1.00"),
-        "{reasons:?}"
-    );
+    assert!(says(&reasons, "most of all bias x, by +1.00"));
     assert!(says(&reasons, "two sensors, \"1\" and \"2\""));
     b.sensor.id = None;
     let reasons = compared(&a, &b).verdict.reasons;
     assert!(says(&reasons, "at 22.0 °C and 41.0 °C"));
     let same = compared(&a, &a.clone());
-    assert!(says(
-        &same.verdict.reasons,
-        "both files contain the same parameters"
-    ));
+    let words = "both files contain the same parameters";
+    assert!(says(&same.verdict.reasons, words));
     assert_eq!(same.verdict.judgement, Judgement::Undecided);
 }
 

@@ -1,12 +1,13 @@
 //! Invariance: unit, order, and orientation of the board in its case must not matter.
 
 use gravical::calibrate::CalibrateOptions;
-use gravical::calibration_file::CalibrationFile;
-use gravical::poses::SegmentOptions;
+use gravical::calibration_file::{AccelerometerSection, CalibrationFile};
 use gravical::poses::face::AxisMap;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
+use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate};
 
 use crate::support::*;
+use crate::truth::recordings;
 
 /// A clearly tilted session, so that interchanged poses are detected.
 fn tilted() -> Vec<Recording> {
@@ -23,24 +24,10 @@ fn tilted() -> Vec<Recording> {
             up[(i / 2 + 2) % 3] -= 0.02;
             let length = up.iter().map(|v| v * v).sum::<f64>().sqrt();
             let text = sensor.file(up.map(|v| v / length), 400, i as u64);
-            read_bytes(
-                text.as_bytes(),
-                &format!("{name}.csv"),
-                &ReadOptions::default(),
-            )
-            .unwrap()
+            let name = format!("{name}.csv");
+            read_bytes(text.as_bytes(), &name, &ReadOptions::default()).unwrap()
         })
         .collect()
-}
-
-fn with_axes(axes: &str) -> CalibrateOptions {
-    CalibrateOptions {
-        segment: SegmentOptions {
-            axes: axes.parse().unwrap(),
-            ..SegmentOptions::default()
-        },
-        ..given_gravity()
-    }
 }
 
 fn fit(session: &[Recording], options: &CalibrateOptions) -> CalibrationFile {
@@ -53,7 +40,9 @@ fn the_orientation_of_the_board_only_rotates_the_result() {
     let board = fit(&session, &given_gravity()).accelerometer;
     for axes in ["y,z,x", "z,x,y", "x,-z,y", "-y,x,z", "-x,-y,z"] {
         let map: AxisMap = axes.parse().unwrap();
-        let case = fit(&session, &with_axes(axes)).accelerometer;
+        let mut options = given_gravity();
+        options.segment.axes = map;
+        let case = fit(&session, &options).accelerometer;
         for reading in [[9.0, -2.0, 3.0], [0.1, 0.2, 9.8], [-4.0, -5.0, 6.0]] {
             let apply = |matrix: &[[f64; 3]; 3], bias: &[f64; 3]| -> [f64; 3] {
                 std::array::from_fn(|i| (0..3).map(|j| matrix[i][j] * (reading[j] - bias[j])).sum())
@@ -69,17 +58,13 @@ fn the_orientation_of_the_board_only_rotates_the_result() {
             close(case.scale[i], board.scale[i], 1e-9);
         }
         // The uncertainties are rotated too: the bias is known as well as before.
-        let variance = |a: &gravical::calibration_file::AccelerometerSection, i: usize| {
-            a.covariance.as_ref().unwrap().values[i][i]
-        };
+        let variance =
+            |a: &AccelerometerSection, i: usize| a.covariance.as_ref().unwrap().values[i][i];
         for i in 9..12 {
             close(variance(&case, i) / variance(&board, i), 1.0, 1e-6);
         }
-        close(
-            case.predicted_norm_error_mps2.unwrap(),
-            board.predicted_norm_error_mps2.unwrap(),
-            1e-6,
-        );
+        let [case, board] = [&case, &board].map(|a| a.predicted_norm_error_mps2.unwrap());
+        close(case, board, 1e-6);
     }
 }
 
@@ -110,39 +95,25 @@ fn a_session_measured_twice_halves_the_variance() {
 /// Accelerometer and gyroscope of a board rotated in its case have results in the same axes.
 #[test]
 fn the_gyroscope_is_rotated_with_the_board() {
-    use gravical::calibrate::{CalibrateOptions, calibrate};
-    use gravical::recording::{ReadOptions, read};
-    use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate_to};
-
-    let folder = tempfile::tempdir().unwrap();
-    let session = SixPositionOptions {
+    let six = SixPositionOptions {
         continuous: true,
         ..SixPositionOptions::default()
     };
-    let options = SimulateOptions::new(Scenario::SixPosition(session));
-    let (_, files) = simulate_to(&options, folder.path(), false).unwrap();
-    let recording = [read(&files[0], &ReadOptions::default()).unwrap()];
+    let simulation = simulate(&SimulateOptions::new(Scenario::SixPosition(six))).unwrap();
+    let session = recordings(&simulation);
     let with_axes = |axes: &str| {
         let mut options = CalibrateOptions::default();
         options.segment.axes = axes.parse().unwrap();
-        calibrate(&recording, &options).unwrap().file
+        let file = fit(&session, &options);
+        [
+            file.accelerometer.orientation,
+            file.gyroscope.unwrap().orientation,
+        ]
     };
-    let (plain, turned) = (with_axes("x,y,z"), with_axes("y,z,x"));
-    let gyroscope = |file: &gravical::calibration_file::CalibrationFile| {
-        file.gyroscope.as_ref().unwrap().orientation
-    };
-    for channel in 0..3 {
-        for case in 0..3 {
-            let board = (case + 1) % 3;
-            for (a, b) in [
-                (
-                    plain.accelerometer.orientation,
-                    turned.accelerometer.orientation,
-                ),
-                (gyroscope(&plain), gyroscope(&turned)),
-            ] {
-                let off = a[channel][board] - b[channel][case];
-                assert!(off.abs() < 1e-6, "{channel} {case}: {off}");
+    for (plain, turned) in with_axes("x,y,z").into_iter().zip(with_axes("y,z,x")) {
+        for channel in 0..3 {
+            for case in 0..3 {
+                close(turned[channel][case], plain[channel][(case + 1) % 3], 1e-6);
             }
         }
     }

@@ -3,22 +3,16 @@
 
 use std::collections::HashMap;
 
-use gravical::core::matrix3::transpose;
-
 use super::*;
+use crate::truth::sphere;
 
 /// The diagonal model by normal equations over a dense sphere, worked out here on its own.
 fn diagonal_fit(file: &CalibrationFile, per_mps2: f64) -> (Vector, Vector) {
     let (matrix, bias) = nominal(file, per_mps2);
-    let model = transpose(&transpose(&inverse(&matrix).unwrap()));
+    let model = inverse(&matrix).unwrap();
     // Per axis: least squares of scale · r + shift against f, r and f over directions.
-    let n = 20_000;
     let mut sums = [[0.0_f64; 5]; 3];
-    for k in 0..n {
-        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(n);
-        let (s, c) = (2.399_963_229_728_653 * f64::from(k)).sin_cos();
-        let across = (1.0 - z * z).sqrt();
-        let f = [across * c * G, across * s * G, z * G];
+    for f in sphere(20_000).into_iter().map(|n| n.map(|v| G * v)) {
         for i in 0..3 {
             let r = bias[i] + (0..3).map(|j| model[i][j] * f[j]).sum::<f64>();
             let terms = [1.0, r, r * r, f[i], r * f[i]];
@@ -149,12 +143,8 @@ fn the_loss_is_what_directions_show() {
     let (matrix, bias) = nominal(&file, 1.0 / G);
     let model = inverse(&matrix).unwrap();
     let (mut sum, mut worst, mut norm) = (0.0, 0.0_f64, 0.0_f64);
-    let n = 4000;
-    for k in 0..n {
-        let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(n);
-        let (s, c) = (2.399_963_229_728_653 * f64::from(k)).sin_cos();
-        let across = (1.0 - z * z).sqrt();
-        let u = [across * c, across * s, z];
+    let directions = sphere(4000);
+    for u in &directions {
         let out: Vector = std::array::from_fn(|i| {
             let raw = bias[i] + (0..3).map(|j| model[i][j] * G * u[j]).sum::<f64>();
             (raw - offset[i]) * scale[i] / G
@@ -166,7 +156,7 @@ fn the_loss_is_what_directions_show() {
     }
     let numbers = result.notes[0].split(' ').filter_map(|w| w.parse().ok());
     let said: Vec<f64> = numbers.skip(1).collect();
-    let shown = [(sum / f64::from(n)).sqrt(), worst, norm];
+    let shown = [(sum / directions.len() as f64).sqrt(), worst, norm];
     for (said, shown) in said.iter().zip(shown) {
         close(*said, 1e3 * shown, 50.0 * shown);
     }

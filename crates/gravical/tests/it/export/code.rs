@@ -9,14 +9,8 @@ fn main_in_c(head: &str, raw: &str, calls: &str) -> String {
     )
 }
 
-const STRICT: [&str; 6] = [
-    "-Wall",
-    "-Wextra",
-    "-Werror",
-    "-pedantic",
-    "-Wdouble-promotion",
-    "-Wshadow",
-];
+const STRICT: &str =
+    "-Wall -Wextra -Werror -pedantic -Wdouble-promotion -Wshadow -Wno-unused-function";
 
 /// Compiles as C99 and as C++11, runs the first, and compares.
 fn compiles_and_agrees(file: &CalibrationFile, header: &str, main: &str) {
@@ -24,27 +18,28 @@ fn compiles_and_agrees(file: &CalibrationFile, header: &str, main: &str) {
     let path = folder.path();
     save(path, "cal.h", header);
     save(path, "main.c", main);
-    let args = |rest: &[&'static str]| [rest, &STRICT[..]].concat();
-    let c = ["-std=c99", "-Wno-unused-function", "-o", "main", "main.c"];
-    let cpp = [
-        "-std=c++11",
-        "-Wno-unused-function",
-        "-fsyntax-only",
-        "-x",
-        "c++",
-        "main.c",
-    ];
-    if output("g++", &args(&cpp), path, "").is_none()
-        || output("gcc", &args(&c), path, "").is_none()
+    let compile = |program, rest: &str| {
+        let args: Vec<&str> = STRICT.split(' ').chain(rest.split(' ')).collect();
+        output(program, &args, path, "")
+    };
+    if compile("g++", "-std=c++11 -fsyntax-only -x c++ main.c").is_none()
+        || compile("gcc", "-std=c99 -o main main.c").is_none()
     {
         return;
     }
-    let program = path.join("main");
     let counts = file.accelerometer.input_unit == AccelUnit::Counts;
     let sizes = if counts { [32000.0; 2] } else { [4.0, 500.0] };
     let (accel, gyro) = (vectors(1, sizes[0]), vectors(2, sizes[1]));
-    let out = output(program.to_str().unwrap(), &[], path, &lines(&accel, &gyro)).unwrap();
-    agree(&out, &calibrated(file, &accel, &gyro));
+    agree(
+        &run_main(path, &lines(&accel, &gyro)),
+        &calibrated(file, &accel, &gyro),
+    );
+}
+
+/// Output of the program that was compiled into the folder.
+fn run_main(folder: &Path, input: &str) -> String {
+    let program = folder.join("main");
+    output(program.to_str().unwrap(), &[], folder, input).unwrap()
 }
 
 #[test]
@@ -79,16 +74,9 @@ fn the_arduino_header_compiles_and_calibrates_alike() {
         );
         save(folder.path(), "sketch.c", &sketch);
         if Command::new("avr-gcc").arg("--version").output().is_ok() {
-            let args = [
-                "-mmcu=atmega328p",
-                "-std=gnu11",
-                "-Os",
-                "-Wall",
-                "-Wno-unused-function",
-                "-Werror",
-                "-c",
-                "sketch.c",
-            ];
+            let args =
+                "-mmcu=atmega328p -std=gnu11 -Os -Wall -Wno-unused-function -Werror -c sketch.c";
+            let args: Vec<&str> = args.split(' ').collect();
             output("avr-gcc", &args, folder.path(), "").unwrap();
         }
     }
@@ -126,10 +114,7 @@ fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
     let refused = export_to(&in_counts(), "arduino", &other).unwrap_err();
     assert_eq!(refused.code(), "export-unit");
     let message = refused.to_string();
-    assert!(
-        message.contains("13") && message.contains("65.5"),
-        "{message}"
-    );
+    assert!(message.contains("13") && message.contains("65.5"));
     // What is not said is not assumed.
     assert!(written(&in_g(), "arduino").notes[0].contains("--counts-per-g"));
 }
@@ -144,11 +129,8 @@ fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         save(path, "cal.rs", &written(&file, "rust").text);
-        save(
-            path,
-            "lib.rs",
-            "#![no_std]\n#![deny(warnings)]\npub mod cal;\n",
-        );
+        let lib = "#![no_std]\n#![deny(warnings)]\npub mod cal;\n";
+        save(path, "lib.rs", lib);
         save(
             path,
             "main.rs",
@@ -156,20 +138,17 @@ fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
                 "mod cal;\nuse std::io::Read;\nfn main() {{\n let mut text = String::new();\n std::io::stdin().read_to_string(&mut text).unwrap();\n let mut out = String::new();\n for line in text.lines() {{\n  let v: Vec<f64> = line.split(' ').map(|w| w.parse().unwrap()).collect();\n  let a = cal::apply([v[0] as {raw}, v[1] as {raw}, v[2] as {raw}]);\n  let w = cal::apply_gyro([v[3] as {raw}, v[4] as {raw}, v[5] as {raw}], a);\n  out += &format!(\"{{}} {{}} {{}} {{}} {{}} {{}}\\n\", a[0], a[1], a[2], w[0], w[1], w[2]);\n }}\n print!(\"{{out}}\");\n}}\n"
             ),
         );
-        let lib = [
-            "--edition=2021",
-            "--crate-type=lib",
-            "--emit=metadata",
-            "lib.rs",
-        ];
+        let lib = "--edition=2021 --crate-type=lib --emit=metadata lib.rs";
+        let lib: Vec<&str> = lib.split(' ').collect();
         if output(&rustc, &lib, path, "").is_none() {
             return;
         }
         output(&rustc, &["--edition=2021", "main.rs"], path, "").unwrap();
         let (accel, gyro) = (vectors(3, sizes[0]), vectors(4, sizes[1]));
-        let program = path.join("main");
-        let out = output(program.to_str().unwrap(), &[], path, &lines(&accel, &gyro)).unwrap();
-        agree(&out, &calibrated(&file, &accel, &gyro));
+        agree(
+            &run_main(path, &lines(&accel, &gyro)),
+            &calibrated(&file, &accel, &gyro),
+        );
     }
 }
 
@@ -229,10 +208,8 @@ fn the_matlab_function_holds_the_numbers_of_its_formula() {
             let a = times(&of("accel_matrix"), less(*a, &of("accel_bias")));
             let bent = times(&of("gyro_g_sensitivity"), a);
             let w = times(&of("gyro_matrix"), less(less(*w, &of("gyro_bias")), &bent));
-            format!(
-                "{:e} {:e} {:e} {:e} {:e} {:e}\n",
-                a[0], a[1], a[2], w[0], w[1], w[2]
-            )
+            let [[x, y, z], [u, v, w]] = [a, w];
+            format!("{x:e} {y:e} {z:e} {u:e} {v:e} {w:e}\n")
         })
         .collect();
     agree(&out, &calibrated(&file, &accel, &gyro));
@@ -270,11 +247,7 @@ fn what_a_report_has_to_paste_compiles_and_calibrates_alike() {
             "-Wall", "-Wextra", "-Werror", "-std=c99", "-o", "main", "main.c",
         ];
         if output("gcc", &args, path, "").is_some() {
-            let program = path.join("main");
-            agree(
-                &output(program.to_str().unwrap(), &[], path, &input).unwrap(),
-                &wanted,
-            );
+            agree(&run_main(path, &input), &wanted);
         }
     }
 }

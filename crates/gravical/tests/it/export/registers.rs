@@ -21,16 +21,8 @@ fn the_registers_take_the_bias_away_or_are_left_alone() {
     save(path, "Arduino.h", ARDUINO);
     save(path, "Wire.h", WIRE);
     save(path, "main.cpp", MAIN);
-    let args = [
-        "-std=c++11",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-I.",
-        "-o",
-        "main",
-        "main.cpp",
-    ];
+    let args = "-std=c++11 -Wall -Wextra -Werror -I. -o main main.cpp";
+    let args: Vec<&str> = args.split(' ').collect();
     if output("g++", &args, path, "").is_none() {
         return;
     }
@@ -40,13 +32,8 @@ fn the_registers_take_the_bias_away_or_are_left_alone() {
         let [x, y, z] = [bias[0], bias[1], 1.0 + bias[2]].map(|v| v.to_string());
         let args = [&*x, &*y, &*z, per_g, who];
         let out = output(program.to_str().unwrap(), &args, path, "").unwrap();
-        let last: Vec<f64> = out
-            .lines()
-            .last()
-            .unwrap()
-            .split(' ')
-            .map(|w| w.parse().unwrap())
-            .collect();
+        let last = out.lines().last().unwrap().split(' ');
+        let last: Vec<f64> = last.map(|w| w.parse().unwrap()).collect();
         (last, out)
     };
     let (read, out) = run("2048", "104");

@@ -68,10 +68,8 @@ fn the_parameters_of_ros2_calibrate_alike() {
             let w = less(w.map(f64::to_radians), &list(gyro, "offset"));
             let w = less(w, &times(&list(gyro, "g_sensitivity"), a));
             let w = times(&list(gyro, "matrix"), w);
-            format!(
-                "{:e} {:e} {:e} {:e} {:e} {:e}\n",
-                a[0], a[1], a[2], w[0], w[1], w[2]
-            )
+            let [[x, y, z], [u, v, w]] = [a, w];
+            format!("{x:e} {y:e} {z:e} {u:e} {v:e} {w:e}\n")
         })
         .collect();
     agree(&out, &calibrated(&file, &raw_a, &raw_g));

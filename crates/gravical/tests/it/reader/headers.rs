@@ -39,72 +39,63 @@ fn differs(bytes: &[u8], line: u64) -> String {
 
 #[test]
 fn another_header_is_an_error_with_its_line() {
-    let in_order = |f: Vec<&str>| f.join(",");
-    let swapped =
-        "Timestamp (ms),aY (m/s^2),aX (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
-    for header in [
-        swapped.to_owned(),
-        HEADER.replace("m/s^2", "counts"),
-        HEADER.replace(" (rad/s)", ""),
-        HEADER.replace("gX (rad/s)", "light"),
+    let in_order: fn(Vec<&str>) -> String = |f| f.join(",");
+    let fewer = HEADER.rsplitn(3, ',').last().unwrap().to_owned();
+    for (header, row) in [
+        (
+            HEADER
+                .replace("aX", "a")
+                .replace("aY", "aX")
+                .replace("a (", "aY ("),
+            in_order,
+        ),
+        (HEADER.replace("m/s^2", "counts"), in_order),
+        (HEADER.replace(" (rad/s)", ""), in_order),
+        (HEADER.replace("gX (rad/s)", "light"), in_order),
+        (fewer, |f| f[..6].join(",")),
+        (format!("{HEADER},battery"), |f| f.join(",") + ",3.3"),
     ] {
-        differs(&halves(&[&header], in_order), 302);
+        differs(&halves(&[&header], row), 302);
     }
-    // Fewer columns, more of them, and other delimiters.
-    let fewer = |f: Vec<&str>| f[..6].join(",");
-    let more = |f: Vec<&str>| f.join(",") + ",3.3";
     let semicolons = |f: Vec<&str>| f.join(";");
-    differs(
-        &halves(&[HEADER.rsplitn(3, ',').last().unwrap()], fewer),
-        302,
-    );
-    differs(&halves(&[&format!("{HEADER},battery")], more), 302);
     let said = differs(&halves(&[&HEADER.replace(',', ";")], semicolons), 302);
     assert!(said.contains("separated by semicolon"), "{said}");
 }
 
 #[test]
-fn counts_at_another_range_of_the_board_are_an_error() {
-    let board = |range: u16| {
+fn parts_of_a_board_with_other_ranges_or_formats_are_not_mixed() {
+    let part = |range: u8, format: u8, header: &str, values: &str| {
+        let rows: String = (0..300).map(|i| format!("{},{values}\n", 10 * i)).collect();
         format!(
-            "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-{range} g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 1"
+            "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-{range} g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format {format}\n{header}\n{rows}"
         )
     };
-    let names = "t,ax,ay,az,T,gx,gy,gz";
-    let row = |i: usize, lsb: usize| format!("{},{},{},{},0,1,2,3", 10 * i, i % 5, 7, lsb + i % 3);
-    let mut lines = vec![board(2), names.to_owned()];
-    lines.extend((0..300).map(|i| row(i, 16384)));
-    lines.extend([board(4), names.to_owned()]);
-    lines.extend((300..600).map(|i| row(i, 8192)));
-    let said = differs(&joined(&lines), 303);
-    assert!(said.contains("another range"), "{said}");
-}
-
-#[test]
-fn raw_and_calibrated_rows_are_not_mixed() {
-    let part = |format: u8, header: &str| {
-        let rows = |i: i64| format!("{},0.1,0.2,9.8,25,0,0,0\n", 10 * i);
-        let rows: String = (0..300).map(rows).collect();
-        format!(
-            "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format {format}\nTimestamp (ms),{header}\n{rows}"
+    let counts = |range, z: &str| {
+        part(
+            range,
+            1,
+            "t,ax,ay,az,T,gx,gy,gz",
+            &format!("1,7,{z},0,1,2,3"),
         )
     };
-    let raw = "aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)";
-    let own = "ax_mps2,ay_mps2,az_mps2,Temp (C),gx_rad_s,gy_rad_s,gz_rad_s";
-    let read = |parts: [String; 2]| {
-        let text = parts.concat();
-        read_bytes(text.as_bytes(), "board.csv", &ReadOptions::default())
-    };
-    for parts in [[part(0, raw), part(3, own)], [part(3, own), part(0, raw)]] {
-        let error = read(parts).unwrap_err();
-        assert_eq!(error.code(), "header-differs");
-        assert!(
-            error.to_string().contains("another range or format"),
-            "{error}"
-        );
+    let values = "0.1,0.2,9.8,25,0,0,0";
+    let names =
+        "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)";
+    let raw = part(2, 0, names, values);
+    let names = "Timestamp (ms),ax_mps2,ay_mps2,az_mps2,Temp (C),gx_rad_s,gy_rad_s,gz_rad_s";
+    let own = part(2, 3, names, values);
+    for parts in [
+        [counts(2, "16384"), counts(4, "8192")],
+        [raw.clone(), own.clone()],
+        [own.clone(), raw.clone()],
+    ] {
+        let said = differs(parts.concat().as_bytes(), 303);
+        assert!(said.contains("another range or format"), "{said}");
     }
-    assert!(!read([part(0, raw), part(0, raw)]).unwrap().is_calibrated);
-    assert!(read([part(3, own), part(3, own)]).unwrap().is_calibrated);
+    for (part, is_calibrated) in [(raw, false), (own, true)] {
+        let whole = read(part.repeat(2).as_bytes());
+        assert_eq!(whole.is_calibrated, is_calibrated);
+    }
 }
 
 /// The clean recording without stamps below a line of metadata.

@@ -46,6 +46,15 @@ pub struct Judged {
     pub options: Vec<&'static str>,
 }
 
+impl Judged {
+    /// The complaints about what is `named`, if there are any.
+    pub fn wrong(&self, named: &str) -> Option<String> {
+        let complaints = self.complaints.join("\n  ");
+        (!complaints.is_empty())
+            .then(|| format!("{named}\n  with {:?}\n  {complaints}", self.options))
+    }
+}
+
 /// What a session gives.
 struct Outcome {
     seen: Vec<Inspection>,
@@ -168,21 +177,17 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
 }
 
 fn said(findings: &[Finding]) -> String {
-    findings
+    let words = findings
         .iter()
-        .map(|f| format!("{}: {}\n", f.kind, f.message))
-        .collect()
+        .map(|f| format!("{}: {}\n", f.kind, f.message));
+    words.collect()
 }
 
 fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Outcome, String> {
     let options = known(writing, session.rate_hz, options);
     let words = |e: gravical::Error| {
-        format!(
-            "{}: {} ({})",
-            e.code(),
-            e.message(),
-            e.hint().unwrap_or("no hint")
-        )
+        let hint = e.hint().unwrap_or("no hint");
+        format!("{}: {} ({hint})", e.code(), e.message())
     };
     let mut recordings: Vec<Recording> = Vec::new();
     for written in write(writing, session) {
@@ -283,12 +288,8 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
         if is_unsteady && matches!(counts, [0, 1] | [1, 0]) {
             continue;
         }
-        if p.static_intervals.len() != o.static_intervals.len() {
-            wrong.push(format!(
-                "{} static intervals in place of {}",
-                o.static_intervals.len(),
-                p.static_intervals.len()
-            ));
+        if let Some(other) = other_number("static intervals", counts) {
+            wrong.push(other);
             continue;
         }
         for (p, o) in p.static_intervals.iter().zip(&o.static_intervals) {
@@ -302,6 +303,10 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
         }
     }
     wrong
+}
+
+fn other_number(what: &str, [plain, own]: [usize; 2]) -> Option<String> {
+    (plain != own).then(|| format!("{own} {what} in place of {plain}"))
 }
 
 fn rank(grade: Grade) -> u8 {
@@ -324,13 +329,8 @@ fn calibrations(
     let mut wrong = Vec::new();
     let [step, _] = steps(writing);
     let (ps, os) = (&p.accelerometer, &o.accelerometer);
-    if ps.poses.len() != os.poses.len() {
-        wrong.push(format!(
-            "{} poses in place of {}",
-            os.poses.len(),
-            ps.poses.len()
-        ));
-        return wrong;
+    if let Some(other) = other_number("poses", [&ps.poses, &os.poses].map(Vec::len)) {
+        return vec![other];
     }
     // What rounding adds: its own part of the budget, what of it the noise averages, and
     // noise of the rows that a still has more or fewer (see `static_intervals`).
@@ -377,25 +377,14 @@ fn calibrations(
     if !wrong.is_empty() {
         // Which pose moved it?
         for (p, o) in ps.poses.iter().zip(&os.poses) {
-            let off: Vec<String> = (0..3)
-                .map(|i| format!("{:+.3}", 1e3 * (o.raw[i] / ratio - p.raw[i])))
-                .collect();
+            let off = [0, 1, 2].map(|i| 1e3 * (o.raw[i] / ratio - p.raw[i]));
+            let label = &o.label;
             wrong.push(format!(
-                "  {} rows {} for {}, {:?} for {:?}, fitted {} for {}, mean off by {} mm/s²",
-                o.label,
-                o.rows,
-                p.rows,
-                o.kind,
-                p.kind,
-                o.fitted,
-                p.fitted,
-                off.join(" ")
+                "  {label}: mean off by {off:.3?} mm/s²\n  {o:?}\n  {p:?}"
             ));
         }
-        wrong.push(format!(
-            "  tilt {:?} for {:?}, fit {:?} for {:?}",
-            os.pose_tilt_deg, ps.pose_tilt_deg, os.fit, ps.fit
-        ));
+        let [ps, os] = [ps, os].map(|a| (&a.pose_tilt_deg, &a.fit));
+        wrong.push(format!("  tilt and fit {os:?} for {ps:?}"));
     }
     // Directions follow the faces, which lie as they lie.
     if turned > 3.0 * allowed + 0.05 * step {
@@ -404,12 +393,8 @@ fn calibrations(
     let (was, is) = (rank(p.verdict.grade), rank(o.verdict.grade));
     let fine = step / 12.0_f64.sqrt() < 0.2 * sigma_mps2;
     if is > was || (fine && is < was) {
-        wrong.push(format!(
-            "{:?} in place of {:?}: {}",
-            o.verdict.grade,
-            p.verdict.grade,
-            o.verdict.reasons.join("; ")
-        ));
+        let (was, is) = (p.verdict.grade, &o.verdict);
+        wrong.push(format!("{is:?} in place of {was:?}"));
     }
     match (&p.gyroscope, &o.gyroscope) {
         (Some(p), Some(o)) => wrong.extend(gyroscopes(writing, p, o)),
@@ -429,21 +414,17 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
         GyroUnit::Unknown => f64::NAN,
     };
     if p.method != o.method {
-        wrong.push(format!(
+        return vec![format!(
             "gyroscope by {:?} in place of {:?}",
             o.method, p.method
-        ));
-        return wrong;
+        )];
     }
     let [_, step] = steps(writing);
     for i in 0..3 {
         let bias = o.bias[i] / per_rad_s - p.bias[i];
-        let sd = p
-            .covariance
-            .as_ref()
-            .and_then(|c| Some(c.values.last()?.last()?.sqrt()))
-            .unwrap_or(0.0);
-        if bias.is_nan() || bias.abs() > 0.6 * step + 2.0 * sd + 2e-5 {
+        let covariance = p.covariance.as_ref();
+        let sd = covariance.and_then(|c| Some(c.values.last()?.last()?.sqrt()));
+        if bias.is_nan() || bias.abs() > 0.6 * step + 2.0 * sd.unwrap_or(0.0) + 2e-5 {
             wrong.push(format!(
                 "bias of g{i} off by {bias:.6} rad/s, step {step:.6}"
             ));
@@ -464,12 +445,8 @@ fn motions(writing: &Writing, p: &Motion, o: &Motion) -> Vec<String> {
     if writing.decimals == Decimals::Two && writing.rate.hz() >= 500.0 {
         return wrong;
     }
-    if p.moves.len() != o.moves.len() {
-        return vec![format!(
-            "{} moves in place of {}",
-            o.moves.len(),
-            p.moves.len()
-        )];
+    if let Some(other) = other_number("moves", [&p.moves, &o.moves].map(Vec::len)) {
+        return vec![other];
     }
     let sigma_mps2 = p
         .noise
@@ -485,29 +462,17 @@ fn motions(writing: &Writing, p: &Motion, o: &Motion) -> Vec<String> {
             // Rounding adds what noise does, at most, and says so.
             let most = if fine { 0.5 } else { 2.0 } * s[i];
             if off.is_nan() || off > most + 1e-4 {
-                wrong.push(format!(
-                    "{:.4} ± {:.4} m in place of {:.4}",
-                    is[i], s[i], was[i]
-                ));
+                let [is, s, was] = [is, s, was].map(|v| v[i]);
+                wrong.push(format!("{is:.4} ± {s:.4} m in place of {was:.4}"));
             }
         }
     }
     wrong
 }
 
-/// Directions all around.
+/// To the corners, edges and faces of a cube.
 fn directions() -> Vec<[f64; 3]> {
-    let mut out = Vec::new();
-    for x in -1..=1 {
-        for y in -1..=1 {
-            for z in -1..=1 {
-                let v = [x, y, z].map(f64::from);
-                let norm = matrix3::norm(&v);
-                if norm > 0.0 {
-                    out.push(v.map(|c| c / norm));
-                }
-            }
-        }
-    }
-    out
+    let corners = (0..27).map(|k| [k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1].map(f64::from));
+    let outer = corners.filter(|v| matrix3::norm(v) > 0.0);
+    outer.map(|v| v.map(|c| c / matrix3::norm(&v))).collect()
 }
