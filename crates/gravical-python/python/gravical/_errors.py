@@ -6,9 +6,9 @@ from __future__ import annotations
 class Error(Exception):
     """Base class of all errors of this package.
 
-    ``message`` says what happened, with the numbers, and ``hint`` what to do next, or is None. ``code``
-    stays the same for programs: ``missing-face``, ``unit-unknown`` …; all are in ``docs/recording.md``.
-    ``file``, ``line`` and ``column`` are the place, from 1, where there is one.
+    ``message`` says what happened, with the numbers, and ``hint`` what to do next, or is None.
+    ``code`` stays the same for programs: ``missing-face``, ``unit-unknown`` …; all are in
+    ``docs/recording.md``. ``file``, ``line`` and ``column``, from 1, are the place, if it is known.
     """
 
     def __init__(

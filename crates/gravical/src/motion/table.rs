@@ -30,9 +30,9 @@ const ATTITUDE_DECIMALS: u32 = 8;
 /// How much text is gathered before it is written.
 const CHUNK: usize = 1 << 18;
 
-/// Names of the columns of the table.
-pub fn table_columns(bands: bool) -> impl Iterator<Item = &'static str> {
-    let bands = bands.then_some(BANDS).into_iter();
+/// Names of the columns of the table of a motion.
+pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
+    let bands = motion.bands.then_some(BANDS).into_iter();
     COLUMNS
         .split(',')
         .chain(bands.flat_map(|names| names.split(',')))
@@ -49,12 +49,7 @@ pub fn table_columns(bands: bool) -> impl Iterator<Item = &'static str> {
 pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     let time_decimals = time_decimals(motion.own.samples.time_s());
     let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend(
-        table_columns(motion.bands)
-            .collect::<Vec<_>>()
-            .join(",")
-            .bytes(),
-    );
+    text.extend(table_columns(motion).collect::<Vec<_>>().join(",").bytes());
     text.push(b'\n');
     for sample in motion.samples() {
         row(&mut text, &sample, time_decimals, motion.bands);

@@ -20,7 +20,7 @@ pub struct MotionSample {
     pub state: SampleState,
 }
 
-/// What the table holds, sample by sample; all columns are equally long. Where a
+/// What figures and comparisons show, sample by sample; all columns are equally long. Where a
 /// value is not known it is NaN.
 #[derive(Debug, Clone, Default)]
 pub struct Track {
@@ -28,16 +28,6 @@ pub struct Track {
     pub t_s: Vec<f64>,
     /// Samples before which others are missing, or the recording is parted.
     pub breaks: Vec<usize>,
-    /// Specific force by the nominal scale alone, m/s².
-    pub raw_mps2: [Vec<f64>; 3],
-    /// Specific force, calibrated (and smoothed, where asked for), m/s².
-    pub force_mps2: [Vec<f64>; 3],
-    /// There are bands.
-    pub bands: bool,
-    /// At rest.
-    pub still: Vec<bool>,
-    /// Attitude w, x, y, z, sensor → frame (Hamilton).
-    pub attitude: Vec<[f64; 4]>,
     /// Acceleration in the frame, gravity taken off, m/s².
     pub acceleration_mps2: Vec<[f64; 3]>,
     /// Velocity, m/s.
@@ -77,7 +67,6 @@ impl Track {
         let pieces = motion.own.samples.pieces().iter();
         let mut track = Track {
             breaks: pieces.skip(1).map(|p| p.start).collect(),
-            bands: motion.bands,
             uncalibrated: motion.uncalibrated.as_ref().map(|plain| {
                 let mut track = UncalibratedTrack::default();
                 for state in known(plain, &motion.result) {
@@ -90,13 +79,7 @@ impl Track {
         };
         for sample in motion.samples() {
             track.t_s.push(sample.t_s);
-            for c in 0..3 {
-                track.raw_mps2[c].push(sample.raw_mps2[c]);
-                track.force_mps2[c].push(sample.force_mps2[c]);
-            }
             let state = sample.state;
-            track.still.push(state.at_rest);
-            track.attitude.push(state.attitude);
             track.acceleration_mps2.push(state.acceleration_mps2);
             track.velocity_mps.push(state.velocity_mps);
             track.position_m.push(state.position_m);
