@@ -60,7 +60,7 @@ impl TableArgs {
         match self.target() {
             Target::Stdout => Ok(fill(&mut *text::table_out())?),
             Target::Nowhere => Ok(fill(&mut io::sink())?),
-            Target::File(path) => write_file(path, self.force, fill),
+            Target::File(path) => Ok(write_atomic(path, self.force, fill)?),
         }
     }
 
@@ -152,22 +152,4 @@ pub fn how_it_was_read(facts: Vec<(String, String)>, findings: &[Finding]) -> Do
         section = section.with(Block::Findings(Remark::all(findings, false)));
     }
     Document::default().with(section)
-}
-
-/// [`write_atomic`] with what `fill` returns.
-///
-/// # Errors
-///
-/// Those of `fill` and [`write_atomic`].
-pub fn write_file<T>(
-    path: &Path,
-    force: bool,
-    fill: impl FnOnce(&mut dyn Write) -> Result<T>,
-) -> anyhow::Result<T> {
-    let mut done = None;
-    write_atomic(path, force, |out| {
-        done = Some(fill(out)?);
-        Ok(())
-    })?;
-    done.ok_or_else(|| anyhow::anyhow!("nothing was written"))
 }

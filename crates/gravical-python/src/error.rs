@@ -4,18 +4,18 @@ use gravical::{Category, Error};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// The exception for an error. Its class is chosen in `_errors.py`.
-pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
-    let category = match error.category() {
-        Category::Usage => "usage",
-        Category::Input => "input",
-        Category::Contradiction => "contradiction",
-        Category::System => "system",
-        Category::Device => "device",
+/// The exception for an error, of a class of `_errors.py`.
+fn raised(py: Python<'_>, error: &Error) -> PyErr {
+    let class = match (error.code(), error.category()) {
+        ("not-found", _) => "NotFoundError",
+        ("exists", _) => "ExistsError",
+        (_, Category::Usage) => "UsageError",
+        (_, Category::Input) => "InputError",
+        (_, Category::System) => "MachineError",
+        (_, Category::Contradiction | Category::Device) => "Error",
     };
     let place = error.location();
     let arguments = (
-        category,
         error.worded(|option| format!("{option}=")),
         error.code(),
         error.hint(),
@@ -23,11 +23,8 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
         place.and_then(|p| p.line),
         place.and_then(|p| p.column),
     );
-    let made = py
-        .import("gravical._errors")
-        .and_then(|module| module.getattr("raised"))
-        .and_then(|raised| raised.call1(arguments));
-    match made {
+    let module = py.import("gravical._errors");
+    match module.and_then(|module| module.call_method1(class, arguments)) {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
     }

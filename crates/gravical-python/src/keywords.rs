@@ -2,18 +2,17 @@
 //! of its structs.
 //!
 //! Several structs share the keywords of one call: each takes the names of its fields, and what is
-//! left is unknown. An option that is written as a text, such as `y,-x,z`, is also taken as a list,
-//! and a single value where a list is meant.
+//! left is unknown.
 
-use std::fmt;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use gravical::gravity::{Gravity, GravityOptions};
 use gravical::recording::{Meter, ReadOptions};
 use gravical::{Error, Result};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use serde::de::value::{SeqDeserializer, StrDeserializer};
-use serde::de::{self, DeserializeOwned, DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
+use serde::de::{self, DeserializeOwned, Deserializer, Error as _, Visitor};
 use serde::forward_to_deserialize_any;
 use serde_json::{Map, Value};
 
@@ -22,7 +21,7 @@ use crate::error::OrRaise;
 /// Keyword arguments that no options have taken yet.
 pub struct Keywords {
     given: Map<String, Value>,
-    accepted: Vec<&'static str>,
+    accepted: BTreeSet<&'static str>,
 }
 
 impl FromPyObject<'_, '_> for Keywords {
@@ -32,7 +31,7 @@ impl FromPyObject<'_, '_> for Keywords {
         let given = serde_json::from_str(&object.extract::<String>()?);
         Ok(Keywords {
             given: given.map_err(|e| PyValueError::new_err(e.to_string()))?,
-            accepted: Vec::new(),
+            accepted: BTreeSet::new(),
         })
     }
 }
@@ -45,18 +44,31 @@ impl Keywords {
         read: impl FnOnce(&mut Self) -> Result<T>,
     ) -> PyResult<T> {
         let options = read(&mut self).or_raise(py)?;
-        match self.given.keys().next() {
-            None => Ok(options),
-            Some(name) => Err(PyTypeError::new_err(format!(
-                "unexpected keyword argument '{name}'; accepted: {}",
-                self.accepted.join(", ")
-            ))),
-        }
+        let Some(name) = self.given.keys().next() else {
+            return Ok(options);
+        };
+        let accepted: Vec<&str> = self.accepted.into_iter().collect();
+        Err(PyTypeError::new_err(format!(
+            "unexpected keyword argument '{name}'; accepted: {}",
+            accepted.join(", ")
+        )))
     }
 
     /// The options whose names are the fields of `T`.
     pub fn take<T: DeserializeOwned>(&mut self) -> Result<T> {
-        T::deserialize(self).map_err(|Wrong(what)| Error::usage("usage", what))
+        let names = fields::<T>();
+        self.accepted.extend(names);
+        let given = names
+            .iter()
+            .filter_map(|name| self.given.remove_entry(*name));
+        let given: Map<String, Value> = given.collect();
+        // Each alone at first: its error names it.
+        for (name, value) in &given {
+            let alone = Map::from_iter([(name.clone(), value.clone())]);
+            options::<T>(alone)
+                .map_err(|what| Error::usage("usage", format!("{name}=: {what}")))?;
+        }
+        options(given).map_err(|what| Error::usage("usage", what))
     }
 
     /// How a recording is read; the meter stops it.
@@ -70,185 +82,70 @@ impl Keywords {
         Ok(options)
     }
 
+    /// A file beside the recordings.
+    pub fn path(&mut self, name: &'static str) -> Result<Option<PathBuf>> {
+        self.accepted.insert(name);
+        match self.given.remove(name) {
+            None => Ok(None),
+            Some(Value::String(path)) => Ok(Some(path.into())),
+            Some(_) => Err(Error::usage("usage", format!("{name}=: expected a path"))),
+        }
+    }
+
     /// Gravity, if it is given.
     pub fn gravity(&mut self) -> Result<Option<Gravity>> {
         self.take::<GravityOptions>()?.given()
     }
 }
 
-/// What is wrong with a value.
-#[derive(Debug)]
-pub struct Wrong(String);
-
-impl fmt::Display for Wrong {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
+/// The options, or what is wrong, with names of types in words.
+fn options<T: DeserializeOwned>(given: Map<String, Value>) -> Result<T, String> {
+    const WORDS: [(&str, &str); 7] = [
+        ("f64", "a number"),
+        ("a string", "a text"),
+        ("string or map", "a text"),
+        ("usize", "a whole number in its range"),
+        ("u64", "a whole number in its range"),
+        ("u32", "a whole number in its range"),
+        ("u8", "a whole number in its range"),
+    ];
+    serde_json::from_value(Value::Object(given)).map_err(|error| {
+        WORDS.iter().fold(error.to_string(), |what, (kind, words)| {
+            what.replace(&format!("expected {kind}"), &format!("expected {words}"))
+        })
+    })
 }
 
-impl std::error::Error for Wrong {}
-
-impl de::Error for Wrong {
-    fn custom<T: fmt::Display>(what: T) -> Self {
-        Wrong(what.to_string())
-    }
+/// The names of the fields of `T`.
+pub fn fields<T: DeserializeOwned>() -> &'static [&'static str] {
+    let mut names: &'static [&'static str] = &[];
+    // It fails: the names alone are wanted.
+    let _ = T::deserialize(Fields(&mut names));
+    names
 }
 
-impl<'de> de::Deserializer<'de> for &mut Keywords {
-    type Error = Wrong;
+/// Takes down the names of the fields of a struct.
+struct Fields<'a>(&'a mut &'static [&'static str]);
+
+impl<'de> Deserializer<'de> for Fields<'_> {
+    type Error = de::value::Error;
 
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         _: &'static str,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Wrong> {
-        self.accepted.extend(fields);
-        let given = fields.iter().filter_map(|field| {
-            let (name, value) = self.given.remove_entry(*field)?;
-            Some((name, Leaf(value)))
-        });
-        let given = given.collect::<Vec<_>>().into_iter();
-        visitor.visit_map(Fields { given, last: None })
+    ) -> Result<V::Value, Self::Error> {
+        *self.0 = fields;
+        self.deserialize_any(visitor)
     }
 
-    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Wrong> {
-        Err(Wrong("options are a struct".to_owned()))
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Self::Error> {
+        Err(Self::Error::custom("no values"))
     }
 
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit
         unit_struct newtype_struct seq tuple tuple_struct map enum identifier ignored_any
-    }
-}
-
-/// The fields of a struct that are given.
-struct Fields {
-    given: std::vec::IntoIter<(String, Leaf)>,
-    last: Option<(String, Leaf)>,
-}
-
-impl<'de> MapAccess<'de> for Fields {
-    type Error = Wrong;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, Wrong> {
-        self.last = self.given.next();
-        let key = self.last.as_ref();
-        key.map(|(name, _)| seed.deserialize(StrDeserializer::new(name)))
-            .transpose()
-    }
-
-    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, Wrong> {
-        let (name, value) = self.last.take().ok_or_else(|| Wrong(String::new()))?;
-        seed.deserialize(value)
-            .map_err(|Wrong(what)| Wrong(format!("{name}=: {}", in_words(&what))))
-    }
-}
-
-/// Names of types in words.
-fn in_words(what: &str) -> String {
-    let what = what.replace("expected f64", "expected a number");
-    let what = what.replace("expected a string", "expected a text");
-    ["usize", "u64", "u32", "u8"]
-        .iter()
-        .fold(what, |what, kind| {
-            what.replace(
-                &format!("expected {kind}"),
-                "expected a whole number in its range",
-            )
-        })
-}
-
-/// A value.
-struct Leaf(Value);
-
-impl<'de> IntoDeserializer<'de, Wrong> for Leaf {
-    type Deserializer = Self;
-
-    fn into_deserializer(self) -> Self {
-        self
-    }
-}
-
-/// The text that the program would be given: parts of a list with commas, `start-end` of a pair,
-/// `name=value` of a mapping.
-fn text(value: &Value, separator: &str) -> Result<String, Wrong> {
-    Ok(match value {
-        Value::String(text) => text.clone(),
-        Value::Number(number) => number.to_string(),
-        Value::Bool(on) => if *on { "on" } else { "off" }.to_owned(),
-        Value::Null => String::new(),
-        Value::Array(parts) => {
-            let parts = parts.iter().map(|part| text(part, "-"));
-            parts.collect::<Result<Vec<_>, _>>()?.join(separator)
-        }
-        Value::Object(named) => {
-            let pair = |(name, value): (&String, &Value)| match value {
-                Value::Null => Ok(format!("{name}=-")),
-                _ => match text(value, "-")? {
-                    value if value.contains([',', '=']) => Err(Wrong(format!(
-                        "{value:?} has a comma or an equals sign in it; rename it first"
-                    ))),
-                    value => Ok(format!("{name}={value}")),
-                },
-            };
-            let pairs = named.iter().map(pair);
-            pairs.collect::<Result<Vec<_>, _>>()?.join(separator)
-        }
-    })
-}
-
-impl<'de> de::Deserializer<'de> for Leaf {
-    type Error = Wrong;
-
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
-        self.0
-            .deserialize_any(visitor)
-            .map_err(|e| Wrong(e.to_string()))
-    }
-
-    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
-        visitor.visit_string(text(&self.0, ",")?)
-    }
-
-    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
-        self.deserialize_string(visitor)
-    }
-
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
-        visitor.visit_some(self)
-    }
-
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Wrong> {
-        let parts = match self.0 {
-            Value::Array(parts) => parts,
-            one => vec![one],
-        };
-        visitor.visit_seq(SeqDeserializer::new(parts.into_iter().map(Leaf)))
-    }
-
-    fn deserialize_enum<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        _: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Wrong> {
-        visitor.visit_enum(text(&self.0, ",")?.into_deserializer())
-    }
-
-    fn deserialize_newtype_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        visitor: V,
-    ) -> Result<V::Value, Wrong> {
-        visitor.visit_newtype_struct(self)
-    }
-
-    forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char bytes byte_buf unit unit_struct tuple
-        tuple_struct map struct identifier ignored_any
     }
 }

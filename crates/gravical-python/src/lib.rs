@@ -15,18 +15,20 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _gravical {
     #[pymodule_export]
-    use crate::motion::{Stepper, motion};
+    use crate::motion::Stepper;
     #[pymodule_export]
-    use crate::outcome::{Outcome, export_targets, read_calibration};
+    use crate::outcome::{Outcome, export_targets, read_calibration, read_noise, write_text};
     #[pymodule_export]
-    use crate::recording::{Recording, read, write_text};
+    use crate::recording::{Recording, read};
     #[pymodule_export]
-    use crate::verbs::{apply, calibrate, check, compare, denoise, inspect, noise, simulate};
+    use crate::verbs::{run, simulate};
 
     use pyo3::prelude::*;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let reading = crate::keywords::fields::<gravical::recording::ReadOptions>();
+        module.add("READING", reading.to_vec())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,34 +1,33 @@
 //! Results: as JSON, as a report, as figures, as arrays.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use gravical::apply::ApplySummary;
-use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
+use gravical::apply::{Applied, ApplySummary};
+use gravical::calibration_file::{
+    CalibrationFile, InputFile, InputRole, NoiseSection, creation_time,
+};
 use gravical::check::CheckReport;
 use gravical::compare::Comparison;
-use gravical::core::calibration::GyroscopeCalibration;
 use gravical::denoise::DenoiseSummary;
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::inspect::Inspection;
-use gravical::motion::{Motion, Track, table_columns, write_table};
-use gravical::noise::{NoiseResult, read_noise};
-use gravical::output::{write_atomic, write_text};
-use gravical::recording::Recording;
+use gravical::motion::{Motion, MotionSample, table_columns, write_table};
+use gravical::noise::{self, NoiseResult};
+use gravical::output::{self, write_atomic};
+use gravical::recording;
 use gravical::session::SessionCalibration;
 use gravical::targets::check_targets;
 use gravical::{Error, Result, TOOL};
 use gravical_report::document::{Detail, Document};
 use gravical_report::figure::{self, Figure, svg};
 use gravical_report::report::{self, Provenance};
-use numpy::ndarray::Array2;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::error::OrRaise;
 use crate::keywords::Keywords;
-use crate::recording::{json, view};
+use crate::recording::{Recording, json, view};
 
 /// What was found, and what its figures need.
 pub enum Kind {
@@ -36,18 +35,18 @@ pub enum Kind {
     Calibration(Arc<CalibrationFile>, Option<Box<SessionCalibration>>),
     /// Of `inspect`.
     Inspection(Box<Inspection>),
-    /// Of `apply`, with the recording and its channels if they stay in memory.
-    Apply(Box<ApplySummary>, Option<(Arc<Recording>, Vec<Vec<f64>>)>),
+    /// Of `apply`, with the calibrated channels if they stay in memory.
+    Apply(Box<ApplySummary>, Option<Table>),
     /// Of `check`.
     Check(Box<CheckReport>),
     /// Of `compare`.
     Comparison(Box<Comparison>),
     /// Of `noise`.
     Noise(Box<NoiseResult>),
-    /// Of `denoise`.
-    Denoise(Box<DenoiseSummary>),
-    /// Of `motion`, with what is said of its recording.
-    Motion(Arc<Motion>, Arc<Recording>),
+    /// Of `denoise`, with the filtered recording if it stays in memory.
+    Denoise(Box<DenoiseSummary>, Option<Arc<recording::Recording>>),
+    /// Of `motion`, with its recording and its table.
+    Motion(Box<Motion>, Arc<recording::Recording>, Table),
 }
 
 /// A result and its files.
@@ -55,24 +54,12 @@ pub enum Kind {
 pub struct Outcome {
     kind: Kind,
     inputs: Vec<InputFile>,
-    /// Columns of a motion, once they are asked for.
-    track: OnceLock<Track>,
 }
-
-/// Name, title, caption and SVG.
-type Drawn = (String, String, String, String);
-
-/// A group of columns: its name, theirs, and their values; those of one array lie row by row.
-type Group<'py> = (&'static str, Vec<String>, Vec<Bound<'py, PyAny>>);
 
 impl Outcome {
     /// A result of these files.
     pub fn new(kind: Kind, inputs: Vec<InputFile>) -> Self {
-        Outcome {
-            kind,
-            inputs,
-            track: OnceLock::new(),
-        }
+        Outcome { kind, inputs }
     }
 
     /// A calibration.
@@ -82,11 +69,21 @@ impl Outcome {
     }
 
     /// The calibration that this is.
-    pub fn file(&self) -> PyResult<Arc<CalibrationFile>> {
+    pub fn file(&self) -> Result<Arc<CalibrationFile>> {
         match &self.kind {
             Kind::Calibration(file, _) => Ok(file.clone()),
-            _ => Err(PyValueError::new_err("this is not a calibration")),
+            _ => Err(Error::usage("usage", "this is not a calibration")),
         }
+    }
+
+    /// The noise that this is, with its file if it was read.
+    pub fn noise(&self) -> Result<(NoiseSection, Vec<InputFile>)> {
+        let Kind::Noise(result) = &self.kind else {
+            return Err(Error::usage("usage", "noise=: this is no result of noise"));
+        };
+        let mut inputs = self.inputs.clone();
+        inputs.retain(|input| input.role == InputRole::Noise);
+        Ok((result.section(), inputs))
     }
 
     fn drawn(&self) -> Vec<Figure> {
@@ -99,12 +96,12 @@ impl Outcome {
                 figure::calibration::figures(file, session)
             }
             Kind::Noise(result) => figure::noise::figures(result),
-            Kind::Motion(motion, _) => figure::motion::figures(motion),
+            Kind::Motion(motion, ..) => figure::motion::figures(motion),
             _ => Vec::new(),
         }
     }
 
-    fn presented<'a>(&'a self, figures: &'a [Figure]) -> Document<'a> {
+    fn presented<'a>(&self, figures: &'a [Figure]) -> Document<'a> {
         let document = match &self.kind {
             Kind::Calibration(file, _) => return report::calibration(file, None, figures),
             Kind::Inspection(result) => report::inspection(result),
@@ -112,8 +109,10 @@ impl Outcome {
             Kind::Check(result) => report::check(result),
             Kind::Comparison(result) => report::comparison(result),
             Kind::Noise(result) => report::noise(result, figures),
-            Kind::Denoise(result) => report::denoise(result),
-            Kind::Motion(motion, recording) => report::motion(&motion.result, recording, figures),
+            Kind::Denoise(result, _) => report::denoise(result),
+            Kind::Motion(motion, recording, _) => {
+                report::motion(&motion.result, recording, figures)
+            }
         };
         document.with_provenance(&Provenance {
             tool: TOOL,
@@ -128,11 +127,27 @@ impl Outcome {
         check_targets(&[path.to_owned()], &inputs, force)?;
         match &self.kind {
             Kind::Calibration(file, _) => file.write(path, force),
-            Kind::Motion(motion, _) => write_atomic(path, force, |out| {
+            Kind::Motion(motion, ..) => write_atomic(path, force, |out| {
                 write_table(motion, out).map_err(|e| Error::io(path, e))
             }),
-            _ => write_text(path, force, json),
+            _ => output::write_text(path, force, json),
         }
+    }
+
+    fn exported(&self, to: &str, options: &ExportOptions) -> Result<(String, Vec<String>)> {
+        let unknown = || {
+            let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
+            Error::usage("usage", format!("to=: {to:?} is no target"))
+                .with_hint(format!("one of {}", names.join(", ")))
+        };
+        let target = Target::find(to).ok_or_else(unknown)?;
+        let written = match &self.kind {
+            Kind::Noise(result) if target.name == "kalibr" => {
+                kalibr(&result.section(), None, options.upper_limit)?
+            }
+            _ => export(&*self.file()?, target, options)?,
+        };
+        Ok((written.text, written.notes))
     }
 }
 
@@ -146,12 +161,13 @@ impl Outcome {
             Kind::Check(result) => json(result),
             Kind::Comparison(result) => json(result),
             Kind::Noise(result) => json(result),
-            Kind::Denoise(result) => json(result),
-            Kind::Motion(motion, _) => json(&motion.result),
+            Kind::Denoise(result, _) => json(result),
+            Kind::Motion(motion, ..) => json(&motion.result),
         }
     }
 
-    fn figures(&self, py: Python<'_>) -> Vec<Drawn> {
+    /// Name, title, caption and SVG of each.
+    fn figures(&self, py: Python<'_>) -> Vec<(String, String, String, String)> {
         py.detach(|| {
             let drawn = self.drawn().into_iter().map(|f| {
                 let svg = svg::standalone(&f);
@@ -161,34 +177,26 @@ impl Outcome {
         })
     }
 
-    /// The report: `html`, `md`, `txt`, or `summary`, the text in short.
-    fn document(&self, py: Python<'_>, format: &str) -> PyResult<String> {
+    /// The report: `html`, `md`, `txt`, or the text in short.
+    fn document(&self, py: Python<'_>, format: &str) -> String {
         if let Kind::Apply(summary, _) = &self.kind {
-            return Ok(format!(
-                "{}: {} rows calibrated\n",
-                summary.input, summary.rows
-            ));
+            return format!("{}: {} rows calibrated\n", summary.input, summary.rows);
         }
         py.detach(|| {
             let figures = self.drawn();
             let document = self.presented(&figures);
             match format {
-                "html" => Ok(document.to_html()),
-                "md" => Ok(document.to_markdown(None)),
-                "txt" => Ok(document.to_text(Detail::Full)),
-                "summary" => Ok(document.to_text(Detail::Summary)),
-                _ => Err(PyValueError::new_err(format!("no format {format:?}"))),
+                "html" => document.to_html(),
+                "md" => document.to_markdown(None),
+                "txt" => document.to_text(Detail::Full),
+                _ => document.to_text(Detail::Summary),
             }
         })
     }
 
-    /// What the program writes with `-o`: a calibration, the table of a motion, else JSON.
-    fn write(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
-        let value: serde_json::Value = serde_json::from_str(&self.json()?)
-            .map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        let text = format!("{value:#}\n");
-        py.detach(|| self.write_to(&path, force, &text))
-            .or_raise(py)
+    /// What the program writes with `-o`: a calibration, the table of a motion, else `json`.
+    fn write(&self, py: Python<'_>, path: PathBuf, force: bool, json: &str) -> PyResult<()> {
+        py.detach(|| self.write_to(&path, force, json)).or_raise(py)
     }
 
     /// Text for another program, and what it cannot hold.
@@ -199,141 +207,90 @@ impl Outcome {
         keywords: Keywords,
     ) -> PyResult<(String, Vec<String>)> {
         let options = keywords.read(py, Keywords::take::<ExportOptions>)?;
-        let targets = || {
-            let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
-            Error::usage("usage", format!("to=: {to:?} is no target"))
-                .with_hint(format!("one of {}", names.join(", ")))
-        };
-        let target = Target::find(to).ok_or_else(targets).or_raise(py)?;
-        let written = match &self.kind {
-            Kind::Noise(result) if target.name == "kalibr" => {
-                kalibr(&result.section(), None, options.upper_limit)
-            }
-            _ => export(&*self.file()?, target, &options),
-        };
-        let written = written.or_raise(py)?;
-        Ok((written.text, written.notes))
+        self.exported(to, &options).or_raise(py)
     }
 
-    /// The arrays beside the document.
-    fn arrays<'py>(this: &Bound<'py, Self>) -> Vec<Group<'py>> {
-        let (py, outcome) = (this.py(), this.get());
-        let share = |values: &[f64]| view(values, this.clone().into_any()).into_any();
-        match &outcome.kind {
-            Kind::Apply(summary, Some((rows, channels))) => {
-                let t = rows.time_s.iter();
-                let t = t.map(|t| ("t", vec!["t_s".to_owned()], vec![share(t)]));
-                let threes = channels.chunks(3).zip(summary.columns.chunks(3));
-                let named = ["accel", "gyro"].into_iter().zip(threes);
-                let named = named.map(|(name, (three, names))| {
-                    (
-                        name,
-                        names.to_vec(),
-                        three.iter().map(|v| share(v)).collect(),
-                    )
-                });
-                t.chain(named).collect()
-            }
-            Kind::Motion(motion, _) => {
-                let track = py.detach(|| outcome.track.get_or_init(|| motion.track()));
-                let still = PyArray1::from_slice(py, &track.still);
-                still.readwrite().make_nonwriteable();
-                let three = |columns: &[Vec<f64>; 3]| columns.iter().map(|c| share(c)).collect();
-                let rows = |columns: &[[f64; 3]]| vec![share(columns.as_flattened())];
-                let groups = [
-                    ("t", 1, vec![share(&track.t_s)]),
-                    ("raw", 3, three(&track.raw_mps2)),
-                    ("force", 3, three(&track.force_mps2)),
-                    ("still", 1, vec![still.into_any()]),
-                    ("attitude", 4, vec![share(track.attitude.as_flattened())]),
-                    ("acceleration", 3, rows(&track.acceleration_mps2)),
-                    ("velocity", 3, rows(&track.velocity_mps)),
-                    ("position", 3, rows(&track.position_m)),
-                    ("sigma_velocity", 3, rows(&track.sigma_velocity_mps)),
-                    ("sigma_position", 3, rows(&track.sigma_position_m)),
-                ];
-                let mut names = table_columns(track.bands).map(str::to_owned);
-                let named = groups.map(|(name, width, values)| {
-                    (name, names.by_ref().take(width).collect::<Vec<_>>(), values)
-                });
-                named
-                    .into_iter()
-                    .filter(|(_, names, _)| !names.is_empty())
-                    .collect()
-            }
-            _ => Vec::new(),
+    /// The table beside the document: names of its columns, and its values row by row.
+    fn table<'py>(this: &Bound<'py, Self>) -> Option<(Vec<String>, Bound<'py, PyArray1<f64>>)> {
+        let (Kind::Apply(_, Some(table)) | Kind::Motion(.., table)) = &this.get().kind else {
+            return None;
+        };
+        let values = view(&table.values, this.clone().into_any());
+        Some((table.columns.clone(), values))
+    }
+
+    /// The filtered recording.
+    fn recording(&self) -> Option<Recording> {
+        match &self.kind {
+            Kind::Denoise(_, Some(rows)) => Some(Recording {
+                shared: rows.clone(),
+            }),
+            _ => None,
         }
     }
+}
 
-    /// Specific force, m/s², of readings in the unit of the calibration.
-    fn apply_accel<'py>(
-        &self,
-        py: Python<'py>,
-        raw: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let calibration = self.file()?.accelerometer_calibration();
-        mapped(py, &raw, |_, row| calibration.apply(row))
+/// A table in memory.
+pub struct Table {
+    columns: Vec<String>,
+    /// Row by row.
+    values: Vec<f64>,
+}
+
+impl Table {
+    fn new(columns: Vec<String>, rows: usize, numbers: impl Iterator<Item = f64>) -> Self {
+        let mut values = Vec::with_capacity(rows * columns.len());
+        values.extend(numbers);
+        Table { columns, values }
     }
 
-    /// Angular rate, rad/s, of readings in the unit of the calibration; `force` is calibrated.
-    fn apply_gyro<'py>(
-        &self,
-        py: Python<'py>,
-        raw: PyReadonlyArray2<'py, f64>,
-        force: Option<PyReadonlyArray2<'py, f64>>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let calibration = self.file()?.gyroscope_calibration().ok_or_else(|| {
-            Error::usage("gyro-not-calibrated", "the calibration has no gyroscope")
-                .with_hint("calibrate with recordings that hold its columns")
-        });
-        let calibration: GyroscopeCalibration<f64> = calibration.or_raise(py)?;
-        let force = force.as_ref().map(|force| force.as_array());
-        mapped(py, &raw, |i, row| {
-            let at = force.as_ref().map(|f| [f[[i, 0]], f[[i, 1]], f[[i, 2]]]);
-            calibration.apply(row, at.unwrap_or_default())
-        })
-    }
-}
-
-/// Each row by `of`, the interpreter released.
-fn mapped<'py>(
-    py: Python<'py>,
-    raw: &PyReadonlyArray2<'py, f64>,
-    of: impl Fn(usize, [f64; 3]) -> [f64; 3] + Send + Sync,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let raw = raw.as_array();
-    let out = py.detach(|| {
-        let rows = raw.rows().into_iter().enumerate();
-        let out = rows.flat_map(|(i, row)| of(i, [row[0], row[1], row[2]]));
-        Array2::from_shape_vec((raw.nrows(), 3), out.collect())
-    });
-    let out = out.map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok(out.into_pyarray(py))
-}
-
-/// The noise of a sensor: a result of `noise`, or the path of its file.
-#[derive(FromPyObject)]
-pub enum Noise<'py> {
-    /// The result.
-    Result(Bound<'py, Outcome>),
-    /// Its file.
-    File(PathBuf),
-}
-
-impl Noise<'_> {
-    /// The noise, and its file if it was read.
-    pub fn read(self, py: Python<'_>) -> PyResult<(NoiseResult, Option<InputFile>)> {
-        match self {
-            Noise::Result(outcome) => match &outcome.get().kind {
-                Kind::Noise(result) => Ok(((**result).clone(), None)),
-                _ => Err(PyValueError::new_err("this is not a result of noise")),
-            },
-            Noise::File(path) => {
-                let (result, input) = read_noise(&path).or_raise(py)?;
-                Ok((result, Some(input)))
-            }
+    /// The calibrated channels of a recording.
+    pub fn of_applied(applied: &Applied, time_s: Option<&[f64]>) -> Self {
+        let channels = applied.accel.iter().chain(applied.gyro.iter().flatten());
+        let channels = channels.map(Vec::as_slice);
+        let all: Vec<&[f64]> = time_s.into_iter().chain(channels).collect();
+        let mut columns = applied.summary.columns.clone();
+        if time_s.is_some() {
+            columns.insert(0, "t_s".to_owned());
         }
+        let rows = applied.accel[0].len();
+        let values = (0..rows).flat_map(|i| all.iter().map(move |column| column[i]));
+        Table::new(columns, rows, values)
     }
+
+    /// The table of a motion.
+    pub fn of_motion(motion: &Motion) -> Self {
+        let columns: Vec<String> = table_columns(motion).map(str::to_owned).collect();
+        let (samples, width) = (motion.samples(), columns.len());
+        let rows = samples.size_hint().0;
+        let values = samples.flat_map(|sample| numbers(&sample).take(width));
+        Table::new(columns, rows, values)
+    }
+}
+
+/// What is known after a sample, in the order of the table of a motion.
+pub fn numbers(sample: &MotionSample) -> impl Iterator<Item = f64> + use<> {
+    let state = sample.state;
+    let vectors = [
+        state.acceleration_mps2,
+        state.velocity_mps,
+        state.position_m,
+        state.velocity_sd_mps,
+        state.position_sd_m,
+    ];
+    let forces = [sample.raw_mps2, sample.force_mps2];
+    let before = [sample.t_s].into_iter().chain(forces.into_iter().flatten());
+    let before = before
+        .chain([f64::from(state.at_rest)])
+        .chain(state.attitude);
+    before.chain(vectors.into_iter().flatten())
+}
+
+/// Noise from its file.
+#[pyfunction]
+pub fn read_noise(py: Python<'_>, path: PathBuf) -> PyResult<Outcome> {
+    let (result, input) = noise::read_noise(&path).or_raise(py)?;
+    Ok(Outcome::new(Kind::Noise(Box::new(result)), vec![input]))
 }
 
 /// A calibration from its file, or from the text of it.
@@ -354,4 +311,11 @@ pub fn read_calibration(
 #[pyfunction]
 pub fn export_targets() -> Vec<(&'static str, &'static str)> {
     TARGETS.iter().map(|t| (t.name, t.holds)).collect()
+}
+
+/// Writes a text, atomically; nothing is overwritten without `force`.
+#[pyfunction]
+pub fn write_text(py: Python<'_>, path: PathBuf, text: &str, force: bool) -> PyResult<()> {
+    py.detach(|| output::write_text(&path, force, text))
+        .or_raise(py)
 }

@@ -3,15 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gravical::Result;
-use gravical::output;
 use gravical::recording::{self, Meter, ReadOptions, TableColumn, join_gyroscope};
+use gravical::{Error, Result};
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
-use pyo3::exceptions::{PyKeyError, PyRuntimeError};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use serde::Deserialize;
 
 use crate::error::OrRaise;
 use crate::keywords::Keywords;
@@ -24,44 +22,15 @@ pub struct Recording {
     pub shared: Arc<recording::Recording>,
 }
 
-impl Recording {
-    /// Of rows that are shared.
-    pub fn of(shared: Arc<recording::Recording>) -> Self {
-        Recording { shared }
-    }
-}
-
 /// A read-only array over `values`, which belong to `owner` and live as long as it does.
 #[allow(unsafe_code)]
 pub fn view<'py>(values: &[f64], owner: Bound<'py, PyAny>) -> Bound<'py, PyArray1<f64>> {
     let view = ArrayView1::from(values);
-    // SAFETY: the owner is a frozen class that holds the values behind an `Arc` and never changes
-    // them; the array keeps the owner alive.
+    // SAFETY: the owner is a frozen class that never changes the values; the array keeps the owner
+    // alive.
     let array = unsafe { PyArray1::borrow_from_array(&view, owner) };
     array.readwrite().make_nonwriteable();
     array
-}
-
-/// A column of a table, held by Python.
-enum Held<'py> {
-    Numbers(PyReadonlyArray1<'py, f64>),
-    Texts(Vec<String>),
-}
-
-fn held<'py>(columns: &[Bound<'py, PyAny>]) -> PyResult<Vec<Held<'py>>> {
-    let one = |column: &Bound<'py, PyAny>| match column.extract() {
-        Ok(numbers) => Ok(Held::Numbers(numbers)),
-        Err(_) => column.extract().map(Held::Texts),
-    };
-    columns.iter().map(one).collect()
-}
-
-fn table<'a>(held: &'a [Held<'_>]) -> PyResult<Vec<TableColumn<'a>>> {
-    let one = |column: &'a Held<'_>| match column {
-        Held::Numbers(numbers) => Ok(TableColumn::Numbers(numbers.as_slice()?)),
-        Held::Texts(texts) => Ok(TableColumn::Texts(texts)),
-    };
-    held.iter().map(one).collect()
 }
 
 /// The JSON of the program.
@@ -69,127 +38,171 @@ pub fn json(value: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(value).map_err(|e| PyRuntimeError::new_err(e.to_string()))
 }
 
-/// A recording, or what it is made of.
+/// What a recording is made of.
 #[derive(FromPyObject)]
 pub enum Source<'py> {
-    /// In memory.
-    Recording(Bound<'py, Recording>),
-    /// Name, and the content of a file.
-    Bytes(String, Vec<u8>),
-    /// Name, names of columns, and columns: arrays of float64 without gaps, or lists of texts.
-    Table(String, Vec<String>, Vec<Bound<'py, PyAny>>),
-    /// A file under the name of its pose.
-    Named(String, PathBuf),
+    /// One in memory, for another name.
+    Recording(Py<Recording>),
     /// A file.
     Path(PathBuf),
+    /// The content of a file.
+    Bytes(Vec<u8>),
+    /// Names of columns, and columns.
+    Table(Vec<String>, Vec<Column<'py>>),
 }
 
-/// The gyroscope of a recording in a second file.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub struct GyroFile {
-    /// Its path.
-    pub gyro: Option<PathBuf>,
+/// A column of a table, held by Python.
+#[derive(FromPyObject)]
+pub enum Column<'py> {
+    /// Float64 without gaps.
+    Numbers(PyReadonlyArray1<'py, f64>),
+    /// Labels, and what else is no number.
+    Texts(Vec<String>),
 }
 
-impl<'py> Source<'py> {
-    /// The rows: read by the keywords of reading, which a recording in memory does not take.
-    /// `own`: the other options of the call.
-    pub fn open<T>(
-        self,
-        py: Python<'py>,
-        keywords: Keywords,
-        meter: &Meter,
-        own: impl FnOnce(&mut Keywords) -> Result<T>,
-    ) -> PyResult<(Arc<recording::Recording>, T)> {
-        if let Source::Recording(recording) = self {
-            let own = keywords.read(py, own)?;
-            return Ok((recording.get().shared.clone(), own));
+/// Reads a recording; `name` is that of bytes and tables, and replaces that of a file.
+#[pyfunction]
+pub fn read(
+    py: Python<'_>,
+    source: Source<'_>,
+    name: Option<String>,
+    keywords: Keywords,
+) -> PyResult<Recording> {
+    let meter = Meter::default();
+    let (options, gyro) = keywords.read(py, |k| match source {
+        Source::Recording(_) => Ok((ReadOptions::default(), None)),
+        Source::Path(_) => Ok((k.reading(&meter)?, k.path("gyro")?)),
+        Source::Bytes(_) | Source::Table(..) => Ok((k.reading(&meter)?, None)),
+    })?;
+    let given = name.clone().unwrap_or_default();
+    let mut rows = match source {
+        Source::Recording(recording) => (*recording.get().shared).clone(),
+        Source::Path(path) => task::run(py, &meter, move || {
+            read_file(&path, gyro.as_deref(), &options)
+        })?,
+        Source::Bytes(bytes) => task::run(py, &meter, move || {
+            recording::read_bytes(&bytes, &given, &options)
+        })?,
+        Source::Table(names, columns) => {
+            let columns = columns.iter().map(|column| match column {
+                Column::Numbers(numbers) => Ok(TableColumn::Numbers(numbers.as_slice()?)),
+                Column::Texts(texts) => Ok(TableColumn::Texts(texts)),
+            });
+            let columns = columns.collect::<PyResult<Vec<_>>>()?;
+            py.detach(|| recording::Recording::from_table(&given, &names, &columns, &options))
+                .or_raise(py)?
         }
-        let of_file = matches!(self, Source::Path(_) | Source::Named(..));
-        let (read, gyro, own) = keywords.read(py, |k| {
-            let gyro = if of_file {
-                k.take::<GyroFile>()?.gyro
-            } else {
-                None
-            };
-            Ok((k.reading(meter)?, gyro, own(k)?))
-        })?;
-        Ok((self.read(py, read, gyro, meter)?, own))
+    };
+    if let Some(name) = name {
+        for finding in &mut rows.findings {
+            finding.file = Some(name.clone());
+        }
+        rows.name = name;
     }
-
-    /// The rows, read by options that are known.
-    pub fn read(
-        self,
-        py: Python<'py>,
-        read: ReadOptions,
-        gyro: Option<PathBuf>,
-        meter: &Meter,
-    ) -> PyResult<Arc<recording::Recording>> {
-        let rows = match self {
-            Source::Recording(recording) => return Ok(recording.get().shared.clone()),
-            Source::Bytes(name, bytes) => task::run(py, meter, move || {
-                recording::read_bytes(&bytes, &name, &read)
-            })?,
-            Source::Table(name, names, columns) => {
-                let held = held(&columns)?;
-                let columns = table(&held)?;
-                let made =
-                    py.detach(|| recording::Recording::from_table(&name, &names, &columns, &read));
-                made.or_raise(py)?
-            }
-            Source::Named(name, path) => {
-                let rows = task::run(py, meter, move || read_file(&path, gyro.as_deref(), &read))?;
-                renamed(rows, name)
-            }
-            Source::Path(path) => {
-                task::run(py, meter, move || read_file(&path, gyro.as_deref(), &read))?
-            }
-        };
-        Ok(Arc::new(rows))
-    }
-}
-
-fn renamed(mut rows: recording::Recording, name: String) -> recording::Recording {
-    for finding in &mut rows.findings {
-        finding.file = Some(name.clone());
-    }
-    rows.name = name;
-    rows
+    let shared = Arc::new(rows);
+    Ok(Recording { shared })
 }
 
 /// A file, with the gyroscope of a second one.
-pub fn read_file(
+fn read_file(
     path: &Path,
     gyro: Option<&Path>,
-    read: &ReadOptions,
+    options: &ReadOptions,
 ) -> Result<recording::Recording> {
     let Some(gyro) = gyro else {
-        return recording::read(path, read);
+        return recording::read(path, options);
     };
-    let mut recording = recording::read(path, &read.beside_gyroscope_file())?;
-    join_gyroscope(&mut recording, gyro, read)?;
+    let mut recording = recording::read(path, &options.beside_gyroscope_file())?;
+    join_gyroscope(&mut recording, gyro, options)?;
     Ok(recording)
+}
+
+/// The recordings that a verb is given.
+#[derive(FromPyObject)]
+pub enum Inputs {
+    /// Files, or a folder.
+    Paths(Vec<PathBuf>),
+    /// In memory.
+    Recordings(Vec<Py<Recording>>),
+}
+
+/// The recordings of a call, and how files are read.
+pub struct Reading {
+    inputs: Inputs,
+    /// The gyroscope of the one recording, in a second file.
+    pub gyro: Option<PathBuf>,
+    /// How the files are read.
+    pub options: ReadOptions,
+}
+
+impl Reading {
+    /// Takes the keywords of reading where there are files.
+    pub fn new(inputs: Inputs, keywords: &mut Keywords, meter: &Meter) -> Result<Self> {
+        let gyro = keywords.path("gyro")?;
+        let options = match (&inputs, &gyro) {
+            (Inputs::Paths(_), _) => keywords.reading(meter)?,
+            (Inputs::Recordings(_), None) => ReadOptions::default(),
+            (Inputs::Recordings(_), Some(_)) => {
+                return Err(Error::usage("usage", "gyro=: it joins two files")
+                    .with_hint("read both first: gravical.read(path, gyro=path)"));
+            }
+        };
+        Ok(Reading {
+            inputs,
+            gyro,
+            options,
+        })
+    }
+
+    /// The files; none in memory.
+    pub fn paths(&self) -> Option<&[PathBuf]> {
+        match &self.inputs {
+            Inputs::Paths(paths) => Some(paths),
+            Inputs::Recordings(_) => None,
+        }
+    }
+
+    /// The recordings, each by itself.
+    pub fn all(&self) -> Result<Vec<Arc<recording::Recording>>> {
+        let read = |path: &PathBuf| read_file(path, self.gyro.as_deref(), &self.options);
+        match &self.inputs {
+            Inputs::Paths(paths) => paths.iter().map(|path| Ok(Arc::new(read(path)?))).collect(),
+            Inputs::Recordings(all) => Ok(all.iter().map(|r| r.get().shared.clone()).collect()),
+        }
+    }
+
+    /// The one recording.
+    pub fn one(&self) -> Result<Arc<recording::Recording>> {
+        let mut all = self.all()?;
+        match (all.pop(), all.is_empty()) {
+            (Some(one), true) => Ok(one),
+            _ => Err(Error::usage(
+                "usage",
+                "one recording is needed, not several",
+            )),
+        }
+    }
+
+    /// The recordings in memory, for one who keeps them.
+    pub fn owned(&self) -> Result<Vec<recording::Recording>> {
+        Ok(self.all()?.into_iter().map(Arc::unwrap_or_clone).collect())
+    }
 }
 
 #[pymethods]
 impl Recording {
     #[staticmethod]
     fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
-        let made = rmp_serde::from_slice::<recording::Recording>(bytes);
-        made.map(|rows| Self::of(Arc::new(rows)))
-            .map_err(|e| PyRuntimeError::new_err(format!("not a pickled recording: {e}")))
+        let rows = rmp_serde::from_slice::<recording::Recording>(bytes)
+            .map_err(|e| PyRuntimeError::new_err(format!("not a pickled recording: {e}")))?;
+        let shared = Arc::new(rows);
+        Ok(Recording { shared })
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = py.detach(|| rmp_serde::to_vec_named(&*self.shared));
         let bytes = bytes.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
         Ok(PyBytes::new(py, &bytes))
-    }
-
-    /// The same columns under another name.
-    fn named(&self, name: String) -> Self {
-        Self::of(Arc::new(renamed((*self.shared).clone(), name)))
     }
 
     /// What is known of it, as JSON.
@@ -210,35 +223,16 @@ impl Recording {
         }))
     }
 
-    /// Names of the channels that there are.
-    fn channels(&self) -> Vec<&'static str> {
-        let r = &*self.shared;
-        let time = r.time_s.iter().map(|_| "t");
-        let gyro = r.gyro.iter().flat_map(|_| ["gx", "gy", "gz"]);
-        let temperature = r.temperature_c.iter().map(|_| "temperature");
-        let all = time.chain(["ax", "ay", "az"]).chain(gyro);
-        all.chain(temperature).collect()
-    }
-
-    /// A read-only view of a channel.
-    fn channel<'py>(this: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let r = &this.get().shared;
-        let gyro = |i: usize| r.gyro.as_ref().map(|g| &g[i][..]);
-        let values = match name {
-            "t" => r.time_s.as_deref(),
-            "ax" => Some(&r.accel[0][..]),
-            "ay" => Some(&r.accel[1][..]),
-            "az" => Some(&r.accel[2][..]),
-            "gx" => gyro(0),
-            "gy" => gyro(1),
-            "gz" => gyro(2),
-            "temperature" => r.temperature_c.as_deref(),
-            _ => None,
-        };
-        match values {
-            Some(values) => Ok(view(values, this.clone().into_any())),
-            None => Err(PyKeyError::new_err(name.to_owned())),
-        }
+    /// The channels that there are, as read-only views.
+    fn columns<'py>(this: &Bound<'py, Self>) -> Vec<(&'static str, Bound<'py, PyArray1<f64>>)> {
+        let r = &*this.get().shared;
+        let time = r.time_s.iter().map(|t| ("t", t));
+        let accel = ["ax", "ay", "az"].into_iter().zip(&r.accel);
+        let gyro = ["gx", "gy", "gz"].into_iter().zip(r.gyro.iter().flatten());
+        let temperature = r.temperature_c.iter().map(|t| ("temperature", t));
+        let all = time.chain(accel).chain(gyro).chain(temperature);
+        all.map(|(name, values)| (name, view(values, this.clone().into_any())))
+            .collect()
     }
 
     /// Different labels, and for every row the index of its own.
@@ -246,18 +240,4 @@ impl Recording {
         let labels = self.shared.labels.as_ref()?;
         Some((labels.names.clone(), labels.of_row.clone()))
     }
-}
-
-/// Reads a recording.
-#[pyfunction]
-pub fn read(py: Python<'_>, source: Source<'_>, keywords: Keywords) -> PyResult<Recording> {
-    let (shared, ()) = source.open(py, keywords, &Meter::default(), |_| Ok(()))?;
-    Ok(Recording::of(shared))
-}
-
-/// Writes a text, atomically; nothing is overwritten without `force`.
-#[pyfunction]
-pub fn write_text(py: Python<'_>, path: PathBuf, text: &str, force: bool) -> PyResult<()> {
-    py.detach(|| output::write_text(&path, force, text))
-        .or_raise(py)
 }

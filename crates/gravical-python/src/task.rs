@@ -1,11 +1,11 @@
 //! Work beside the interpreter: other Python threads go on, and Ctrl-C ends the work.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use gravical::recording::Meter;
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use crate::error::{OrRaise, panicked};
@@ -25,42 +25,37 @@ pub fn run<T: Send + 'static>(
     meter: &Meter,
     work: impl FnOnce() -> gravical::Result<T> + Send + 'static,
 ) -> PyResult<T> {
-    let (sender, receiver) = channel();
-    let thread = std::thread::Builder::new()
+    let (caller, is_done) = (thread::current(), Arc::new(AtomicBool::new(false)));
+    let done = is_done.clone();
+    let thread = thread::Builder::new()
         .name("gravical".to_owned())
         // That of a main thread.
         .stack_size(8 << 20)
         .spawn(move || {
-            // The receiver is gone after Ctrl-C.
-            let _ = sender.send(catch_unwind(AssertUnwindSafe(work)));
+            let result = work();
+            done.store(true, Ordering::Release);
+            caller.unpark();
+            result
         })?;
-    let receiver = std::sync::Mutex::new(receiver);
-    loop {
-        // A receiver may not be shared between threads, and none is.
-        let wait = |time| receiver.lock().ok().map(|r| r.recv_timeout(time));
-        match py.detach(|| wait(EVERY)) {
-            Some(Ok(done)) => {
-                // The allocator gives the memory of a thread that has ended to the next one.
+    // A panic is no end of the work, but one of the thread.
+    let has_ended = || is_done.load(Ordering::Acquire) || thread.is_finished();
+    while !has_ended() {
+        py.detach(|| thread::park_timeout(EVERY));
+        if let Err(signal) = py.check_signals() {
+            meter.stop();
+            let stopped = Instant::now();
+            while !has_ended() && stopped.elapsed() < PATIENCE {
+                py.detach(|| thread::park_timeout(EVERY));
+            }
+            if has_ended() {
                 let _ = py.detach(|| thread.join());
-                return match done {
-                    Ok(result) => result.or_raise(py),
-                    Err(panic) => Err(panicked(panic.as_ref())),
-                };
             }
-            Some(Err(RecvTimeoutError::Timeout)) => {
-                if let Err(signal) = py.check_signals() {
-                    meter.stop();
-                    py.detach(|| {
-                        if let Some(Ok(_)) = wait(PATIENCE) {
-                            let _ = thread.join();
-                        }
-                    });
-                    return Err(signal);
-                }
-            }
-            Some(Err(RecvTimeoutError::Disconnected)) | None => {
-                return Err(PyRuntimeError::new_err("gravical failed internally"));
-            }
+            return Err(signal);
         }
+    }
+    // The allocator gives the memory of a thread that has ended to the next one.
+    match py.detach(|| thread.join()) {
+        Ok(result) => result.or_raise(py),
+        Err(panic) => Err(panicked(panic.as_ref())),
     }
 }

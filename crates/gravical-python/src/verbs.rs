@@ -1,344 +1,309 @@
-//! The verbs of the program.
+//! The verbs of the program: their options are taken from the keywords first, then they run.
 
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::sync::Arc;
 
-use gravical::apply::ApplyOptions;
+use gravical::apply::{ApplyOptions, apply_recording, apply_with_gyroscope};
 use gravical::calibrate::{CalibrateOptions, RecordOptions};
-use gravical::calibration_file::InputFile;
+use gravical::calibration_file::{CalibrationFile, InputFile, NoiseSection};
 use gravical::check::CheckOptions;
-use gravical::compare::compare as compare_two;
-use gravical::denoise::DenoiseOptions;
-use gravical::gravity::Gravity;
+use gravical::denoise::{DenoiseOptions, denoise_file};
 use gravical::inspect::InspectOptions;
-use gravical::noise::NoiseOptions;
+use gravical::motion::truth::{add_comparison, read_reference};
+use gravical::motion::{Calibrated, MotionOptions};
+use gravical::noise::{NoiseOptions, noise, noise_of};
 use gravical::output::write_atomic;
-use gravical::recording::{Meter, ReadOptions, Recording as Rows, source};
+use gravical::recording::{Meter, ReadOptions, source};
 use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::OrRaise;
 use crate::keywords::Keywords;
-use crate::outcome::{Kind, Noise, Outcome};
-use crate::recording::{GyroFile, Recording, Source, json};
+use crate::outcome::{Kind, Outcome, Table};
+use crate::recording::{Inputs, Reading, json};
 use crate::task;
 
-/// From file to file needs a file.
-fn path_of(py: Python<'_>, source: Source<'_>) -> PyResult<PathBuf> {
-    match source {
-        Source::Path(path) => Ok(path),
-        _ => Err(Error::usage(
-            "usage",
-            "output=: it goes from file to file, and the recording is in memory",
-        )
-        .with_hint("give the path of the recording, or leave out output="))
-        .or_raise(py),
+/// What a verb does once its options are known.
+type Work = Box<dyn FnOnce(Call) -> Result<Outcome> + Send>;
+
+/// What a verb is given beside its own options.
+struct Call {
+    reading: Reading,
+    /// With their names.
+    calibrations: Vec<(Arc<CalibrationFile>, String)>,
+    /// With its file, if it was read.
+    noise: Option<(NoiseSection, Vec<InputFile>)>,
+    output: Option<Output>,
+    meter: Meter,
+}
+
+impl Call {
+    /// The last calibration that is left.
+    fn calibration(&mut self) -> Result<(Arc<CalibrationFile>, String)> {
+        let last = self.calibrations.pop();
+        last.ok_or_else(|| Error::usage("usage", "there is no calibration"))
     }
 }
 
-/// What is in a recording.
+/// A file that is written, and whether it may be there.
+#[derive(FromPyObject)]
+pub struct Output(PathBuf, bool);
+
+impl Output {
+    /// From the one file that is read to this one.
+    fn write<T>(
+        &self,
+        reading: &Reading,
+        write: impl FnOnce(&Path, &mut dyn Write) -> Result<T>,
+    ) -> Result<T> {
+        let Output(path, force) = self;
+        let Some([input]) = reading.paths() else {
+            let what = "output=: it goes from one file to another";
+            return Err(Error::usage("usage", what)
+                .with_hint("give the path of the recording, or leave out output="));
+        };
+        let inputs: Vec<PathBuf> = std::iter::once(input)
+            .chain(&reading.gyro)
+            .cloned()
+            .collect();
+        check_targets(from_ref(path), &inputs, *force)?;
+        write_atomic(path, *force, |out| write(input, out))
+    }
+}
+
+/// Runs a verb.
 #[pyfunction]
-pub fn inspect(py: Python<'_>, source: Source<'_>, keywords: Keywords) -> PyResult<Outcome> {
-    let meter = Meter::default();
-    let (rows, options) = source.open(py, keywords, &meter, Keywords::take::<InspectOptions>)?;
-    task::run(py, &meter, move || {
-        let found = Kind::Inspection(Box::new(gravical::inspect::inspect(&rows, &options.axes)));
-        Ok(Outcome::new(found, InputFile::of(from_ref(&*rows))))
-    })
-}
-
-/// The recordings of a session: the files, or what is in memory.
-enum Inputs {
-    Paths(Vec<PathBuf>),
-    Rows(Vec<Rows>),
-}
-
-/// Files alone are read as a session; with anything else in between, each by itself.
-fn inputs_of(
+pub fn run(
     py: Python<'_>,
-    sources: Vec<Source<'_>>,
-    read: &ReadOptions,
-    meter: &Meter,
-) -> PyResult<Inputs> {
-    let paths = sources.iter().map(|source| match source {
-        Source::Path(path) => Some(path.clone()),
-        _ => None,
-    });
-    if let Some(paths) = paths.collect::<Option<Vec<_>>>() {
-        return Ok(Inputs::Paths(paths));
-    }
-    let rows = sources.into_iter().map(|source| {
-        let rows = source.read(py, read.clone(), None, meter)?;
-        Ok(Arc::unwrap_or_clone(rows))
-    });
-    Ok(Inputs::Rows(rows.collect::<PyResult<_>>()?))
-}
-
-fn is_in_memory(sources: &[Source<'_>]) -> bool {
-    sources.iter().all(|s| matches!(s, Source::Recording(_)))
-}
-
-/// The options of reading, unless all recordings are in memory.
-fn reading(keywords: &mut Keywords, in_memory: bool, meter: &Meter) -> Result<ReadOptions> {
-    if in_memory {
-        Ok(ReadOptions::default())
-    } else {
-        keywords.reading(meter)
-    }
-}
-
-/// Calibrates from files, a folder or recordings.
-#[pyfunction]
-pub fn calibrate(
-    py: Python<'_>,
-    sources: Vec<Source<'_>>,
-    noise: Option<Noise<'_>>,
+    verb: &str,
+    inputs: Inputs,
+    calibrations: Vec<(Py<Outcome>, String)>,
+    noise: Option<Py<Outcome>>,
+    output: Option<Output>,
     keywords: Keywords,
 ) -> PyResult<Outcome> {
+    let plan: fn(&mut Keywords) -> Result<Work> = match verb {
+        "inspect" => inspect,
+        "calibrate" => calibrate,
+        "apply" => apply,
+        "denoise" => denoise,
+        "noise" => estimate_noise,
+        "check" => check,
+        "compare" => compare,
+        "motion" => motion,
+        _ => return Err(PyValueError::new_err(format!("there is no verb {verb:?}"))),
+    };
+    let named = |(outcome, name): (Py<Outcome>, String)| {
+        let file = outcome.get().file()?;
+        Ok((file, name))
+    };
+    let calibrations: Result<_> = calibrations.into_iter().map(named).collect();
+    let noise = noise.map(|outcome| outcome.get().noise()).transpose();
     let meter = Meter::default();
-    let in_memory = is_in_memory(&sources);
-    let (mut options, files, read, gravity) = keywords.read(py, |k| {
-        let gravity: Option<Gravity> = k.gravity()?;
-        let record: RecordOptions = k.take()?;
-        let options = CalibrateOptions {
-            segment: k.take()?,
-            gravity: gravity.unwrap_or_default(),
-            estimate: k.take()?,
-            sensor: record.sensor(),
-            recorded: record.recorded,
-            ..CalibrateOptions::default()
-        };
-        options.validate()?;
-        let files: SessionFiles = k.take()?;
-        Ok((options, files, reading(k, in_memory, &meter)?, gravity))
+    let (work, reading) = keywords.read(py, |k| {
+        let reading = Reading::new(inputs, k, &meter)?;
+        Ok((plan(k)?, reading))
     })?;
-    let noise = noise.map(|noise| noise.read(py)).transpose()?;
-    let inputs = inputs_of(py, sources, &read, &meter)?;
-    let mut done = task::run(py, &meter, move || {
-        files.read_into(&mut options, &read)?;
-        match inputs {
-            Inputs::Rows(rows) => {
-                refuse_gyro(files.gyro.as_ref())?;
-                calibrate_recordings(rows, &options)
-            }
-            Inputs::Paths(paths) => Session {
-                inputs: &paths,
-                gyro: files.gyro.as_deref(),
-                read: &read,
+    let call = Call {
+        reading,
+        calibrations: calibrations.or_raise(py)?,
+        noise: noise.or_raise(py)?,
+        output,
+        meter: meter.clone(),
+    };
+    task::run(py, &meter, move || work(call))
+}
+
+fn inspect(k: &mut Keywords) -> Result<Work> {
+    let options: InspectOptions = k.take()?;
+    Ok(Box::new(move |call: Call| {
+        let rows = call.reading.one()?;
+        let found = gravical::inspect::inspect(&rows, &options.axes);
+        let inputs = InputFile::of(from_ref(&*rows));
+        Ok(Outcome::new(Kind::Inspection(Box::new(found)), inputs))
+    }))
+}
+
+fn calibrate(k: &mut Keywords) -> Result<Work> {
+    let gravity = k.gravity()?;
+    let record: RecordOptions = k.take()?;
+    let mut options = CalibrateOptions {
+        segment: k.take()?,
+        gravity: gravity.unwrap_or_default(),
+        estimate: k.take()?,
+        sensor: record.sensor(),
+        recorded: record.recorded,
+        ..CalibrateOptions::default()
+    };
+    options.validate()?;
+    let files: SessionFiles = k.take()?;
+    Ok(Box::new(move |call: Call| {
+        let reading = call.reading;
+        files.read_into(&mut options, &reading.options)?;
+        let mut done = match reading.paths() {
+            Some(paths) => Session {
+                inputs: paths,
+                gyro: reading.gyro.as_deref(),
+                read: &reading.options,
                 options: &options,
                 gravity,
             }
-            .calibrate(),
+            .calibrate()?,
+            None => calibrate_recordings(reading.owned()?, &options)?,
+        };
+        if let Some((noise, inputs)) = call.noise {
+            done.file.noise = Some(noise);
+            done.file.inputs.extend(inputs);
         }
-    })?;
-    if let Some((noise, input)) = noise {
-        done.file.noise = Some(noise.section());
-        done.file.inputs.extend(input);
-    }
-    Ok(Outcome::calibration(
-        done.file.clone(),
-        Some(Box::new(done)),
-    ))
+        let file = done.file.clone();
+        Ok(Outcome::calibration(file, Some(Box::new(done))))
+    }))
 }
 
-fn refuse_gyro(gyro: Option<&PathBuf>) -> Result<()> {
-    match gyro {
-        None => Ok(()),
-        Some(_) => Err(Error::usage("usage", "gyro=: it joins two files")
-            .with_hint("read both first: gravical.read(path, gyro=path)")),
-    }
-}
-
-/// Calibrated channels of a recording; from file to file with `output`.
-#[pyfunction]
-pub fn apply(
-    py: Python<'_>,
-    calibration: &Bound<'_, Outcome>,
-    source: Source<'_>,
-    output: Option<PathBuf>,
-    force: bool,
-    keywords: Keywords,
-) -> PyResult<Outcome> {
-    let meter = Meter::default();
-    let file = calibration.get().file()?;
-    let Some(output) = output else {
-        let (rows, options) = source.open(py, keywords, &meter, |k| {
-            let options: ApplyOptions = k.take()?;
+fn apply(k: &mut Keywords) -> Result<Work> {
+    let mut options: ApplyOptions = k.take()?;
+    Ok(Box::new(move |mut call: Call| {
+        let (file, _) = call.calibration()?;
+        let reading = call.reading;
+        let Some(output) = call.output else {
             if options.keep_raw {
                 let what = "keep_raw=: columns in memory stay as they are";
                 return Err(Error::usage("usage", what).with_hint("it needs output="));
             }
-            Ok(options)
+            let rows = reading.one()?;
+            let done = apply_recording(&file, &rows, &options)?;
+            let table = Table::of_applied(&done, rows.time_s.as_deref());
+            let kind = Kind::Apply(Box::new(done.summary), Some(table));
+            return Ok(Outcome::new(kind, Vec::new()));
+        };
+        options.read = ReadOptions {
+            hash: false,
+            ..reading.options.clone()
+        };
+        let summary = output.write(&reading, |path, out| {
+            let input = source::open(path, &options.read)?;
+            let name = path.display().to_string();
+            match &reading.gyro {
+                Some(gyro) => apply_with_gyroscope(&file, input, &name, out, &options, gyro),
+                None => gravical::apply::apply(&file, input, &name, out, &options),
+            }
         })?;
-        let shared = rows.clone();
-        let done = task::run(py, &meter, move || {
-            gravical::apply::apply_recording(&file, &rows, &options)
-        })?;
-        let channels = done
-            .accel
-            .into_iter()
-            .chain(done.gyro.into_iter().flatten());
-        let kept = Some((shared, channels.collect()));
-        return Ok(Outcome::new(
-            Kind::Apply(Box::new(done.summary), kept),
-            Vec::new(),
-        ));
-    };
-    let path = path_of(py, source)?;
-    let (mut options, files) = keywords.read(py, |k| {
-        let files: GyroFile = k.take()?;
-        let read = k.reading(&meter)?;
-        Ok((ApplyOptions { read, ..k.take()? }, files))
-    })?;
-    let summary = task::run(py, &meter, move || {
-        let inputs: Vec<PathBuf> = std::iter::once(&path).chain(&files.gyro).cloned().collect();
-        check_targets(from_ref(&output), &inputs, force)?;
-        options.read.hash = false;
-        let name = path.display().to_string();
-        let mut summary = None;
-        write_atomic(&output, force, |out| {
-            let input = source::open(&path, &options.read)?;
-            summary = Some(match &files.gyro {
-                Some(gyro) => {
-                    gravical::apply::apply_with_gyroscope(&file, input, &name, out, &options, gyro)?
-                }
-                None => gravical::apply::apply(&file, input, &name, out, &options)?,
-            });
-            Ok(())
-        })?;
-        Ok(summary)
-    })?;
-    let summary = summary.ok_or_else(|| PyRuntimeError::new_err("nothing was written"))?;
-    Ok(Outcome::new(
-        Kind::Apply(Box::new(summary), None),
-        Vec::new(),
-    ))
+        let kind = Kind::Apply(Box::new(summary), None);
+        Ok(Outcome::new(kind, Vec::new()))
+    }))
 }
 
-/// A filtered recording; from file to file with `output`.
-#[pyfunction]
-pub fn denoise(
-    py: Python<'_>,
-    source: Source<'_>,
-    output: Option<PathBuf>,
-    force: bool,
-    keywords: Keywords,
-) -> PyResult<(Option<Recording>, Outcome)> {
-    let meter = Meter::default();
-    let own = |k: &mut Keywords| {
-        let options: DenoiseOptions = k.take()?;
-        options.validate()?;
-        Ok(options)
-    };
-    let Some(output) = output else {
-        let (rows, options) = source.open(py, keywords, &meter, own)?;
-        return task::run(py, &meter, move || {
+fn denoise(k: &mut Keywords) -> Result<Work> {
+    let options: DenoiseOptions = k.take()?;
+    options.validate()?;
+    Ok(Box::new(move |call: Call| {
+        let reading = call.reading;
+        let Some(output) = call.output else {
+            let rows = reading.one()?;
             let inputs = InputFile::of(from_ref(&*rows));
             let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
-            let outcome = Outcome::new(Kind::Denoise(Box::new(done.summary)), inputs);
-            Ok((Some(Recording::of(Arc::new(done.recording))), outcome))
-        });
-    };
-    let path = path_of(py, source)?;
-    let (read, options) = keywords.read(py, |k| Ok((k.reading(&meter)?, own(k)?)))?;
-    let done = task::run(py, &meter, move || {
-        check_targets(from_ref(&output), from_ref(&path), force)?;
-        let mut done = None;
-        write_atomic(&output, force, |out| {
-            done = Some(gravical::denoise::denoise_file(
-                &path, &read, &options, out,
-            )?);
-            Ok(())
-        })?;
-        Ok(done)
-    })?;
-    let done = done.ok_or_else(|| PyRuntimeError::new_err("nothing was written"))?;
-    Ok((
-        None,
-        Outcome::new(Kind::Denoise(Box::new(done.summary)), done.inputs),
-    ))
-}
-
-/// The noise of a recording.
-#[pyfunction]
-pub fn noise(py: Python<'_>, source: Source<'_>, keywords: Keywords) -> PyResult<Outcome> {
-    let meter = Meter::default();
-    let result = match source {
-        Source::Path(path) => {
-            let (read, options) =
-                keywords.read(py, |k| Ok((k.reading(&meter)?, k.take::<NoiseOptions>()?)))?;
-            task::run(py, &meter, move || {
-                gravical::noise::noise(&path, &read, &options)
-            })?
-        }
-        source => {
-            let (rows, options) =
-                source.open(py, keywords, &meter, Keywords::take::<NoiseOptions>)?;
-            task::run(py, &meter, move || {
-                gravical::noise::noise_of(&rows, &options)
-            })?
-        }
-    };
-    let inputs = result.inputs.clone();
-    Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))
-}
-
-/// Whether a calibration fits recordings.
-#[pyfunction]
-pub fn check(
-    py: Python<'_>,
-    calibration: &Bound<'_, Outcome>,
-    name: String,
-    sources: Vec<Source<'_>>,
-    keywords: Keywords,
-) -> PyResult<Outcome> {
-    let meter = Meter::default();
-    let in_memory = is_in_memory(&sources);
-    let file = calibration.get().file()?;
-    let (options, files, read) = keywords.read(py, |k| {
-        let gravity = k.gravity()?;
-        let options = CheckOptions {
-            gravity,
-            ..k.take()?
+            let filtered = Some(Arc::new(done.recording));
+            let kind = Kind::Denoise(Box::new(done.summary), filtered);
+            return Ok(Outcome::new(kind, inputs));
         };
-        let files: GyroFile = k.take()?;
-        Ok((options, files, reading(k, in_memory, &meter)?))
-    })?;
-    let inputs = inputs_of(py, sources, &read, &meter)?;
-    task::run(py, &meter, move || {
-        let (rows, left_out) = match inputs {
-            Inputs::Paths(paths) => read_session(&paths, files.gyro.as_deref(), &read)?,
-            Inputs::Rows(rows) => {
-                refuse_gyro(files.gyro.as_ref())?;
-                (rows, Vec::new())
+        if reading.gyro.is_some() {
+            let what = "gyro=: one file is filtered at a time";
+            return Err(Error::usage("usage", what).with_hint("leave out output= or gyro="));
+        }
+        let done = output.write(&reading, |path, out| {
+            denoise_file(path, &reading.options, &options, out)
+        })?;
+        let kind = Kind::Denoise(Box::new(done.summary), None);
+        Ok(Outcome::new(kind, done.inputs))
+    }))
+}
+
+fn estimate_noise(k: &mut Keywords) -> Result<Work> {
+    let options: NoiseOptions = k.take()?;
+    Ok(Box::new(move |call: Call| {
+        let reading = call.reading;
+        let result = match (reading.paths(), &reading.gyro) {
+            (Some([path]), None) => noise(path, &reading.options, &options)?,
+            _ => {
+                let rows = reading.one()?;
+                noise_of(&rows, &options)?
             }
+        };
+        let inputs = result.inputs.clone();
+        Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))
+    }))
+}
+
+fn check(k: &mut Keywords) -> Result<Work> {
+    let gravity = k.gravity()?;
+    let options = CheckOptions {
+        gravity,
+        ..k.take()?
+    };
+    Ok(Box::new(move |mut call: Call| {
+        let (file, name) = call.calibration()?;
+        let reading = call.reading;
+        let (rows, left_out) = match reading.paths() {
+            Some(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
+            None => (reading.owned()?, Vec::new()),
         };
         let mut result = gravical::check::check(&file, &name, &rows, &options)?;
         result.findings.extend(left_out);
-        Ok(Outcome::new(
-            Kind::Check(Box::new(result)),
-            InputFile::of(&rows),
-        ))
-    })
+        let inputs = InputFile::of(&rows);
+        Ok(Outcome::new(Kind::Check(Box::new(result)), inputs))
+    }))
 }
 
-/// Whether two calibrations differ.
-#[pyfunction]
-pub fn compare(
-    py: Python<'_>,
-    first: &Bound<'_, Outcome>,
-    second: &Bound<'_, Outcome>,
-    names: [String; 2],
-) -> PyResult<Outcome> {
-    let (a, b) = (first.get().file()?, second.get().file()?);
-    let result = py.detach(|| compare_two(&a, &b, [&names[0], &names[1]]));
-    let result = result.or_raise(py)?;
-    Ok(Outcome::new(Kind::Comparison(Box::new(result)), Vec::new()))
+fn compare(_: &mut Keywords) -> Result<Work> {
+    Ok(Box::new(|mut call: Call| {
+        let (second, second_name) = call.calibration()?;
+        let (first, first_name) = call.calibration()?;
+        let names = [first_name.as_str(), second_name.as_str()];
+        let result = gravical::compare::compare(&first, &second, names)?;
+        Ok(Outcome::new(Kind::Comparison(Box::new(result)), Vec::new()))
+    }))
+}
+
+/// The options of a motion that are keywords.
+pub fn motion_options(k: &mut Keywords) -> Result<MotionOptions> {
+    let gravity = k.gravity()?;
+    let options = MotionOptions {
+        gravity,
+        ..k.take()?
+    };
+    options.validate()?;
+    Ok(options)
+}
+
+fn motion(k: &mut Keywords) -> Result<Work> {
+    let mut options = motion_options(k)?;
+    let truth = k.path("truth")?;
+    Ok(Box::new(move |call: Call| {
+        let (noise, noise_files) = call.noise.unzip();
+        options.noise = noise;
+        options.meter = Some(call.meter);
+        let rows = call.reading.one()?;
+        let calibration = call.calibrations.first();
+        let calibrated = calibration.map(|(file, name)| Calibrated { file, name });
+        let mut motion = gravical::motion::motion(&rows, calibrated, &options)?;
+        let mut inputs = InputFile::of(from_ref(&*rows));
+        inputs.extend(noise_files.unwrap_or_default());
+        if let Some(path) = truth {
+            let here = PathBuf::from(&rows.name);
+            let reference = read_reference(&path, &rows, &here)?;
+            add_comparison(&mut motion, &reference)?;
+            inputs.push(reference.input());
+        }
+        let table = Table::of_motion(&motion);
+        let kind = Kind::Motion(Box::new(motion), rows, table);
+        Ok(Outcome::new(kind, inputs))
+    }))
 }
 
 /// Writes simulated recordings; the truth as JSON, and the paths, that of the truth last.

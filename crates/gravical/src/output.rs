@@ -94,8 +94,8 @@ pub fn make_folder(path: &Path) -> Result<()> {
     })
 }
 
-/// Writes `path` atomically, so that a reader sees the old file or the complete new one. A device
-/// or a pipe is written to directly.
+/// Writes `path` atomically, so that a reader sees the old file or the complete new one, and returns
+/// what `fill` returns. A device or a pipe is written to directly.
 ///
 /// What a name ends in `.gz` for is packed.
 ///
@@ -107,11 +107,11 @@ pub fn make_folder(path: &Path) -> Result<()> {
 ///
 /// `exists` and `is-folder` as [`check_target`], also if another program created the file
 /// meanwhile; otherwise errors of the file system, with the path.
-pub fn write_atomic(
+pub fn write_atomic<T>(
     path: &Path,
     force: bool,
-    fill: impl FnOnce(&mut dyn Write) -> Result<()>,
-) -> Result<()> {
+    fill: impl FnOnce(&mut dyn Write) -> Result<T>,
+) -> Result<T> {
     check_target(path, force)?;
     let folder = folder_of(path);
     let io = |e| Error::io(path, e);
@@ -123,20 +123,22 @@ pub fn write_atomic(
             return fill(out);
         }
         let mut packer = GzEncoder::new(out, Compression::fast());
-        fill(&mut packer)?;
-        packer.finish().map(|_| ()).map_err(io)
+        let filled = fill(&mut packer)?;
+        packer.finish().map_err(io)?;
+        Ok(filled)
     };
     if is_special(path) {
         let mut writer = BufWriter::with_capacity(1 << 18, open_special(path).map_err(io)?);
-        fill(&mut writer)?;
-        return writer.flush().map_err(io);
+        let filled = fill(&mut writer)?;
+        writer.flush().map_err(io)?;
+        return Ok(filled);
     }
     if !folder.is_dir() {
         return Err(no_folder(folder, path));
     }
     let new = NewFile::in_folder(folder).map_err(io)?;
     let mut writer = BufWriter::with_capacity(1 << 18, new.file());
-    fill(&mut writer)?;
+    let filled = fill(&mut writer)?;
     writer.flush().map_err(io)?;
     drop(writer);
     new.put(path, force).map_err(|e| match e.kind() {
@@ -144,7 +146,8 @@ pub fn write_atomic(
         io::ErrorKind::AlreadyExists if !force => exists(path),
         _ if path.is_dir() => is_folder(path),
         _ => io(e),
-    })
+    })?;
+    Ok(filled)
 }
 
 /// [`write_atomic`] of a text.
@@ -332,7 +335,7 @@ mod tests {
         let path = folder.path().join("a.txt");
         let failed = write_atomic(&path, false, |w| {
             w.write_all(b"half").unwrap();
-            Err(Error::input("test", "stop"))
+            Err::<(), _>(Error::input("test", "stop"))
         });
         assert!(failed.is_err());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

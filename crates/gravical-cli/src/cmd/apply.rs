@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
 use gravical::escape::one_line;
+use gravical::output::write_atomic;
 use gravical::recording::{Origin, ReadOptions, source};
 use gravical::{Error, numfmt};
 use gravical_report::document::Document;
@@ -15,7 +16,7 @@ use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::options::{SWAPPED, reading};
 use crate::report::ReportArgs;
-use crate::table::{TableArgs, how_it_was_read, write_file};
+use crate::table::{TableArgs, how_it_was_read};
 
 /// Apply a calibration to a recording
 ///
@@ -149,7 +150,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
         let result = result.context("no result is wanted")?;
         let name = recording.display().to_string();
         let input = source::open(recording, &options.read)?;
-        let summary = write_file(result, true, |out| {
+        let summary = write_atomic(result, true, |out| {
             apply(&calibration, input, &name, out, &options)
         })?;
         Ok(Outcome {

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from ._errors import Error, ExistsError, InputError, MachineError, NotFoundError, UsageError
 from ._gravical import __version__
-from ._motion import Motion, States, motion
+from ._motion import Motion, States
 from ._recording import Recording, read
 from ._result import Calibration, ExportWarning, Figure, Record, Result
 from ._verbs import (
@@ -28,6 +28,7 @@ from ._verbs import (
     denoise,
     export_targets,
     inspect,
+    motion,
     noise,
     simulate,
 )

@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 
 class Error(Exception):
     """Base class of all errors of this package.
 
-    Attributes
-    ----------
-    code : str
-        Stable name for programs: ``missing-face``, ``unit-unknown`` …; all of them are in
-        ``docs/recording.md``.
-    message : str
-        What happened and where, with the numbers.
-    hint : str or None
-        What to do next. Options have the names of the program: ``--pose-tilt`` is ``pose_tilt=``.
-    file : str or None
-        The file or the name of the recording.
-    line, column : int or None
-        The place in it, from 1.
+    ``message`` says what happened, with the numbers, and ``hint`` what to do next, or is None.
+    ``code`` stays the same for programs: ``missing-face``, ``unit-unknown`` …; all are in
+    ``docs/recording.md``. ``file``, ``line`` and ``column``, from 1, are the place, if it is known.
     """
 
     def __init__(
@@ -33,12 +21,8 @@ class Error(Exception):
         column: int | None = None,
     ) -> None:
         super().__init__(message, code, hint, file, line, column)
-        self.message = message
-        self.code = code
-        self.hint = hint
-        self.file = file
-        self.line = line
-        self.column = column
+        self.message, self.code, self.hint = message, code, hint
+        self.file, self.line, self.column = file, line, column
 
     def __str__(self) -> str:
         hint = f"\n  try: {self.hint}" if self.hint else ""
@@ -63,18 +47,3 @@ class ExistsError(UsageError, FileExistsError):
 
 class MachineError(Error, OSError):
     """The machine: disk, permissions, memory."""
-
-
-_CLASSES: dict[str, type[Error]] = {
-    "not-found": NotFoundError,
-    "exists": ExistsError,
-    "usage": UsageError,
-    "input": InputError,
-    "system": MachineError,
-}
-
-
-def raised(category: str, message: str, code: str, *rest: Any) -> Error:
-    """The exception for an error of the native part."""
-    kind = _CLASSES.get(code) or _CLASSES.get(category, Error)
-    return kind(message, code, *rest)

@@ -7,14 +7,15 @@ import os
 import warnings
 from base64 import b64encode
 from collections.abc import Mapping
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from . import _gravical, _tables
+from . import _gravical
 from ._errors import UsageError
-from ._keywords import Floats, Path, is_path, keywords
+from ._given import Floats, Path, is_path, keywords, vectors
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -86,23 +87,21 @@ class Result(Record):
     """
 
     def __init__(
-        self, document: Mapping[str, Any], native: Any = None, summary: str = "", **others: Any
+        self, document: Mapping[str, Any], native: Any = None, table: Any = None, **others: Any
     ) -> None:
         super().__init__(document)
-        groups: list[Any] = [] if native is None else native.arrays()
-        others.update({name: _array(values, len(names)) for name, names, values in groups})
-        vars(self).update(
-            others,
-            _native=native,
-            _summary=summary,
-            _names={name: names for name, names, _ in groups},
-        )
+        arrays = {} if table is None else split(table[1], table[2])
+        own = {"_native": native, "_table": table, "_others": others}
+        vars(self).update({"_summary": "", **others, **arrays, **own})
 
     @classmethod
-    def _of(cls, native: _gravical.Outcome, **others: Any) -> Self:
-        # What the program shows with an option is shown by a method here.
-        summary = native.document("summary").rstrip().replace("(--verbose)", "(report())")
-        return cls(parsed(native.json()), native, summary, **others)
+    def _of(cls, native: Any, groups: Groups = (), **others: Any) -> Self:
+        table = native.table()
+        if table is not None:
+            names, values = table
+            groups = groups if names[0] == "t_s" else groups[1:]
+            table = (names, values.reshape(-1, len(names)), groups)
+        return cls(parsed(native.json()), native, table, **others)
 
     def _computed(self) -> Any:
         native = vars(self)["_native"]
@@ -134,28 +133,18 @@ class Result(Record):
     def save(self, path: Path, *, force: bool = False) -> None:
         """Write what the program writes with ``-o``: the calibration, the table of a motion (CSV),
         else the document (JSON). Nothing is overwritten without ``force``."""
-        self._computed().write(path, force)
+        text = json.dumps(self, indent=2, ensure_ascii=False) + "\n"
+        self._computed().write(path, force, text)
 
     def export(
         self, to: str, output: Path | None = None, *, force: bool = False, **options: Any
     ) -> str:
-        """A calibration (or noise, for ``"kalibr"``) in the format of another program.
+        """A calibration (or noise, for ``"kalibr"``) as text in the format of another program, written
+        to ``output``, too. It states what the target cannot hold, as warnings do
+        (:class:`gravical.ExportWarning`); :func:`gravical.export_targets` says what each holds.
 
-        Parameters
-        ----------
-        to : str
-            Target; :func:`gravical.export_targets` says what each holds.
-        output : path, optional
-            File to write, too.
-        **options
-            ``name``, ``device_id``, ``rotation`` (``"y,-x,z"``), ``counts_per_g``,
-            ``counts_per_deg_s``, ``upper_limit``: of some targets, as of the program.
-
-        Returns
-        -------
-        str
-            The text of the file. It states what the target cannot hold, as warnings do
-            (:class:`gravical.ExportWarning`).
+        Some targets have options, as of the program: ``name``, ``device_id``, ``rotation``
+        (``"y,-x,z"``), ``counts_per_g``, ``counts_per_deg_s``, ``upper_limit``.
         """
         text, notes = self._computed().export(to, keywords(options))
         for note in notes:
@@ -168,36 +157,34 @@ class Result(Record):
         """The columns as a data frame of pandas, with the names of the program's table."""
         import pandas
 
-        names: dict[str, list[str]] = vars(self)["_names"]
-        columns: dict[str, Any] = {}
-        for group, of_group in names.items():
-            values = vars(self)[group].reshape(-1, len(of_group))
-            columns.update({name: values[:, i] for i, name in enumerate(of_group)})
-        if not columns:
+        if vars(self)["_table"] is None:
             raise UsageError("this result has no rows", hint="its lists are in the document")
-        return pandas.DataFrame(columns)
+        names, values, _ = vars(self)["_table"]
+        frame = pandas.DataFrame(values, columns=names, copy=True)
+        return frame.astype({"still": bool}) if "still" in names else frame
 
     def __str__(self) -> str:
-        return str(vars(self)["_summary"]) or repr(self)
+        native = vars(self)["_native"]
+        text = str(native.document("summary").rstrip() if native else vars(self)["_summary"])
+        # What the program shows with an option is shown by a method here.
+        return text.replace("(--verbose)", "(report())") or repr(self)
+
+    def _verdict(self) -> str:
+        verdict = self.get("verdict") or {}
+        return str(verdict.get("grade") or verdict.get("judgement") or "")
 
     def __repr__(self) -> str:
-        verdict = self.get("verdict") or {}
-        word = verdict.get("grade") or verdict.get("judgement") or ", ".join(list(self)[:4]) + " …"
-        return f"<{type(self).__name__}: {word}>"
+        return f"<{type(self).__name__}: {self._verdict() or ', '.join(list(self)[:4]) + ' …'}>"
 
     def _repr_html_(self) -> str:
-        verdict = self.get("verdict") or {}
-        word = verdict.get("grade") or verdict.get("judgement")
-        reasons = "; ".join(map(str, verdict.get("reasons", ())))
-        shown = {"verdict": f"{word}: {reasons}"} if word else {}
-        shown.update(
-            (name, f"{value:.6g}" if isinstance(value, float) else str(value))
-            for name, value in self.items()
-            if isinstance(value, (str, int, float))
-        )
+        plain = {k: v for k, v in self.items() if isinstance(v, (str, int, float))}
+        if self._verdict():
+            reasons = "; ".join(map(str, self["verdict"].get("reasons", ())))
+            plain = {"verdict": f"{self._verdict()}: {reasons}", **plain}
         rows = "".join(
             f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>"
-            for name, text in list(shown.items())[:12]
+            for name, value in list(plain.items())[:12]
+            for text in [f"{value:.6g}" if isinstance(value, float) else str(value)]
         )
         # An image cannot disturb the page around it.
         image = "".join(
@@ -208,19 +195,24 @@ class Result(Record):
         return f"<div><table>{rows}</table>{image}</div>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickled, (type(self), dict(self), {**vars(self), "_native": None})
+        others = {**vars(self)["_others"], "_summary": str(self)}
+        return partial(type(self), table=vars(self)["_table"], **others), (dict(self),)
 
 
-def _unpickled(cls: type[Result], document: dict[str, Any], others: dict[str, Any]) -> Any:
-    result = cls(document)
-    vars(result).update(others)
-    return result
+#: Arrays of a table, each with the number of its columns, in their order.
+Groups = tuple[tuple[str, int], ...]
 
 
-def _array(values: list[Any], width: int) -> Any:
-    if len(values) > 1:
-        return np.stack(values, axis=1)
-    return values[0].reshape(-1, width) if width > 1 else values[0]
+def split(values: Floats, groups: Groups) -> dict[str, Any]:
+    """Its columns as arrays by name, of shape (n,) or (n, width); what is 0 or 1 is true or false."""
+    arrays: dict[str, Any] = {}
+    start = 0
+    for name, width in groups:
+        if start < values.shape[1]:
+            part = values[:, start : start + width]
+            arrays[name] = part[:, 0] if width == 1 else part
+        start += width
+    return {k: v == 1 if k in ("still", "taken") else v for k, v in arrays.items()}
 
 
 class Calibration(Result):
@@ -233,15 +225,8 @@ class Calibration(Result):
 
     @classmethod
     def load(cls, path: Path) -> Calibration:
-        """Read a calibration file, of gravical or of imucal.
-
-        Raises
-        ------
-        NotFoundError
-            There is no such file.
-        InputError
-            ``calibration-syntax`` and others: it holds no calibration.
-        """
+        """Read a calibration file, of gravical or of imucal; ``calibration-syntax`` and others
+        (:class:`gravical.InputError`) where it holds none."""
         return cls._of(_gravical.read_calibration(path, None))
 
     @classmethod
@@ -260,24 +245,24 @@ class Calibration(Result):
         >>> calibration.apply([[0.1, 0.2, 9.7]]).shape
         (1, 3)
         """
-        raw = _tables.vectors(np.atleast_2d(accel), "accel")
-        calibrated: Floats = self._computed().apply_accel(raw)
+        raw = vectors(np.atleast_2d(accel), "accel")
+        calibrated = _product(self.accelerometer.matrix, raw - self.accelerometer.bias)
         return calibrated[0] if np.ndim(accel) == 1 else calibrated
 
     def apply_gyro(self, gyro: Any, accel: Any = None) -> Floats:
         """Calibrated angular rate, rad/s, of raw readings; ``accel``, of the same shape, is the
-        *calibrated* specific force, m/s², for the g-sensitivity.
-
-        Raises
-        ------
-        UsageError
-            ``gyro-not-calibrated``.
-        """
-        raw = _tables.vectors(np.atleast_2d(gyro), "gyro")
-        force = None
+        *calibrated* specific force, m/s², for the g-sensitivity. Without a gyroscope in the
+        calibration :class:`gravical.UsageError`, ``gyro-not-calibrated``."""
+        sensor = self.get("gyroscope")
+        if sensor is None:
+            hint = "calibrate with recordings that hold its columns"
+            raise UsageError("the calibration has no gyroscope", "gyro-not-calibrated", hint)
+        raw = vectors(np.atleast_2d(gyro), "gyro")
+        rate = raw - sensor.bias
         if accel is not None:
-            force = _tables.vectors(np.atleast_2d(accel), "accel", len(raw))
-        calibrated: Floats = self._computed().apply_gyro(raw, force)
+            force = vectors(np.atleast_2d(accel), "accel", len(raw))
+            rate = rate - _product(sensor.g_sensitivity, force)
+        calibrated = _product(sensor.matrix, rate)
         return calibrated[0] if np.ndim(gyro) == 1 else calibrated
 
     def to_json(self) -> str:
@@ -291,11 +276,18 @@ class Calibration(Result):
         return Calibration.from_json, (self.to_json(),)
 
 
+def _product(matrix: Any, rows: Floats) -> Floats:
+    """The matrix times each row, in the order of the program: the same to the last bit."""
+    x, y, z = rows.T
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.stack([a * x + b * y + c * z for a, b, c in matrix], axis=1)
+
+
 class ExportWarning(UserWarning):
     """What a target of an export cannot hold."""
 
 
-def calibration_of(given: Any) -> tuple[_gravical.Outcome, str]:
+def calibration_of(given: Any) -> tuple[Any, str]:
     """The calibration and its name: a path is read."""
     if isinstance(given, Calibration):
         return given._computed(), "calibration"
@@ -303,17 +295,17 @@ def calibration_of(given: Any) -> tuple[_gravical.Outcome, str]:
         return _gravical.read_calibration(given, None), os.fspath(given)
     if hasattr(given, "to_json") and type(given).__module__.startswith("imucal"):
         return _gravical.read_calibration(None, given.to_json()), "imucal"
-    raise UsageError(
-        f"a {type(given).__name__} is no calibration",
-        hint="give a Calibration, the path of its file, or an object of imucal",
-    )
+    hint = "give a Calibration, the path of its file, or an object of imucal"
+    raise UsageError(f"a {type(given).__name__} is no calibration", hint=hint)
 
 
 def noise_of(noise: Any) -> Any:
     """The noise of a sensor for the native part."""
+    if noise is None:
+        return None
+    if is_path(noise):
+        return _gravical.read_noise(noise)
     if isinstance(noise, Result) and "channels" in noise:
         return noise._computed()
-    if noise is None or is_path(noise):
-        return noise
     hint = "give the result of gravical.noise, or the path of its file"
     raise UsageError(f"noise=: a {type(noise).__name__} is no noise", hint=hint)

@@ -7,35 +7,33 @@ import tempfile
 from typing import Any
 
 from . import _gravical
-from ._keywords import Path, keywords
-from ._recording import Recording, native_source, read, session_of
+from ._given import Path, keywords
+from ._motion import MOTION
+from ._recording import Recording, read, session_of
 from ._result import Calibration, Result, calibration_of, noise_of, parsed
 
 
-def _with_source(source: Any, options: dict[str, Any]) -> tuple[Any, str]:
-    native, extra = native_source(source)
-    return native, keywords({**extra, **options})
+def _run(
+    verb: str,
+    session: Any,
+    options: dict[str, Any],
+    *calibrations: Any,
+    noise: Any = None,
+    output: Path | None = None,
+    force: bool = False,
+) -> Any:
+    sources, options = session_of(session, options)
+    target = None if output is None else (output, force)
+    named = [calibration_of(calibration) for calibration in calibrations]
+    return _gravical.run(verb, sources, named, noise_of(noise), target, keywords(options))
 
 
 def inspect(recording: Any, **options: Any) -> Result:
-    """Show what is in a recording: columns, units, rate, defects, static intervals.
+    """Show what is in a recording, as of :func:`gravical.read`: columns, units, rate, defects, rests.
 
-    Parameters
-    ----------
-    recording : path, recording or table
-        As of :func:`gravical.read`.
-    axes : str or sequence
-        Sensor axes that point along x, y and z of the case: ``"y,-x,z"``.
-    **options
-        How it is read: those of :func:`gravical.read`.
-
-    Examples
-    --------
-    >>> line = gravical.simulate("line", seed=3).recordings["line.csv"]
-    >>> len(gravical.inspect(line).static_intervals)
-    2
+    Its keywords are ``axes``, as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
     """
-    return Result._of(_gravical.inspect(*_with_source(recording, options)))
+    return Result._of(_run("inspect", recording, options))
 
 
 def calibrate(session: Any, *, noise: Result | Path | None = None, **options: Any) -> Calibration:
@@ -49,49 +47,28 @@ def calibrate(session: Any, *, noise: Result | Path | None = None, **options: An
         (``"+x"``, ``"-x"`` …) to a recording, table or array of shape (n, 3) names the poses.
     noise : result of :func:`gravical.noise`, or path of its file, optional
         Noise of the sensor, stored in the calibration.
-    gravity : float
-        Local gravity, m/s². By default 9.80665 ± 0.15 %.
-    latitude, altitude : float
-        Latitude in degrees and height in m, from which gravity is computed.
-    method : str
-        ``"joint"`` (the default: face and free poses in one fit that allows for tilted faces) or
-        ``"ferraris"`` (six faces in closed form).
-    pose_tilt : float
-        Expected tilt of the face poses, degrees (standard deviation). By default estimated.
-    prior : str
-        Limits of the data sheet: ``"data-sheet"`` (the default) or ``"off"``.
-    free_pose, face_pose : str or list of str
-        Poses that are to be treated as free, or as faces.
-    rows : int
-        The first so many rows of each pose. By default its longest static interval.
-    faces_from : str
-        What decides which face was up: ``"data"`` (the default) or ``"names"``.
-    turn_angle : float
-        Signed angle of the turns about each axis, degrees. By default −360.
-    axes : str or sequence
-        Sensor axes that point along x, y and z of the case: ``"y,-x,z"``.
-    gyro : path
-        Gyroscope of the one recording in a second file.
-    sections : path
-        Poses as ranges of rows: JSON of imucal, or CSV label,start,end.
-    thermal : path or list of paths
-        Recordings at rest while the sensor warms or cools, for a temperature model.
-    sensor_id, sensor_model, recorded : str
-        What is stored of the sensor and of the time of the session.
     **options
-        How recordings are read: those of :func:`gravical.read`.
+        - ``gravity``, m/s², or ``latitude``, °, and ``altitude``, m; by default 9.80665 ± 0.15 %.
+        - ``method``: ``"joint"`` (face and free poses in one fit that allows for tilted faces) or
+          ``"ferraris"`` (six faces in closed form).
+        - ``pose_tilt``: expected tilt of the faces, ° (standard deviation); by default estimated.
+        - ``prior``: limits of the data sheet: ``"data-sheet"`` or ``"off"``.
+        - ``free_pose``, ``face_pose``: names of poses to be treated as free, or as faces.
+        - ``rows``: the first so many of each pose; by default its longest static interval.
+        - ``faces_from``: what decides which face was up: ``"data"`` or ``"names"``.
+        - ``turn_angle``: signed angle of the turns about each axis, °; by default −360.
+        - ``axes``: the sensor's axes that point along x, y and z of the case: ``"y,-x,z"``.
+        - ``gyro``: path of the gyroscope of the one recording.
+        - ``sections``: path of the poses as ranges of rows: JSON of imucal, or CSV label,start,end.
+        - ``thermal``: paths of recordings at rest while the sensor warms or cools.
+        - ``sensor_id``, ``sensor_model``, ``recorded``: what is stored of sensor and time.
+        - How recordings are read: those of :func:`gravical.read`.
 
     Returns
     -------
     Calibration
-        A result that cannot be trusted is no exception: its verdict is ``"poor"``.
-
-    Raises
-    ------
-    InputError
-        ``underdetermined``, ``missing-face``, ``never-static`` … : there is no result.
-    UsageError
-        ``option-range`` and others: an argument that is not possible.
+        A result that cannot be trusted is no exception: its verdict is ``"poor"``. Without any,
+        :class:`gravical.InputError`: ``underdetermined``, ``missing-face``, ``never-static`` …
 
     Examples
     --------
@@ -100,8 +77,7 @@ def calibrate(session: Any, *, noise: Result | Path | None = None, **options: An
     >>> calibration.verdict.grade, len(calibration.accelerometer.bias)
     ('good', 3)
     """
-    sources, given = session_of(session, options)
-    return Calibration._of(_gravical.calibrate(sources, noise_of(noise), given))
+    return Calibration._of(_run("calibrate", session, options, noise=noise))
 
 
 def apply(
@@ -112,44 +88,22 @@ def apply(
     force: bool = False,
     **options: Any,
 ) -> Result:
-    """Apply a calibration to a recording.
+    """Apply a calibration to a recording, whose unit and range are checked (``unit-mismatch``).
 
     Parameters
     ----------
-    calibration : Calibration, path, or object of imucal
-        What is applied.
-    recording : path, recording or table
-        Unit and range are checked against the calibration, and drift with temperature is
-        subtracted.
-    output : path, optional
+    calibration, recording
+        What is applied: a Calibration, path, or object of imucal; to a path, recording or table.
+    output, force : path, bool
         From file to file, in constant memory, as the program: all other columns are copied, values
-        have six decimals. Without it the channels are in memory, exact: ``t``, ``accel``, ``gyro``.
-    force : bool
-        Overwrite ``output``.
-    keep_raw : bool
-        Keep the raw columns of the file and append the calibrated ones.
-    output_unit : str
-        ``"m/s^2"`` (the default) or ``"g"``.
-    axes : str or sequence
-        Sensor axes that point along x, y and z of the case: ``"y,-x,z"``.
+        have six decimals; ``force`` overwrites. Without it the channels are in memory, exact: ``t``,
+        ``accel``, ``gyro``.
     **options
-        How it is read: those of :func:`gravical.read`.
-
-    Raises
-    ------
-    InputError
-        ``unit-mismatch``: the calibration is for another unit, range or sensor.
-
-    Examples
-    --------
-    >>> line = gravical.simulate("line", seed=3).recordings["line.csv"]
-    >>> applied = gravical.apply(calibration, line)
-    >>> applied.accel.shape, applied.columns[:3]
-    ((1200, 3), ['ax_mps2', 'ay_mps2', 'az_mps2'])
+        ``output_unit``: ``"m/s^2"`` (the default) or ``"g"``; ``keep_raw``: keep the raw columns of
+        the file; ``axes`` as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
     """
-    native, _ = calibration_of(calibration)
-    source, given = _with_source(recording, options)
-    return Result._of(_gravical.apply(native, source, output, force, given))
+    done = _run("apply", recording, options, calibration, output=output, force=force)
+    return Result._of(done, (("t", 1), ("accel", 3), ("gyro", 3)))
 
 
 def denoise(
@@ -169,27 +123,16 @@ def denoise(
     filter : str or list of str
         ``"savgol:WINDOW,ORDER"``, ``"butter:ORDER,CUTOFFHz"``, ``"highpass:…"``,
         ``"hampel:WINDOW,SIGMAS"``, ``"mean:WINDOW"`` …, in this order.
-    output : path, optional
-        From file to file, as the program: other columns are copied, values have six decimals.
-        Without it the filtered recording is ``recording`` of the result.
-    force : bool
-        Overwrite ``output``.
-    channels : str
-        ``"all"`` (the default), ``"accel"`` or ``"gyro"``.
+    output, force : path, bool
+        As of :func:`gravical.apply`. In memory it is ``recording`` of the result.
     **options
-        How it is read: those of :func:`gravical.read`.
-
-    Examples
-    --------
-    >>> line = gravical.simulate("line", seed=3).recordings["line.csv"]
-    >>> smooth = gravical.denoise(line, "butter:4,5Hz").recording
-    >>> bool(smooth.ax.std() < line.ax.std())
-    True
+        ``channels``: ``"all"`` (the default), ``"accel"`` or ``"gyro"``; and those of
+        :func:`gravical.read`.
     """
-    source, given = _with_source(recording, {"filter": filter, **options})
-    filtered, outcome = _gravical.denoise(source, output, force, given)
-    rows = None if filtered is None else Recording(filtered)
-    return Result._of(outcome, recording=rows)
+    options["filter"] = filter
+    done = _run("denoise", recording, options, output=output, force=force)
+    rows = done.recording()
+    return Result._of(done, recording=None if rows is None else Recording(rows))
 
 
 def noise(recording: Any, **options: Any) -> Result:
@@ -198,73 +141,73 @@ def noise(recording: Any, **options: Any) -> Result:
     Parameters
     ----------
     recording : path, recording or table
-        Of a sensor that lies still; what moves is left out.
-    spacing : str
-        Averaging times: ``"octave"`` (the default), ``"dense"`` or ``"decade"``.
-    part : str
-        Part whose data sheet it is compared with: ``"MPU6050"`` …
+        Of a sensor that lies still for ten seconds (else ``not-at-rest``); what moves is left out.
     **options
-        How it is read: those of :func:`gravical.read`.
-
-    Raises
-    ------
-    InputError
-        ``not-at-rest``: the sensor never lies still for ten seconds.
-
-    Examples
-    --------
-    >>> rest = gravical.simulate("static", duration=60).recordings["static.csv"]
-    >>> n = gravical.noise(rest).channels[0].n
-    >>> n.low < n.value < n.high
-    True
+        ``spacing`` of averaging times: ``"octave"`` (the default), ``"dense"`` or ``"decade"``;
+        ``part`` whose data sheet it is compared with: ``"MPU6050"`` …; those of
+        :func:`gravical.read`.
     """
-    return Result._of(_gravical.noise(*_with_source(recording, options)))
+    return Result._of(_run("noise", recording, options))
 
 
 def check(calibration: Any, session: Any, **options: Any) -> Result:
-    """Test whether a calibration still fits new recordings at rest.
+    """Test whether a calibration still fits new recordings at rest, of which one in any pose is enough.
 
-    Parameters
-    ----------
-    calibration : Calibration, path, or object of imucal
-        What is tested.
-    session : path, recording, table, or several of them
-        One static interval in any pose is enough.
-    gravity, latitude, altitude : float
-        Local gravity, by default that of the calibration.
-    gyro : path
-        Gyroscope of the one recording in a second file.
-    axes : str or sequence
-        Sensor axes that point along x, y and z of the case: ``"y,-x,z"``.
-    **options
-        How recordings are read: those of :func:`gravical.read`.
-
-    Returns
-    -------
-    Result
-        ``verdict.judgement`` is ``"fits"``, ``"does-not-fit"`` or ``"undecided"``.
+    Its keywords are ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration),
+    ``gyro`` and ``axes``, as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
+    ``verdict.judgement`` is ``"fits"``, ``"does-not-fit"`` or ``"undecided"``.
     """
-    native, name = calibration_of(calibration)
-    return Result._of(_gravical.check(native, name, *session_of(session, options)))
+    return Result._of(_run("check", session, options, calibration))
 
 
 def compare(first: Any, second: Any) -> Result:
-    """Test whether two calibrations differ by more than their uncertainty.
+    """Test whether two calibrations, paths of them, or objects of imucal differ by more than their
+    uncertainty: ``verdict.judgement`` is ``"agree"``, ``"differ"`` or ``"undecided"``."""
+    (a, name_a), (b, name_b) = calibration_of(first), calibration_of(second)
+    if name_a == name_b:
+        name_a, name_b = f"first {name_a}", f"second {name_b}"
+    pair = [(a, name_a), (b, name_b)]
+    return Result._of(_gravical.run("compare", [], pair, None, None, keywords({})))
+
+
+def motion(
+    recording: Any,
+    calibration: Any = None,
+    *,
+    noise: Result | Path | None = None,
+    **options: Any,
+) -> Result:
+    """Compute velocity and position with error bands.
 
     Parameters
     ----------
-    first, second : Calibration, path, or object of imucal
-        What is compared.
+    recording : path, recording or table
+        With rests of some seconds before and after each move.
+    calibration : Calibration, path, or object of imucal, optional
+        Without it the nominal scales are used.
+    noise : result of :func:`gravical.noise`, or path of its file, optional
+        Noise of the sensor for the bands. By default that of the rests.
+    **options
+        - ``truth``: path of reference positions to compare with: t_s, px_m, py_m, pz_m.
+        - ``procedure``: ``"report"`` for that of the student report, to compare with.
+        - ``gravity_removal``: ``"strapdown"``, ``"constant-tilt"`` or ``"initial-mean"`` (500 rows).
+        - ``causal``, ``zero_velocity``, ``no_bands``: use the past only; updates at rests; no bands.
+        - ``smooth``: filters of the accelerometer, as of :func:`gravical.denoise`.
+        - ``rests``, s: ``"0-5,7.2-"`` or ``[(0, 5), (7.2, None)]``; by default found.
+        - ``stances``: highest angular rate of a walking foot in stance, rad/s, or False.
+        - ``v0``: velocity of the first rest without zero-velocity updates, m/s.
+        - ``p0``: position at the start, m.
+        - ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and ``axes``
+          as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
 
     Returns
     -------
     Result
-        ``verdict.judgement`` is ``"agree"``, ``"differ"`` or ``"undecided"``.
+        With the arrays of :class:`Result`. ``verdict.judgement`` is ``"bounded"``, ``"partly-open"``,
+        ``"open"``, ``"at-rest"`` or ``"not-usable"``.
     """
-    (a, name_a), (b, name_b) = calibration_of(first), calibration_of(second)
-    if name_a == name_b:
-        name_a, name_b = f"first {name_a}", f"second {name_b}"
-    return Result._of(_gravical.compare(a, b, [name_a, name_b]))
+    given = () if calibration is None else (calibration,)
+    return Result._of(_run("motion", recording, options, *given, noise=noise), MOTION)
 
 
 def simulate(
@@ -276,46 +219,25 @@ def simulate(
     ----------
     scenario : str
         ``"six-position"``, ``"poses"``, ``"static"`` or ``"line"``.
-    output : path, optional
+    output, force : path, bool
         Folder to write to, as the program. Without it nothing is left on the disk.
-    force : bool
-        Overwrite existing files.
     **options
-        The options of ``gravical simulate SCENARIO --help`` with their names: ``seed``, ``free``,
-        ``rate`` (Hz), ``tilt`` (°), ``duration`` (s), ``distance`` (m), ``raw`` …
+        As of ``gravical simulate SCENARIO --help``: ``seed``, ``free``, ``rate`` (Hz), ``tilt`` (°),
+        ``duration`` (s), ``distance`` (m), ``raw`` …
 
-    Returns
-    -------
-    Result
-        The truth: ``truth.json`` of the program; ``recordings`` by the names of their files.
-
-    Raises
-    ------
-    UsageError
-        ``simulate-option`` for a value out of its range.
-
-    Examples
-    --------
-    >>> simulated = gravical.simulate("poses", free=8, seed=3)
-    >>> simulated.recordings["poses.csv"].rate_hz, len(simulated.accelerometer.bias_mps2)
-    (100.0, 3)
+    The result is the truth, ``truth.json`` of the program; ``recordings`` has the names of the files.
     """
-    if output is not None:
-        return _simulated(scenario, output, force, keywords(options))
     with tempfile.TemporaryDirectory(prefix="gravical-") as folder:
-        return _simulated(scenario, folder, False, keywords(options), keep=False)
-
-
-def _simulated(scenario: str, folder: Path, force: bool, given: str, keep: bool = True) -> Result:
-    truth, paths = _gravical.simulate(str(scenario), folder, force, given)
-    recordings: dict[str, Recording] = {}
-    for path in map(str, paths[:-1]):
-        name = os.path.basename(path)
-        with open(path, "rb") as file:
-            recordings[name] = read(file.read(), name=name)
-    kept = [str(path) for path in paths] if keep else []
+        target = folder if output is None else output
+        truth, paths = _gravical.simulate(str(scenario), target, force, keywords(options))
+        recordings: dict[str, Recording] = {}
+        for path in map(str, paths[:-1]):
+            name = os.path.basename(path)
+            with open(path, "rb") as file:
+                recordings[name] = read(file.read(), name=name)
+    kept = [] if output is None else [str(path) for path in paths]
     summary = f"simulated: {', '.join(recordings)}"
-    return Result(parsed(truth), None, summary, recordings=recordings, paths=kept)
+    return Result(parsed(truth), recordings=recordings, paths=kept, _summary=summary)
 
 
 def export_targets() -> dict[str, str]:

@@ -41,7 +41,7 @@ pub struct MotionSample {
     pub state: SampleState,
 }
 
-/// What the table holds, sample by sample; all columns are equally long. Where a
+/// What figures and comparisons show, sample by sample; all columns are equally long. Where a
 /// value is not known it is NaN.
 #[derive(Debug, Clone, Default)]
 pub struct Track {
@@ -53,12 +53,6 @@ pub struct Track {
     pub raw_mps2: [Vec<f64>; 3],
     /// Specific force, calibrated (and smoothed, where asked for), m/s².
     pub force_mps2: [Vec<f64>; 3],
-    /// There are bands.
-    pub bands: bool,
-    /// At rest.
-    pub still: Vec<bool>,
-    /// Attitude w, x, y, z, sensor → frame (Hamilton).
-    pub attitude: Vec<[f64; 4]>,
     /// Acceleration in the frame, gravity taken off, m/s².
     pub acceleration_mps2: Vec<[f64; 3]>,
     /// Velocity, m/s.
@@ -98,7 +92,6 @@ impl Track {
         let pieces = motion.own.samples.pieces().iter();
         let mut track = Track {
             breaks: pieces.skip(1).map(|p| p.start).collect(),
-            bands: motion.bands,
             uncalibrated: motion.uncalibrated.as_ref().map(|plain| {
                 let mut track = UncalibratedTrack::default();
                 for state in known(plain, &motion.result) {
@@ -116,8 +109,6 @@ impl Track {
                 track.force_mps2[c].push(sample.force_mps2[c]);
             }
             let state = sample.state;
-            track.still.push(state.at_rest);
-            track.attitude.push(state.attitude);
             track.acceleration_mps2.push(state.acceleration_mps2);
             track.velocity_mps.push(state.velocity_mps);
             track.position_m.push(state.position_m);
@@ -183,9 +174,9 @@ fn known<'a>(
     })
 }
 
-/// Names of the columns of the table.
-pub fn table_columns(bands: bool) -> impl Iterator<Item = &'static str> {
-    let bands = bands.then_some(BANDS).into_iter();
+/// Names of the columns of the table of a motion.
+pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
+    let bands = motion.bands.then_some(BANDS).into_iter();
     COLUMNS
         .split(',')
         .chain(bands.flat_map(|names| names.split(',')))
@@ -207,12 +198,7 @@ pub fn table_columns(bands: bool) -> impl Iterator<Item = &'static str> {
 pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     let time_decimals = time_decimals(motion.own.samples.time_s());
     let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend(
-        table_columns(motion.bands)
-            .collect::<Vec<_>>()
-            .join(",")
-            .bytes(),
-    );
+    text.extend(table_columns(motion).collect::<Vec<_>>().join(",").bytes());
     text.push(b'\n');
     for sample in motion.samples() {
         row(&mut text, &sample, time_decimals, motion.bands);

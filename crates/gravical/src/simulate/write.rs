@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::options::{FileOptions, SimulateOptions};
 use super::part::temperature_counts;
-use super::record::{Recorded, record};
+use super::record::record;
 use super::sensor::{ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS};
 use super::truth::Truth;
 use super::{BETWEEN_FILES_S, MOST_WRITTEN, file_truth, planned, truth_of};
@@ -41,14 +41,12 @@ pub fn simulate_to(
     let lsb = [sensor.accel_lsb, sensor.gyro_lsb];
     for (index, plan) in plans.into_iter().enumerate() {
         let path = &paths[index];
-        let mut recorded = Recorded::default();
-        write_atomic(path, force, |out| {
+        let recorded = write_atomic(path, force, |out| {
             let mut lines = Lines::begin(path, options, &plan.name, lsb, out)?;
-            recorded = record(&plan.path, &sensor, options, index, on_s, |row| {
+            record(&plan.path, &sensor, options, index, on_s, |row| {
                 let r = &row.reading;
                 lines.write(row.stamp_ms, r.accel, r.temperature_c, r.gyro)
-            })?;
-            Ok(())
+            })
         })?;
         on_s += plan.path.duration_s() + BETWEEN_FILES_S;
         files.push(file_truth(plan, &recorded));

@@ -1,0 +1,174 @@
+"""What a user gives, for the native part: keywords, arrays, tables of other libraries, none of which
+has to be installed."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import UsageError
+
+Path = Union[str, "os.PathLike[str]"]
+Floats = npt.NDArray[np.float64]
+
+#: Options that the program takes as one text, and those that it takes several times.
+TEXTS = {"axes", "columns", "rests", "rotation", "sensor", "sensor_id", "soak", "stances"}
+LISTS = {"face_pose", "filter", "free_pose", "smooth", "thermal"}
+
+
+def is_path(value: Any) -> bool:
+    """True for what names a file."""
+    return isinstance(value, (str, os.PathLike))
+
+
+def keywords(given: Mapping[str, Any]) -> str:
+    """The keywords as JSON, without those that are None; the native part knows their defaults."""
+    plain = {name: _plain(name, value) for name, value in given.items() if value is not None}
+    for name in TEXTS & plain.keys():
+        plain[name] = _text(name, plain[name])
+    for name in LISTS & plain.keys():
+        plain[name] = plain[name] if isinstance(plain[name], list) else [plain[name]]
+    return json.dumps(plain)
+
+
+def _plain(name: str, value: Any) -> Any:
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, float) and not math.isfinite(value):
+        raise UsageError(f"{name}=: {value} is not finite")
+    if value is None or isinstance(value, (str, int, float)):
+        return value
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, Mapping):
+        return {str(key): _plain(name, part) for key, part in value.items()}
+    if hasattr(value, "isoformat"):
+        return value.isoformat()
+    if isinstance(value, Iterable) and not isinstance(value, (bytes, bytearray)):
+        return [_plain(name, part) for part in value]
+    raise UsageError(f"{name}=: a {type(value).__name__} is no option")
+
+
+def _text(name: str, value: Any, separator: str = ",") -> str:
+    """As the program is given it: ``y,-x,z``, ``0-5,7.2-``, ``t=time,gx=-``."""
+    if isinstance(value, dict):
+        pairs = {k: "-" if v is None else _text(name, v, "-") for k, v in value.items()}
+        for part in pairs.values():
+            if "," in part or "=" in part:
+                what = f"{part!r} has a comma or an equals sign in it; rename it first"
+                raise UsageError(f"{name}=: {what}")
+        return ",".join(f"{key}={part}" for key, part in pairs.items())
+    if isinstance(value, list):
+        return separator.join(_text(name, part, "-") for part in value)
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return "" if value is None else str(value)
+
+
+def vectors(values: Any, name: str, rows: int | None = None) -> Floats:
+    """Three columns: an array of shape (n, 3), or a tuple of three arrays."""
+    array = _numbers(values, name)
+    if isinstance(values, tuple) and len(values) == 3 and array.ndim == 2:
+        array = array.T
+    if array.ndim != 2 or array.shape[1] != 3:
+        turned = array.ndim == 2 and array.shape[0] == 3
+        hint = f"transpose it: {name}.T" if turned else "one row for each sample, x, y and z in it"
+        raise UsageError(f"{name}= has the shape {array.shape}; (n, 3) is needed", hint=hint)
+    return _of_length(array, name, len(array) if rows is None else rows)
+
+
+def scalars(values: Any, name: str, rows: int) -> Floats:
+    """One number for each sample."""
+    dates = np.asarray(values).dtype.kind in "Mm"
+    array = _column(name, values)[0] if dates else _numbers(values, name)
+    if array.ndim != 1:
+        raise UsageError(f"{name}= has the shape {array.shape}; ({rows},) is needed")
+    return _of_length(array, name, rows)
+
+
+def _numbers(values: Any, name: str) -> Floats:
+    """Float64 without gaps; the same memory if it is that already."""
+    try:
+        return np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        hint = "give one row of numbers for each sample"
+        raise UsageError(f"{name}= is no array of numbers: {error}", hint=hint) from None
+
+
+def _of_length(array: Floats, name: str, rows: int) -> Floats:
+    if len(array) != rows:
+        raise UsageError(
+            f"{name}= has {len(array)} samples; {rows} are needed",
+            "samples-length",
+            "give one value of each for every sample, NaN where there is none",
+        )
+    return array
+
+
+def is_table(value: Any) -> bool:
+    """True for a data frame, a mapping of columns, or what Arrow can read."""
+    if isinstance(value, Mapping) or hasattr(value, "__arrow_c_stream__"):
+        return True
+    return hasattr(value, "columns") and hasattr(value, "to_numpy")
+
+
+def table_columns(table: Any) -> tuple[list[str], list[Any], bool]:
+    """Names and columns, each float64 without gaps or a list of texts; true if one held dates,
+    which are seconds since 1970 now. A table whose names are 0, 1, 2 … has none."""
+    named: list[tuple[Any, Any]]
+    if isinstance(table, Mapping):
+        named = list(table.items())
+    elif hasattr(table, "columns") and hasattr(table, "to_numpy"):
+        named = [(name, table[name]) for name in table.columns]
+        if "datetime" in str(getattr(getattr(table, "index", None), "dtype", "")):
+            named.insert(0, (table.index.name or "time", table.index))
+    else:
+        try:
+            import pyarrow
+        except ImportError:
+            what = f"a {type(table).__name__} is read through Arrow, and pyarrow is not installed"
+            hint = "pip install pyarrow, or give a mapping from names to arrays"
+            raise UsageError(what, hint=hint) from None
+        table = pyarrow.table(table)
+        named = [(name, table.column(name)) for name in table.column_names]
+    if not named:
+        hint = "give columns for x, y and z of the accelerometer"
+        raise UsageError("the table has no columns", hint=hint)
+    columns = [_column(str(name), values) for name, values in named]
+    numbered = all(isinstance(name, (int, np.integer)) for name, _ in named)
+    names = [] if numbered else [str(name) for name, _ in named]
+    return names, [column for column, _ in columns], any(dated for _, dated in columns)
+
+
+def _column(name: str, values: Any) -> tuple[Any, bool]:
+    """Numbers or texts, and whether they are dates."""
+    dtype = str(getattr(values, "dtype", ""))
+    if dtype.startswith(("Int", "UInt", "Float", "boolean")) and hasattr(values, "iloc"):
+        # Pandas' own types with missing values.
+        values = values.to_numpy(dtype=np.float64, na_value=np.nan)
+    elif dtype.startswith("datetime64") and "," in dtype:
+        # A zone: an index has tz_convert itself, a series below dt.
+        values = getattr(values, "dt", values).tz_convert(None)
+    array = np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
+    if array.ndim != 1:
+        hint = "give one number for each row: an array with one axis"
+        raise UsageError(f"column {name!r} has the shape {array.shape}", hint=hint)
+    if array.dtype.kind == "M":
+        seconds = array.astype("datetime64[ns]")
+        return np.where(np.isnat(seconds), np.nan, seconds.astype(np.int64) / 1e9), True
+    if array.dtype.kind == "m":
+        return array / np.timedelta64(1, "s"), True
+    if array.dtype.kind in "biuf":
+        return _numbers(array, name), False
+    texts = ["" if value is None else str(value) for value in array.tolist()]
+    texts = ["" if text in ("nan", "NaT", "<NA>") else text for text in texts]
+    try:
+        return np.array([float(text) if text else np.nan for text in texts]), False
+    except ValueError:
+        return texts, False
