@@ -143,7 +143,7 @@ impl BatchReader {
     /// # Errors
     ///
     /// Errors of reading; rows that contradict those before them, with their line.
-    pub fn next(&mut self) -> Result<Option<Rows>> {
+    pub fn next_rows(&mut self) -> Result<Option<Rows>> {
         if let Some(batch) = self.held.pop_front() {
             let rows = self.judged_rows(batch);
             if self.held.is_empty() {
@@ -162,7 +162,7 @@ impl BatchReader {
         self.rows += batch.rows();
         self.judged_ledger.append(batch.ledger.clone());
         self.ledger.append(std::mem::take(&mut batch.ledger));
-        self.findings.extend(batch.notes.drain(..));
+        self.findings.append(&mut batch.notes);
         let readings = self.later.read(&mut batch);
         let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {

@@ -260,7 +260,7 @@ fn run(
     let mut writer = Writer::new(out, table);
     let output = |e| Error::io(Path::new("output"), e);
     let mut written = 0;
-    while let Some(mut rows) = reader.next()? {
+    while let Some(mut rows) = reader.next_rows()? {
         applied.calibrate(&mut rows.readings, &rows.lines);
         let gyro = rows.readings.gyro.iter().flatten();
         let values = rows.readings.accel.iter().chain(gyro);

@@ -141,7 +141,7 @@ pub fn convert_file(
     let columns = table.names.clone();
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
-    while let Some(mut rows) = reader.next()? {
+    while let Some(mut rows) = reader.next_rows()? {
         let values = conversion.convert(&mut rows);
         let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
         let is_measured = &rows.readings.is_measured;

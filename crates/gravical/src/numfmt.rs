@@ -94,6 +94,7 @@ pub fn mg(mps2: f64) -> String {
 pub fn unit(name: &str) -> String {
     match name {
         "deg" => "°".to_owned(),
+        "deg/s" => "°/s".to_owned(),
         _ => name.replace("m/s^2", "m/s²"),
     }
 }

@@ -24,6 +24,7 @@ use logger::{Logger, Terminal, run};
 /// The recording as the other commands read it.
 fn recording(path: &std::path::Path) -> Recording {
     let recording = read(path, &ReadOptions::default()).unwrap();
+    assert_eq!(recording.ledger.rows(), recording.rows());
     recording
 }
 

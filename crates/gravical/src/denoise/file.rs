@@ -67,7 +67,7 @@ pub fn denoise_file(
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
     let mut written = 0;
-    while let Some(mut rows) = reader.next()? {
+    while let Some(mut rows) = reader.next_rows()? {
         let readings = &mut rows.readings;
         let accel = readings.accel.iter_mut().flatten();
         accel.for_each(|v| *v += offset);

@@ -256,7 +256,11 @@ mod tests {
                         (_, 100..200) => "30",
                         _ => "0",
                     };
-                    let stamp = stamps.then(|| (10 * i).to_string()).unwrap_or_default();
+                    let stamp = if stamps {
+                        (10 * i).to_string()
+                    } else {
+                        String::new()
+                    };
                     format!("{stamp},0,0,9.81,{rate},0,0\n")
                 })
                 .collect();

@@ -21,8 +21,7 @@ fn data(name: &str) -> Option<PathBuf> {
 }
 
 fn read_cwa(bytes: &[u8]) -> Recording {
-    let recording = read_bytes(bytes, "wrist.cwa", &ReadOptions::default()).unwrap();
-    recording
+    read_bytes(bytes, "wrist.cwa", &ReadOptions::default()).unwrap()
 }
 
 /// Absolute times of the rows, s since 1970.

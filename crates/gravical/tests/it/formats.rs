@@ -59,6 +59,7 @@ fn counts(values: [f64; 3], per_unit: f64) -> [f64; 3] {
 fn read_as(text: &str, file: &str) -> Recording {
     let recording = read_bytes(text.as_bytes(), file, &ReadOptions::default())
         .unwrap_or_else(|e| panic!("{file}: {e}\n{}", &text[..text.len().min(300)]));
+    assert_eq!(recording.ledger.rows(), recording.rows());
     recording
 }
 
