@@ -69,8 +69,7 @@ class Player(Script):
         if self.taken or (welcome in ("duplicate", "between") and not self.forced):
             if welcome == "duplicate" and not self.taken and self.still_s > 3:
                 self.taken = True
-                self.add("pose_rejected", reason="duplicate", text="This pose is recorded already. Turn it to a face that is to do.",
-                         face=face, up=self.up, tilt_deg=tilt)
+                self.add("pose_rejected", reason="duplicate", text="This pose is recorded already. Turn it to a face that is to do.")
             self.status("wait", "Put any face up that is to do", welcome=welcome)
         elif self.still_s < 0.6:
             self.status("settle", "Hold still", ring=self.still_s / 0.6, welcome=welcome)
@@ -87,8 +86,7 @@ class Player(Script):
 
     def go(self, up):
         if self.moving_s <= 0 and self.still_s > 0.6 and not self.taken:
-            self.add("pose_rejected", reason="moved", text="It moved after 1.2 s: 84 mg, limit 19 mg. Lay it down, take the hand off, and wait.",
-                     face="+x", up=self.up, tilt_deg=3.0)
+            self.add("pose_rejected", reason="moved", text="It moved after 1.2 s: 84 mg, limit 19 mg. Lay it down, take the hand off, and wait.")
         self.start, self.goal = self.up, unit([c + 0.01 for c in up])
         self.moving_s, self.taken, self.capturing, self.forced = TURN_S, False, False, False
 

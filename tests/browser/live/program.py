@@ -64,7 +64,7 @@ class Live(Check):
 
     def accepted(self, number):
         # What is wanted next is known after the fit.
-        self.until(f"return state.poses.size === {number} && (state.fit?.poses.length ?? {number}) === {number}"
+        self.until(f"return state.poses.size === {number} && (state.fit?.poses ?? {number}) === {number}"
                    " && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)", 60)
         self.browser.settle(8)
 

@@ -89,7 +89,6 @@ class Script:
             norm_g=norm, noise_mg=noise, limit_mg=limit, still=still, ring=ring, face=face,
             tilt_deg=round(tilt, 2), welcome=welcome, rate_hz=100.2, temperature_c=24.9,
             tiles=self.tiles(state, face if tilt < 25 else None),
-            free_done=sum(1 for f, _ in self.poses.values() if f is None),
         )
 
     def signal(self, seconds, moving, sentence="Turn the sensor to a face that is to do", towards=None):
@@ -110,15 +109,13 @@ class Script:
     def identified(self):
         self.t = 1.0
         return self.add(
-            "identified", rate_hz=100.2, jitter_ms=0.4,
-            columns=["Timestamp (ms)", "aX", "aY", "aZ", "Temp (C)", "gX", "gY", "gZ"], unit="counts", counts_per_g=16384.0, gyro_unit="counts",
-            has_temperature=True, text="100.2 Hz, 8 columns, counts. Raw counts at ±2 g, from the magnitude of gravity.",
+            "identified", rate_hz=100.2, unit="counts", counts_per_g=16384.0, gyro_unit="counts",
+            text="100.2 Hz, 8 columns, counts. Raw counts at ±2 g, from the magnitude of gravity.",
         )
 
     def floor(self):
         self.t = 4.0
-        self.add("floor", noise_mg=[3.1, 3.0, 4.7], gyro_noise_deg_s=[0.05, 0.05, 0.06],
-                 step_mg=[0.061, 0.061, 0.061], limit_mg=19.2,
+        self.add("floor", noise_mg=[3.1, 3.0, 4.7], limit_mg=19.2,
                  text="Noise at rest 3.1, 3.0, 4.7 mg; above 19 mg it counts as moving.")
         return self.next()
 
@@ -126,17 +123,17 @@ class Script:
         """What is wanted next."""
         left = [f for f in ORDER if f not in self.faces_done()]
         if left:
-            return self.add("next_pose", kind="face", faces=left, up=None, hint=None, predicted_mg=None)
+            return self.add("next_pose", kind="face", faces=left, up=None, hint=None)
         n = len(self.poses)
         if WORST_MG.get(n, 2.0) <= 5:
-            return self.add("next_pose", kind="none", faces=[], up=None, hint=None, predicted_mg=None)
+            return self.add("next_pose", kind="none", faces=[], up=None, hint=None)
         up = FREE[(n - 6) % len(FREE)]
         return self.add("next_pose", kind="free", faces=[], up=up,
-                        hint="x up, tilted 55°, y raised, z raised", predicted_mg=0.6 * WORST_MG.get(n + 1, 2.8))
+                        hint="x up, tilted 55°, y raised, z raised")
 
     def candidate(self, up):
-        face, tilt = nearest(unit(up))
-        return self.add("pose_candidate", face=face if tilt < 25 else None, up=unit(up), tilt_deg=round(tilt, 2))
+        self.up = unit(up)
+        return self.add("pose_candidate")
 
     def accept(self, up, note=None):
         self.up = unit(up)
@@ -148,8 +145,7 @@ class Script:
         self.add(
             "pose_accepted", pose=self.number, face=face, up=self.up, tilt_deg=round(tilt, 2),
             mean=[16384.0 * c for c in self.up], norm_mps2=9.8312,
-            noise_mg=3.14, temperature_c=24.9, seconds=3.0, lines=[611, 911], faces_done=len(self.faces_done()),
-            free_done=len(self.poses) - len(self.faces_done()),
+            noise_mg=3.14, temperature_c=24.9, seconds=3.0, lines=[611, 911],
             text=sentences(f"{face or 'free pose'} is done".replace("-", "−"), "‖a‖ 9.831 m/s², noise 3.1 mg", note),
         )
         return self.fit()
@@ -160,13 +156,11 @@ class Script:
             worst = WORST_MG.get(n, 2.6)
             grade = grade or ("not-verifiable" if n < 7 else "good" if worst <= 5 else "fair")
             self.add(
-                "fit", stage="full" if n >= 6 else "rough", bias_mg=[12.13, -8.31, 30.22],
-                bias_sd_mg=[0.42, 0.41, 0.52], scale_percent=[1.21, -0.43, 0.8], predicted_mg=0.6 * worst,
+                "fit", bias_mg=[12.13, -8.31, 30.22],
+                bias_sd_mg=[0.42, 0.41, 0.52], scale_percent=[1.21, -0.43, 0.8],
                 worst_mg=worst, leave_one_out_mg=None if n < 7 else 2.4, undetected_mg=None if n < 7 else round(130.0 / (n - 6) ** 3, 2),
                 grade=grade, gyroscope={"method": "motion", "bias_deg_s": [1.2, -0.3, 0.1], "motions": n - 1},
-                poses=[{"pose": p, "face": f, "up": u, "error_mg": 0.4, "left_out_mg": None}
-                       for p, (f, u) in self.poses.items()],
-                suspect=suspect,
+                poses=n, suspect=suspect,
             )
             if n >= 6:
                 self.verdict(grade)
@@ -240,7 +234,7 @@ def rejected(reason):
     s.candidate(direction("-x"))
     s.signal(1.2, False)
     message, remedy = REJECTIONS[reason]
-    s.add("pose_rejected", reason=reason, text=sentences(message, remedy), face="-x", up=s.up, tilt_deg=2.0)
+    s.add("pose_rejected", reason=reason, text=sentences(message, remedy))
     return s.status("wait", "Put −x up and hold it still", still=False, noise=84.0).events
 
 
@@ -310,6 +304,7 @@ def scenes():
     out["good"] = Script().begun(faces=6, free=3).status("wait", "Good: error of ‖a‖ at most 3.9 mg. Press Enter to finish, or add poses").events
     s = Script().begun(faces=6, free=2)
     s.events = [e for e in s.events if e["type"] != "verdict"]
+    s.redo.add("-x")
     out["suspect"] = s.fit(suspect=3, grade="poor").status("wait", "−x contradicts the other poses by 41 mg: press R and record it again").events
     out["lost"] = (Script().begun(faces=4)
                    .add("lost", why="unplugged", text="Unplugged. 4 of 6 faces are safe. Plug it back in.", poses=4)

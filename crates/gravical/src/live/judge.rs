@@ -10,6 +10,7 @@ use crate::stats::standard_deviation;
 
 use super::event::Rejection;
 use super::{LiveOptions, Pose, mg};
+use crate::poses::MAX_FACE_ANGLE_DEG;
 use gravical_recording::Sample;
 
 /// Share of the rows of a capture that may be missing.
@@ -21,6 +22,8 @@ const MAX_OFF: f64 = 0.35;
 const MAX_SCALE_OFF: f64 = 0.2;
 /// A mean angular rate that differs from that of the other poses by more is a steady turn, °/s.
 const MAX_TURNING_DEG_S: f64 = 5.0;
+/// Most difference of the temperature from the first pose, °C.
+const MAX_WARMING_C: f64 = 3.0;
 /// An axis that repeats a value while gravity turns by more than this is frozen, g.
 const TURNED_G: f64 = 0.3;
 /// … while each of the others takes as many values.
@@ -159,9 +162,9 @@ pub(super) fn mean(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64
     moments_of(samples, of).0
 }
 
-/// Standard deviation of each axis; empty cells are left out.
-pub(super) fn scatter(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64; 3] {
-    columns(samples, of).map(|mut axis| {
+/// Standard deviation of each axis of the accelerometer; empty cells are left out.
+pub(super) fn scatter(samples: &[Sample]) -> [f64; 3] {
+    columns(samples, |s| s.accel).map(|mut axis| {
         axis.retain(|v| v.is_finite());
         standard_deviation(&axis)
     })
@@ -263,7 +266,7 @@ impl Capture<'_> {
             return Some(fault);
         }
         let (face, tilt_deg) = Face::nearest(means.accel);
-        if tilt_deg > self.options.max_tilt_deg {
+        if tilt_deg > MAX_FACE_ANGLE_DEG {
             return None;
         }
         let opposite = face.opposite().name();
@@ -302,7 +305,7 @@ impl Capture<'_> {
     fn temperature(&self, means: &Means) -> Option<Fault> {
         let first = self.poses().find_map(|p| p.temperature_c)?;
         let warmer = means.temperature_c? - first;
-        (warmer.abs() > self.options.max_warming_c && !self.options.any_pose).then(|| {
+        (warmer.abs() > MAX_WARMING_C && !self.options.any_pose).then(|| {
             Fault::new(
                 Rejection::Temperature,
                 format!(

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use gravical::calibration_file::CalibrationFile;
-use gravical::live::Message;
 use gravical::noise::NoiseResult;
 use serde_json::{Value, json};
 
@@ -18,7 +17,6 @@ fn the_schema_files_are_up_to_date() {
             "gravical-calibration-2.schema.json",
             CalibrationFile::schema(),
         ),
-        ("gravical-live-1.schema.json", Message::schema()),
         ("gravical-noise-1.schema.json", NoiseResult::schema()),
     ] {
         let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";

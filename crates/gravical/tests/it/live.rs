@@ -62,7 +62,7 @@ fn the_first_seconds_identify_the_board_and_its_noise() {
             faces,
             ..
         },
-        Event::PoseCandidate { .. },
+        Event::PoseCandidate,
         Event::PoseAccepted(pose),
         Event::NextPose { faces: left, .. },
     ] = kinds[..]
@@ -91,7 +91,6 @@ fn hands_of_any_clumsiness_reach_a_good_result() {
 }
 
 fn reach_a_good_result(sessions: std::ops::Range<u64>) {
-    let schema = jsonschema::validator_for(&Message::schema()).unwrap();
     let hands = (0..).zip(Clumsiness::ALL.into_iter().cycle());
     for (seed, clumsiness) in hands
         .filter(|hand| sessions.contains(&hand.0))
@@ -125,9 +124,6 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
             .chain(&ended.messages[60..61])
         {
             let value = serde_json::to_value(message).unwrap();
-            if let Err(error) = schema.validate(&value) {
-                panic!("{error} at {}: {value}", error.instance_path());
-            }
             let back: Message = serde_json::from_value(value).unwrap();
             assert_eq!(back, *message);
         }

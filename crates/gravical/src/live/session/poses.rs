@@ -5,9 +5,10 @@ use std::ops::Range;
 use gravical_core::matrix3::norm;
 
 use crate::live::event::{Event, Pose, Rejection, Undone, WarningKind, Welcome};
-use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::words;
+use crate::live::{APART_DEG, face_of};
+use crate::poses::MAX_FACE_ANGLE_DEG;
 use crate::poses::face::{Face, angle_deg};
 
 use super::{Hold, HoldStage, Session};
@@ -26,7 +27,7 @@ impl Session {
         if self.options.any_pose || face.is_some_and(|f| !self.has(f)) {
             return kind;
         }
-        let near = |p: &Pose| angle_deg(p.up, up) < self.options.apart_deg;
+        let near = |p: &Pose| angle_deg(p.up, up) < APART_DEG;
         // A steep face that is done leaves room for a free pose beside it only if it is far.
         if self.poses().any(near) {
             Welcome::Duplicate
@@ -57,13 +58,10 @@ impl Session {
             Welcome::Face | Welcome::Free => None,
             Welcome::Duplicate => Some(Fault::new(
                 Rejection::Duplicate,
-                if tilt_deg <= self.options.max_tilt_deg {
+                if tilt_deg <= MAX_FACE_ANGLE_DEG {
                     format!("{} is recorded already", face.name())
                 } else {
-                    format!(
-                        "a pose within {:.0}° is recorded already",
-                        self.options.apart_deg
-                    )
+                    format!("a pose within {APART_DEG:.0}° is recorded already")
                 },
                 if to_do.is_empty() {
                     "turn it to another direction, or redo that face".to_owned()
@@ -108,7 +106,7 @@ impl Session {
                 // The next try begins where this one ended.
                 self.hold = Some(Hold::new(rows.end..rows.end, forced));
             }
-            self.reject(fault, rows);
+            self.reject(fault);
             return;
         }
         let up = self.direction_of(means.accel);
@@ -128,18 +126,13 @@ impl Session {
             temperature_c: means.temperature_c,
             seconds: last.time_s - first.time_s + 1.0 / self.rate_hz,
             lines: [first.line, last.line],
-            faces_done: 0,
-            free_done: 0,
         };
         self.accept(pose);
     }
 
-    pub(super) fn accept(&mut self, mut pose: Pose) {
+    pub(super) fn accept(&mut self, pose: Pose) {
         let gyro = mean(&self.rows.at_lines(pose.lines), |s| s.gyro);
         self.redo.retain(|face| Some(face.name()) != pose.face);
-        let named = |f: &Face| Some(f.name()) == pose.face || self.has(*f);
-        pose.faces_done = Face::all().iter().filter(|f| named(f)).count() as u32;
-        pose.free_done = self.free_done() + u32::from(pose.face.is_none());
         self.poses.push(Accepted {
             pose: pose.clone(),
             gyro,
@@ -147,7 +140,8 @@ impl Session {
         self.away = false;
         let first = self.poses().find_map(|p| p.temperature_c);
         let warmed = first.zip(pose.temperature_c);
-        let text = words::accepted(&pose, self.options.fine_tilt_deg);
+        let free = self.poses().filter(|p| p.face.is_none()).count();
+        let text = words::accepted(&pose, 6 - self.to_do().len(), free);
         self.emit(Event::PoseAccepted(pose), text);
         if let Some((first, now)) = warmed
             && (now - first).abs() > WARMED_C
@@ -165,18 +159,11 @@ impl Session {
         self.fit_due = true;
     }
 
-    pub(super) fn reject(&mut self, fault: Fault, rows: &Range<usize>) {
+    pub(super) fn reject(&mut self, fault: Fault) {
         self.progress_s = self.now_s;
-        let samples = self.rows.within(rows);
-        let up = self.direction_of(Means::of(&samples).accel);
-        let (face, tilt_deg) = Face::nearest(up);
-        let event = Event::PoseRejected {
-            reason: fault.reason,
-            face: Some(face.name()),
-            up,
-            tilt_deg,
-        };
-        self.emit(event, words::sentences([&*fault.message, &*fault.remedy]));
+        let reason = fault.reason;
+        let text = words::sentences([&*fault.message, &*fault.remedy]);
+        self.emit(Event::PoseRejected { reason }, text);
     }
 
     pub(super) fn capture_now(&mut self) {

@@ -11,6 +11,9 @@ use crate::poses::face::Face;
 use super::{Hold, Session};
 use crate::live::event::{Event, State, Status, Tile, Welcome};
 
+/// After this time without progress the status says which test fails, s.
+const HINT_AFTER_S: f64 = 5.0;
+
 impl Session {
     /// Reports the state.
     pub(super) fn status(&mut self) {
@@ -19,13 +22,15 @@ impl Session {
         let welcome = self.welcome(up);
         let still = self.last.as_ref().is_some_and(|s| s.run.is_some());
         let is_face = self.face_up(up).is_some();
+        let suspect = self.file.as_ref().and_then(|file| self.suspect(file));
+        let suspect = suspect.and_then(|pose| pose.face.clone());
         let tile = |f: Face| {
             let here = is_face && f == face;
             let tile = match self.state() {
                 State::Capture if here => Tile::Capturing,
-                _ if self.has(f) => Tile::Done,
+                _ if self.has(f) && suspect != Some(f.name()) => Tile::Done,
                 State::Settle if here => Tile::HoldStill,
-                _ if self.redo.contains(&f) => Tile::Redo,
+                _ if self.redo.contains(&f) || self.has(f) => Tile::Redo,
                 _ => Tile::ToDo,
             };
             (f.name(), tile)
@@ -53,7 +58,6 @@ impl Session {
             rate_hz: self.rate_hz,
             temperature_c: temperature.filter(|t| t.is_finite()),
             tiles,
-            free_done: self.free_done(),
         };
         let text = self.sentence(face, is_face, welcome);
         self.emit(Event::Status(Box::new(status)), text);
@@ -124,7 +128,7 @@ impl Session {
     /// Which test fails, after some time without progress.
     fn hint(&self, up: [f64; 3], welcome: Welcome) -> Option<String> {
         let waits = matches!(self.state(), State::Wait | State::Floor);
-        if !waits || self.now_s - self.progress_s < self.options.hint_after_s {
+        if !waits || self.now_s - self.progress_s < HINT_AFTER_S {
             return None;
         }
         let last = self.last.as_ref()?;

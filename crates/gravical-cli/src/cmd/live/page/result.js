@@ -30,7 +30,7 @@ function numbers(fit) {
   const mg = v => v > 0 ? [precise(v), "mg"] : ["–", ""];
   const bias = fit?.bias_mg ? Math.hypot(...fit.bias_mg) : null;
   return make("div", { className: "numbers" },
-    number(...mg(fit?.worst_mg ?? fit?.predicted_mg), "error of ‖a‖ that remains at most (2σ, worst direction)"),
+    number(...mg(fit?.worst_mg), "error of ‖a‖ that remains at most (2σ, worst direction)"),
     number(...mg(fit?.leave_one_out_mg), fit?.leave_one_out_mg > 0
       ? "leave-one-out error: at poses that the fit did not use, rms"
       : "leave-one-out error: needs more poses than six faces"),

@@ -48,7 +48,7 @@ const EVENTS = {
   next_pose(s, e) { s.next = e; },
   fit(s, e) {
     s.fit = e;
-    if (e.worst_mg > 0) s.errors.set(e.poses?.length || s.poses.size, [e.worst_mg, e.undetected_mg]);
+    if (e.worst_mg > 0) s.errors.set(e.poses, [e.worst_mg, e.undetected_mg]);
   },
   verdict(s, e) { s.verdict = e; },
   gravity(s, e) {
