@@ -313,7 +313,6 @@ def scenes():
                       .add("lost", why="unplugged", text="Unplugged. 4 of 6 faces are safe. Plug it back in.", poses=4)
                       .add("resumed", text="The board is back; 4 poses are kept.", poses=4)
                       .status("wait", "Put any face up that is to do: −y or −z").events)
-    out["follower"] = Script().begun(faces=3).status("wait", "Put any face up that is to do").add("follower").events
     for grade, free in (("good", 3), ("fair", 1), ("poor", 2), ("not-verifiable", 0)):
         out[f"end-{grade}"] = Script().begun(faces=6, free=free).ended(grade).events
     out["interrupted"] = (Script().begun(faces=4).add("end", reason="interrupted", poses=4,

@@ -2,9 +2,8 @@
 "use strict";
 
 const SMALL = `11.5px ${FONT}`;
-const SPANS = [["1 min", 60], ["5 min", 300], ["30 min", 1800]];
-// Statuses of the longest span, ten a second, and some more.
-const MAX_POINTS = 20000;
+// The signal of this time is shown, s.
+const SPAN_S = 60;
 const GOOD_MG = 5, FAIR_MG = 20;
 
 // A figure with two digits that count.
@@ -36,7 +35,6 @@ const rule = (pen, left, right, y, colour, dash) => curve(pen, [[left, y], [righ
 class Strip {
   constructor(canvas) {
     this.canvas = canvas;
-    this.span = 0;
     this.reset();
   }
 
@@ -49,39 +47,23 @@ class Strip {
     // A new session begins anew.
     if (t_s < this.now_s - 1) this.reset();
     this.points.push([t_s, norm, noise_mg]);
-    if (this.points.length > MAX_POINTS) this.points.splice(0, MAX_POINTS / 10);
+    while (this.points[0][0] < t_s - SPAN_S) this.points.shift();
     Object.assign(this, { now_s: t_s, limit: limit_mg, due: true });
-  }
-
-  // Least and greatest value in each of 320 columns of the time that is shown: half an hour costs no more
-  // drawing than a minute. [middle s, of the norm, of the noise]
-  columns(span_s) {
-    const step_s = span_s / 320, columns = [];
-    let last = null;
-    for (const [t_s, ...values] of this.points) {
-      if (t_s < this.now_s - span_s) continue;
-      const at = Math.floor(t_s / step_s);
-      if (last !== at) columns.push([(at + 0.5) * step_s, ...values.map(v => [v, v])]);
-      last = at;
-      const column = columns[columns.length - 1];
-      values.forEach((v, i) => { column[i + 1] = [Math.min(column[i + 1][0], v), Math.max(column[i + 1][1], v)]; });
-    }
-    return columns;
   }
 
   // `marks` [{ from, to, kind }]: spans of time that became poses or did not; `gravity` in m/s².
   draw(ink, marks, gravity) {
     const area = this.due && prepare(this.canvas);
     if (!area) return;
-    const { pen, width, height } = area, [name, span_s] = SPANS[this.span], columns = this.columns(span_s);
+    const { pen, width, height } = area, { points } = this;
     const left = 44, right = width - 6, top = 16, gap = 22, high = (height - top - gap - 18) / 2;
-    const x = t => left + (1 + (t - this.now_s) / span_s) * (right - left);
+    const x = t => left + (1 + (t - this.now_s) / SPAN_S) * (right - left);
     // A knock does not flatten what is looked at: beyond half a g the line is cut off.
-    const far = Math.max(0.04, ...columns.flatMap(c => c[1]).map(v => Math.abs(v - 1)));
+    const far = Math.max(0.04, ...points.map(p => Math.abs(p[1] - 1)));
     const off = Math.min(0.5, far * 1.15) - this.half;
     this.half += 0.25 * off;
     this.due = Math.abs(0.75 * off) > 0.002;
-    const decades = Math.log10(limited(Math.max(...columns.map(c => c[2][1])), 100, 1000));
+    const decades = Math.log10(limited(Math.max(...points.map(p => p[2])), 100, 1000));
     const upper = { bottom: top + high, y: v => upper.bottom - (limited((v - 1) / this.half, -1, 1) + 1) / 2 * high };
     const lower = { bottom: upper.bottom + gap + high, y: v => lower.bottom - limited(Math.log10(Math.max(v, 1)) / decades, 0, 1) * high };
     for (const mark of marks) {
@@ -95,13 +77,12 @@ class Strip {
     const digits = this.half * gravity < 1 ? 2 : 1;
     const norms = [-0.75, 0, 0.75].map(k => 1 + k * this.half).map(v => [v, (v * gravity).toFixed(digits)]);
     const noises = [1, 10, 100, 1000].filter(v => Math.log10(v) <= decades + 1e-9).map(v => [v, String(v)]);
-    const silence_s = Math.max(1, 2.5 * span_s / 320);
     for (const [i, title, { bottom, y }, ticks, colour] of [[1, "‖a‖, m/s²", upper, norms, ink.accent], [2, "scatter, mg", lower, noises, ink.ink]]) {
       rule(pen, left, right, bottom, ink.strong);
       label(pen, title, left, bottom - high - 8, ink.muted);
       for (const [v, text] of ticks) label(pen, text, left - 6, y(v), ink.muted, "right");
-      curve(pen, columns.flatMap((c, k) => [
-        ...k && c[0] - columns[k - 1][0] > silence_s ? [null] : [], ...c[i].map(v => [x(c[0]), y(v)])]), colour, 1.6);
+      // The line is broken where no status came for a second.
+      curve(pen, points.flatMap((p, k) => [...k && p[0] - points[k - 1][0] > 1 ? [null] : [], [x(p[0]), y(p[i])]]), colour, 1.6);
     }
     rule(pen, left, right, upper.y(1), ink.muted, [2, 3]);
     if (this.limit) {
@@ -114,7 +95,7 @@ class Strip {
       label(pen, text, left + 2, y + 8, ink.fair);
     }
     label(pen, "now", right, height - 8, ink.muted, "right");
-    label(pen, `−${name}`, left, height - 8, ink.muted);
+    label(pen, "−1 min", left, height - 8, ink.muted);
   }
 }
 

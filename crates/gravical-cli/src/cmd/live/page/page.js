@@ -8,7 +8,6 @@ const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 let state = fresh();
-let follower = false;
 // Other tabs have taken all the places.
 let full = false;
 let answers = true;
@@ -123,8 +122,6 @@ let result_seen = "", log_seen = null;
 function update() {
   const now = stage(state), s = state.status;
   document.body.dataset.state = now;
-  document.body.classList.toggle("follower", follower);
-  show($("#follower"), follower && !full);
   const [main, below] = sentence(state, answers, full);
   write($("#sentence"), main);
   write($("#hint"), below);
@@ -149,7 +146,7 @@ function update() {
   }
 
   const ended = now === "end" || Boolean(state.saved) || Boolean(state.verdict?.final);
-  hand.on = state.session?.source === "simulate" && !ended && !follower;
+  hand.on = state.session?.source === "simulate" && !ended;
   for (const t of tiles) {
     const kind = s?.tiles[t.face] ?? "to_do";
     t.button.className = kind;
@@ -174,7 +171,7 @@ function update() {
   const result = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
   if (result !== result_seen) {
     result_seen = result;
-    if (ended) fillResult($("#result"), state, address("report"), follower ? null : () => send({ command: "resume" }));
+    if (ended) fillResult($("#result"), state, address("report"), () => send({ command: "resume" }));
   }
   show($("#hands"), hand.on);
   const { verdict } = state, grade = GRADES[verdict?.grade];
@@ -187,10 +184,10 @@ function update() {
   hand.next = wanted().up;
   $("#as-drawn").disabled = !hand.next;
   $("#board").classList.toggle("grab", hand.on);
-  show($("#actions"), !ended && !follower && !asked);
+  show($("#actions"), !ended && !asked && !full);
   buttons(now);
   show($("#gravity"), state.session?.gravity_source === "standard" && state.session.source !== "simulate"
-    && !later && !ended && !follower);
+    && !later && !ended);
   listHistory();
 }
 
@@ -274,7 +271,7 @@ function announce(text) {
 let later = false;
 
 async function send(command) {
-  if (follower || state.end && command.command !== "resume") return false;
+  if (full || state.end && command.command !== "resume") return false;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
@@ -400,25 +397,12 @@ $("#later").addEventListener("click", () => {
   update();
 });
 
-SPANS.forEach(([name], i) => {
-  const button = make("button", { type: "button" }, name);
-  button.setAttribute("aria-pressed", String(i === 0));
-  button.addEventListener("click", () => {
-    strip.span = i;
-    strip.due = true;
-    [...$(".choice").children].forEach((b, k) => b.setAttribute("aria-pressed", String(k === i)));
-  });
-  $(".choice").append(button);
-});
-
 // ---- Events ----
 
 let live_from = 0;
 function take(event) {
-  if (event.type === "follower") {
-    follower = true;
-  } else if (event.type === "full") {
-    full = follower = true;
+  if (event.type === "full") {
+    full = true;
   } else {
     state = after(state, event);
     if (event.type === "session") {
@@ -456,7 +440,7 @@ function listen() {
     answers = true;
     clearTimeout(silence);
     silence = 0;
-    follower = full = false;
+    full = false;
     live_from = performance.now() + 700;
     dirty = true;
   });

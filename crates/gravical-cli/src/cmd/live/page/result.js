@@ -104,7 +104,7 @@ function fillResult(place, state, reportAddress, goOn) {
     blocks.push(make("p", { className: "saved" }, icon("done"), make("span", {}, "Saved as ", make("code", {}, saved.file),
       ", read back and compared.", saved.folder ? " The raw samples are in " : null, saved.folder ? make("code", {}, saved.folder) : null)));
   }
-  if (saved?.folder && goOn) {
+  if (saved?.folder) {
     const button = make("button", { type: "button", className: verdict?.grade === "good" ? "" : "primary" }, "Go on with more poses");
     button.addEventListener("click", goOn);
     blocks.push(make("div", { className: "row" }, button));
