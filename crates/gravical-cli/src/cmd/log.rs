@@ -1,12 +1,11 @@
 //! `gravical log`: record from a serial board to a file.
 
 mod event;
-mod exchange;
 mod file;
 mod gaps;
-mod hold;
 mod keys;
 mod lines;
+mod pending;
 mod recorder;
 mod reporter;
 mod rewrite;

@@ -22,7 +22,7 @@ pub enum NoRows {
 }
 
 impl NoRows {
-    /// Of the last bytes that arrived.
+    /// Judges the last bytes that arrived.
     pub fn of(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(bytes);
         let is_unreadable = |c: &char| {
@@ -43,49 +43,26 @@ impl NoRows {
         }
     }
 
-    /// Whether it is of the same kind.
-    pub fn is_like(&self, other: &Self) -> bool {
-        std::mem::discriminant(self) == std::mem::discriminant(other)
-    }
-
-    /// In a sentence.
-    pub fn message(&self, port: &str) -> String {
-        match self {
-            NoRows::Nothing => {
-                format!("{port} is open, but nothing arrives: does the board have a sketch?")
-            }
-            NoRows::Text(line) => {
-                format!("{port} sends text that is no row of a sensor: {line:?}")
-            }
-            NoRows::Garbage => format!(
-                "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
-            ),
-        }
-    }
-
-    /// What to do at the command line.
-    pub fn remedy(&self) -> &'static str {
-        match self {
-            NoRows::Nothing => {
-                "is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)?"
-            }
-            NoRows::Text(_) => {
-                "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are"
-            }
-            NoRows::Garbage => {
-                "give the baud rate of the sketch: --baud 9600 or 57600, for example"
-            }
-        }
-    }
-
     /// The error that it is where rows are not waited for.
     pub fn error(&self, port: &str) -> Error {
-        let code = match self {
-            NoRows::Nothing => "board-silent",
-            NoRows::Text(_) | NoRows::Garbage => "no-samples-from-board",
+        let (code, text, hint) = match self {
+            NoRows::Nothing => (
+                "board-silent",
+                format!("{port} is open, but nothing arrives: does the board have a sketch?"),
+                "is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)?",
+            ),
+            NoRows::Text(line) => (
+                "no-samples-from-board",
+                format!("{port} sends text that is no row of a sensor: {line:?}"),
+                "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are",
+            ),
+            NoRows::Garbage => (
+                "no-samples-from-board",
+                format!("what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"),
+                "give the baud rate of the sketch: --baud 9600 or 57600, for example",
+            ),
         };
-        let hint = format!("{}; --wait waits without end", self.remedy());
-        Error::device(code, self.message(port)).with_hint(hint)
+        Error::device(code, text).with_hint(hint)
     }
 }
 

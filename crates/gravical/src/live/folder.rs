@@ -82,7 +82,8 @@ impl Journal {
             .rposition(|b| *b == b'\n')
             .map_or(0, |at| at + 1);
         for (number, line) in bytes[..end].split(|b| *b == b'\n').enumerate() {
-            if line.trim_ascii().is_empty() {
+            // Half a line, of a crash, was marked when the session went on.
+            if line.trim_ascii().is_empty() || line.starts_with(b"#") {
                 continue;
             }
             let message: Message = serde_json::from_slice(line).map_err(|e| {

@@ -21,12 +21,12 @@ use gravical::recording::{ReadOptions, Recording, read};
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
-use super::connect::Opened;
+use super::connect::OpenSource;
 use super::console::{Console, Entry};
-use super::journal::{JournalFile, is_vital};
 use super::source::Incoming;
 use super::truth::truth_event;
 use crate::cmd::calibrate::save;
+use crate::cmd::log::LogFile;
 use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
@@ -40,18 +40,19 @@ const AT_ONCE: usize = 1 << 16;
 /// A session and everything around it.
 pub struct Driver<'a> {
     pub session: Session,
-    pub opened: Opened,
+    pub opened: OpenSource,
     /// There are rows already.
     pub resumes: bool,
     pub console: &'a mut Console,
-    pub journal: Option<JournalFile>,
+    /// An event a line.
+    pub journal: Option<LogFile>,
     pub folder: Option<PathBuf>,
     pub read: ReadOptions,
     /// The calibration file.
     pub output: Option<PathBuf>,
     /// Times real time; 0 is as fast as possible.
     pub speed: f64,
-    pub hand: Hand,
+    pub hand: SimulatedHand,
 }
 
 /// The recordings of a session, and where its poses are.
@@ -59,7 +60,7 @@ type Recorded = (Vec<Recording>, Segmentation);
 
 /// Commands that are typed, and the hand that moves a simulated sensor by them.
 #[derive(Default)]
-pub struct Hand {
+pub struct SimulatedHand {
     waiting: VecDeque<Command>,
     /// Time of the session until which it is busy, s.
     busy_until_s: f64,
@@ -70,7 +71,7 @@ pub struct Hand {
     is_gone: bool,
 }
 
-impl Hand {
+impl SimulatedHand {
     /// It moves the sensor, or leaves it alone.
     fn is_busy(&self) -> bool {
         self.now_s < self.busy_until_s
@@ -187,7 +188,7 @@ impl Driver<'_> {
                 self.warn(WarningKind::Rows, &message)?;
                 Vec::new()
             }
-            Incoming::Nothing | Incoming::Opened(_) | Incoming::NoRows(_) => Vec::new(),
+            Incoming::Nothing | Incoming::Connected(_) => Vec::new(),
             Incoming::End => {
                 let messages = self.session.settle_format().unwrap_or_default();
                 self.show(messages)?;
@@ -242,12 +243,25 @@ impl Driver<'_> {
     /// Shows events; what has to be safe is safe before.
     fn show(&mut self, messages: Vec<Message>) -> Result<()> {
         for message in messages {
-            if !message.event.is_status() {
-                if is_vital(&message) {
+            if let Some(journal) = &mut self.journal
+                && !message.event.is_status()
+            {
+                let line = serde_json::to_string(&message);
+                let line = line.map_err(|e| Error::io(journal.path(), e.into()))?;
+                // Without these a session could not be resumed as it was.
+                let is_vital = matches!(
+                    message.event,
+                    Event::Session { .. }
+                        | Event::PoseAccepted(_)
+                        | Event::PoseUndone { .. }
+                        | Event::Gravity { .. }
+                );
+                if is_vital {
                     self.opened.source.make_safe()?;
                 }
-                if let Some(journal) = &mut self.journal {
-                    journal.write(&message)?;
+                journal.write(format!("{line}\n").as_bytes())?;
+                if is_vital {
+                    journal.sync()?;
                 }
             }
             self.render(&[message])?;

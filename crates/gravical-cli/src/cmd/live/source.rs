@@ -21,7 +21,6 @@ use gravical::simulate::{
 use gravical::{Error, Result};
 
 use crate::cmd::log::{self, Event, Existing, LogFile};
-use crate::device::no_rows::NoRows;
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -43,9 +42,7 @@ pub enum Incoming {
     /// Nothing yet.
     Nothing,
     /// The port of this name is open.
-    Opened(String),
-    /// No row has arrived yet; this does.
-    NoRows(NoRows),
+    Connected(String),
     /// No rows arrive any more.
     Lost(Loss),
     /// Something to tell.
@@ -348,8 +345,8 @@ impl Source for PortSource {
 /// What the session has to know of the recording.
 fn incoming(event: Event) -> Option<Incoming> {
     Some(match event {
-        Event::Opened { port, .. } => Incoming::Opened(port),
-        Event::NoRows { why, .. } => Incoming::NoRows(why),
+        Event::Opened { port, .. } => Incoming::Connected(port),
+        Event::NoRows { text, hint } => Incoming::Warning(format!("{text}; {hint}")),
         Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
         Event::Silent { .. } => Incoming::Lost(Loss::Silent),
         Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),

@@ -148,8 +148,8 @@ impl Gaps {
 /// The usual step is the median of this many, and is known by so many.
 const STEPS: usize = 31;
 const MIN_STEPS: usize = 3;
-/// A jump of more usual steps than this is a gap, as for the reader of recordings.
-const GAP_STEPS: f64 = 4.5;
+/// Nothing for more usual steps than this is a gap, as for the reader of recordings.
+pub const GAP_STEPS: f64 = 4.5;
 /// Clocks begin again here: a 32-bit counter, as it is and of µs in ms or s, and the time of day, s.
 const WRAPS: [f64; 4] = [4_294_967_296.0, 4_294_967.296, 4_294.967_296, 86_400.0];
 /// Two long steps in a row that differ by less than this are another rate, not two gaps.

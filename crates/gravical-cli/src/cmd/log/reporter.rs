@@ -131,18 +131,17 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
         Event::Started { .. } if keyboard => "recording; space pauses, q or Ctrl-C ends".to_owned(),
         Event::Started { .. } | Event::Resumed => "recording".to_owned(),
         Event::Paused => "paused; space resumes".to_owned(),
-        Event::Warning { text } | Event::NoRows { text, .. } => format!("! {text}"),
+        Event::Warning { text } => format!("! {text}"),
+        Event::NoRows { text, hint } => format!("! {text}\n  try: {hint}"),
         Event::Rejected { count: 1, first } => format!("! a line is no row: {first:?}"),
         Event::Rejected { count, first } => {
             format!("! {count} lines so far are no rows; one of them: {first:?}")
         }
         Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ")),
         Event::Finding(finding) => format!("! {}: {}", finding.kind, finding.message),
-        Event::Lost { text } => {
-            format!(
-                "! the port is lost ({text}); plug the board in again, the recording resumes by itself"
-            )
-        }
+        Event::Lost { text } => format!(
+            "! the port is lost ({text}); plug the board in again, the recording resumes by itself"
+        ),
         Event::Silent { duration_s } => {
             format!("! the board has sent nothing for {duration_s:.0} s")
         }

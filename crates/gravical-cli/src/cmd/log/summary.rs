@@ -1,12 +1,13 @@
 //! The summary at the end: what the file holds, as `inspect` reads it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use gravical::Result;
 use gravical::escape::shell_word;
 use gravical::inspect::{Inspection, inspect};
 use gravical::numfmt;
-use gravical::poses::face::{AxisMap, Face};
+use gravical::poses::face::AxisMap;
 use gravical::recording::{ReadOptions, read};
 use gravical_report::document::Remark;
 
@@ -33,8 +34,8 @@ pub fn inspected(path: &Path) -> Result<Option<Inspection>> {
 pub fn summary(ended: &Ended) -> String {
     let (file, counts) = (&ended.file, &ended.counts);
     let mut text = format!("{file}: {} rows in {:.1} s\n", counts.rows, ended.elapsed_s);
-    let rejected = counts.rejected;
-    if rejected > 0 {
+    if counts.rejected > 0 {
+        let rejected = counts.rejected;
         text += &format!("  rejected  {rejected} lines, marked in the file\n");
     }
     if counts.gaps > 0 {
@@ -42,10 +43,8 @@ pub fn summary(ended: &Ended) -> String {
             0 => String::new(),
             n => format!(", {n} rows known to be missing"),
         };
-        text += &format!(
-            "  gaps      {}{missing}; the file names each\n",
-            counts.gaps
-        );
+        let gaps = counts.gaps;
+        text += &format!("  gaps      {gaps}{missing}; the file names each\n");
     }
     if let Some(inspection) = &ended.inspection {
         text += &content(inspection);
@@ -55,18 +54,22 @@ pub fn summary(ended: &Ended) -> String {
 
 /// Poses, unit, rate and findings.
 fn content(inspection: &Inspection) -> String {
-    let rests = inspection.static_intervals.iter();
-    let durations = rests.filter_map(|rest| Some((rest.face.clone(), rest.end_s? - rest.start_s?)));
-    let poses: Vec<_> = durations.filter(|pose| pose.1 >= POSE_S).collect();
-    let of_face = |face: Face| {
-        let at_rest = poses.iter().filter(|pose| pose.0 == Some(face.name()));
-        let duration_s: f64 = at_rest.map(|pose| pose.1).sum();
-        (duration_s > 0.0).then(|| format!("{} {duration_s:.1} s", face.name()))
-    };
-    let free = poses.iter().filter(|pose| pose.0.is_none()).count();
-    let free = (free > 0).then(|| format!("free {free}"));
-    let faces = Face::all().into_iter().filter_map(of_face);
-    let poses: Vec<String> = faces.chain(free).collect();
+    let mut poses: BTreeMap<&str, f64> = BTreeMap::new();
+    for rest in &inspection.static_intervals {
+        let duration_s = rest
+            .end_s
+            .zip(rest.start_s)
+            .map_or(0.0, |(end, start)| end - start);
+        if duration_s >= POSE_S {
+            *poses
+                .entry(rest.face.as_deref().unwrap_or("free"))
+                .or_default() += duration_s;
+        }
+    }
+    let poses = poses
+        .iter()
+        .map(|(face, duration_s)| format!("{face} {duration_s:.1} s"));
+    let poses: Vec<String> = poses.collect();
     let mut text = String::new();
     if !poses.is_empty() {
         text += &format!("  poses     {}\n", poses.join(", "));
