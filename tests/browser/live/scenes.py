@@ -61,7 +61,7 @@ class Script:
         self.source = source
         self.add(
             "session", source=source, name=name, folder="session-2026-11-23T0325", tool="gravical 0.1.0",
-            gravity_mps2=9.80665, gravity_source=gravity, capture_s=3.0,
+            gravity_mps2=9.80665, gravity_source=gravity,
         )
 
     def add(self, name, /, **fields):
@@ -157,9 +157,8 @@ class Script:
             grade = grade or ("not-verifiable" if n < 7 else "good" if worst <= 5 else "fair")
             self.add(
                 "fit", bias_mg=[12.13, -8.31, 30.22],
-                bias_sd_mg=[0.42, 0.41, 0.52], scale_percent=[1.21, -0.43, 0.8],
                 worst_mg=worst, leave_one_out_mg=None if n < 7 else 2.4, undetected_mg=None if n < 7 else round(130.0 / (n - 6) ** 3, 2),
-                grade=grade, gyroscope={"method": "motion", "bias_deg_s": [1.2, -0.3, 0.1], "motions": n - 1},
+                grade=grade,
                 poses=n, suspect=suspect,
             )
             if n >= 6:

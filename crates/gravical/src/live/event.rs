@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::{Grade, GravitySource, GyroMethod};
+use crate::calibration_file::{Grade, GravitySource};
 use crate::recording::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
@@ -64,8 +64,6 @@ pub enum Event {
         gravity_mps2: f64,
         /// Source of the gravity: with `standard` it has to be asked for.
         gravity_source: GravitySource,
-        /// Length of a pose, s.
-        capture_s: f64,
     },
     /// Columns, clock and units as far as the first second shows them.
     Identified {
@@ -437,10 +435,6 @@ pub enum EndReason {
 pub struct Fit {
     /// Bias, mg.
     pub bias_mg: [f64; 3],
-    /// Its standard deviation, mg.
-    pub bias_sd_mg: Option<[f64; 3]>,
-    /// Deviation of the scale from nominal, %.
-    pub scale_percent: Option<[f64; 3]>,
     /// Predicted error of ‖a‖ in the worst direction, 95 %, mg.
     pub worst_mg: Option<f64>,
     /// Leave-one-out error of ‖a‖, rms, mg.
@@ -449,23 +443,10 @@ pub struct Fit {
     pub undetected_mg: Option<f64>,
     /// The grade.
     pub grade: Grade,
-    /// The gyroscope, if there is a result.
-    pub gyroscope: Option<GyroFit>,
     /// Number of poses.
     pub poses: u32,
     /// Number of the pose that contradicts the others.
     pub suspect: Option<u32>,
-}
-
-/// Result of the gyroscope.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct GyroFit {
-    /// How it was estimated.
-    pub method: GyroMethod,
-    /// Bias, °/s; null where its unit is unknown.
-    pub bias_deg_s: Option<[f64; 3]>,
-    /// Number of motions that were used.
-    pub motions: u32,
 }
 
 /// A true parameter beside its estimate.

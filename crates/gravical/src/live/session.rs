@@ -186,7 +186,6 @@ impl Session {
             tool: crate::TOOL.to_owned(),
             gravity_mps2: self.options.gravity.value_mps2,
             gravity_source: self.options.gravity.source,
-            capture_s: self.options.capture_s,
         };
         self.emit(event, words::sentences([&*format!("{name}{into}")]));
         self.take()

@@ -185,12 +185,11 @@ impl Session {
     }
 
     pub(super) fn undo(&mut self) {
-        let Some(last) = self.poses.pop() else {
+        let Some(last) = self.poses().last().map(|pose| pose.pose) else {
             self.refuse("there is no pose to undo");
             return;
         };
-        self.undone(&last.pose, Undone::Undo);
-        self.poses_changed();
+        self.remove(Undone::Undo, |pose| pose.pose == last);
     }
 
     pub(super) fn record_again(&mut self, name: &str) {
@@ -198,38 +197,29 @@ impl Session {
             self.refuse("a face is +x, -x, +y, -y, +z or -z");
             return;
         };
-        let of_face = |p: &Accepted| p.pose.face.as_deref() == Some(&face.name());
-        let (gone, left): (Vec<Accepted>, Vec<Accepted>) = std::mem::take(&mut self.poses)
-            .into_iter()
-            .partition(of_face);
-        self.poses = left;
-        for accepted in &gone {
-            self.undone(&accepted.pose, Undone::Redo);
-        }
-        if !gone.is_empty() && !self.redo.contains(&face) {
+        if self.has(face) && !self.redo.contains(&face) {
             self.redo.push(face);
         }
-        self.poses_changed();
+        let name = face.name();
+        self.remove(Undone::Redo, |pose| pose.face.as_ref() == Some(&name));
     }
 
-    fn undone(&mut self, pose: &Pose, why: Undone) {
-        let event = Event::PoseUndone {
-            pose: pose.pose,
-            face: pose.face.clone(),
-            why,
-        };
-        self.emit(event, words::undone(pose, why));
-    }
-
-    fn poses_changed(&mut self) {
+    fn remove(&mut self, why: Undone, is_gone: impl Fn(&Pose) -> bool) {
+        let poses = std::mem::take(&mut self.poses);
+        let (gone, left): (Vec<_>, _) = poses.into_iter().partition(|p| is_gone(&p.pose));
+        self.poses = left;
+        for Accepted { pose, .. } in gone {
+            let text = words::undone(&pose, why);
+            let Pose { pose, face, .. } = pose;
+            self.emit(Event::PoseUndone { pose, face, why }, text);
+        }
         self.away = true;
         self.progress_s = self.now_s;
         self.fit_due = true;
         self.file = None;
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
-            hold.rows.start = hold.rows.end;
-            hold.stage = HoldStage::Settling;
+            *hold = Hold::new(hold.rows.end..hold.rows.end, hold.forced);
         }
     }
 }

@@ -3,13 +3,12 @@
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
-use crate::live::event::{Event, Fit, GyroFit, Pose, Wanted, WarningKind};
+use crate::live::event::{Event, Fit, Pose, Wanted, WarningKind};
 use crate::live::folder::section;
 use crate::live::{mg, words};
 use crate::numfmt::count;
 use crate::poses::SegmentOptions;
 use crate::poses::face::in_words;
-use crate::recording::units::GyroUnit;
 use crate::{Error, Result};
 
 use super::{FIRST_FIT, FULL_FIT, Session, Stop};
@@ -68,20 +67,12 @@ impl Session {
     /// The figures of a calibration of the poses so far.
     fn fitted(&self, file: &CalibrationFile) -> Fit {
         let section = &file.accelerometer;
-        let to_mg = |units: [f64; 3]| [0, 1, 2].map(|i| mg(units[i] / section.scale[i]));
         Fit {
-            bias_mg: to_mg(section.bias),
-            bias_sd_mg: section.deviations.map(|d| to_mg(d.bias)),
-            scale_percent: section.scale_deviation_percent,
+            bias_mg: [0, 1, 2].map(|i| mg(section.bias[i] / section.scale[i])),
             worst_mg: section.worst_direction.as_ref().map(|w| mg(w.error_mps2)),
             leave_one_out_mg: section.leave_one_out_rms_mps2.map(mg),
             undetected_mg: section.undetected.as_ref().map(|u| mg(u.effect_mps2)),
             grade: file.verdict.grade,
-            gyroscope: file.gyroscope.as_ref().map(|gyro| GyroFit {
-                method: gyro.method,
-                bias_deg_s: (gyro.input_unit != GyroUnit::Unknown).then(|| gyro.bias_deg_s()),
-                motions: gyro.motions.map_or(0, |m| m.used),
-            }),
             poses: self.poses.len() as u32,
             suspect: self.suspect(file).map(|pose| pose.pose),
         }

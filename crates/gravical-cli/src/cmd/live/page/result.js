@@ -37,25 +37,6 @@ function numbers(fit) {
     number(...mg(bias), "length of the bias that was found"));
 }
 
-function parameters(fit) {
-  if (!fit?.bias_mg) return null;
-  const rows = [0, 1, 2].map(i => {
-    const [bias, sd] = within(fit.bias_mg[i], fit.bias_sd_mg?.[i]);
-    const scale = fit.scale_percent?.[i];
-    return make("tr", {}, make("th", { scope: "row" }, "xyz"[i]),
-      make("td", {}, sd ? `${bias} ± ${sd}` : bias),
-      make("td", {}, Number.isFinite(scale) ? minus((scale > 0 ? "+" : "") + scale.toFixed(2)) : "–"));
-  });
-  const gyro = fit.gyroscope;
-  return make("div", { className: "scroll" }, gyro ? make("p", { className: "note" },
-    "Gyroscope: ", gyro.bias_deg_s ? `bias ${gyro.bias_deg_s.map(v => minus(v.toFixed(3))).join(", ")} °/s about x, y, z, ` : null,
-    gyro.method === "bias" ? "from the poses; its scale is not calibrated." : `calibrated from ${gyro.motions} motions between the poses.`) : null,
-  make("table", {},
-    make("caption", {}, "What was found: bias ± 1σ, and scale against nominal"),
-    make("thead", {}, make("tr", {}, make("th", {}, "axis"), make("th", {}, "bias, mg"), make("th", {}, "scale, %"))),
-    make("tbody", {}, ...rows)));
-}
-
 function truth(event) {
   const rows = event.rows.map(row => {
     const sigma = row.plus_minus > 0 ? row.plus_minus : null;
@@ -117,9 +98,9 @@ function fillResult(place, state, reportAddress, goOn) {
   }
   if (state.truth) blocks.push(truth(state.truth));
   if (saved) blocks.push(reportOf(reportAddress));
-  if (saved && (verdict?.reasons?.length || fit)) {
-    blocks.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons and numbers")),
-      make("ul", { className: "reasons" }, ...(verdict?.reasons ?? []).map(r => make("li", {}, r))), parameters(fit)));
+  if (saved && verdict?.reasons.length) {
+    blocks.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons")),
+      make("ul", { className: "reasons" }, ...verdict.reasons.map(r => make("li", {}, r)))));
   }
   place.replaceChildren(...blocks);
 }

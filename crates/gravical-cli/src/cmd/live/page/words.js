@@ -35,21 +35,13 @@ function ring(state, ink, accepted) {
   const s = state.status, now = stage(state);
   if (accepted) return ["done", "Done", 1, "#009E73"];
   if (now === "lost") return ["lost", LOST[state.lost.why] ?? "Lost", 0, "#D55E00"];
-  if (!s || now === "connect" || now === "end") return ["", "", 0, ink.line];
-  const share = Math.max(0, Math.min(1, s.ring ?? 0));
-  if (now === "floor") return ["floor", "Hands off", share, "#E69F00"];
-  if (now === "settle") return ["settle", "Hold still", share, "#E69F00"];
-  if (now === "capture") {
-    const left_s = (state.session.capture_s ?? 2.5) * (1 - share);
-    return ["capture", `Capturing ${left_s.toFixed(1)} s`, share, ink.accent];
-  }
-  if (now === "done") return ["", "", 0, ink.line];
   if (now === "wait") {
     const word = !s.still ? "Moving" : s.welcome === "duplicate" ? `${faceName(s.face)} is done already`
       : s.welcome === "between" ? "Between two faces" : "At rest";
     return ["", word, 0, ink.line];
   }
-  return ["", "", share, "#E69F00"];
+  const word = { floor: "Hands off", settle: "Hold still", capture: "Capturing" }[now];
+  return word ? [now, word, s.ring, now === "capture" ? ink.accent : "#E69F00"] : ["", "", 0, ink.line];
 }
 
 const UNITS = { "m/s^2": "m/s²", counts: "raw counts", unknown: "unit unknown" };
