@@ -141,7 +141,7 @@ class Check:
         return self.session.commands
 
     def accepted(self, number):
-        self.until(f"return state.poses.size === {number} && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)")
+        self.until(f"return state.poses.size === {number} && [...state.poses.values()].every(p => p.t_s <= state.next_pose.t_s)")
         self.browser.settle()
 
     def by_keyboard(self):
@@ -149,7 +149,7 @@ class Check:
         browser = self.browser
         Player(self.session)
         browser.open(self.url)
-        self.until("return state.next")
+        self.until("return state.next_pose")
         key = {face: str(i + 1) for i, face in enumerate(["+x", "-x", "+y", "-y", "+z", "-z"])}
         for n, face in enumerate(ORDER):
             browser.key(key[face])
@@ -201,7 +201,7 @@ class Check:
         browser = self.browser
         Player(self.session)
         browser.open(self.url)
-        self.until("return state.next")
+        self.until("return state.next_pose")
         for n, face in enumerate(ORDER):
             browser.click(f"#tiles button[title='Put {face.replace('-', '−')} up']")
             self.accepted(n + 1)
@@ -247,8 +247,11 @@ class Check:
         # Gravity, with a comma.
         self.open(all_scenes["gravity"])
         browser.run("document.querySelector('#latitude').value = '48,1'; document.querySelector('#gravity [type=submit]').click()")
+        self.until("return true")
+        browser.settle()
+        assert self.commands()[-1] == {"command": "gravity", "latitude": 48.1, "value": None}
+        self.session.say({"v": 1, "t_s": 9.0, "type": "gravity", "gravity_mps2": 9.8085, "gravity_source": "latitude", "text": "Local gravity is 9.80850 m/s²."})
         self.until("return document.querySelector('#gravity').hidden")
-        assert self.commands()[-1] == {"command": "gravity", "latitude": 48.1, "altitude": 0}
         # A port is chosen by a click, by its number, again by Enter; nothing else is sent.
         self.open(all_scenes["ports"])
         browser.click("#ports li:nth-child(3) button")

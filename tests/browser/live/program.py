@@ -65,7 +65,7 @@ class Live(Check):
     def accepted(self, number):
         # What is wanted next is known after the fit.
         self.until(f"return state.poses.size === {number} && (state.fit?.poses ?? {number}) === {number}"
-                   " && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)", 60)
+                   " && [...state.poses.values()].every(p => p.t_s <= state.next_pose.t_s)", 60)
         self.browser.settle(8)
 
     def readable(self):

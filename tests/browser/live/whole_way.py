@@ -114,7 +114,7 @@ class WholeWay(Live):
     """A browser, the program and the emulated board."""
 
     def until_next(self):
-        self.until("return state.next && [...state.poses.values()].every(p => p.t_s <= state.next.t_s)", 60)
+        self.until("return state.next_pose && [...state.poses.values()].every(p => p.t_s <= state.next_pose.t_s)", 60)
 
     def guide(self, uno, folder):
         """From the first row to "Saved": what the page asks for is done with the board."""
@@ -148,8 +148,8 @@ class WholeWay(Live):
                 self.until_next()
                 if self.is_good():
                     break
-                up = browser.run("return state.next.up")
-                assert up, browser.run("return state.next")
+                up = browser.run("return state.next_pose.up")
+                assert up, browser.run("return state.next_pose")
                 uno.act(" ".join(f"{v:.4f}" for v in up))
                 self.accepted(count)
             assert self.is_good()

@@ -83,7 +83,7 @@ function drawDial(now) {
 
 // What is wanted next: its face or null, and its direction or null.
 function wanted() {
-  const { next, status: s } = state;
+  const { next_pose: next, status: s } = state;
   if (next?.kind === "free" && next.up) return { face: null, up: unit(next.up) };
   if (next?.kind !== "face" || !next.faces?.length) return { face: null, up: null };
   // In any order: a face that is nearly up already is the next one.
@@ -97,7 +97,7 @@ function drawNext(now) {
   show(figure, Boolean(up) && now !== "floor" && now !== "identify");
   if (figure.hidden) return;
   write(figure.querySelector("b"), face ? `Next: ${faceName(face)} up` : "Next pose");
-  write(figure.querySelector("span"), !face ? state.next.hint ?? "" : state.next.faces.length > 1 ? "or any other face, in any order" : "the last face");
+  write(figure.querySelector("span"), !face ? state.next_pose.hint ?? "" : state.next_pose.faces.length > 1 ? "or any other face, in any order" : "the last face");
   const away = s?.up && unit(s.up) ? angleDeg(s.up, up) : null;
   write($("#remaining"), away === null ? "" : away < 8 ? "✓ like this: hold it still" : `${away.toFixed(0)}° away`);
   if (next_seen === up.join()) return;
@@ -108,7 +108,7 @@ function drawNext(now) {
 function showSphere() {
   const suspect = state.fit?.suspect;
   const poses = [...state.poses.values()].map(p => ({ up: unit(p.up) ?? [0, 0, 1], face: p.face, suspect: p.pose === suspect }));
-  const next = !state.end && state.next?.kind === "free" && state.next.up ? unit(state.next.up) : null;
+  const next = !state.end && state.next_pose?.kind === "free" && state.next_pose.up ? unit(state.next_pose.up) : null;
   sphere.show({ poses, next, up: state.end ? null : state.status?.up && unit(state.status.up) });
   const free = poses.filter(p => !p.face).length, faces = FACES.filter(recorded).length;
   write($("#poses"), `${faces} of 6 faces${free ? `, ${free} free` : ""}`);
@@ -380,17 +380,11 @@ document.addEventListener("click", e => {
 });
 $("#mute").addEventListener("click", () => sound.toggle());
 
-$("#gravity").addEventListener("submit", async e => {
+$("#gravity").addEventListener("submit", e => {
   e.preventDefault();
   const read = id => Number($(id).value.trim().replace(",", ".") || NaN);
-  const latitude = read("#latitude"), value = read("#value");
-  const command = Number.isNaN(latitude) && value >= 9.7 && value <= 9.9 ? { command: "gravity", value }
-    : Number.isNaN(value) && Math.abs(latitude) <= 90 ? { command: "gravity", latitude, altitude: 0 } : null;
-  write($("#gravity-error"), command ? "" : "Give a latitude from −90 to 90 or g between 9.7 and 9.9 m/s², not both.");
-  if (command && await send(command)) {
-    later = true;
-    update();
-  }
+  // A number that is none is null in JSON; the program refuses what it cannot use.
+  send({ command: "gravity", latitude: read("#latitude"), value: read("#value") });
 });
 $("#later").addEventListener("click", () => {
   later = true;
@@ -422,12 +416,10 @@ function take(event) {
     }
     if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
   }
-  const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]);
   if (event.type !== "status") {
+    const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]), last = mg.at(-1);
     chart.show(mg);
-    const last = mg[mg.length - 1];
-    const place = $("#predicted");
-    place.replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (95 %)"] : []);
+    $("#predicted").replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (95 %)"] : []);
     $("#error canvas").setAttribute("aria-label", last ? `Predicted error ${precise(last[1])} mg after ${last[0]} poses` : "Predicted error: no poses yet");
   }
   dirty = true;
@@ -486,8 +478,8 @@ function frame(now_ms) {
   }
   sphere.draw(ink, calm.matches);
   if (!$("#strip").hidden) {
-    const open = state.candidate ? [{ from: state.candidate.t_s, to: state.status?.t_s ?? state.candidate.t_s, kind: "open" }] : [];
-    strip.draw(ink, [...state.marks, ...open], state.gravity ?? 9.80665);
+    const open = state.pose_candidate ? [{ from: state.pose_candidate.t_s, to: state.status?.t_s ?? state.pose_candidate.t_s, kind: "open" }] : [];
+    strip.draw(ink, [...state.marks, ...open], state.session?.gravity_mps2 ?? 9.80665);
   }
   chart.draw(ink);
 }
