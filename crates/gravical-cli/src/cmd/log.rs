@@ -174,15 +174,12 @@ fn end(
     let (recorder, path) = (&session.recorder, session.file.path());
     let counts = recorder.counts();
     let has_content = counts.rows > 0 && path.is_file();
-    let inspection = if has_content {
-        inspected(path).unwrap_or_else(|error| {
-            let text = format!("gravical inspect cannot read the file: {error}");
-            reporter.report(&Event::Warning { text });
-            None
-        })
-    } else {
+    let inspection = has_content.then(|| inspected(path)).transpose();
+    let inspection = inspection.unwrap_or_else(|error| {
+        let text = format!("gravical inspect cannot read the file: {error}");
+        reporter.report(&Event::Warning { text });
         None
-    };
+    });
     let reason = recorder.end().filter(|_| done.is_ok());
     let writing = recorder.writing();
     let ended = Ended {
@@ -193,7 +190,7 @@ fn end(
             .map_or(0.0, |w| w.elapsed_s(now_s))
             .min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
-        inspection,
+        inspection: inspection.flatten(),
     };
     if has_content {
         reporter.summary(&summary(&ended));

@@ -213,29 +213,26 @@ impl Capture<'_> {
     /// An axis that repeats its value although another pose should have changed it. Beside axes
     /// that repeat theirs, too, it may be coarse and quiet.
     fn frozen(&self, means: &Means) -> Option<Fault> {
-        let values = |axis: usize| self.samples.iter().map(move |s| s.accel[axis]);
-        let one = |axis: usize| {
-            let first = values(axis).find(|v| v.is_finite());
-            first.filter(|first| values(axis).all(|v| v.is_nan() || v == *first))
-        };
-        let number_of = |axis: usize| {
-            let mut all: Vec<f64> = values(axis).filter(|v| v.is_finite()).collect();
-            all.sort_unstable_by(f64::total_cmp);
-            all.dedup();
-            all.len()
+        let values = |axis: usize| {
+            let mut values: Vec<f64> = self.samples.iter().map(|s| s.accel[axis]).collect();
+            values.retain(|v| v.is_finite());
+            values.sort_unstable_by(f64::total_cmp);
+            values.dedup();
+            values
         };
         let axis = (0..3).find(|&axis| {
-            let Some(value) = one(axis) else { return false };
-            if (0..3).any(|beside| beside != axis && number_of(beside) < LIVELY) {
+            let [value] = values(axis)[..] else {
                 return false;
-            }
+            };
+            let is_lively = (0..3).all(|beside| beside == axis || values(beside).len() >= LIVELY);
             let others = self.poses().filter(|p| {
                 let mut turned = sub(&p.mean, &means.accel);
                 turned[axis] = 0.0;
                 self.mg(norm(&turned)) > 1000.0 * TURNED_G
             });
             let mut others = others.peekable();
-            others.peek().is_some()
+            is_lively
+                && others.peek().is_some()
                 && others.all(|p| (p.mean[axis] - value).abs() < 1e-9 * value.abs().max(1e-9))
         })?;
         let name = AXES[axis];

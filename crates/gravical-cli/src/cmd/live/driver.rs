@@ -1,7 +1,6 @@
 //! The loop between the source of rows, the session, the disk and those who show the events.
 
 use std::collections::VecDeque;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::TryRecvError;
@@ -33,9 +32,6 @@ use crate::report::write_report;
 
 /// A hand that moves is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
-
-/// Bytes of the recording that are read at once when a session is resumed.
-const AT_ONCE: usize = 1 << 16;
 
 /// A session and everything around it.
 pub struct Driver<'a> {
@@ -223,18 +219,10 @@ impl Driver<'_> {
     fn restore(&mut self) -> Result<()> {
         if let Some(folder) = &self.folder {
             let path = folder.join(gravical::live::folder::RECORDING);
-            let io = |e| Error::io(&path, e);
-            let file = std::fs::File::open(&path).map_err(io)?;
-            let mut file = file.take(self.opened.recorded);
-            let mut bytes = vec![0; AT_ONCE];
-            loop {
-                let n = file.read(&mut bytes).map_err(io)?;
-                if n == 0 {
-                    break;
-                }
-                let messages = self.session.bytes(&bytes[..n])?;
-                self.render(&messages)?;
-            }
+            let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
+            bytes.truncate(self.opened.recorded as usize);
+            let messages = self.session.bytes(&bytes)?;
+            self.render(&messages)?;
         }
         let messages = self.session.resumed();
         self.show(messages)
