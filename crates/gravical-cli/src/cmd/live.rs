@@ -236,11 +236,7 @@ impl Args {
             (Some(path), _) => Some(free_name(path)),
             (None, folder) => folder.map(|folder| free_name(&folder.join("calibration.json"))),
         };
-        let existing = if resumes {
-            Existing::Append
-        } else {
-            Existing::Refuse
-        };
+        let existing = Existing::of_session(resumes);
         let journal = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
         let driver = Driver {
             session,
@@ -318,39 +314,36 @@ impl Args {
 
     /// The folder of the session, and the journal of one that is resumed.
     fn place(&self) -> Result<Place> {
-        let place = |folder, journal| Place {
+        let (folder, journal) = match &self.resume {
+            _ if self.replay.is_some() => (None, None),
+            Some(folder) => {
+                let journal = Journal::read(folder)?;
+                journal.verify(&self.read_options())?;
+                (Some(folder.clone()), Some(journal))
+            }
+            None => (Some(self.new_folder()?), None),
+        };
+        Ok(Place {
             folder,
             journal,
             is_same: false,
-        };
-        if self.replay.is_some() {
-            return Ok(place(None, None));
-        }
-        if let Some(folder) = &self.resume {
-            let journal = Journal::read(folder)?;
-            journal.verify(&self.read_options())?;
-            return Ok(place(Some(folder.clone()), Some(journal)));
-        }
+        })
+    }
+
+    fn new_folder(&self) -> Result<PathBuf> {
         let folder = self.folder.clone().unwrap_or_else(|| {
             let now = gravical::calibration_file::creation_time();
-            let digits: String = now
-                .chars()
-                .filter(|c| c.is_ascii_digit() || *c == 'T')
-                .collect();
-            PathBuf::from(format!("session-{digits}"))
+            PathBuf::from(format!("session-{}", now.replace(['-', ':', 'Z'], "")))
         });
-        if folder.exists() {
-            let hint = format!(
-                "gravical live --resume {} goes on with it; --folder names another",
-                path_word(&folder)
-            );
-            return Err(
-                Error::usage("exists", "the folder of the session exists already")
-                    .at(&folder, None)
-                    .with_hint(hint),
-            );
+        if !folder.exists() {
+            return Ok(folder);
         }
-        Ok(place(Some(folder), None))
+        let hint = format!(
+            "gravical live --resume {} goes on with it; --folder names another",
+            path_word(&folder)
+        );
+        let error = Error::usage("exists", "the folder of the session exists already");
+        Err(error.at(&folder, None).with_hint(hint))
     }
 
     /// Where the rows are to come from: what was given, or as in the session before.

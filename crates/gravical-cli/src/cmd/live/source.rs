@@ -1,8 +1,7 @@
 //! Where the rows of a session come from: a port, a simulated sensor, a recording.
 
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -164,12 +163,7 @@ impl Simulated {
     ///
     /// Those of the file.
     pub fn open(path: &Path, resumes: bool, seed: u64, speed: f64) -> Result<Self> {
-        let existing = if resumes {
-            Existing::Append
-        } else {
-            Existing::Refuse
-        };
-        let mut file = LogFile::open(path, existing)?;
+        let mut file = LogFile::open(path, Existing::of_session(resumes))?;
         file.start()?;
         let offset_s = if resumes {
             last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S
@@ -203,16 +197,12 @@ impl Simulated {
     }
 }
 
-/// Time of the last row of a recording of [`Simulated`], s; 0 without one. Only its end is read.
+/// Time of the last row of a recording of [`Simulated`], s; 0 without one.
 fn last_row_s(path: &Path) -> std::io::Result<f64> {
-    let mut file = File::open(path)?;
-    let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(AT_ONCE as u64)))?;
-    let mut end = Vec::new();
-    file.read_to_end(&mut end)?;
-    let end = String::from_utf8_lossy(&end);
+    let text = std::fs::read(path)?;
+    let text = String::from_utf8_lossy(&text);
     let stamp_ms = |line: &str| line.split(',').next()?.parse::<f64>().ok();
-    Ok(end.lines().rev().find_map(stamp_ms).unwrap_or(0.0) / 1e3)
+    Ok(text.lines().rev().find_map(stamp_ms).unwrap_or(0.0) / 1e3)
 }
 
 impl Source for Simulated {

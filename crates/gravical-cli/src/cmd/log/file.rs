@@ -21,6 +21,17 @@ pub enum Existing {
     Replace,
 }
 
+impl Existing {
+    /// Of a session that begins, or goes on.
+    pub fn of_session(resumes: bool) -> Self {
+        if resumes {
+            Existing::Append
+        } else {
+            Existing::Refuse
+        }
+    }
+}
+
 /// A file to which whole lines are appended, locked against other instances of this program.
 pub struct LogFile {
     path: PathBuf,
