@@ -257,9 +257,6 @@ fn remedy(trouble: &Error) -> (&str, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cmd::live::console::Renderer;
-    use std::sync::Arc;
-    use std::sync::mpsc::sync_channel;
 
     fn board(name: &str) -> PortInfo {
         PortInfo {
@@ -288,56 +285,5 @@ mod tests {
         // One that is busy is not tried again and again.
         let busy = Error::device("port-busy", "");
         assert_eq!(arrived(&busy, Some("/dev/none1"), &one), None);
-    }
-
-    struct Seen(std::sync::mpsc::Sender<Event>);
-
-    impl Renderer for Seen {
-        fn show(&mut self, message: &Message) -> Result<()> {
-            let _ = self.0.send(message.event.clone());
-            Ok(())
-        }
-    }
-
-    #[test]
-    fn only_ports_that_are_there_can_be_chosen() {
-        let (sender, entries) = sync_channel(8);
-        let (to, seen) = std::sync::mpsc::channel();
-        let mut console = Console::new(vec![Box::new(Seen(to))], entries, Arc::default());
-        let mut chooser = PortChooser {
-            console: &mut console,
-            can_simulate: true,
-            tried: None,
-        };
-        let known = [board("/dev/none1")];
-        let mut ask = |name: &str, tried: Option<&str>| {
-            chooser.tried = tried.map(str::to_owned);
-            let name = name.to_owned();
-            sender
-                .send(Entry::Typed(Ok(Command::Port { name })))
-                .unwrap();
-            chooser.answer(|| known.to_vec()).unwrap()
-        };
-        for (name, tried) in [("/dev/none1", None), ("/dev/none7", Some("/dev/none7"))] {
-            let Some(Answer::Chosen(origin)) = ask(name, tried) else {
-                panic!("{name} was refused")
-            };
-            assert_eq!(origin, Origin::Port(Some(name.to_owned())));
-        }
-        for name in ["/etc/passwd", "", "/dev/none", "/dev/none1\n"] {
-            assert!(ask(name, None).is_none(), "{name:?}");
-            let Ok(Event::Warning { kind, .. }) = seen.try_recv() else {
-                panic!("{name:?} was not refused")
-            };
-            assert_eq!(kind, WarningKind::Refused);
-        }
-        sender.send(Entry::Typed(Ok(Command::Undo))).unwrap();
-        assert!(chooser.answer(Vec::new).unwrap().is_none());
-        assert!(matches!(seen.try_recv(), Ok(Event::Warning { .. })));
-        sender.send(Entry::Typed(Ok(Command::Simulate))).unwrap();
-        let answer = chooser.answer(Vec::new).unwrap();
-        let Some(Answer::Chosen(Origin::Simulated(None))) = answer else {
-            panic!("a simulated sensor was refused")
-        };
     }
 }
