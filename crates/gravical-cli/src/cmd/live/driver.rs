@@ -100,7 +100,6 @@ enum Ending {
     Stopped(EndReason),
     /// There are no more rows, and too few poses.
     OutOfRows,
-    Failed(Error),
 }
 
 impl Driver<'_> {
@@ -110,22 +109,19 @@ impl Driver<'_> {
     ///
     /// Those of the source and of the disk.
     pub fn run(mut self) -> anyhow::Result<ExitCode> {
-        let ending = match self.guide() {
-            Ok(ending) => ending,
-            Err(error) => Ending::Failed(error),
-        };
+        let ending = self.guide();
         // A recording that cannot be written has been rescued.
-        let is_lost = matches!(&ending, Ending::Failed(error) if error.code() == "io");
+        let is_lost = matches!(&ending, Err(error) if error.code() == "io");
         let rest = if is_lost {
             Vec::new()
         } else {
             self.opened.source.close()
         };
         match ending {
-            Ending::Finished => self.save(),
-            Ending::Stopped(reason) => self.stopped(reason, &rest),
-            Ending::OutOfRows => self.out_of_rows(),
-            Ending::Failed(error) => {
+            Ok(Ending::Finished) => self.save(),
+            Ok(Ending::Stopped(reason)) => self.stopped(reason, &rest),
+            Ok(Ending::OutOfRows) => self.out_of_rows(),
+            Err(error) => {
                 // The disk of the journal may be full as well.
                 let _ = self.end(EndReason::Failed, &error.to_string());
                 Err(error.into())
