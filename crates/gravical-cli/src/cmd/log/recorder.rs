@@ -13,7 +13,7 @@ use super::lines::Splitter;
 use super::pending::Pending;
 use super::writing::{Line, Options, Output, Writing};
 use crate::device::board::Settings;
-use crate::device::no_rows::{JUDGED_BYTES, NoRows};
+use crate::device::trouble::{JUDGED_BYTES, NoRows};
 
 /// Without a row for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
