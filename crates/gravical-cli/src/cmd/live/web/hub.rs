@@ -9,7 +9,11 @@ use std::time::{Duration, Instant};
 
 use axum::response::sse;
 use futures_core::Stream;
+use gravical::live::{Event, Message};
+use gravical::{Error, Result};
 use tokio::sync::mpsc;
+
+use crate::cmd::live::console::Renderer;
 
 /// Events that may wait for a tab: half a minute of a session.
 const QUEUE: usize = 300;
@@ -42,44 +46,9 @@ impl Hub {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Says an event to all tabs. One that is far behind is disconnected: it connects again, and
-    /// gets everything from the beginning.
-    pub fn say(&self, text: String, is_status: bool) {
-        let text: Arc<str> = text.into();
-        let mut state = self.state();
-        if is_status {
-            state.status = Some(Arc::clone(&text));
-        } else {
-            state.past.push(Arc::clone(&text));
-        }
-        state
-            .tabs
-            .retain(|tab| tab.try_send(Arc::clone(&text)).is_ok());
-    }
-
-    /// Says the first event of a session; one before it, which goes on, is over.
-    pub fn begin(&self, text: String) {
-        let mut state = self.state();
-        state.past.clear();
-        (state.status, state.report, state.ended) = (None, None, false);
-        drop(state);
-        self.say(text, false);
-    }
-
-    /// Says the last event.
-    pub fn end(&self, text: String) {
-        self.state().ended = true;
-        self.say(text, false);
-    }
-
     /// The last event was said.
     pub fn has_ended(&self) -> bool {
         self.state().ended
-    }
-
-    /// Keeps the calibration report.
-    pub fn keep_report(&self, html: &str) {
-        self.state().report = Some(html.into());
     }
 
     /// The calibration report.
@@ -121,6 +90,37 @@ impl Hub {
     }
 }
 
+impl Renderer for Arc<Hub> {
+    /// Says an event to all tabs. One that is far behind is disconnected: it connects again, and
+    /// gets everything from the beginning.
+    fn show(&mut self, message: &Message) -> Result<()> {
+        let text = serde_json::to_string(message);
+        let text: Arc<str> = text
+            .map_err(|e| Error::device("page", e.to_string()))?
+            .into();
+        let mut state = self.state();
+        if matches!(message.event, Event::Session { .. }) {
+            // One before it, which goes on, is over.
+            state.past.clear();
+            (state.status, state.report, state.ended) = (None, None, false);
+        }
+        state.ended |= matches!(message.event, Event::End { .. });
+        if message.event.is_status() {
+            state.status = Some(Arc::clone(&text));
+        } else {
+            state.past.push(Arc::clone(&text));
+        }
+        state
+            .tabs
+            .retain(|tab| tab.try_send(Arc::clone(&text)).is_ok());
+        Ok(())
+    }
+
+    fn report(&mut self, html: &str) {
+        self.state().report = Some(html.into());
+    }
+}
+
 /// The events for a tab.
 pub struct Listener {
     before: VecDeque<Arc<str>>,
@@ -140,7 +140,7 @@ impl Drop for Listener {
 }
 
 impl Stream for Listener {
-    type Item = Result<sse::Event, Infallible>;
+    type Item = std::result::Result<sse::Event, Infallible>;
 
     fn poll_next(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Option<Self::Item>> {
         if let Some(retry) = self.retry.take() {
@@ -160,20 +160,21 @@ mod tests {
 
     #[test]
     fn a_tab_that_does_not_read_is_disconnected_and_the_others_go_on() {
-        let hub = Arc::new(Hub::default());
-        hub.say("0".to_owned(), false);
+        let mut hub = Arc::new(Hub::default());
+        let event = Message::new(0.0, Event::PoseCandidate, "");
+        hub.show(&event).unwrap();
         let (first, mut second) = (hub.join().unwrap(), hub.join().unwrap());
-        for i in 0..QUEUE {
-            hub.say(i.to_string(), i % 10 != 0);
+        for _ in 0..QUEUE {
+            hub.show(&event).unwrap();
             assert!(second.receiver.try_recv().is_ok());
         }
         assert!(!hub.is_read());
-        hub.say("too many".to_owned(), false);
+        hub.show(&event).unwrap();
         assert!(first.receiver.is_closed() && !second.receiver.is_closed());
         drop(first);
-        // The events so far, and the latest status.
+        // Everything so far.
         let again = hub.join().unwrap();
-        assert_eq!(again.before.len(), 1 + QUEUE / 10 + 1 + 1);
+        assert_eq!(again.before.len(), 1 + QUEUE + 1);
         drop(second);
         assert!(!hub.is_left_for(Duration::ZERO));
         drop(again);
