@@ -92,7 +92,7 @@ fn status_line(status: &Status, text: &str) -> String {
 /// What stands before the sentences of an event; none for one that has no line.
 fn mark(event: &Event) -> Option<&'static str> {
     match event {
-        Event::Status(_) | Event::PoseCandidate { .. } => None,
+        Event::Status(_) | Event::PoseCandidate => None,
         Event::PoseAccepted(_) => Some("✓ "),
         Event::PoseRejected { .. } => Some("✗ "),
         Event::NextPose { .. } => Some("→ "),
