@@ -82,8 +82,7 @@ impl Journal {
             .rposition(|b| *b == b'\n')
             .map_or(0, |at| at + 1);
         for (number, line) in bytes[..end].split(|b| *b == b'\n').enumerate() {
-            // Half a line, of a crash, was marked when the session went on.
-            if line.trim_ascii().is_empty() || line.starts_with(b"#") {
+            if line.trim_ascii().is_empty() {
                 continue;
             }
             let message: Message = serde_json::from_slice(line).map_err(|e| {

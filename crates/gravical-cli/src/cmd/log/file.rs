@@ -5,6 +5,7 @@ use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
+use gravical::live::folder::JOURNAL;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
@@ -125,7 +126,7 @@ impl LogFile {
         }
     }
 
-    /// Ends the last line; a part of a row is marked as rejected.
+    /// Ends the last line; a part of a row is marked as rejected, and one of an event removed.
     fn mend_end(&mut self) -> io::Result<()> {
         let from = self.length.saturating_sub(HEAD);
         self.file.seek(SeekFrom::Start(from))?;
@@ -137,9 +138,14 @@ impl LogFile {
             self.length -= torn.len() as u64;
             self.file.set_len(self.length)?;
             self.file.seek(SeekFrom::End(0))?;
-            let is_row = torn.first().is_some_and(|b| *b != b'#');
-            let mark: &[u8] = if is_row { b"# rejected: " } else { b"" };
-            self.append(&[mark, torn.trim_ascii_end(), b"\n"].concat())?;
+            let mark: &[u8] = match torn.first() {
+                Some(b'#') => b"",
+                _ => b"# rejected: ",
+            };
+            // Half an event says nothing.
+            if !self.path.ends_with(JOURNAL) {
+                self.append(&[mark, torn.trim_ascii_end(), b"\n"].concat())?;
+            }
         }
         self.file.seek(SeekFrom::End(0)).map(drop)
     }

@@ -21,8 +21,8 @@ const FIRST_REST_S: f64 = 1.5;
 /// Judges the last rows once a second.
 #[derive(Default)]
 pub struct Monitor {
-    /// Rows that had arrived.
-    arrived: u64,
+    /// Lines that had arrived.
+    judged: usize,
     /// Of each of [`Face::all`], whether it was recorded as a pose.
     done: [bool; 6],
     /// Findings that were returned: their kinds, and their messages without numbers.
@@ -40,8 +40,8 @@ impl Monitor {
             rejected: counts.rejected,
             ..Status::default()
         };
-        if std::mem::replace(&mut self.arrived, writing.arrived) == writing.arrived {
-            // No row has arrived for a second.
+        if std::mem::replace(&mut self.judged, writing.judged) == writing.judged {
+            // No line has arrived for a second.
             return (status, Vec::new());
         }
         let Some(Ok(recording)) = writing.reader.recording(u32::MAX) else {

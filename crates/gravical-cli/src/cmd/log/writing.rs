@@ -86,11 +86,9 @@ pub struct Writing {
     duration_s: f64,
     waiting: VecDeque<Line>,
     /// Lines that the reader has judged, so that the next is the first that waits.
-    judged: usize,
+    pub judged: usize,
     pub gaps: Gaps,
     pub counts: Counts,
-    /// Rows that arrived, stored or not.
-    pub arrived: u64,
     /// Time of the first stored row, later by all pauses since, s.
     began_s: Option<f64>,
     paused_from_s: Option<f64>,
@@ -119,7 +117,6 @@ impl Writing {
             judged: 0,
             gaps: Gaps::default(),
             counts: Counts::default(),
-            arrived: 0,
             began_s: None,
             paused_from_s: None,
             pauses: Vec::new(),
@@ -332,7 +329,6 @@ impl Writing {
     }
 
     fn row(&mut self, line: &Line, stamp: f64, is_stored: bool, out: &mut Output) {
-        self.arrived += 1;
         // Times of arrival do not tell what is missing.
         let is_stamped = self.rewrite.as_ref().is_some_and(Rewrite::stamps);
         let stamp = if is_stamped { f64::NAN } else { stamp };
