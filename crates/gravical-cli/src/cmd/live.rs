@@ -121,10 +121,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let (sender, entries) = sync_channel(ENTRIES);
     #[cfg(feature = "live")]
-    let page = if args.has_page() {
-        Some(Page::serve(args.http_port, sender.clone())?)
-    } else {
-        None
+    let page = {
+        let serve = || Page::serve(args.http_port, sender.clone());
+        args.has_page().then(serve).transpose()?
     };
     #[cfg(feature = "live")]
     renderers.extend(page.as_ref().map(Page::renderer));
@@ -139,7 +138,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     } else {
         console::typed(sender);
     }
-    let mut console = Console::new(renderers, entries, interrupted);
+    let mut console = Console {
+        renderers,
+        entries,
+        interrupted,
+    };
     #[cfg(feature = "live")]
     if let Some(page) = &page {
         return args.guide_on(page, place, &mut console);

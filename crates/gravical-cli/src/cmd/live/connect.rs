@@ -156,7 +156,7 @@ impl PortChooser<'_> {
             let command = match entry {
                 Entry::Typed(Ok(command)) => command,
                 Entry::Typed(Err(text)) => {
-                    self.console.answer(&text);
+                    self.warn(WarningKind::Refused, &text)?;
                     continue;
                 }
                 #[cfg(feature = "live")]

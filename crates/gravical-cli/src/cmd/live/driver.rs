@@ -267,7 +267,7 @@ impl Driver<'_> {
         loop {
             match self.console.entries.try_recv() {
                 Ok(Entry::Typed(Ok(command))) => self.hand.waiting.push_back(command),
-                Ok(Entry::Typed(Err(text))) => self.console.answer(&text),
+                Ok(Entry::Typed(Err(text))) => self.warn(WarningKind::Refused, &text)?,
                 #[cfg(feature = "live")]
                 Ok(Entry::Clicked(command)) => self.command(&command)?,
                 Err(TryRecvError::Empty) => break,
