@@ -109,8 +109,8 @@ class Script:
     def identified(self):
         self.t = 1.0
         return self.add(
-            "identified", rate_hz=100.2, unit="counts", counts_per_g=16384.0, gyro_unit="counts",
-            text="100.2 Hz, 8 columns, counts. Raw counts at ±2 g, from the magnitude of gravity.",
+            "identified", rate_hz=100.2, unit="counts", gyro_unit="counts",
+            text="100.2 Hz, 8 columns, counts, with gyroscope. Raw counts at ±2 g, from the magnitude of gravity.",
         )
 
     def floor(self):

@@ -71,8 +71,6 @@ pub enum Event {
         rate_hz: Option<f64>,
         /// Unit of the accelerometer.
         unit: AccelUnit,
-        /// Counts per g.
-        counts_per_g: Option<f64>,
         /// Unit of the gyroscope; null without one.
         gyro_unit: Option<GyroUnit>,
     },

@@ -40,12 +40,12 @@ impl Session {
         let unit = recording.accel_scale.unit;
         let rate = rate_hz.map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
         let columns = count(recording.column_names.len(), "column");
-        let first = format!("{rate}, {columns}, {unit}");
+        let gyro = recording.gyro_scale.map_or("no", |_| "with");
+        let first = format!("{rate}, {columns}, {unit}, {gyro} gyroscope");
         let text = words::sentences(std::iter::once(&*first).chain(notes.iter().map(|n| &**n)));
         let event = Event::Identified {
             rate_hz,
             unit,
-            counts_per_g: recording.accel_scale.lsb_per_g,
             gyro_unit: recording.gyro_scale.map(|g| g.unit),
         };
         self.emit(event, text);

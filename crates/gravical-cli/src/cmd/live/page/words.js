@@ -44,17 +44,10 @@ function ring(state, ink, accepted) {
   return word ? [now, word, s.ring, now === "capture" ? ink.accent : "#E69F00"] : ["", "", 0, ink.line];
 }
 
-const UNITS = { "m/s^2": "m/s²", counts: "raw counts", unknown: "unit unknown" };
-function facts(state) {
-  const { identified: i, status: s } = state;
-  if (!i) return "";
-  const parts = [UNITS[i.unit] ?? i.unit];
-  const rate_hz = s?.rate_hz ?? i.rate_hz;
-  if (rate_hz > 0) parts.unshift(`${rate_hz.toFixed(1)} Hz`);
-  if (i.counts_per_g) parts.push(`${Math.round(i.counts_per_g)} per g`);
-  parts.push(i.gyro_unit ? "with gyroscope" : "no gyroscope");
-  if (Number.isFinite(s?.temperature_c)) parts.push(`${s.temperature_c.toFixed(1)} °C`);
-  return parts.join(" · ");
+// What was found out about the board, and its temperature now.
+function facts({ identified, status }) {
+  const found = parts(identified?.text ?? "")[0].replace(/\.$/, "");
+  return Number.isFinite(status?.temperature_c) ? `${found} · ${status.temperature_c.toFixed(1)} °C` : found;
 }
 
 function pill(state, answers) {
