@@ -127,7 +127,7 @@ class Live(Check):
             self.picture("six")
             # An early end, and on: the question says what the verdict will be.
             browser.key("Enter")
-            assert "“not verifiable”" in browser.run("return document.querySelector('#sure p').textContent")
+            assert "Not verifiable" in browser.run("return document.querySelector('#sure p').textContent")
             browser.key("Enter")
             self.until("return state.saved?.next[0] === 'gravical live --resume s' && state.end", 60)
             self.picture("saved-early")

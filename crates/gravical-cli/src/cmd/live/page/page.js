@@ -178,7 +178,7 @@ function update() {
   show($("#grade"), Boolean(grade) && !ended);
   if (grade) {
     $("#grade").className = verdict.grade;
-    setIcon($("#grade"), grade[1]);
+    setIcon($("#grade"), grade);
     write($("#grade span"), verdict.text);
   }
   hand.next = wanted().up;
@@ -302,13 +302,9 @@ function choose(face) {
 }
 
 const finish = () => {
-  if (state.verdict?.grade === "good") return send({ command: "finish" });
-  const faces = FACES.filter(recorded).length, grade = GRADES[state.fit?.grade]?.[0];
-  const why = faces < 6 ? `${faces} of 6 faces are done.`
-    : state.poses.size <= 6 ? "Six faces alone verify nothing. One more pose in any other direction does."
-      : "More poses would make the calibration better.";
-  const text = grade ? `The verdict will be “${grade}”. ${why}` : why;
-  ask("finish", text);
+  const { verdict, poses } = state;
+  if (verdict?.grade === "good") return send({ command: "finish" });
+  ask("finish", verdict && poses.size >= 6 ? verdict.text : `${FACES.filter(recorded).length} of 6 faces are done: nothing tests the calibration.`);
 };
 
 const cancel = () => {

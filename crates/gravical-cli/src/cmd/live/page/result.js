@@ -77,7 +77,7 @@ function fillResult(place, state, reportAddress, goOn) {
   // A session that was stopped has no result yet, whatever the last fit said.
   if (verdict && (saved || verdict.final)) {
     const [, title, rest] = /^(.*?)(?:: (.*))?$/s.exec(verdict.text);
-    blocks.push(make("div", { className: `grade ${verdict.grade}` }, icon(GRADES[verdict.grade]?.[1] ?? "question"),
+    blocks.push(make("div", { className: `grade ${verdict.grade}` }, icon(GRADES[verdict.grade]),
       make("p", {}, make("b", {}, title), make("span", {}, rest ?? ""))));
     blocks.push(numbers(fit));
   }

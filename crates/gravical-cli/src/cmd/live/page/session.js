@@ -65,12 +65,8 @@ function after(state, event) {
   return next;
 }
 
-const GRADES = {
-  "good": ["good", "done"],
-  "fair": ["fair", "near"],
-  "poor": ["poor", "cross"],
-  "not-verifiable": ["not verifiable", "question"],
-};
+// The icon of each grade.
+const GRADES = { "good": "done", "fair": "near", "poor": "cross", "not-verifiable": "question" };
 
 // Where the session stands, as one word.
 function stage(state) {
