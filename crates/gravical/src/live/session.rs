@@ -87,10 +87,8 @@ enum Phase {
 enum Stop {
     /// No rows arrive.
     Lost,
-    /// The user has finished it.
+    /// The user has finished or cancelled it.
     Done,
-    /// The user has ended it without a calibration.
-    Cancelled,
 }
 
 /// A guided calibration. It belongs to one thread.
@@ -294,7 +292,7 @@ impl Session {
             Command::Port { .. } | Command::Simulate => {
                 self.refuse("the sensor was chosen: another one needs a new session");
             }
-            Command::Cancel => self.stop = Some(Stop::Cancelled),
+            Command::Cancel => self.stop = Some(Stop::Done),
             Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }
@@ -321,20 +319,14 @@ impl Session {
     /// True once the user has finished or cancelled.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        matches!(self.stop, Some(Stop::Done | Stop::Cancelled))
-    }
-
-    /// True once the user has cancelled.
-    #[must_use]
-    pub fn is_cancelled(&self) -> bool {
-        self.stop == Some(Stop::Cancelled)
+        self.stop == Some(Stop::Done)
     }
 
     /// The state for people.
     fn state(&self) -> State {
         let hold = self.hold.as_ref().map(|hold| hold.stage);
         match (self.stop, &self.phase, hold) {
-            (Some(Stop::Done | Stop::Cancelled), ..) => State::Done,
+            (Some(Stop::Done), ..) => State::Done,
             (Some(Stop::Lost), ..) => State::Lost,
             (_, Phase::Identify, _) => State::Identify,
             (_, Phase::Floor(_), _) => State::Floor,

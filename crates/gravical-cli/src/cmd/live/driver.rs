@@ -159,7 +159,7 @@ impl Driver<'_> {
 
     fn step(&mut self) -> Result<Option<Ending>> {
         if self.console.is_interrupted() {
-            return Ok(Some(Ending::Stopped(if self.session.is_cancelled() {
+            return Ok(Some(Ending::Stopped(if self.session.is_done() {
                 EndReason::Cancelled
             } else {
                 EndReason::Interrupted
