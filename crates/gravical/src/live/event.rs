@@ -200,7 +200,7 @@ impl Event {
 }
 
 /// A port that can be chosen.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortInfo {
     /// Its name, by which it is chosen.
     pub name: String,

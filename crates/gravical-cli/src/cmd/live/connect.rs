@@ -261,11 +261,8 @@ mod tests {
     fn board(name: &str) -> PortInfo {
         PortInfo {
             name: name.to_owned(),
-            device: Some("Arduino Uno".to_owned()),
-            usb: Some("2341:0043".to_owned()),
-            serial: None,
             board: true,
-            open_in: Vec::new(),
+            ..PortInfo::default()
         }
     }
 
