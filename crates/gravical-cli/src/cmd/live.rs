@@ -3,7 +3,6 @@
 mod connect;
 mod console;
 mod driver;
-mod journal;
 mod plain;
 mod source;
 mod truth;
@@ -17,27 +16,25 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 
-use gravical::calibration_file::SensorInfo;
 use gravical::escape::path_word;
 use gravical::gravity::Gravity;
 use gravical::live::event::SourceKind;
-use gravical::live::folder::{Journal, RECORDING};
+use gravical::live::folder::{JOURNAL, Journal, RECORDING};
 use gravical::live::{LiveOptions, Session};
 use gravical::output::make_folder;
 use gravical::recording::ReadOptions;
 use gravical::targets::check_targets;
-use gravical::{Error, Result};
+use gravical::{Category, Error, Result};
 
-use crate::cmd::log::BoardArgs;
+use crate::cmd::log::{BoardArgs, Existing, LogFile};
 use crate::failure;
 use crate::options::{GravityArgs, number};
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
-use connect::{Answer, Asking, Opened, Origin, Trouble};
+use connect::{Answer, OpenSource, Origin, PortChooser};
 use console::{Console, Renderer};
-use driver::{Driver, Hand};
-use journal::JournalFile;
+use driver::{Driver, SimulatedHand};
 use plain::{EventLines, Plain};
 use source::{PortSource, Replay, Simulated};
 #[cfg(feature = "live")]
@@ -124,10 +121,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let (sender, entries) = sync_channel(ENTRIES);
     #[cfg(feature = "live")]
-    let page = if args.has_page() {
-        Some(Page::serve(args.http_port, sender.clone())?)
-    } else {
-        None
+    let page = {
+        let serve = || Page::serve(args.http_port, sender.clone());
+        args.has_page().then(serve).transpose()?
     };
     #[cfg(feature = "live")]
     renderers.extend(page.as_ref().map(Page::renderer));
@@ -142,7 +138,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     } else {
         console::typed(sender);
     }
-    let mut console = Console::new(renderers, entries, interrupted);
+    let mut console = Console {
+        renderers,
+        entries,
+        interrupted,
+    };
     #[cfg(feature = "live")]
     if let Some(page) = &page {
         return args.guide_on(page, place, &mut console);
@@ -239,17 +239,19 @@ impl Args {
             (Some(path), _) => Some(free_name(path)),
             (None, folder) => folder.map(|folder| free_name(&folder.join("calibration.json"))),
         };
+        let existing = Existing::of_session(resumes);
+        let journal = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
         let driver = Driver {
             session,
             opened,
             resumes,
             console,
-            journal: folder.map(|f| JournalFile::open(f, resumes)).transpose()?,
+            journal: journal.transpose()?,
             folder: place.folder.clone(),
             read: self.read_options(),
             output,
             speed: self.speed(),
-            hand: Hand::default(),
+            hand: SimulatedHand::default(),
         };
         driver.run()
     }
@@ -262,25 +264,26 @@ impl Args {
         place: &Place,
         console: &mut Console,
         begins: impl Fn(),
-    ) -> anyhow::Result<Option<Opened>> {
-        let can_simulate = place.journal.is_none();
-        let mut asking = Asking {
+    ) -> anyhow::Result<Option<OpenSource>> {
+        let mut chooser = PortChooser {
             console,
-            can_simulate,
+            can_simulate: place.journal.is_none(),
+            tried: None,
         };
         loop {
+            if let Origin::Port(name) = &*origin {
+                chooser.tried.clone_from(name);
+            }
             let opened = self.open(origin, place);
-            let answer = opened.map_err(Trouble::from).and_then(|opened| {
+            let answer = match opened.and_then(|opened| {
                 begins();
-                asking.first_rows(opened, self.board.wait)
-            });
-            let answer = match answer {
-                Err(trouble) if self.is_seen() && trouble.can_choose() => {
+                chooser.first_rows(opened)
+            }) {
+                Err(trouble) if self.is_seen() && trouble.category() == Category::Device => {
                     begins();
-                    let tried = trouble.port.as_deref().or(origin.port());
-                    asking.choose(&trouble, tried)?
+                    chooser.choose(&trouble)?
                 }
-                answer => answer.map_err(|trouble| trouble.error)?,
+                answer => answer?,
             };
             match answer {
                 Answer::Rows(opened) => return Ok(Some(opened)),
@@ -314,39 +317,36 @@ impl Args {
 
     /// The folder of the session, and the journal of one that is resumed.
     fn place(&self) -> Result<Place> {
-        let place = |folder, journal| Place {
+        let (folder, journal) = match &self.resume {
+            _ if self.replay.is_some() => (None, None),
+            Some(folder) => {
+                let journal = Journal::read(folder)?;
+                journal.verify(&self.read_options())?;
+                (Some(folder.clone()), Some(journal))
+            }
+            None => (Some(self.new_folder()?), None),
+        };
+        Ok(Place {
             folder,
             journal,
             is_same: false,
-        };
-        if self.replay.is_some() {
-            return Ok(place(None, None));
-        }
-        if let Some(folder) = &self.resume {
-            let journal = Journal::read(folder)?;
-            journal.verify(&self.read_options())?;
-            return Ok(place(Some(folder.clone()), Some(journal)));
-        }
+        })
+    }
+
+    fn new_folder(&self) -> Result<PathBuf> {
         let folder = self.folder.clone().unwrap_or_else(|| {
             let now = gravical::calibration_file::creation_time();
-            let digits: String = now
-                .chars()
-                .filter(|c| c.is_ascii_digit() || *c == 'T')
-                .collect();
-            PathBuf::from(format!("session-{digits}"))
+            PathBuf::from(format!("session-{}", now.replace(['-', ':', 'Z'], "")))
         });
-        if folder.exists() {
-            let hint = format!(
-                "gravical live --resume {} goes on with it; --folder names another",
-                path_word(&folder)
-            );
-            return Err(
-                Error::usage("exists", "the folder of the session exists already")
-                    .at(&folder, None)
-                    .with_hint(hint),
-            );
+        if !folder.exists() {
+            return Ok(folder);
         }
-        Ok(place(Some(folder), None))
+        let hint = format!(
+            "gravical live --resume {} goes on with it; --folder names another",
+            path_word(&folder)
+        );
+        let error = Error::usage("exists", "the folder of the session exists already");
+        Err(error.at(&folder, None).with_hint(hint))
     }
 
     /// Where the rows are to come from: what was given, or as in the session before.
@@ -392,7 +392,6 @@ impl Args {
         Ok(LiveOptions {
             read: self.read_options(),
             gravity: given.or(before).or(simulated).unwrap_or_default(),
-            sensor: SensorInfo::default(),
             capture_s: self.capture,
             any_pose: self.any_pose,
             ..LiveOptions::default()
@@ -400,8 +399,8 @@ impl Args {
     }
 
     /// Opens the source.
-    fn open(&self, origin: &Origin, place: &Place) -> Result<Opened> {
-        let opened = |kind, name, source| Opened {
+    fn open(&self, origin: &Origin, place: &Place) -> Result<OpenSource> {
+        let opened = |kind, name, source| OpenSource {
             kind,
             name,
             source,

@@ -1,27 +1,27 @@
 //! `gravical log`: record from a serial board to a file.
 
 mod event;
-mod exchange;
 mod file;
 mod gaps;
-mod hold;
 mod keys;
 mod lines;
+mod pending;
 mod recorder;
 mod reporter;
 mod rewrite;
 mod session;
 mod status;
-mod summary;
 mod writing;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravical::Result;
-use gravical::recording::{ColumnsSpec, parse_columns};
+use gravical::inspect::{Inspection, inspect};
+use gravical::poses::face::AxisMap;
+use gravical::recording::{ColumnsSpec, ReadOptions, parse_columns, read};
 
 pub use event::Event;
 pub use file::{Existing, LogFile};
@@ -30,7 +30,6 @@ pub use session::Session;
 use event::{End, Ended};
 use keys::{Key, Keys};
 use reporter::Reporter;
-use summary::{inspected, summary};
 
 use crate::device::board::Wanted;
 use crate::failure;
@@ -38,6 +37,8 @@ use crate::options::number;
 
 /// A rest of this length is a pose, s.
 const POSE_S: f64 = 2.0;
+/// At the end a file up to this length is inspected, bytes.
+const MAX_INSPECTED: u64 = 100_000_000;
 
 /// Record from a serial board; losses are marked; Space pauses
 #[derive(Default, clap::Args)]
@@ -175,15 +176,15 @@ fn end(
     let (recorder, path) = (&session.recorder, session.file.path());
     let counts = recorder.counts();
     let has_content = counts.rows > 0 && path.is_file();
-    let inspection = if has_content {
-        inspected(path).unwrap_or_else(|error| {
-            let text = format!("gravical inspect cannot read the file: {error}");
-            reporter.report(&Event::Warning { text });
-            None
-        })
-    } else {
+    // A longer file takes a while: `gravical inspect` does it at any time.
+    let is_short = std::fs::metadata(path).is_ok_and(|m| m.len() <= MAX_INSPECTED);
+    let inspection = (has_content && is_short).then(|| inspect_file(path));
+    let inspection = inspection.transpose();
+    let inspection = inspection.unwrap_or_else(|error| {
+        let text = format!("gravical inspect cannot read the file: {error}");
+        reporter.report(&Event::Warning { text });
         None
-    };
+    });
     let reason = recorder.end().filter(|_| done.is_ok());
     let writing = recorder.writing();
     let ended = Ended {
@@ -197,18 +198,23 @@ fn end(
         inspection,
     };
     if has_content {
-        reporter.summary(&summary(&ended));
+        reporter.summary(&ended);
     } else if counts.rows == 0 {
         session.file.discard_empty();
     }
     reporter.report(&Event::Ended(Box::new(ended)));
     done?;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
-    let is_short = is_early || is_unplugged || writing.is_some_and(|w| w.is_incomplete);
+    let is_incomplete = is_early || is_unplugged || writing.is_some_and(|w| w.is_incomplete);
     Ok(ExitCode::from(match reason {
-        Some(End::User) if is_short => failure::INTERRUPTED,
+        Some(End::User) if is_incomplete => failure::INTERRUPTED,
         Some(End::Duration) if is_unplugged => failure::DEVICE,
         Some(End::Duration) if writing.is_some_and(|w| w.ends_in_gap) => failure::INTERRUPTED,
         _ => 0,
     }))
+}
+
+fn inspect_file(path: &Path) -> Result<Inspection> {
+    let recording = read(path, &ReadOptions::default())?;
+    Ok(inspect(&recording, &AxisMap::default()))
 }

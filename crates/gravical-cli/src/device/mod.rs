@@ -1,7 +1,6 @@
 //! Boards at serial ports: which there are, an open one, and the settings of our firmware.
 
 pub mod board;
-pub mod no_rows;
 pub mod ports;
 pub mod serial;
 pub mod trouble;

@@ -60,11 +60,7 @@ pub fn list_with_holders() -> Result<Vec<PortInfo>> {
 fn described(info: SerialPortInfo) -> PortInfo {
     let mut port = PortInfo {
         name: info.port_name,
-        device: None,
-        usb: None,
-        serial: None,
-        board: false,
-        open_in: Vec::new(),
+        ..PortInfo::default()
     };
     match info.port_type {
         SerialPortType::UsbPort(usb) => {

@@ -207,6 +207,7 @@ fn a_killed_session_goes_on() {
     let (code, out, err) = end(child);
     assert_eq!(code, 0, "{err}");
     let all = events(&out);
+    events(&read(folder.path(), "s/session.ndjson"));
     let resumed = of_type(&all, "resumed")[0];
     assert_eq!(resumed["poses"], before as u64, "{err}");
     let poses = of_type(&all, "pose_accepted");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::{Grade, GravitySource, GyroMethod};
+use crate::calibration_file::{Grade, GravitySource};
 use crate::recording::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
@@ -13,8 +13,6 @@ pub const EVENTS_VERSION: u32 = 1;
 
 /// An event with its time: one JSON object.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(title = "gravical-live/1"))]
 pub struct Message {
     /// [`EVENTS_VERSION`].
     pub v: u32,
@@ -31,7 +29,6 @@ pub struct Message {
 /// What happened. Directions are unit vectors of specific force at rest, in the axes of the
 /// sensor; faces have the names `+x` … `-z`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Event {
     /// Which port is the board is not clear, it cannot be opened, or no row arrives: the user chooses.
@@ -67,60 +64,33 @@ pub enum Event {
         gravity_mps2: f64,
         /// Source of the gravity: with `standard` it has to be asked for.
         gravity_source: GravitySource,
-        /// Length of a pose, s.
-        capture_s: f64,
     },
     /// Columns, clock and units as far as the first second shows them.
     Identified {
         /// Sampling rate, Hz.
         rate_hz: Option<f64>,
-        /// Standard deviation of the steps of the clock, ms.
-        jitter_ms: Option<f64>,
-        /// Names of the columns.
-        columns: Vec<String>,
         /// Unit of the accelerometer.
         unit: AccelUnit,
-        /// Counts per g.
-        counts_per_g: Option<f64>,
         /// Unit of the gyroscope; null without one.
         gyro_unit: Option<GyroUnit>,
-        /// There is a temperature.
-        has_temperature: bool,
     },
     /// The noise at rest is known.
     Floor {
         /// Standard deviation of a sample, mg.
         noise_mg: [f64; 3],
-        /// The same of the gyroscope, °/s.
-        gyro_noise_deg_s: Option<[f64; 3]>,
-        /// Resolution, mg.
-        step_mg: [f64; 3],
         /// A short block that scatters more than this, the three axes together, moves, mg.
         limit_mg: f64,
     },
     /// The state, ten times a second.
     Status(Box<Status>),
     /// The capture of a pose begins.
-    PoseCandidate {
-        /// The nearest face.
-        face: Option<String>,
-        /// Its direction.
-        up: [f64; 3],
-        /// Angle to the nearest face, degrees.
-        tilt_deg: f64,
-    },
+    PoseCandidate,
     /// A pose was accepted; it is safe when this is shown.
     PoseAccepted(Pose),
     /// A hold was not accepted. Poses before it are untouched.
     PoseRejected {
         /// The reason.
         reason: Rejection,
-        /// The nearest face.
-        face: Option<String>,
-        /// Its direction.
-        up: [f64; 3],
-        /// Angle to the nearest face, degrees.
-        tilt_deg: f64,
     },
     /// A pose no longer counts.
     PoseUndone {
@@ -141,8 +111,6 @@ pub enum Event {
         up: Option<[f64; 3]>,
         /// How to hold the sensor.
         hint: Option<String>,
-        /// Predicted error of ‖a‖ with that pose (2σ, rms of all directions), mg.
-        predicted_mg: Option<f64>,
     },
     /// The calibration from the poses so far.
     Fit(Box<Fit>),
@@ -221,13 +189,6 @@ impl Message {
             event,
         }
     }
-
-    /// The JSON schema of an event.
-    #[cfg(feature = "schema")]
-    #[must_use]
-    pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(Message).to_value()
-    }
 }
 
 impl Event {
@@ -239,8 +200,7 @@ impl Event {
 }
 
 /// A port that can be chosen.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortInfo {
     /// Its name, by which it is chosen.
     pub name: String,
@@ -258,7 +218,6 @@ pub struct PortInfo {
 
 /// Where rows come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SourceKind {
     /// A serial port.
@@ -271,7 +230,6 @@ pub enum SourceKind {
 
 /// State of the session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
     /// Columns, rate and units are determined.
@@ -292,7 +250,6 @@ pub enum State {
 
 /// State of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Tile {
     /// Not recorded yet.
@@ -303,13 +260,12 @@ pub enum Tile {
     Capturing,
     /// Recorded.
     Done,
-    /// To be recorded again.
+    /// To be recorded again: the user wants it, or it contradicts the other poses.
     Redo,
 }
 
 /// What a hold here and now would be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Welcome {
     /// A face.
@@ -324,7 +280,6 @@ pub enum Welcome {
 
 /// What a renderer needs continuously.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Status {
     /// State of the session.
     pub state: State,
@@ -356,13 +311,10 @@ pub struct Status {
     pub temperature_c: Option<f64>,
     /// The six faces.
     pub tiles: BTreeMap<String, Tile>,
-    /// Number of accepted free poses.
-    pub free_done: u32,
 }
 
 /// An accepted pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Pose {
     /// Its number, which is never used again.
     pub pose: u32,
@@ -384,15 +336,10 @@ pub struct Pose {
     pub seconds: f64,
     /// Its first and last line in the recording.
     pub lines: [u32; 2],
-    /// Number of faces that are recorded.
-    pub faces_done: u32,
-    /// Number of free poses.
-    pub free_done: u32,
 }
 
 /// Why a hold is not accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Rejection {
     /// It moved during the capture.
@@ -419,7 +366,6 @@ pub enum Rejection {
 
 /// Why a pose no longer counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Undone {
     /// It was undone.
@@ -430,7 +376,6 @@ pub enum Undone {
 
 /// What is wanted next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Wanted {
     /// One of several faces.
@@ -441,20 +386,8 @@ pub enum Wanted {
     None,
 }
 
-/// How much the poses so far determine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum Stage {
-    /// Fewer than six poses.
-    Rough,
-    /// Six or more.
-    Full,
-}
-
 /// What a warning is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum WarningKind {
     /// Temperature.
@@ -471,7 +404,6 @@ pub enum WarningKind {
 
 /// Why no rows arrive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
     /// The port is gone.
@@ -482,7 +414,6 @@ pub enum Loss {
 
 /// Why a session ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum EndReason {
     /// It was finished.
@@ -499,19 +430,10 @@ pub enum EndReason {
 
 /// The calibration from the poses so far.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Fit {
-    /// How much the poses determine.
-    pub stage: Stage,
     /// Bias, mg.
     pub bias_mg: [f64; 3],
-    /// Its standard deviation, mg.
-    pub bias_sd_mg: Option<[f64; 3]>,
-    /// Deviation of the scale from nominal, %.
-    pub scale_percent: Option<[f64; 3]>,
-    /// Predicted error of ‖a‖, 2σ, rms of all directions, mg.
-    pub predicted_mg: Option<f64>,
-    /// The same in the worst direction, mg.
+    /// Predicted error of ‖a‖ in the worst direction, 95 %, mg.
     pub worst_mg: Option<f64>,
     /// Leave-one-out error of ‖a‖, rms, mg.
     pub leave_one_out_mg: Option<f64>,
@@ -519,45 +441,14 @@ pub struct Fit {
     pub undetected_mg: Option<f64>,
     /// The grade.
     pub grade: Grade,
-    /// The gyroscope, if there is a result.
-    pub gyroscope: Option<GyroFit>,
-    /// The poses.
-    pub poses: Vec<FittedPose>,
+    /// Number of poses.
+    pub poses: u32,
     /// Number of the pose that contradicts the others.
     pub suspect: Option<u32>,
 }
 
-/// Result of the gyroscope.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct GyroFit {
-    /// How it was estimated.
-    pub method: GyroMethod,
-    /// Bias, °/s; null where its unit is unknown.
-    pub bias_deg_s: Option<[f64; 3]>,
-    /// Number of motions that were used.
-    pub motions: u32,
-}
-
-/// A pose in a fit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct FittedPose {
-    /// Its number.
-    pub pose: u32,
-    /// Its face.
-    pub face: Option<String>,
-    /// Its calibrated direction.
-    pub up: [f64; 3],
-    /// Error of ‖a‖ after calibration, mg.
-    pub error_mg: f64,
-    /// The same with this pose left out, mg.
-    pub left_out_mg: Option<f64>,
-}
-
 /// A true parameter beside its estimate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TruthRow {
     /// Name.
     pub name: String,
@@ -573,7 +464,6 @@ pub struct TruthRow {
 
 /// What the user wants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "command", rename_all = "kebab-case")]
 pub enum Command {
     /// Open this port; before the session.

@@ -18,7 +18,6 @@ use crate::{Error, Result};
 
 use super::Pose;
 use super::event::{Event, Message, SourceKind};
-use super::fit::section_label;
 
 /// Name of the journal.
 pub const JOURNAL: &str = "session.ndjson";
@@ -153,9 +152,9 @@ impl Journal {
                     .with_hint("`gravical live --resume` goes on with it"),
             );
         }
-        let section = |pose: &Pose| {
-            let rows = recording.rows_at(pose.lines);
-            let mean = moments(&recording.accel, rows.clone()).0;
+        let checked = |pose: &Pose| {
+            let found = section(pose, recording);
+            let mean = moments(&recording.accel, found.rows.clone()).0;
             let off = norm(&sub(&mean, &pose.mean));
             if off.is_nan() || off > SAME_MEAN * norm(&pose.mean) {
                 return Err(Error::input(
@@ -170,12 +169,9 @@ impl Journal {
                 .at(recording.name.as_ref(), None)
                 .with_hint("to find the poses anew, give the recording instead of the folder"));
             }
-            Ok(Section {
-                label: section_label(pose.pose),
-                rows,
-            })
+            Ok(found)
         };
-        self.poses.iter().map(section).collect()
+        self.poses.iter().map(checked).collect()
     }
 }
 
@@ -200,6 +196,14 @@ pub fn calibrate_session(
     let recordings = vec![recording];
     let calibrated = calibrate(&recordings, &options)?;
     Ok((recordings, calibrated))
+}
+
+/// A pose in a section list: its name claims no face, so that the data decide.
+pub(super) fn section(pose: &Pose, recording: &Recording) -> Section {
+    Section {
+        label: format!("pose {}", pose.pose),
+        rows: recording.rows_at(pose.lines),
+    }
 }
 
 fn gravity(value_mps2: f64, source: GravitySource) -> Gravity {

@@ -10,6 +10,7 @@ use gravical_recording::full_scale::clipped_count;
 
 use super::event::Rejection;
 use super::{LiveOptions, Pose, mg};
+use crate::poses::MAX_FACE_ANGLE_DEG;
 use gravical_recording::Sample;
 
 /// Share of the rows of a capture that may be missing.
@@ -21,6 +22,8 @@ const MAX_OFF: f64 = 0.35;
 const MAX_SCALE_OFF: f64 = 0.2;
 /// A mean angular rate that differs from that of the other poses by more is a steady turn, °/s.
 const MAX_TURNING_DEG_S: f64 = 5.0;
+/// Most difference of the temperature from the first pose, °C.
+const MAX_WARMING_C: f64 = 3.0;
 /// An axis that repeats a value while gravity turns by more than this is frozen, g.
 const TURNED_G: f64 = 0.3;
 /// … while each of the others takes as many values.
@@ -159,9 +162,9 @@ pub(super) fn mean(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64
     moments_of(samples, of).0
 }
 
-/// Standard deviation of each axis; empty cells are left out.
-pub(super) fn scatter(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64; 3] {
-    columns(samples, of).map(|mut axis| {
+/// Standard deviation of each axis of the accelerometer; empty cells are left out.
+pub(super) fn scatter(samples: &[Sample]) -> [f64; 3] {
+    columns(samples, |s| s.accel).map(|mut axis| {
         axis.retain(|v| v.is_finite());
         standard_deviation(&axis)
     })
@@ -210,29 +213,26 @@ impl Capture<'_> {
     /// An axis that repeats its value although another pose should have changed it. Beside axes
     /// that repeat theirs, too, it may be coarse and quiet.
     fn frozen(&self, means: &Means) -> Option<Fault> {
-        let values = |axis: usize| self.samples.iter().map(move |s| s.accel[axis]);
-        let one = |axis: usize| {
-            let first = values(axis).find(|v| v.is_finite());
-            first.filter(|first| values(axis).all(|v| v.is_nan() || v == *first))
-        };
-        let number_of = |axis: usize| {
-            let mut all: Vec<f64> = values(axis).filter(|v| v.is_finite()).collect();
-            all.sort_unstable_by(f64::total_cmp);
-            all.dedup();
-            all.len()
+        let values = |axis: usize| {
+            let mut values: Vec<f64> = self.samples.iter().map(|s| s.accel[axis]).collect();
+            values.retain(|v| v.is_finite());
+            values.sort_unstable_by(f64::total_cmp);
+            values.dedup();
+            values
         };
         let axis = (0..3).find(|&axis| {
-            let Some(value) = one(axis) else { return false };
-            if (0..3).any(|beside| beside != axis && number_of(beside) < LIVELY) {
+            let [value] = values(axis)[..] else {
                 return false;
-            }
+            };
+            let is_lively = (0..3).all(|beside| beside == axis || values(beside).len() >= LIVELY);
             let others = self.poses().filter(|p| {
                 let mut turned = sub(&p.mean, &means.accel);
                 turned[axis] = 0.0;
                 self.mg(norm(&turned)) > 1000.0 * TURNED_G
             });
             let mut others = others.peekable();
-            others.peek().is_some()
+            is_lively
+                && others.peek().is_some()
                 && others.all(|p| (p.mean[axis] - value).abs() < 1e-9 * value.abs().max(1e-9))
         })?;
         let name = AXES[axis];
@@ -263,7 +263,7 @@ impl Capture<'_> {
             return Some(fault);
         }
         let (face, tilt_deg) = Face::nearest(means.accel);
-        if tilt_deg > self.options.max_tilt_deg {
+        if tilt_deg > MAX_FACE_ANGLE_DEG {
             return None;
         }
         let opposite = face.opposite().name();
@@ -302,7 +302,7 @@ impl Capture<'_> {
     fn temperature(&self, means: &Means) -> Option<Fault> {
         let first = self.poses().find_map(|p| p.temperature_c)?;
         let warmer = means.temperature_c? - first;
-        (warmer.abs() > self.options.max_warming_c && !self.options.any_pose).then(|| {
+        (warmer.abs() > MAX_WARMING_C && !self.options.any_pose).then(|| {
             Fault::new(
                 Rejection::Temperature,
                 format!(

@@ -35,7 +35,6 @@
 
 mod attitude;
 pub mod event;
-mod fit;
 pub mod folder;
 mod judge;
 mod rows;
@@ -45,9 +44,7 @@ mod words;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::calibration_file::SensorInfo;
 use crate::gravity::Gravity;
-use crate::poses::MAX_FACE_ANGLE_DEG;
 use crate::poses::face::Face;
 use crate::recording::ReadOptions;
 
@@ -62,26 +59,12 @@ pub struct LiveOptions {
     pub read: ReadOptions,
     /// Local gravity.
     pub gravity: Gravity,
-    /// Which sensor it is.
-    pub sensor: SensorInfo,
     /// Rest before the noise is known, s. Default 3.
     pub floor_s: f64,
     /// Rest before a capture begins, s. Default 0.5.
     pub settle_s: f64,
     /// Length of a capture, s. Default 2.5: with the rest before it a hold of three seconds.
     pub capture_s: f64,
-    /// … and its smallest number of rows. Default 50.
-    pub min_rows: usize,
-    /// Up to this tilt a face is noted as tilted less, degrees. Default 10.
-    pub fine_tilt_deg: f64,
-    /// Beyond this tilt a pose is no face, degrees. Default 25.
-    pub max_tilt_deg: f64,
-    /// Poses closer than this are the same, degrees. Default 25.
-    pub apart_deg: f64,
-    /// Most difference of the temperature from the first pose, °C. Default 3.
-    pub max_warming_c: f64,
-    /// After this time without progress it is said which test fails, s. Default 5.
-    pub hint_after_s: f64,
     /// Accept every steady hold: repeats, and free poses before the faces, too. Default false.
     pub any_pose: bool,
 }
@@ -91,20 +74,16 @@ impl Default for LiveOptions {
         LiveOptions {
             read: ReadOptions::default(),
             gravity: Gravity::default(),
-            sensor: SensorInfo::default(),
             floor_s: 3.0,
             settle_s: 0.5,
             capture_s: 2.5,
-            min_rows: 50,
-            fine_tilt_deg: 10.0,
-            max_tilt_deg: MAX_FACE_ANGLE_DEG,
-            apart_deg: 25.0,
-            max_warming_c: 3.0,
-            hint_after_s: 5.0,
             any_pose: false,
         }
     }
 }
+
+/// Poses closer than this are the same, degrees.
+const APART_DEG: f64 = 25.0;
 
 /// A specific force in mg.
 fn mg(mps2: f64) -> f64 {

@@ -14,13 +14,13 @@ use gravical_core::matrix3::{mul_vec, norm};
 
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
+use crate::poses::MAX_FACE_ANGLE_DEG;
 use crate::poses::face::Face;
 use crate::recording::Recording;
 use crate::{Error, Result};
 
 use super::attitude::Attitude;
 use super::event::{Command, Event, Loss, Message, Pose, SourceKind, State, WarningKind};
-use super::fit::FULL_FIT;
 use super::judge::{Accepted, Units, mean};
 use super::rows::SessionRows;
 use super::stillness::{Stillness, StillnessDetector};
@@ -29,6 +29,11 @@ use gravical_recording::Sample;
 
 /// Direction and magnitude are means over this time, s.
 const SMOOTH_S: f64 = 0.2;
+/// Rows of a capture at least.
+const MIN_ROWS: usize = 50;
+/// From this many poses on, a fit is tried, and from this many on it is complete.
+const FIRST_FIT: usize = 4;
+const FULL_FIT: usize = 6;
 
 /// Rest without interruption.
 #[derive(Debug, Clone)]
@@ -82,10 +87,8 @@ enum Phase {
 enum Stop {
     /// No rows arrive.
     Lost,
-    /// The user has finished it.
+    /// The user has finished or cancelled it.
     Done,
-    /// The user has ended it without a calibration.
-    Cancelled,
 }
 
 /// A guided calibration. It belongs to one thread.
@@ -181,7 +184,6 @@ impl Session {
             tool: crate::TOOL.to_owned(),
             gravity_mps2: self.options.gravity.value_mps2,
             gravity_source: self.options.gravity.source,
-            capture_s: self.options.capture_s,
         };
         self.emit(event, words::sentences([&*format!("{name}{into}")]));
         self.take()
@@ -234,6 +236,7 @@ impl Session {
         if self.stop.is_none() {
             self.stop = Some(Stop::Lost);
             self.interrupt();
+            self.status();
             let (what, remedy) = match why {
                 Loss::Unplugged => ("Unplugged.", "Plug it back in."),
                 Loss::Silent => (
@@ -289,7 +292,7 @@ impl Session {
             Command::Port { .. } | Command::Simulate => {
                 self.refuse("the sensor was chosen: another one needs a new session");
             }
-            Command::Cancel => self.stop = Some(Stop::Cancelled),
+            Command::Cancel => self.stop = Some(Stop::Done),
             Command::Resume => self.refuse("the session goes on already"),
             Command::Hand { .. } => self.refuse("this sensor is moved by hand, not by commands"),
         }
@@ -316,20 +319,14 @@ impl Session {
     /// True once the user has finished or cancelled.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        matches!(self.stop, Some(Stop::Done | Stop::Cancelled))
-    }
-
-    /// True once the user has cancelled.
-    #[must_use]
-    pub fn is_cancelled(&self) -> bool {
-        self.stop == Some(Stop::Cancelled)
+        self.stop == Some(Stop::Done)
     }
 
     /// The state for people.
     fn state(&self) -> State {
         let hold = self.hold.as_ref().map(|hold| hold.stage);
         match (self.stop, &self.phase, hold) {
-            (Some(Stop::Done | Stop::Cancelled), ..) => State::Done,
+            (Some(Stop::Done), ..) => State::Done,
             (Some(Stop::Lost), ..) => State::Lost,
             (_, Phase::Identify, _) => State::Identify,
             (_, Phase::Floor(_), _) => State::Floor,
@@ -384,10 +381,6 @@ impl Session {
         Face::all().into_iter().filter(|f| !self.has(*f)).collect()
     }
 
-    fn free_done(&self) -> u32 {
-        self.poses().filter(|p| p.face.is_none()).count() as u32
-    }
-
     /// A value of the accelerometer in mg; NaN before the unit is known.
     fn mg(&self, units: f64) -> f64 {
         self.units().map_or(f64::NAN, |u| mg(units / u.nominal))
@@ -396,7 +389,7 @@ impl Session {
     /// The face that a direction has up, if one is.
     fn face_up(&self, up: [f64; 3]) -> Option<Face> {
         let (face, tilt_deg) = Face::nearest(up);
-        (tilt_deg <= self.options.max_tilt_deg).then_some(face)
+        (tilt_deg <= MAX_FACE_ANGLE_DEG).then_some(face)
     }
 
     /// Specific force of the last rows, unit of the recording.
@@ -438,6 +431,6 @@ impl Session {
     }
 
     fn capture_rows(&self) -> usize {
-        ((self.options.capture_s * self.rate_hz).round() as usize).max(self.options.min_rows)
+        ((self.options.capture_s * self.rate_hz).round() as usize).max(MIN_ROWS)
     }
 }

@@ -57,16 +57,19 @@ pub(super) fn any_of(faces: &[Face]) -> String {
     }
 }
 
-/// An accepted pose; a face that is tilted by more than `fine_deg` is noted.
-pub(super) fn accepted(pose: &Pose, fine_deg: f64) -> String {
+/// A face that is tilted by more than this is noted, degrees.
+const FINE_TILT_DEG: f64 = 10.0;
+
+/// An accepted pose, and how many faces and free poses there are with it.
+pub(super) fn accepted(pose: &Pose, faces: usize, free: usize) -> String {
     let face = name(pose.face.as_deref());
     let done = format!("{face} is done");
     let numbers = format!(
-        "‖a‖ {:.3} m/s², noise {:.1} mg ({} of 6 faces, {} free)",
-        pose.norm_mps2, pose.noise_mg, pose.faces_done, pose.free_done
+        "‖a‖ {:.3} m/s², noise {:.1} mg ({faces} of 6 faces, {free} free)",
+        pose.norm_mps2, pose.noise_mg
     );
     let note = match pose.face {
-        Some(_) if pose.tilt_deg > fine_deg => format!(
+        Some(_) if pose.tilt_deg > FINE_TILT_DEG => format!(
             "{:.0}° from {face}: a pose nearer to the face determines the axes better",
             pose.tilt_deg
         ),

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use gravical::calibration_file::CalibrationFile;
-use gravical::live::Message;
 use gravical::noise::NoiseResult;
 use serde_json::json;
 
@@ -15,7 +14,6 @@ fn the_schema_files_are_up_to_date() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
     for (name, schema) in [
         ("calibration-2", CalibrationFile::schema()),
-        ("live-1", Message::schema()),
         ("noise-1", NoiseResult::schema()),
     ] {
         let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";

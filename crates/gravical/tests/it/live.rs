@@ -63,7 +63,7 @@ fn the_first_seconds_identify_the_board_and_its_noise() {
             faces,
             ..
         },
-        Event::PoseCandidate { .. },
+        Event::PoseCandidate,
         Event::PoseAccepted(pose),
         Event::NextPose { faces: left, .. },
     ] = kinds[..]
@@ -92,7 +92,6 @@ fn hands_of_any_clumsiness_reach_a_good_result() {
 }
 
 fn reach_a_good_result(sessions: std::ops::Range<u64>) {
-    let schema = jsonschema::validator_for(&Message::schema()).unwrap();
     for seed in sessions {
         let clumsiness = Clumsiness::ALL[seed as usize % Clumsiness::ALL.len()];
         let ended = Hand::new(seed, clumsiness).run();
@@ -112,9 +111,6 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
         let messages = ended.messages.iter().filter(|m| !m.event.is_status());
         for message in messages.chain(&ended.messages[60..61]) {
             let value = serde_json::to_value(message).unwrap();
-            if let Err(error) = schema.validate(&value) {
-                panic!("{error} at {}: {value}", error.instance_path());
-            }
             let back: Message = serde_json::from_value(value).unwrap();
             assert_eq!(back, *message);
         }

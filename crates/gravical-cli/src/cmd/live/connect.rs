@@ -7,11 +7,10 @@ use std::time::Duration;
 use gravical::escape::path_word;
 use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, WarningKind};
 use gravical::live::{Event, Message, sentences};
-use gravical::{Category, Error, Result};
+use gravical::{Error, Result};
 
 use super::console::{Console, Entry};
 use super::source::{Incoming, Source};
-use crate::device::no_rows::NoRows;
 use crate::device::ports::{list, list_with_holders, the_board};
 
 /// Time between two looks at the ports.
@@ -30,18 +29,8 @@ pub enum Origin {
     Port(Option<String>),
 }
 
-impl Origin {
-    /// The name of a port.
-    pub fn port(&self) -> Option<&str> {
-        match self {
-            Origin::Port(name) => name.as_deref(),
-            Origin::Replay(_) | Origin::Simulated(_) => None,
-        }
-    }
-}
-
 /// A source that is open.
-pub struct Opened {
+pub struct OpenSource {
     pub kind: SourceKind,
     pub name: String,
     pub source: Box<dyn Source>,
@@ -51,7 +40,7 @@ pub struct Opened {
     pub first: Vec<u8>,
 }
 
-impl Opened {
+impl OpenSource {
     /// What it has next; waits shortly.
     ///
     /// # Errors
@@ -68,68 +57,29 @@ impl Opened {
 /// What becomes of a source that is open, or of a question.
 pub enum Answer {
     /// Rows arrive.
-    Rows(Opened),
+    Rows(OpenSource),
     /// The user chose.
     Chosen(Origin),
     /// The user ended it.
     Interrupted,
 }
 
-/// Why no row arrives.
-pub struct Trouble {
-    pub error: Error,
-    /// What arrives instead, where the port is open.
-    no_rows: Option<NoRows>,
-    /// The port.
-    pub port: Option<String>,
-}
-
-impl From<Error> for Trouble {
-    fn from(error: Error) -> Self {
-        Trouble {
-            error,
-            no_rows: None,
-            port: None,
-        }
-    }
-}
-
-impl Trouble {
-    /// The port is open, and no row arrives.
-    fn no_rows(why: NoRows, port: &str) -> Self {
-        Trouble {
-            error: why.error(port),
-            no_rows: Some(why),
-            port: Some(port.to_owned()),
-        }
-    }
-
-    /// Whether another port, or the same a moment later, may be the remedy.
-    pub fn can_choose(&self) -> bool {
-        self.error.category() == Category::Device
-    }
-
-    /// Whether another sketch may be the remedy.
-    fn needs_sketch(&self) -> bool {
-        self.no_rows.is_some() || self.error.code() == "settings-refused"
-    }
-}
-
-/// What it needs to ask.
-pub struct Asking<'a> {
+/// Waits for rows, and lets the user choose where they come from.
+pub struct PortChooser<'a> {
     pub console: &'a mut Console,
     /// A simulated sensor can take the place of the board.
     pub can_simulate: bool,
+    /// The port that was opened, or could not be.
+    pub tried: Option<String>,
 }
 
-impl Asking<'_> {
-    /// Waits for the first rows of a port, with `--wait` without end. The user may choose another one
-    /// meanwhile.
+impl PortChooser<'_> {
+    /// Waits for the first rows of a port. The user may choose another one meanwhile.
     ///
     /// # Errors
     ///
-    /// Those of the source; no row arrives.
-    pub fn first_rows(&mut self, mut opened: Opened, waits: bool) -> Result<Answer, Trouble> {
+    /// Those of the source: no row arrives, for example.
+    pub fn first_rows(&mut self, mut opened: OpenSource) -> Result<Answer> {
         if opened.kind != SourceKind::Port {
             return Ok(Answer::Rows(opened));
         }
@@ -139,37 +89,22 @@ impl Asking<'_> {
                     opened.first = bytes;
                     return Ok(Answer::Rows(opened));
                 }
-                Ok(Incoming::Opened(name)) => {
+                Ok(Incoming::Connected(name)) => {
                     let text = format!("{name} is open: waiting for its first rows.");
+                    self.tried = Some(name.clone());
                     opened.name.clone_from(&name);
                     self.show(Event::Connecting { name }, text)?;
                 }
-                Ok(Incoming::NoRows(why)) if waits => {
-                    let text = format!("{}; {}", why.message(&opened.name), why.remedy());
-                    self.warn(WarningKind::Rows, &text)?;
-                }
-                Ok(Incoming::NoRows(why)) => break Err(Trouble::no_rows(why, &opened.name)),
                 Ok(Incoming::Lost(Loss::Unplugged)) => {
                     let text = format!("{}: unplugged before the first row", opened.name);
-                    let port = Some(opened.name.clone());
-                    let error = Error::device("no-such-port", text);
-                    break Err(Trouble {
-                        port,
-                        ..error.into()
-                    });
+                    break Err(Error::device("no-such-port", text));
                 }
                 Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
-                Ok(Incoming::Lost(Loss::Silent) | Incoming::Nothing | Incoming::End) => {}
-                Err(error) => {
-                    let port = Some(opened.name.clone());
-                    break Err(Trouble {
-                        port,
-                        ..error.into()
-                    });
-                }
+                Ok(_) => {}
+                Err(error) => break Err(error),
             }
             let known = || list().unwrap_or_default();
-            if let Some(answer) = self.answer(known, Some(&opened.name))? {
+            if let Some(answer) = self.answer(known)? {
                 break Ok(answer);
             }
         };
@@ -177,26 +112,35 @@ impl Asking<'_> {
         answer
     }
 
-    /// What the user chooses after `trouble`. `tried`: the port that was opened, or could not be. A port
-    /// that was missing is taken as soon as it is there.
+    /// What the user chooses after `trouble`. A port that was missing is taken as soon as it is there.
     ///
     /// # Errors
     ///
     /// Where the question cannot be shown.
-    pub fn choose(&mut self, trouble: &Trouble, tried: Option<&str>) -> Result<Answer> {
+    pub fn choose(&mut self, trouble: &Error) -> Result<Answer> {
         let mut shown = None;
         loop {
             let found = list_with_holders().unwrap_or_default();
-            if let Some(name) = arrived(&trouble.error, tried, &found) {
+            if let Some(name) = arrived(trouble, self.tried.as_deref(), &found) {
                 return Ok(Answer::Chosen(Origin::Port(Some(name))));
             }
             if shown.as_ref() != Some(&found) {
-                let (event, text) = self.question(trouble, tried, found.clone());
-                self.show(event, text)?;
+                let (remedy, needs_sketch) = remedy(trouble);
+                let event = Event::Ports {
+                    ports: found.clone(),
+                    tried: self.tried.clone(),
+                    flash: if needs_sketch {
+                        self.flash()
+                    } else {
+                        Vec::new()
+                    },
+                    simulate: self.can_simulate,
+                };
+                self.show(event, sentences([trouble.message(), remedy]))?;
             }
             let known = shown.insert(found);
             for _ in 0..ASKED {
-                if let Some(answer) = self.answer(|| known.clone(), tried)? {
+                if let Some(answer) = self.answer(|| known.clone())? {
                     return Ok(answer);
                 }
                 std::thread::sleep(LOOK / ASKED);
@@ -204,40 +148,15 @@ impl Asking<'_> {
         }
     }
 
-    fn question(
-        &self,
-        trouble: &Trouble,
-        tried: Option<&str>,
-        ports: Vec<PortInfo>,
-    ) -> (Event, String) {
-        let remedy = remedy(trouble);
-        let flash = if trouble.needs_sketch() {
-            flash(tried.unwrap_or("PORT"))
-        } else {
-            Vec::new()
-        };
-        let event = Event::Ports {
-            ports,
-            tried: tried.map(str::to_owned),
-            flash,
-            simulate: self.can_simulate,
-        };
-        (event, sentences([trouble.error.message(), remedy]))
-    }
-
     /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
-    /// that was `tried`.
-    fn answer(
-        &mut self,
-        ports: impl Fn() -> Vec<PortInfo>,
-        tried: Option<&str>,
-    ) -> Result<Option<Answer>> {
+    /// that was tried.
+    fn answer(&mut self, ports: impl Fn() -> Vec<PortInfo>) -> Result<Option<Answer>> {
         let mut reason = EndReason::Interrupted;
         while let Ok(entry) = self.console.entries.try_recv() {
             let command = match entry {
                 Entry::Typed(Ok(command)) => command,
                 Entry::Typed(Err(text)) => {
-                    self.console.answer(&text);
+                    self.warn(WarningKind::Refused, &text)?;
                     continue;
                 }
                 #[cfg(feature = "live")]
@@ -247,12 +166,13 @@ impl Asking<'_> {
                 Command::Simulate if self.can_simulate => {
                     return Ok(Some(Answer::Chosen(Origin::Simulated(None))));
                 }
-                Command::Port { name }
-                    if tried == Some(name.as_str()) || ports().iter().any(|p| p.name == name) =>
-                {
-                    return Ok(Some(Answer::Chosen(Origin::Port(Some(name)))));
+                Command::Port { name } => {
+                    let is_tried = self.tried.as_ref() == Some(&name);
+                    if is_tried || ports().iter().any(|p| p.name == name) {
+                        return Ok(Some(Answer::Chosen(Origin::Port(Some(name)))));
+                    }
+                    format!("{name} is no port of this computer")
                 }
-                Command::Port { name } => format!("{name} is no port of this computer"),
                 Command::Cancel => {
                     reason = EndReason::Cancelled;
                     self.console.interrupt();
@@ -263,16 +183,27 @@ impl Asking<'_> {
             };
             self.warn(WarningKind::Refused, &message)?;
         }
-        let is_interrupted = self.console.is_interrupted();
-        if is_interrupted {
-            let event = Event::End {
-                reason,
-                poses: 0,
-                resume: None,
-            };
-            self.show(event, "Ended before the first row.")?;
+        if !self.console.is_interrupted() {
+            return Ok(None);
         }
-        Ok(is_interrupted.then_some(Answer::Interrupted))
+        let event = Event::End {
+            reason,
+            poses: 0,
+            resume: None,
+        };
+        self.show(event, "Ended before the first row.")?;
+        Ok(Some(Answer::Interrupted))
+    }
+
+    /// The commands that flash our sketch, from the folder of gravical.
+    fn flash(&self) -> Vec<String> {
+        let port = path_word(Path::new(self.tried.as_deref().unwrap_or("PORT")));
+        let sketch = "firmware/mpu6050_logger";
+        vec![
+            "arduino-cli core install arduino:avr".to_owned(),
+            format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
+            format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
+        ]
     }
 
     fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
@@ -296,54 +227,42 @@ fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<Str
     }
 }
 
-/// The remedy where the port is chosen while the program runs.
-fn remedy(trouble: &Trouble) -> &str {
-    match (&trouble.no_rows, trouble.error.code()) {
-        (Some(NoRows::Nothing | NoRows::Text(_)), _) => {
-            "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor"
-        }
-        (Some(NoRows::Garbage), _) => {
-            "begin again with its rate, as --baud 9600; flash a sketch, ours or any that prints numbers; or choose another port"
-        }
-        (None, "no-port") => {
-            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen"
-        }
-        (None, "no-such-port") => {
-            "plug it in: it is opened when it is there; or choose another one"
-        }
-        (None, "several-ports") => "choose the one of your board",
-        (None, _) => trouble.error.hint().unwrap_or("choose another one"),
-    }
-}
-
-/// The commands that flash our sketch, from the folder of gravical.
-fn flash(port: &str) -> Vec<String> {
-    let sketch = "firmware/mpu6050_logger";
-    vec![
-        "arduino-cli core install arduino:avr".to_owned(),
-        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
-        format!(
-            "arduino-cli upload --fqbn arduino:avr:uno -p {} {sketch}",
-            path_word(Path::new(port))
+/// The remedy where the port is chosen while the program runs, and whether another sketch may be one.
+fn remedy(trouble: &Error) -> (&str, bool) {
+    match trouble.code() {
+        "board-silent" => (
+            "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor",
+            true,
         ),
-    ]
+        "no-samples-from-board" => (
+            "flash a sketch, ours or any that prints numbers; begin again with its rate, as --baud 9600; or choose another port",
+            true,
+        ),
+        "no-port" => (
+            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen",
+            false,
+        ),
+        "no-such-port" => (
+            "plug it in: it is opened when it is there; or choose another one",
+            false,
+        ),
+        "several-ports" => ("choose the one of your board", false),
+        code => {
+            let hint = trouble.hint().unwrap_or("choose another one");
+            (hint, code == "settings-refused")
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cmd::live::console::Renderer;
-    use std::sync::Arc;
-    use std::sync::mpsc::sync_channel;
 
     fn board(name: &str) -> PortInfo {
         PortInfo {
             name: name.to_owned(),
-            device: Some("Arduino Uno".to_owned()),
-            usb: Some("2341:0043".to_owned()),
-            serial: None,
             board: true,
-            open_in: Vec::new(),
+            ..PortInfo::default()
         }
     }
 
@@ -363,54 +282,5 @@ mod tests {
         // One that is busy is not tried again and again.
         let busy = Error::device("port-busy", "");
         assert_eq!(arrived(&busy, Some("/dev/none1"), &one), None);
-    }
-
-    struct Seen(std::sync::mpsc::Sender<Event>);
-
-    impl Renderer for Seen {
-        fn show(&mut self, message: &Message) -> Result<()> {
-            let _ = self.0.send(message.event.clone());
-            Ok(())
-        }
-    }
-
-    #[test]
-    fn only_ports_that_are_there_can_be_chosen() {
-        let (sender, entries) = sync_channel(8);
-        let (to, seen) = std::sync::mpsc::channel();
-        let mut console = Console::new(vec![Box::new(Seen(to))], entries, Arc::default());
-        let mut asking = Asking {
-            console: &mut console,
-            can_simulate: true,
-        };
-        let known = [board("/dev/none1")];
-        let mut ask = |name: &str, tried| {
-            let name = name.to_owned();
-            sender
-                .send(Entry::Typed(Ok(Command::Port { name })))
-                .unwrap();
-            asking.answer(|| known.to_vec(), tried).unwrap()
-        };
-        for (name, tried) in [("/dev/none1", None), ("/dev/none7", Some("/dev/none7"))] {
-            let Some(Answer::Chosen(origin)) = ask(name, tried) else {
-                panic!("{name} was refused")
-            };
-            assert_eq!(origin.port(), Some(name));
-        }
-        for name in ["/etc/passwd", "", "/dev/none", "/dev/none1\n"] {
-            assert!(ask(name, None).is_none(), "{name:?}");
-            let Ok(Event::Warning { kind, .. }) = seen.try_recv() else {
-                panic!("{name:?} was not refused")
-            };
-            assert_eq!(kind, WarningKind::Refused);
-        }
-        sender.send(Entry::Typed(Ok(Command::Undo))).unwrap();
-        assert!(asking.answer(Vec::new, None).unwrap().is_none());
-        assert!(matches!(seen.try_recv(), Ok(Event::Warning { .. })));
-        sender.send(Entry::Typed(Ok(Command::Simulate))).unwrap();
-        let answer = asking.answer(Vec::new, None).unwrap();
-        let Some(Answer::Chosen(Origin::Simulated(None))) = answer else {
-            panic!("a simulated sensor was refused")
-        };
     }
 }

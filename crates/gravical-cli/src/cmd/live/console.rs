@@ -16,8 +16,6 @@ pub trait Renderer {
     ///
     /// Where every event has to be written, and cannot be.
     fn show(&mut self, message: &Message) -> Result<()>;
-    /// Shows an answer to what was typed.
-    fn answer(&mut self, _text: &str) {}
     /// Takes the calibration report, which comes before the event that it was saved.
     fn report(&mut self, _html: &str) {}
 }
@@ -36,23 +34,11 @@ pub enum Entry {
 pub struct Console {
     pub renderers: Vec<Box<dyn Renderer>>,
     pub entries: Receiver<Entry>,
-    interrupted: Arc<AtomicBool>,
+    /// Set by Ctrl-C.
+    pub interrupted: Arc<AtomicBool>,
 }
 
 impl Console {
-    /// `interrupted` is set by Ctrl-C.
-    pub fn new(
-        renderers: Vec<Box<dyn Renderer>>,
-        entries: Receiver<Entry>,
-        interrupted: Arc<AtomicBool>,
-    ) -> Self {
-        Console {
-            renderers,
-            entries,
-            interrupted,
-        }
-    }
-
     /// Shows an event.
     ///
     /// # Errors
@@ -60,11 +46,6 @@ impl Console {
     /// As [`Renderer::show`].
     pub fn show(&mut self, message: &Message) -> Result<()> {
         self.renderers.iter_mut().try_for_each(|r| r.show(message))
-    }
-
-    /// Shows an answer to what was typed.
-    pub fn answer(&mut self, text: &str) {
-        self.renderers.iter_mut().for_each(|r| r.answer(text));
     }
 
     /// The user ends the session.
@@ -80,14 +61,9 @@ impl Console {
 /// Sends what is typed, a line each.
 pub fn typed(sender: SyncSender<Entry>) {
     std::thread::spawn(move || {
-        for line in std::io::stdin()
-            .lock()
-            .lines()
-            .map_while(std::io::Result::ok)
-        {
-            if line.trim().is_empty() {
-                continue;
-            }
+        let lines = std::io::stdin().lock().lines();
+        let lines = lines.map_while(std::io::Result::ok);
+        for line in lines.filter(|line| !line.trim().is_empty()) {
             let command = Command::parse(&line).map_err(|e| match e.hint() {
                 Some(hint) => format!("{e}; {hint}"),
                 None => e.to_string(),

@@ -1,7 +1,6 @@
 //! The loop between the source of rows, the session, the disk and those who show the events.
 
 use std::collections::VecDeque;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::TryRecvError;
@@ -21,12 +20,12 @@ use gravical::recording::{ReadOptions, Recording, read};
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
-use super::connect::Opened;
+use super::connect::OpenSource;
 use super::console::{Console, Entry};
-use super::journal::{JournalFile, is_vital};
 use super::source::Incoming;
 use super::truth::truth_event;
 use crate::cmd::calibrate::save;
+use crate::cmd::log::LogFile;
 use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
@@ -34,24 +33,22 @@ use crate::report::write_report;
 /// A hand that moves is left alone for this long, s, unless the pose is accepted.
 const HAND_S: f64 = 8.0;
 
-/// Bytes of the recording that are read at once when a session is resumed.
-const AT_ONCE: usize = 1 << 16;
-
 /// A session and everything around it.
 pub struct Driver<'a> {
     pub session: Session,
-    pub opened: Opened,
+    pub opened: OpenSource,
     /// There are rows already.
     pub resumes: bool,
     pub console: &'a mut Console,
-    pub journal: Option<JournalFile>,
+    /// An event a line.
+    pub journal: Option<LogFile>,
     pub folder: Option<PathBuf>,
     pub read: ReadOptions,
     /// The calibration file.
     pub output: Option<PathBuf>,
     /// Times real time; 0 is as fast as possible.
     pub speed: f64,
-    pub hand: Hand,
+    pub hand: SimulatedHand,
 }
 
 /// The recordings of a session, and where its poses are.
@@ -59,7 +56,7 @@ type Recorded = (Vec<Recording>, Segmentation);
 
 /// Commands that are typed, and the hand that moves a simulated sensor by them.
 #[derive(Default)]
-pub struct Hand {
+pub struct SimulatedHand {
     waiting: VecDeque<Command>,
     /// Time of the session until which it is busy, s.
     busy_until_s: f64,
@@ -70,7 +67,7 @@ pub struct Hand {
     is_gone: bool,
 }
 
-impl Hand {
+impl SimulatedHand {
     /// It moves the sensor, or leaves it alone.
     fn is_busy(&self) -> bool {
         self.now_s < self.busy_until_s
@@ -103,7 +100,6 @@ enum Ending {
     Stopped(EndReason),
     /// There are no more rows, and too few poses.
     OutOfRows,
-    Failed(Error),
 }
 
 impl Driver<'_> {
@@ -113,22 +109,19 @@ impl Driver<'_> {
     ///
     /// Those of the source and of the disk.
     pub fn run(mut self) -> anyhow::Result<ExitCode> {
-        let ending = match self.guide() {
-            Ok(ending) => ending,
-            Err(error) => Ending::Failed(error),
-        };
+        let ending = self.guide();
         // A recording that cannot be written has been rescued.
-        let is_lost = matches!(&ending, Ending::Failed(error) if error.code() == "io");
+        let is_lost = matches!(&ending, Err(error) if error.code() == "io");
         let rest = if is_lost {
             Vec::new()
         } else {
             self.opened.source.close()
         };
         match ending {
-            Ending::Finished => self.save(),
-            Ending::Stopped(reason) => self.stopped(reason, &rest),
-            Ending::OutOfRows => self.out_of_rows(),
-            Ending::Failed(error) => {
+            Ok(Ending::Finished) => self.save(),
+            Ok(Ending::Stopped(reason)) => self.stopped(reason, &rest),
+            Ok(Ending::OutOfRows) => self.out_of_rows(),
+            Err(error) => {
                 // The disk of the journal may be full as well.
                 let _ = self.end(EndReason::Failed, &error.to_string());
                 Err(error.into())
@@ -166,7 +159,7 @@ impl Driver<'_> {
 
     fn step(&mut self) -> Result<Option<Ending>> {
         if self.console.is_interrupted() {
-            return Ok(Some(Ending::Stopped(if self.session.is_cancelled() {
+            return Ok(Some(Ending::Stopped(if self.session.is_done() {
                 EndReason::Cancelled
             } else {
                 EndReason::Interrupted
@@ -187,7 +180,7 @@ impl Driver<'_> {
                 self.warn(WarningKind::Rows, &message)?;
                 Vec::new()
             }
-            Incoming::Nothing | Incoming::Opened(_) | Incoming::NoRows(_) => Vec::new(),
+            Incoming::Nothing | Incoming::Connected(_) => Vec::new(),
             Incoming::End => {
                 let messages = self.session.settle_format().unwrap_or_default();
                 self.show(messages)?;
@@ -222,18 +215,10 @@ impl Driver<'_> {
     fn restore(&mut self) -> Result<()> {
         if let Some(folder) = &self.folder {
             let path = folder.join(gravical::live::folder::RECORDING);
-            let io = |e| Error::io(&path, e);
-            let file = std::fs::File::open(&path).map_err(io)?;
-            let mut file = file.take(self.opened.recorded);
-            let mut bytes = vec![0; AT_ONCE];
-            loop {
-                let n = file.read(&mut bytes).map_err(io)?;
-                if n == 0 {
-                    break;
-                }
-                let messages = self.session.bytes(&bytes[..n])?;
-                self.render(&messages)?;
-            }
+            let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
+            bytes.truncate(self.opened.recorded as usize);
+            let messages = self.session.bytes(&bytes)?;
+            self.render(&messages)?;
         }
         let messages = self.session.resumed();
         self.show(messages)
@@ -242,12 +227,25 @@ impl Driver<'_> {
     /// Shows events; what has to be safe is safe before.
     fn show(&mut self, messages: Vec<Message>) -> Result<()> {
         for message in messages {
-            if !message.event.is_status() {
-                if is_vital(&message) {
+            if let Some(journal) = &mut self.journal
+                && !message.event.is_status()
+            {
+                let line = serde_json::to_string(&message);
+                let line = line.map_err(|e| Error::io(journal.path(), e.into()))?;
+                // Without these a session could not be resumed as it was.
+                let is_vital = matches!(
+                    message.event,
+                    Event::Session { .. }
+                        | Event::PoseAccepted(_)
+                        | Event::PoseUndone { .. }
+                        | Event::Gravity { .. }
+                );
+                if is_vital {
                     self.opened.source.make_safe()?;
                 }
-                if let Some(journal) = &mut self.journal {
-                    journal.write(&message)?;
+                journal.write(format!("{line}\n").as_bytes())?;
+                if is_vital {
+                    journal.sync()?;
                 }
             }
             self.render(&[message])?;
@@ -269,7 +267,7 @@ impl Driver<'_> {
         loop {
             match self.console.entries.try_recv() {
                 Ok(Entry::Typed(Ok(command))) => self.hand.waiting.push_back(command),
-                Ok(Entry::Typed(Err(text))) => self.console.answer(&text),
+                Ok(Entry::Typed(Err(text))) => self.warn(WarningKind::Refused, &text)?,
                 #[cfg(feature = "live")]
                 Ok(Entry::Clicked(command)) => self.command(&command)?,
                 Err(TryRecvError::Empty) => break,

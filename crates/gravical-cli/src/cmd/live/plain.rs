@@ -13,9 +13,6 @@ use crate::device::ports;
 use crate::outlet::{Outlet, Sink};
 use crate::screen::Screen;
 
-/// Cells of the bar of progress.
-const BAR: usize = 10;
-
 /// One line an event on standard error, and a status line that is overwritten.
 pub struct Plain {
     screen: Screen,
@@ -66,25 +63,15 @@ impl Renderer for Plain {
         }
         Ok(())
     }
-
-    fn answer(&mut self, text: &str) {
-        self.line(text);
-    }
 }
 
 fn status_line(status: &Status, text: &str) -> String {
-    let filled = (status.ring * BAR as f64).round() as usize;
-    let bar = format!(
-        "{}{}",
-        "#".repeat(filled),
-        ".".repeat(BAR - filled.min(BAR))
-    );
-    let limit = status
-        .limit_mg
-        .map_or(String::new(), |l| format!("/{l:.0}"));
+    let bar = "#".repeat((10.0 * status.ring).round() as usize);
+    let limit_mg = status.limit_mg;
+    let limit = limit_mg.map_or(String::new(), |l| format!("/{l:.0}"));
     let say = status.hint.as_deref().unwrap_or(text);
     format!(
-        "[{bar}] {} {:.0}° {:.3} g {:.0}{limit} mg  {say}",
+        "[{bar:.<10}] {} {:.0}° {:.3} g {:.0}{limit} mg  {say}",
         status.face, status.tilt_deg, status.norm_g, status.noise_mg
     )
 }
@@ -92,7 +79,7 @@ fn status_line(status: &Status, text: &str) -> String {
 /// What stands before the sentences of an event; none for one that has no line.
 fn mark(event: &Event) -> Option<&'static str> {
     match event {
-        Event::Status(_) | Event::PoseCandidate { .. } => None,
+        Event::Status(_) | Event::PoseCandidate => None,
         Event::PoseAccepted(_) => Some("✓ "),
         Event::PoseRejected { .. } => Some("✗ "),
         Event::NextPose { .. } => Some("→ "),

@@ -1,8 +1,7 @@
 //! Where the rows of a session come from: a port, a simulated sensor, a recording.
 
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -22,7 +21,6 @@ use gravical::simulate::{
 use gravical::{Error, Result};
 
 use crate::cmd::log::{self, Event, Existing, LogFile};
-use crate::device::no_rows::NoRows;
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -44,9 +42,7 @@ pub enum Incoming {
     /// Nothing yet.
     Nothing,
     /// The port of this name is open.
-    Opened(String),
-    /// No row has arrived yet; this does.
-    NoRows(NoRows),
+    Connected(String),
     /// No rows arrive any more.
     Lost(Loss),
     /// Something to tell.
@@ -168,12 +164,7 @@ impl Simulated {
     ///
     /// Those of the file.
     pub fn open(path: &Path, resumes: bool, seed: u64, speed: f64) -> Result<Self> {
-        let existing = if resumes {
-            Existing::Append
-        } else {
-            Existing::Refuse
-        };
-        let mut file = LogFile::open(path, existing)?;
+        let mut file = LogFile::open(path, Existing::of_session(resumes))?;
         file.start()?;
         let offset_s = if resumes {
             last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S
@@ -207,16 +198,12 @@ impl Simulated {
     }
 }
 
-/// Time of the last row of a recording of [`Simulated`], s; 0 without one. Only its end is read.
+/// Time of the last row of a recording of [`Simulated`], s; 0 without one.
 fn last_row_s(path: &Path) -> std::io::Result<f64> {
-    let mut file = File::open(path)?;
-    let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(AT_ONCE as u64)))?;
-    let mut end = Vec::new();
-    file.read_to_end(&mut end)?;
-    let end = String::from_utf8_lossy(&end);
+    let text = std::fs::read(path)?;
+    let text = String::from_utf8_lossy(&text);
     let stamp_ms = |line: &str| line.split(',').next()?.parse::<f64>().ok();
-    Ok(end.lines().rev().find_map(stamp_ms).unwrap_or(0.0) / 1e3)
+    Ok(text.lines().rev().find_map(stamp_ms).unwrap_or(0.0) / 1e3)
 }
 
 impl Source for Simulated {
@@ -349,8 +336,8 @@ impl Source for PortSource {
 /// What the session has to know of the recording.
 fn incoming(event: Event) -> Option<Incoming> {
     Some(match event {
-        Event::Opened { port, .. } => Incoming::Opened(port),
-        Event::NoRows { why, .. } => Incoming::NoRows(why),
+        Event::Opened { port, .. } => Incoming::Connected(port),
+        Event::NoRows { text, hint } => Incoming::Warning(format!("{text}; {hint}")),
         Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
         Event::Silent { .. } => Incoming::Lost(Loss::Silent),
         Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),

@@ -111,7 +111,7 @@ impl Page {
 
     /// What shows events on it.
     pub fn renderer(&self) -> Box<dyn Renderer> {
-        Box::new(Events(Arc::clone(&self.hub)))
+        Box::new(Arc::clone(&self.hub))
     }
 
     /// Says on the page why there will be no more events, and waits until it is there.
@@ -123,7 +123,7 @@ impl Page {
                 resume: None,
             };
             let message = Message::new(0.0, event, sentences([why]));
-            let _ = Events(Arc::clone(&self.hub)).show(&message);
+            let _ = Arc::clone(&self.hub).show(&message);
         }
         self.last_word();
     }
@@ -202,24 +202,5 @@ async fn answer(listener: TcpListener, app: Router) {
                 .await;
         });
         open.push((task.abort_handle(), known));
-    }
-}
-
-/// Events for the tabs.
-struct Events(Arc<Hub>);
-
-impl Renderer for Events {
-    fn show(&mut self, message: &Message) -> Result<()> {
-        let text = serde_json::to_string(message).map_err(|e| system(e.into()))?;
-        match message.event {
-            Event::Session { .. } => self.0.begin(text),
-            Event::End { .. } => self.0.end(text),
-            _ => self.0.say(text, message.event.is_status()),
-        }
-        Ok(())
-    }
-
-    fn report(&mut self, html: &str) {
-        self.0.keep_report(html);
     }
 }

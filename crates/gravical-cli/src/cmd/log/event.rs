@@ -5,7 +5,6 @@ use gravical::recording::{AccelScale, Finding};
 use serde::Serialize;
 
 use super::gaps::Gap;
-use crate::device::no_rows::NoRows;
 
 /// The recording at one moment.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -69,11 +68,7 @@ pub enum Event {
     /// The board sends nothing.
     Silent { duration_s: f64 },
     /// No row has arrived yet: what arrives instead.
-    NoRows {
-        text: String,
-        #[serde(skip)]
-        why: NoRows,
-    },
+    NoRows { text: String, hint: String },
     /// The end.
     Ended(Box<Ended>),
 }

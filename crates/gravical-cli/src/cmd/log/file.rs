@@ -5,6 +5,7 @@ use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
+use gravical::live::folder::JOURNAL;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
@@ -19,6 +20,17 @@ pub enum Existing {
     Refuse,
     Append,
     Replace,
+}
+
+impl Existing {
+    /// Of a session that begins, or goes on.
+    pub fn of_session(resumes: bool) -> Self {
+        if resumes {
+            Existing::Append
+        } else {
+            Existing::Refuse
+        }
+    }
 }
 
 /// A file to which whole lines are appended, locked against other instances of this program.
@@ -63,16 +75,9 @@ impl LogFile {
         } else {
             options().create_new(!is_any).create(true).open(path)
         };
-        let refuse = |e: io::Error| {
-            if is_busy(&e) {
-                in_use(path)
-            } else {
-                Error::io(path, e)
-            }
-        };
         let mut file = LogFile {
             path: path.to_owned(),
-            file: file.and_then(lock).map_err(refuse)?,
+            file: file.and_then(lock).map_err(|e| refused(path, e))?,
             existing: if is_device {
                 Existing::Refuse
             } else {
@@ -84,7 +89,7 @@ impl LogFile {
             head: 0,
         };
         if file.existing == Existing::Append {
-            file.read_before().map_err(refuse)?;
+            file.read_before().map_err(|e| Error::io(path, e))?;
         }
         Ok(file)
     }
@@ -93,11 +98,10 @@ impl LogFile {
     fn read_before(&mut self) -> io::Result<()> {
         self.length = self.file.metadata()?.len();
         (&self.file).take(HEAD).read_to_end(&mut self.before)?;
-        let whole = self.before.iter().rposition(|b| *b == b'\n');
-        let whole = whole.map_or(0, |at| at + 1);
         // Of a single line without an end the reader says what it is.
-        self.before
-            .truncate(if whole > 0 { whole } else { self.before.len() });
+        if let Some(at) = self.before.iter().rposition(|b| *b == b'\n') {
+            self.before.truncate(at + 1);
+        }
         // It names the columns of what may have to be rescued.
         self.held.clone_from(&self.before);
         self.head = self.held.len();
@@ -122,24 +126,26 @@ impl LogFile {
         }
     }
 
-    /// Ends the last line; a part of a row is marked as rejected.
+    /// Ends the last line; a part of a row is marked as rejected, and one of an event removed.
     fn mend_end(&mut self) -> io::Result<()> {
         let from = self.length.saturating_sub(HEAD);
         self.file.seek(SeekFrom::Start(from))?;
         let mut tail = Vec::new();
         (&self.file).take(HEAD).read_to_end(&mut tail)?;
-        let begin = tail
-            .iter()
-            .rposition(|b| *b == b'\n')
-            .map_or(0, |at| at + 1);
-        let torn = tail.split_off(begin);
+        let end = tail.iter().rposition(|b| *b == b'\n');
+        let torn = tail.split_off(end.map_or(0, |at| at + 1));
         if !torn.is_empty() {
             self.length -= torn.len() as u64;
             self.file.set_len(self.length)?;
             self.file.seek(SeekFrom::End(0))?;
-            let is_row = torn.first().is_some_and(|b| *b != b'#');
-            let mark: &[u8] = if is_row { b"# rejected: " } else { b"" };
-            self.append(&[mark, torn.trim_ascii_end(), b"\n"].concat())?;
+            let mark: &[u8] = match torn.first() {
+                Some(b'#') => b"",
+                _ => b"# rejected: ",
+            };
+            // Half an event says nothing.
+            if !self.path.ends_with(JOURNAL) {
+                self.append(&[mark, torn.trim_ascii_end(), b"\n"].concat())?;
+            }
         }
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
@@ -231,15 +237,12 @@ impl LogFile {
     }
 
     /// Writes what was received to another file; the error says where it is.
-    fn rescued(&mut self, why: &io::Error) -> Error {
-        let folders = [
-            self.path.parent().map(Path::to_owned),
-            Some(std::env::temp_dir()),
-        ];
-        let mut folders = folders.into_iter().flatten();
-        let rescue = match folders.find_map(|folder| self.rescue_in(&folder).ok()) {
-            Some(path) => format!("what was received is in {}", path_text(&path)),
-            None => "what was received could not be written anywhere".to_owned(),
+    fn rescued(&self, why: &io::Error) -> Error {
+        let rescued = self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
+        let rescued = rescued.or_else(|_| self.rescue_in(&std::env::temp_dir()));
+        let rescue = match rescued {
+            Ok(path) => format!("what was received is in {}", path_text(&path)),
+            Err(_) => "what was received could not be written anywhere".to_owned(),
         };
         let text = format!("{why}: the recording has ended; {rescue}");
         Error::io(&self.path, io::Error::new(why.kind(), text))
@@ -291,14 +294,13 @@ fn lock(file: File) -> io::Result<File> {
     Ok(file)
 }
 
-/// Whether another program writes to the file.
-fn is_busy(error: &io::Error) -> bool {
+/// The error of a file that cannot be opened: another program may write to it.
+fn refused(path: &Path, error: io::Error) -> Error {
     const SHARING_VIOLATION: i32 = 32;
     let is_shared = cfg!(windows) && error.raw_os_error() == Some(SHARING_VIOLATION);
-    is_shared || error.kind() == io::ErrorKind::ResourceBusy
-}
-
-fn in_use(path: &Path) -> Error {
+    if !is_shared && error.kind() != io::ErrorKind::ResourceBusy {
+        return Error::io(path, error);
+    }
     Error::usage("in-use", "another gravical log is writing to this file")
         .at(path, None)
         .with_hint("end that one first, or name another file with -o")

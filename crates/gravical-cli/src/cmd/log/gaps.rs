@@ -148,8 +148,8 @@ impl Gaps {
 /// The usual step is the median of this many, and is known by so many.
 const STEPS: usize = 31;
 const MIN_STEPS: usize = 3;
-/// A jump of more usual steps than this is a gap, as for the reader of recordings.
-const GAP_STEPS: f64 = 4.5;
+/// Nothing for more usual steps than this is a gap, as for the reader of recordings.
+pub const GAP_STEPS: f64 = 4.5;
 /// Clocks begin again here: a 32-bit counter, as it is and of µs in ms or s, and the time of day, s.
 const WRAPS: [f64; 4] = [4_294_967_296.0, 4_294_967.296, 4_294.967_296, 86_400.0];
 /// Two long steps in a row that differ by less than this are another rate, not two gaps.
@@ -203,25 +203,21 @@ impl Clock {
         self.stamps += 1;
         let mut sorted: Vec<f64> = self.steps.iter().copied().collect();
         sorted.sort_unstable_by(f64::total_cmp);
-        let usual = sorted
-            .get(sorted.len() / 2)
-            .filter(|_| sorted.len() >= MIN_STEPS);
-        let is_long = usual.is_some_and(|usual| step > GAP_STEPS * usual);
-        let long = std::mem::replace(&mut self.long, is_long.then_some(step));
-        let is_same = |long: f64| (step / long - 1.0).abs() < SAME_STEP;
-        if is_long && long.is_some_and(is_same) {
-            self.steps.clear();
-            (self.rows, self.stamps) = (1, 1);
-        }
+        let usual = sorted.get(sorted.len() / 2);
+        let usual = usual.filter(|usual| sorted.len() >= MIN_STEPS && step > GAP_STEPS * **usual);
+        let long = std::mem::replace(&mut self.long, usual.map(|_| step));
         self.steps.push_back(step);
         self.steps.drain(..self.steps.len().saturating_sub(STEPS));
-        match usual {
-            Some(usual) if is_long && self.steps.len() > 1 => {
-                let rows_a_stamp = (self.rows as f64 / self.stamps as f64).round().max(1.0);
-                Step::Missing(((step / usual).round() - 1.0).max(0.0) as u64 * rows_a_stamp as u64)
-            }
-            _ => Step::Missing(0),
+        let Some(usual) = usual else {
+            return Step::Missing(0);
+        };
+        if long.is_some_and(|long| (step / long - 1.0).abs() < SAME_STEP) {
+            self.steps.drain(..self.steps.len() - 1);
+            (self.rows, self.stamps) = (1, 1);
+            return Step::Missing(0);
         }
+        let rows_a_stamp = (self.rows as f64 / self.stamps as f64).round().max(1.0);
+        Step::Missing(((step / usual).round() - 1.0).max(0.0) as u64 * rows_a_stamp as u64)
     }
 }
 

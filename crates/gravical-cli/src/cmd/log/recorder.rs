@@ -2,17 +2,18 @@
 //! the board and events out. It has no clock and no I/O: time is an argument, in seconds on any
 //! clock that only advances.
 
+use std::mem::{Discriminant, discriminant};
+
 use gravical::escape::shown;
 use gravical::{Error, Result};
 
 use super::event::{Counts, End, Event};
-use super::exchange::{Options, Output, Received};
 use super::gaps::Cause;
-use super::hold::Hold;
 use super::lines::Splitter;
-use super::writing::Writing;
+use super::pending::Pending;
+use super::writing::{Line, Options, Output, Writing};
 use crate::device::board::Settings;
-use crate::device::no_rows::{JUDGED_BYTES, NoRows};
+use crate::device::trouble::{JUDGED_BYTES, NoRows};
 
 /// Without a row for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
@@ -30,7 +31,7 @@ const RESET_S: f64 = 4.0;
 /// Where the lines go. In each state the port may be lost and found.
 enum State {
     /// Their format is not known.
-    Holding(Box<Hold>),
+    Pending(Box<Pending>),
     /// They are written.
     Writing(Box<Writing>),
 }
@@ -53,7 +54,7 @@ struct Port {
     splitter: Splitter,
     is_silent: bool,
     /// What was said to arrive in place of rows.
-    said: Option<NoRows>,
+    said: Option<Discriminant<NoRows>>,
 }
 
 /// One recording.
@@ -62,8 +63,8 @@ pub struct Recorder {
     state: State,
     setting: Option<Setting>,
     port: Option<Port>,
-    /// Why it ended, or why it failed.
-    end: Option<End>,
+    /// It ended before a line was written.
+    is_over: bool,
     error: Option<Error>,
     pub out: Output,
 }
@@ -77,7 +78,7 @@ impl Recorder {
     /// Those of the reader for the file that is continued.
     pub fn new(options: Options, before: &[u8]) -> Result<Self> {
         let state = if before.is_empty() {
-            State::Holding(Box::new(Hold::new(&options)))
+            State::Pending(Box::new(Pending::new(&options)))
         } else {
             State::Writing(Box::new(Writing::continued(&options, before)?))
         };
@@ -88,7 +89,7 @@ impl Recorder {
             state,
             setting: (!is_set).then_some(Setting { next_s, sent }),
             port: None,
-            end: None,
+            is_over: false,
             error: None,
             out: Output::default(),
         })
@@ -100,7 +101,7 @@ impl Recorder {
     pub fn writing(&self) -> Option<&Writing> {
         match &self.state {
             State::Writing(writing) => Some(writing),
-            State::Holding(_) => None,
+            State::Pending(_) => None,
         }
     }
 
@@ -111,7 +112,8 @@ impl Recorder {
 
     /// Why it ended.
     pub fn end(&self) -> Option<End> {
-        self.end.or_else(|| self.writing()?.end)
+        let end = self.writing().and_then(|writing| writing.end);
+        end.or(self.is_over.then_some(End::User))
     }
 
     /// Why it failed; once.
@@ -157,7 +159,7 @@ impl Recorder {
                 self.check(done);
             }
             // Lines of another start of the board.
-            State::Holding(_) => self.drop_held("before the port was lost"),
+            State::Pending(_) => self.drop_pending("before the port was lost"),
         }
         let text = why.to_owned();
         self.say(Event::Lost { text });
@@ -174,10 +176,10 @@ impl Recorder {
         port.received.drain(..old);
         let lines = port.splitter.push(bytes);
         if now_s - port.opened_s < RESET_S
-            && let State::Holding(hold) = &mut self.state
-            && hold.ends_in_reset(silence_s)
+            && let State::Pending(pending) = &mut self.state
+            && pending.ends_in_reset(silence_s)
         {
-            self.drop_held("before it was reset by opening the port");
+            self.drop_pending("before it was reset by opening the port");
         }
         for (line, is_whole) in lines {
             self.line(now_s, line, is_whole);
@@ -197,7 +199,10 @@ impl Recorder {
         if self.error.is_some() || self.end().is_some() {
             return;
         }
-        self.send_settings(now_s);
+        let is_heard = self.port.as_ref().is_some_and(|p| p.last_bytes_s.is_some());
+        if self.setting.is_some_and(|s| is_heard && now_s >= s.next_s) {
+            self.send_settings(now_s);
+        }
         self.begin(now_s, false);
         if let State::Writing(writing) = &mut self.state {
             writing.tick(now_s, &mut self.out);
@@ -218,18 +223,18 @@ impl Recorder {
         if self.error.is_none() {
             self.begin(now_s, true);
         }
-        match &mut self.state {
-            State::Writing(writing) => writing.finish(now_s, &mut self.out),
-            State::Holding(_) => self.end = Some(End::User),
+        self.is_over = true;
+        if let State::Writing(writing) = &mut self.state {
+            writing.finish(now_s, &mut self.out);
         }
     }
-
-    // Lines.
 
     /// Tells an event.
     pub fn say(&mut self, event: Event) {
         self.out.events.push(event);
     }
+
+    // Lines.
 
     /// A line of the board, without its end.
     fn line(&mut self, now_s: f64, line: Vec<u8>, is_whole: bool) {
@@ -250,28 +255,25 @@ impl Recorder {
         let done = match &mut self.state {
             State::Writing(writing) if is_half => writing.reject(now_s, &line, &mut self.out),
             State::Writing(writing) => writing.line(now_s, &line, &mut self.out),
-            State::Holding(_) if is_half => Ok(()),
-            State::Holding(hold) => hold.push(Received {
-                at_s: now_s,
-                text: line,
-            }),
+            State::Pending(_) if is_half => Ok(()),
+            State::Pending(pending) => pending.push(Line::plain(now_s, line)),
         };
         self.check(done);
     }
 
     /// The format may be known, so that writing begins. `is_last`: nothing follows.
     fn begin(&mut self, now_s: f64, is_last: bool) {
-        let State::Holding(hold) = &mut self.state else {
+        let State::Pending(pending) = &mut self.state else {
             return;
         };
         let is_late = is_last || self.port.as_ref().is_some_and(|p| p.is_due(now_s));
-        let Some(form) = hold.form(now_s, is_late) else {
+        let Some(form) = pending.form(now_s, is_late) else {
             return;
         };
         let commands = &mut self.out.commands;
         if form.header_line == 0 && form.delimiter.is_some() && !is_last {
             // A board that names no columns is asked for its settings.
-            let until_s = *hold.asked_until_s.get_or_insert_with(|| {
+            let until_s = *pending.asked_until_s.get_or_insert_with(|| {
                 commands.push_str("?\n");
                 now_s + ASK_S
             });
@@ -279,7 +281,7 @@ impl Recorder {
                 return;
             }
         }
-        let lines = std::mem::take(&mut hold.lines);
+        let lines = std::mem::take(&mut pending.lines);
         match Writing::begun(&self.options, &form, lines, &mut self.out) {
             Ok(writing) => self.state = State::Writing(Box::new(writing)),
             Err(error) => self.fail(error),
@@ -289,38 +291,31 @@ impl Recorder {
     /// The reader may refuse a line.
     fn check(&mut self, read: Result<()>) {
         let Err(error) = read else { return };
-        let why = error.message();
-        match &self.state {
-            State::Writing(_) if error.code() == "header-differs" => self.fail(
-                Error::device(
-                    "columns-changed",
-                    format!("the board sends rows of other columns or units than before ({why}): the recording ends"),
-                )
-                .with_hint("the rows up to here are in the file; record the rest into another one, or set the board as it was: --format, --range"),
-            ),
-            State::Writing(_) => self.fail(
-                Error::device(
-                    "unreadable-rows",
-                    format!("the rows cannot be read any more ({why}): the recording ends"),
-                )
-                .with_hint("the rows up to here are in the file; record the rest into another one"),
-            ),
-            State::Holding(_) => {
-                self.state = State::Holding(Box::new(Hold::new(&self.options)));
-                self.say_no_rows();
-            }
+        if let State::Pending(pending) = &mut self.state {
+            **pending = Pending::new(&self.options);
+            return self.say_no_rows();
         }
+        let (code, what, set) = if error.code() == "header-differs" {
+            let what = "the board sends rows of other columns or units than before";
+            let set = ", or set the board as it was: --format, --range";
+            ("columns-changed", what, set)
+        } else {
+            ("unreadable-rows", "the rows cannot be read any more", "")
+        };
+        let text = format!("{what} ({}): the recording ends", error.message());
+        let hint = "the rows up to here are in the file; record the rest into another one";
+        self.fail(Error::device(code, text).with_hint(format!("{hint}{set}")));
     }
 
     fn fail(&mut self, error: Error) {
         self.error.get_or_insert(error);
     }
 
-    /// Lines that were held are dropped, and that is said.
-    fn drop_held(&mut self, when: &str) {
-        if let State::Holding(hold) = &mut self.state {
-            let lines = hold.lines.len();
-            **hold = Hold::new(&self.options);
+    /// Lines whose format is not known are dropped, and that is said.
+    fn drop_pending(&mut self, when: &str) {
+        if let State::Pending(pending) = &mut self.state {
+            let lines = pending.lines.len();
+            **pending = Pending::new(&self.options);
             if lines > 0 {
                 let text = format!("{lines} lines that the board sent {when} are not recorded");
                 self.say(Event::Warning { text });
@@ -334,7 +329,7 @@ impl Recorder {
     fn diagnose(&mut self, now_s: f64) {
         let has_rows = match &self.state {
             State::Writing(writing) => writing.counts.rows > 0,
-            State::Holding(hold) => hold.is_known(),
+            State::Pending(pending) => pending.is_known(),
         };
         let is_due = self.port.as_ref().is_some_and(|port| {
             // Settings that are not confirmed have their own end.
@@ -348,13 +343,13 @@ impl Recorder {
     fn say_no_rows(&mut self) {
         let Some(port) = &mut self.port else { return };
         let why = NoRows::of(&port.received);
+        let error = why.error(&port.name);
+        let hint = error.hint().unwrap_or_default().to_owned();
         if !self.options.wait {
-            let error = why.error(&port.name);
-            self.fail(error);
-        } else if port.said.as_ref().is_none_or(|said| !said.is_like(&why)) {
-            port.said = Some(why.clone());
-            let text = format!("{}\n  try: {}", why.message(&port.name), why.remedy());
-            self.say(Event::NoRows { text, why });
+            self.fail(error.with_hint(format!("{hint}; --wait waits without end")));
+        } else if port.said.replace(discriminant(&why)) != Some(discriminant(&why)) {
+            let text = error.message().to_owned();
+            self.say(Event::NoRows { text, hint });
         }
     }
 
@@ -385,14 +380,14 @@ impl Recorder {
                     port.opened_s = now_s;
                 }
             }
-            (Some(Setting { sent: 0, .. }), _) => self.command(now_s, 0),
+            (Some(Setting { sent: 0, .. }), _) => self.send_settings(now_s),
             (Some(_), _) => {}
             // Rows before are of another start, or have no header.
-            (None, State::Holding(hold)) => {
-                let mut lines = std::mem::take(&mut hold.lines);
+            (None, State::Pending(pending)) => {
+                let mut lines = std::mem::take(&mut pending.lines);
                 lines.retain(|line| line.text.starts_with(b"#"));
-                **hold = Hold::new(&self.options);
-                let done = lines.into_iter().try_for_each(|line| hold.push(line));
+                **pending = Pending::new(&self.options);
+                let done = lines.into_iter().try_for_each(|line| pending.push(line));
                 self.check(done);
             }
             (None, State::Writing(_)) if !is_met => self.say(Event::Warning {
@@ -402,26 +397,13 @@ impl Recorder {
         }
     }
 
-    /// Sends the settings that are wanted once the board can hear them.
+    /// Sends the settings that are wanted, unless that was in vain too often.
     fn send_settings(&mut self, now_s: f64) {
-        let is_heard = self.port.as_ref().is_some_and(|p| p.last_bytes_s.is_some());
-        if let Some(Setting { next_s, sent }) = self.setting.filter(|_| is_heard)
-            && now_s >= next_s
-        {
-            self.command(now_s, sent);
-        }
-    }
-
-    /// Sends the settings, which `sent` times was in vain.
-    fn command(&mut self, now_s: f64, sent: u32) {
+        let sent = self.setting.map_or(0, |setting| setting.sent);
         if sent >= MAX_COMMANDS {
-            let error = Error::device(
-                "settings-refused",
-                "the board does not report the settings that were sent to it",
-            );
-            return self.fail(error.with_hint(
-                "upload firmware/mpu6050_logger to the board, or leave the settings out",
-            ));
+            let text = "the board does not report the settings that were sent to it";
+            let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
+            return self.fail(Error::device("settings-refused", text).with_hint(hint));
         }
         self.out.commands += &self.options.wanted.commands();
         let (next_s, sent) = (now_s + COMMAND_S, sent + 1);
@@ -566,20 +548,24 @@ mod tests {
         waiting.tick(11.0);
         assert!(waiting.take_error().is_none());
         let events = waiting.out.events.into_iter();
-        let said: Vec<NoRows> = events
+        let said: Vec<String> = events
             .filter_map(|event| match event {
-                Event::NoRows { why, .. } => Some(why),
+                Event::NoRows { text, .. } => Some(text),
                 _ => None,
             })
             .collect();
-        assert_eq!(said, [NoRows::Nothing, NoRows::Text("hello".to_owned())]);
+        assert!(
+            said.len() == 2 && said[0].contains("nothing arrives"),
+            "{said:?}"
+        );
+        assert!(said[1].ends_with("\"hello\""), "{said:?}");
     }
 
     #[test]
     fn rows_from_before_a_reset_are_dropped_and_a_board_without_a_header_is_asked() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
         let mut bench = Bench::new(Options::default());
-        bench.recorder.drop_held("before");
+        bench.recorder.drop_pending("before");
         bench.rows(20);
         bench.pass(1.8);
         bench.stamp_ms = 0;
@@ -592,7 +578,7 @@ mod tests {
         let settings = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
         for answer in [true, false] {
             let mut bench = Bench::new(Options::default());
-            bench.recorder.drop_held("before");
+            bench.recorder.drop_pending("before");
             bench.rows(150);
             assert_eq!((&bench.commands[..], &bench.text[..]), ("?\n", ""));
             if answer {

@@ -1,13 +1,18 @@
 //! Reports the events of a recording: JSON for scripts, messages and a status line for
 //! people.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::process::ExitCode;
 
-use gravical::escape::{shown, shown_json};
+use gravical::escape::{shell_word, shown, shown_json};
+use gravical::inspect::Inspection;
+use gravical::numfmt;
+use gravical_report::document::Remark;
 use serde::Serialize;
 
-use super::event::Event;
+use super::POSE_S;
+use super::event::{Ended, Event};
 use super::status::status_line;
 use crate::failure::RenderedError;
 use crate::outlet::{Outlet, Sink};
@@ -89,9 +94,9 @@ impl Reporter {
     }
 
     /// The summary for people.
-    pub fn summary(&mut self, text: &str) {
+    pub fn summary(&mut self, ended: &Ended) {
         if !self.json && !self.quiet {
-            self.screen.line(&shown(text));
+            self.screen.line(&shown(&summary(ended)));
         }
     }
 
@@ -131,23 +136,77 @@ fn text(event: &Event, keyboard: bool) -> Option<String> {
         Event::Started { .. } if keyboard => "recording; space pauses, q or Ctrl-C ends".to_owned(),
         Event::Started { .. } | Event::Resumed => "recording".to_owned(),
         Event::Paused => "paused; space resumes".to_owned(),
-        Event::Warning { text } | Event::NoRows { text, .. } => format!("! {text}"),
+        Event::Warning { text } => format!("! {text}"),
+        Event::NoRows { text, hint } => format!("! {text}\n  try: {hint}"),
         Event::Rejected { count: 1, first } => format!("! a line is no row: {first:?}"),
         Event::Rejected { count, first } => {
             format!("! {count} lines so far are no rows; one of them: {first:?}")
         }
         Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ")),
         Event::Finding(finding) => format!("! {}: {}", finding.kind, finding.message),
-        Event::Lost { text } => {
-            format!(
-                "! the port is lost ({text}); plug the board in again, the recording resumes by itself"
-            )
-        }
+        Event::Lost { text } => format!(
+            "! the port is lost ({text}); plug the board in again, the recording resumes by itself"
+        ),
         Event::Silent { duration_s } => {
             format!("! the board has sent nothing for {duration_s:.0} s")
         }
         Event::Status(_) | Event::Ended(_) => return None,
     })
+}
+
+/// Counts of rows and lines, the poses, and what the file holds, for people.
+fn summary(ended: &Ended) -> String {
+    let (file, counts) = (&ended.file, &ended.counts);
+    let mut text = format!("{file}: {} rows in {:.1} s\n", counts.rows, ended.elapsed_s);
+    if counts.rejected > 0 {
+        let rejected = counts.rejected;
+        text += &format!("  rejected  {rejected} lines, marked in the file\n");
+    }
+    if counts.gaps > 0 {
+        let missing = match counts.missing {
+            0 => String::new(),
+            n => format!(", {n} rows known to be missing"),
+        };
+        let gaps = counts.gaps;
+        text += &format!("  gaps      {gaps}{missing}; the file names each\n");
+    }
+    if let Some(inspection) = &ended.inspection {
+        text += &content(inspection);
+    }
+    text + &format!("Next: gravical inspect {}", shell_word(file))
+}
+
+/// Poses, unit, rate and findings.
+fn content(inspection: &Inspection) -> String {
+    let mut poses: BTreeMap<&str, f64> = BTreeMap::new();
+    for rest in &inspection.static_intervals {
+        let duration_s = rest
+            .end_s
+            .zip(rest.start_s)
+            .map_or(0.0, |(end, start)| end - start);
+        if duration_s >= POSE_S {
+            *poses
+                .entry(rest.face.as_deref().unwrap_or("free"))
+                .or_default() += duration_s;
+        }
+    }
+    let poses = poses
+        .iter()
+        .map(|(face, duration_s)| format!("{face} {duration_s:.1} s"));
+    let poses: Vec<String> = poses.collect();
+    let mut text = String::new();
+    if !poses.is_empty() {
+        text += &format!("  poses     {}\n", poses.join(", "));
+    }
+    let unit = numfmt::unit(inspection.accelerometer.unit.name());
+    let range = inspection.accelerometer.lsb_per_g.map(|lsb| 32768.0 / lsb);
+    let range = range.map_or_else(String::new, |g| format!(" of ±{g:.0} g"));
+    let rate = inspection.timing.rate_hz();
+    let rate = rate.map_or_else(String::new, |hz| format!(", {hz:.2} Hz"));
+    text += &format!("  accelerometer in {unit}{range}{rate}\n");
+    let remarks = Remark::all(&inspection.findings, false);
+    text.extend(remarks.iter().map(Remark::to_text));
+    text
 }
 
 #[cfg(test)]

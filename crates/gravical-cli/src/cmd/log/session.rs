@@ -6,10 +6,10 @@ use gravical::{Error, Result};
 
 use super::Args;
 use super::event::Event;
-use super::exchange::Options;
 use super::file::LogFile;
 use super::recorder::Recorder;
 use super::status::Monitor;
+use super::writing::Options;
 use crate::device::ports::{Target, list, the_board};
 use crate::device::serial::Serial;
 use crate::device::trouble::holders;
@@ -93,13 +93,12 @@ impl Session {
             baud: board.baud,
             open: None,
         };
-        let missing = match port.open() {
-            Err(error) if board.wait && is_missing(&error) => Some(error),
-            Err(error) => {
+        let opened = match port.open() {
+            Err(error) if !board.wait || !is_missing(&error) => {
                 file.discard_empty();
                 return Err(error);
             }
-            Ok(_) => None,
+            opened => opened,
         };
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let options = Options {
@@ -108,7 +107,7 @@ impl Session {
             columns: board.columns.clone(),
             rows: args.rows,
             duration_s: args.duration,
-            wait: board.wait || args.is_read_along,
+            wait: board.wait,
             day_s: now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0),
         };
         let recorder = Recorder::new(options, file.before())?;
@@ -123,10 +122,7 @@ impl Session {
             observed_s: 0.0,
             open_error: None,
         };
-        match missing {
-            Some(error) => session.not_opened(&error),
-            None => session.opened(),
-        }
+        session.has_tried(opened);
         Ok(session)
     }
 
@@ -170,11 +166,8 @@ impl Session {
             Err(e) => self.lost(now_s, &e.to_string()),
         }
         if self.port.open.is_none() && is_due(&mut self.searched_s, now_s, SEARCH_S) {
-            match self.port.open() {
-                Ok(true) => self.opened(),
-                Ok(false) => {}
-                Err(error) => self.not_opened(&error),
-            }
+            let opened = self.port.open();
+            self.has_tried(opened);
         }
         self.recorder.tick(now_s);
         if is_due(&mut self.observed_s, now_s, STATUS_S) {
@@ -247,39 +240,18 @@ impl Session {
         Ok(lines)
     }
 
-    /// The port was opened. Other programs that read it take rows away.
-    fn opened(&mut self) {
-        self.open_error = None;
-        let Some(target) = &self.port.target else {
-            return;
+    /// Just after plugging in, permissions are not set yet, and other programs probe the port: an error
+    /// is reported once, and it is retried.
+    fn has_tried(&mut self, opened: Result<bool>) {
+        let error = match opened {
+            Ok(true) => return self.opened(),
+            Ok(false) => return,
+            Err(error) => error,
         };
-        let device = target.device();
-        let preamble = format!(
-            "# gravical {} log, {}, {}\n",
-            env!("CARGO_PKG_VERSION"),
-            gravical::calibration_file::creation_time(),
-            target.name
-        );
-        let now_s = self.started.elapsed().as_secs_f64();
-        self.recorder.opened(now_s, &target.name, device, preamble);
-        let others = holders(&target.name);
-        if !others.is_empty() {
-            let programs = others.join(" and ");
-            self.recorder.say(Event::Warning {
-                text: format!(
-                    "{programs} has the port open too: rows that it reads are missing here; close it"
-                ),
-            });
-        }
-    }
-
-    /// The port cannot be opened. Just after plugging in, permissions are not set yet, and other
-    /// programs probe the port: it is retried. Each error is reported once.
-    fn not_opened(&mut self, error: &Error) {
         if self.open_error.replace(error.code()) == Some(error.code()) {
             return;
         }
-        self.recorder.say(if is_missing(error) {
+        self.recorder.say(if is_missing(&error) {
             let name = self.port.name().unwrap_or("a board");
             let text = format!("{name} to be plugged in");
             Event::Waiting { text }
@@ -288,6 +260,30 @@ impl Session {
             let text = format!("{error}; it is retried{hint}");
             Event::Warning { text }
         });
+    }
+
+    /// The port was opened. Other programs that read it take rows away.
+    fn opened(&mut self) {
+        self.open_error = None;
+        let now_s = self.now_s();
+        let Some(target) = &self.port.target else {
+            return;
+        };
+        let preamble = format!(
+            "# gravical {} log, {}, {}\n",
+            env!("CARGO_PKG_VERSION"),
+            gravical::calibration_file::creation_time(),
+            target.name
+        );
+        let recorder = &mut self.recorder;
+        recorder.opened(now_s, &target.name, target.device(), preamble);
+        let others = holders(&target.name).join(" and ");
+        if !others.is_empty() {
+            let text = format!(
+                "{others} has the port open too: rows that it reads are missing here; close it"
+            );
+            recorder.say(Event::Warning { text });
+        }
     }
 
     fn lost(&mut self, now_s: f64, why: &str) {

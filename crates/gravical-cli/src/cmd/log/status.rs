@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use gravical::core::matrix3::norm;
+use gravical::core::matrix3::{add, norm};
 use gravical::poses::MAX_FACE_ANGLE_DEG;
 use gravical::poses::face::{AXES, Face};
 use gravical::poses::rests::find_rests;
@@ -21,8 +21,8 @@ const FIRST_REST_S: f64 = 1.5;
 /// Judges the last rows once a second.
 #[derive(Default)]
 pub struct Monitor {
-    /// Rows that had arrived.
-    arrived: u64,
+    /// Lines that had arrived.
+    judged: usize,
     /// Of each of [`Face::all`], whether it was recorded as a pose.
     done: [bool; 6],
     /// Findings that were returned: their kinds, and their messages without numbers.
@@ -40,8 +40,8 @@ impl Monitor {
             rejected: counts.rejected,
             ..Status::default()
         };
-        if std::mem::replace(&mut self.arrived, writing.arrived) == writing.arrived {
-            // No row has arrived for a second.
+        if std::mem::replace(&mut self.judged, writing.judged) == writing.judged {
+            // No line has arrived for a second.
             return (status, Vec::new());
         }
         let Some(Ok(recording)) = writing.reader.recording(u32::MAX) else {
@@ -56,10 +56,10 @@ impl Monitor {
         let (rows, rate_hz) = (recording.rows(), status.rate_hz.unwrap_or(1.0));
         let recent = rows.saturating_sub((RECENT_S * rate_hz).ceil() as usize)..rows;
         let accel = |row: usize| recording.accel.each_ref().map(|axis| axis[row]);
-        let norms: Vec<f64> = recent.clone().map(|row| norm(&accel(row))).collect();
-        let norms: Vec<f64> = norms.into_iter().filter(|norm| norm.is_finite()).collect();
-        status.norm = Some(norms.iter().sum::<f64>() / norms.len() as f64);
-        status.norm = status.norm.filter(|norm| norm.is_finite());
+        let mut norms: Vec<f64> = recent.clone().map(|row| norm(&accel(row))).collect();
+        norms.retain(|norm| norm.is_finite());
+        let mean = norms.iter().sum::<f64>() / norms.len() as f64;
+        status.norm = Some(mean).filter(|mean| mean.is_finite());
         status.accel = Some(recording.accel_scale);
         let temperatures = recording.temperature_c.iter().flatten();
         status.temperature_c = temperatures.copied().rfind(|t| t.is_finite());
@@ -68,9 +68,10 @@ impl Monitor {
         }
         status.still = Some(false);
         for rest in find_rests(recording).spans {
-            let sum = rest.clone().map(accel).fold([0.0; 3], |sum, a| {
-                [sum[0] + a[0], sum[1] + a[1], sum[2] + a[2]]
-            });
+            let sum = rest
+                .clone()
+                .map(accel)
+                .fold([0.0; 3], |sum, a| add(&sum, &a));
             let (face, angle_deg) = Face::nearest(sum);
             let face = Some(face).filter(|_| angle_deg <= MAX_FACE_ANGLE_DEG);
             let is_stored = |row: &usize| writing.is_stored(recording.line(*row) as usize);
@@ -83,10 +84,9 @@ impl Monitor {
                 status.up = face.map(Face::name);
             }
         }
-        let done = Face::all()
-            .into_iter()
-            .filter(|face| self.done[face.index()]);
-        status.done = Some(done.map(Face::name).collect());
+        let mut done = Face::all().to_vec();
+        done.retain(|face| self.done[face.index()]);
+        status.done = Some(done.into_iter().map(Face::name).collect());
     }
 
     fn new_findings(&mut self, mut findings: Vec<Finding>) -> Vec<Finding> {
@@ -136,15 +136,11 @@ pub fn status_line(status: &Status) -> String {
 
 /// `+x -x -y` as `±x -y`.
 fn shortened(faces: &[String]) -> String {
-    let of_axis = |axis: char| {
-        let mut own = faces.iter().filter(move |face| face.ends_with(axis));
-        match (own.next(), own.next()) {
-            (Some(_), Some(_)) => Some(format!("±{axis}")),
-            (one, _) => one.cloned(),
-        }
-    };
-    let axes: Vec<String> = AXES.into_iter().filter_map(of_axis).collect();
-    axes.join(" ")
+    let mut text = faces.join(" ");
+    for axis in AXES {
+        text = text.replace(&format!("+{axis} -{axis}"), &format!("±{axis}"));
+    }
+    text
 }
 
 /// In m/s², or as it stands in a file of unknown unit.

@@ -10,30 +10,66 @@ use gravical::recording::{ColumnsSpec, ReadOptions};
 use gravical::recording::{Follow, Form};
 
 use super::event::{Counts, End, Event};
-use super::exchange::{Options, Output, Received};
-use super::gaps::{Cause, Gap, Gaps};
+use super::gaps::{Cause, GAP_STEPS, Gap, Gaps};
 use super::rewrite::Rewrite;
+use crate::device::board::Wanted;
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;
-/// Nothing for so many usual steps is a silence.
-const SILENT_STEPS: f64 = 4.5;
-/// At the end also after this time, s.
+/// At the end nothing for this time is a silence, s; of a slow board for a gap.
 const SILENT_END_S: f64 = 1.0;
 /// Characters of a rejected line in a message.
 const QUOTED: usize = 60;
 
-/// A line that the reader has not judged yet, as it stands in the file.
-struct Line {
-    at_s: f64,
-    text: Vec<u8>,
+/// What is wanted of a recording.
+#[derive(Default)]
+pub struct Options {
+    /// Name of the file, for messages.
+    pub name: String,
+    pub wanted: Wanted,
+    pub columns: Option<ColumnsSpec>,
+    /// The recording ends after so many rows.
+    pub rows: Option<u64>,
+    /// It ends this long after the first row, s, without pauses.
+    pub duration_s: Option<f64>,
+    /// Rows are waited for without end.
+    pub wait: bool,
+    /// Time of day at the time zero, s (UTC).
+    pub day_s: f64,
+}
+
+/// What has to be done.
+#[derive(Default)]
+pub struct Output {
+    /// Comes before the next line for the file.
+    pub preamble: String,
+    /// Whole lines for the file.
+    pub text: Vec<u8>,
+    /// Commands for the board.
+    pub commands: String,
+    pub events: Vec<Event>,
+}
+
+impl Output {
+    /// A line for the file, without its end.
+    fn line(&mut self, line: &[u8]) {
+        let preamble = std::mem::take(&mut self.preamble);
+        self.text
+            .extend([preamble.as_bytes(), line, b"\n"].concat());
+    }
+}
+
+/// A line without its end, and when it arrived.
+pub struct Line {
+    pub at_s: f64,
+    pub text: Vec<u8>,
     /// Bytes at its beginning that the board did not send.
     stamp: usize,
 }
 
 impl Line {
-    /// A line that needs no stamp.
-    fn plain(at_s: f64, text: Vec<u8>) -> Self {
+    /// A line without a stamp.
+    pub fn plain(at_s: f64, text: Vec<u8>) -> Self {
         let stamp = 0;
         Line { at_s, text, stamp }
     }
@@ -50,11 +86,9 @@ pub struct Writing {
     duration_s: f64,
     waiting: VecDeque<Line>,
     /// Lines that the reader has judged, so that the next is the first that waits.
-    judged: usize,
+    pub judged: usize,
     pub gaps: Gaps,
     pub counts: Counts,
-    /// Rows that arrived, stored or not.
-    pub arrived: u64,
     /// Time of the first stored row, later by all pauses since, s.
     began_s: Option<f64>,
     paused_from_s: Option<f64>,
@@ -83,7 +117,6 @@ impl Writing {
             judged: 0,
             gaps: Gaps::default(),
             counts: Counts::default(),
-            arrived: 0,
             began_s: None,
             paused_from_s: None,
             pauses: Vec::new(),
@@ -117,7 +150,7 @@ impl Writing {
     pub fn begun(
         options: &Options,
         form: &Form,
-        mut head: Vec<Received>,
+        mut head: Vec<Line>,
         out: &mut Output,
     ) -> Result<Self> {
         let header = form.header_line.checked_sub(1);
@@ -170,7 +203,7 @@ impl Writing {
 
     /// A silence takes `min_s`, or for a slow board more, s.
     pub fn silence_s(&self, min_s: f64) -> f64 {
-        min_s.max(SILENT_STEPS / self.rate_hz().unwrap_or(1.0))
+        min_s.max(GAP_STEPS / self.rate_hz().unwrap_or(1.0))
     }
 
     fn rate_hz(&self) -> Option<f64> {
@@ -296,7 +329,6 @@ impl Writing {
     }
 
     fn row(&mut self, line: &Line, stamp: f64, is_stored: bool, out: &mut Output) {
-        self.arrived += 1;
         // Times of arrival do not tell what is missing.
         let is_stamped = self.rewrite.as_ref().is_some_and(Rewrite::stamps);
         let stamp = if is_stamped { f64::NAN } else { stamp };

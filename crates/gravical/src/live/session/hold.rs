@@ -5,10 +5,11 @@ use std::ops::Range;
 use gravical_core::matrix3::sub;
 
 use crate::Result;
+use crate::live::APART_DEG;
 use crate::live::event::{Event, Pose, Rejection, State, Welcome};
 use crate::live::judge::{Fault, LET_GO, Means, mean};
 use crate::live::stillness::Stillness;
-use crate::poses::face::{Face, angle_deg};
+use crate::poses::face::angle_deg;
 use gravical_recording::Sample;
 
 use super::{Hold, HoldStage, Phase, Session};
@@ -58,13 +59,13 @@ impl Session {
         }
         self.last = None;
         let hold = self.hold.take();
-        if let Some(hold) = hold.filter(|h| h.stage == HoldStage::Capturing) {
+        if hold.is_some_and(|h| h.stage == HoldStage::Capturing) {
             let fault = Fault::new(
                 Rejection::Gaps,
                 "rows are missing in the middle of the capture".to_owned(),
                 "hold it still once more",
             );
-            self.reject(fault, &hold.rows);
+            self.reject(fault);
         }
     }
 
@@ -121,7 +122,7 @@ impl Session {
                     format!("it turned after {progress_s:.1} s")
                 };
                 let fault = Fault::new(Rejection::Moved, message, LET_GO);
-                self.reject(fault, &hold.rows);
+                self.reject(fault);
             }
         }
         self.go_away();
@@ -149,7 +150,7 @@ impl Session {
     fn go_away(&mut self) {
         if let Some(last) = self.poses.last() {
             let angle = angle_deg(last.pose.up, self.direction());
-            self.away |= angle > self.options.apart_deg;
+            self.away |= angle > APART_DEG;
         }
     }
 
@@ -187,18 +188,11 @@ impl Session {
                 Some(fault) => {
                     // A bump on the pose that was just accepted is not worth a word.
                     if welcome != Welcome::Duplicate || self.away {
-                        self.reject(fault, &hold.rows);
+                        self.reject(fault);
                     }
                     return;
                 }
-                None => {
-                    let event = Event::PoseCandidate {
-                        face: self.face_up(up).map(Face::name),
-                        up,
-                        tilt_deg: Face::nearest(up).1,
-                    };
-                    self.emit(event, "The capture begins.");
-                }
+                None => self.emit(Event::PoseCandidate, "The capture begins."),
             }
         }
         if hold.rows.end - from >= capture {

@@ -5,9 +5,10 @@ use std::ops::Range;
 use gravical_core::matrix3::norm;
 
 use crate::live::event::{Event, Pose, Rejection, Undone, WarningKind, Welcome};
-use crate::live::face_of;
 use crate::live::judge::{Accepted, Capture, Fault, Means, mean, warmer_or_colder};
 use crate::live::words;
+use crate::live::{APART_DEG, face_of};
+use crate::poses::MAX_FACE_ANGLE_DEG;
 use crate::poses::face::{Face, angle_deg};
 
 use super::{Hold, HoldStage, Session};
@@ -26,7 +27,7 @@ impl Session {
         if self.options.any_pose || face.is_some_and(|f| !self.has(f)) {
             return kind;
         }
-        let near = |p: &Pose| angle_deg(p.up, up) < self.options.apart_deg;
+        let near = |p: &Pose| angle_deg(p.up, up) < APART_DEG;
         // A steep face that is done leaves room for a free pose beside it only if it is far.
         if self.poses().any(near) {
             Welcome::Duplicate
@@ -57,13 +58,10 @@ impl Session {
             Welcome::Face | Welcome::Free => None,
             Welcome::Duplicate => Some(Fault::new(
                 Rejection::Duplicate,
-                if tilt_deg <= self.options.max_tilt_deg {
+                if tilt_deg <= MAX_FACE_ANGLE_DEG {
                     format!("{} is recorded already", face.name())
                 } else {
-                    format!(
-                        "a pose within {:.0}° is recorded already",
-                        self.options.apart_deg
-                    )
+                    format!("a pose within {APART_DEG:.0}° is recorded already")
                 },
                 if to_do.is_empty() {
                     "turn it to another direction, or redo that face".to_owned()
@@ -108,7 +106,7 @@ impl Session {
                 // The next try begins where this one ended.
                 self.hold = Some(Hold::new(rows.end..rows.end, forced));
             }
-            self.reject(fault, rows);
+            self.reject(fault);
             return;
         }
         let up = self.direction_of(means.accel);
@@ -128,18 +126,13 @@ impl Session {
             temperature_c: means.temperature_c,
             seconds: last.time_s - first.time_s + 1.0 / self.rate_hz,
             lines: [first.line, last.line],
-            faces_done: 0,
-            free_done: 0,
         };
         self.accept(pose);
     }
 
-    pub(super) fn accept(&mut self, mut pose: Pose) {
+    pub(super) fn accept(&mut self, pose: Pose) {
         let gyro = mean(&self.rows.at_lines(pose.lines), |s| s.gyro);
         self.redo.retain(|face| Some(face.name()) != pose.face);
-        let named = |f: &Face| Some(f.name()) == pose.face || self.has(*f);
-        pose.faces_done = Face::all().iter().filter(|f| named(f)).count() as u32;
-        pose.free_done = self.free_done() + u32::from(pose.face.is_none());
         self.poses.push(Accepted {
             pose: pose.clone(),
             gyro,
@@ -147,7 +140,8 @@ impl Session {
         self.away = false;
         let first = self.poses().find_map(|p| p.temperature_c);
         let warmed = first.zip(pose.temperature_c);
-        let text = words::accepted(&pose, self.options.fine_tilt_deg);
+        let free = self.poses().filter(|p| p.face.is_none()).count();
+        let text = words::accepted(&pose, 6 - self.to_do().len(), free);
         self.emit(Event::PoseAccepted(pose), text);
         if let Some((first, now)) = warmed
             && (now - first).abs() > WARMED_C
@@ -165,18 +159,11 @@ impl Session {
         self.fit_due = true;
     }
 
-    pub(super) fn reject(&mut self, fault: Fault, rows: &Range<usize>) {
+    pub(super) fn reject(&mut self, fault: Fault) {
         self.progress_s = self.now_s;
-        let samples = self.rows.within(rows);
-        let up = self.direction_of(Means::of(&samples).accel);
-        let (face, tilt_deg) = Face::nearest(up);
-        let event = Event::PoseRejected {
-            reason: fault.reason,
-            face: Some(face.name()),
-            up,
-            tilt_deg,
-        };
-        self.emit(event, words::sentences([&*fault.message, &*fault.remedy]));
+        let reason = fault.reason;
+        let text = words::sentences([&*fault.message, &*fault.remedy]);
+        self.emit(Event::PoseRejected { reason }, text);
     }
 
     pub(super) fn capture_now(&mut self) {
@@ -198,12 +185,11 @@ impl Session {
     }
 
     pub(super) fn undo(&mut self) {
-        let Some(last) = self.poses.pop() else {
+        let Some(last) = self.poses().last().map(|pose| pose.pose) else {
             self.refuse("there is no pose to undo");
             return;
         };
-        self.undone(&last.pose, Undone::Undo);
-        self.poses_changed();
+        self.remove(Undone::Undo, |pose| pose.pose == last);
     }
 
     pub(super) fn record_again(&mut self, name: &str) {
@@ -211,38 +197,29 @@ impl Session {
             self.refuse("a face is +x, -x, +y, -y, +z or -z");
             return;
         };
-        let of_face = |p: &Accepted| p.pose.face.as_deref() == Some(&face.name());
-        let (gone, left): (Vec<Accepted>, Vec<Accepted>) = std::mem::take(&mut self.poses)
-            .into_iter()
-            .partition(of_face);
-        self.poses = left;
-        for accepted in &gone {
-            self.undone(&accepted.pose, Undone::Redo);
-        }
-        if !gone.is_empty() && !self.redo.contains(&face) {
+        if self.has(face) && !self.redo.contains(&face) {
             self.redo.push(face);
         }
-        self.poses_changed();
+        let name = face.name();
+        self.remove(Undone::Redo, |pose| pose.face.as_ref() == Some(&name));
     }
 
-    fn undone(&mut self, pose: &Pose, why: Undone) {
-        let event = Event::PoseUndone {
-            pose: pose.pose,
-            face: pose.face.clone(),
-            why,
-        };
-        self.emit(event, words::undone(pose, why));
-    }
-
-    fn poses_changed(&mut self) {
+    fn remove(&mut self, why: Undone, is_gone: impl Fn(&Pose) -> bool) {
+        let poses = std::mem::take(&mut self.poses);
+        let (gone, left): (Vec<_>, _) = poses.into_iter().partition(|p| is_gone(&p.pose));
+        self.poses = left;
+        for Accepted { pose, .. } in gone {
+            let text = words::undone(&pose, why);
+            let Pose { pose, face, .. } = pose;
+            self.emit(Event::PoseUndone { pose, face, why }, text);
+        }
         self.away = true;
         self.progress_s = self.now_s;
         self.fit_due = true;
         self.file = None;
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
-            hold.rows.start = hold.rows.end;
-            hold.stage = HoldStage::Settling;
+            *hold = Hold::new(hold.rows.end..hold.rows.end, hold.forced);
         }
     }
 }

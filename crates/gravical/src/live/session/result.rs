@@ -1,17 +1,17 @@
 //! The calibration of the poses so far: the fit, the verdict, and the pose that is wanted next.
 
+use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{CalibrationFile, Grade};
 use crate::gravity::Gravity;
 use crate::live::event::{Event, Fit, Pose, Wanted, WarningKind};
-use crate::live::fit::{FIRST_FIT, FULL_FIT, fit, section_label};
-use crate::live::judge::Accepted;
+use crate::live::folder::section;
 use crate::live::{mg, words};
 use crate::numfmt::count;
+use crate::poses::SegmentOptions;
 use crate::poses::face::in_words;
-use crate::poses::sections::Section;
 use crate::{Error, Result};
 
-use super::{Session, Stop};
+use super::{FIRST_FIT, FULL_FIT, Session, Stop};
 
 impl Session {
     /// Calibrates if the poses or gravity have changed.
@@ -27,8 +27,7 @@ impl Session {
         if self.poses.len() >= FIRST_FIT {
             match self.calibrated() {
                 Ok(file) => {
-                    let poses: Vec<Pose> = self.poses().cloned().collect();
-                    let fit = Fit::of(&file, &poses);
+                    let fit = self.fitted(&file);
                     let text = words::fit(&fit);
                     self.emit(Event::Fit(Box::new(fit)), text);
                     self.file = Some(file);
@@ -53,18 +52,42 @@ impl Session {
         let recording = self.rows.recording().transpose()?;
         let recording =
             recording.ok_or_else(|| Error::input("no-rows", "no row was received yet"))?;
-        let section = |p: &Accepted| Section {
-            label: section_label(p.pose.pose),
-            rows: recording.rows_at(p.pose.lines),
+        let sections = self.poses().map(|pose| section(pose, &recording));
+        let options = CalibrateOptions {
+            segment: SegmentOptions {
+                sections: Some(sections.collect()),
+                ..SegmentOptions::default()
+            },
+            gravity: self.options.gravity,
+            ..CalibrateOptions::default()
         };
-        let sections = self.poses.iter().map(section).collect();
-        fit(&recording, sections, &self.options)
+        Ok(calibrate(&[recording], &options)?.file)
+    }
+
+    /// The figures of a calibration of the poses so far.
+    fn fitted(&self, file: &CalibrationFile) -> Fit {
+        let section = &file.accelerometer;
+        Fit {
+            bias_mg: [0, 1, 2].map(|i| mg(section.bias[i] / section.scale[i])),
+            worst_mg: section.worst_direction.as_ref().map(|w| mg(w.error_mps2)),
+            leave_one_out_mg: section.leave_one_out_rms_mps2.map(mg),
+            undetected_mg: section.undetected.as_ref().map(|u| mg(u.effect_mps2)),
+            grade: file.verdict.grade,
+            poses: self.poses.len() as u32,
+            suspect: self.suspect(file).map(|pose| pose.pose),
+        }
+    }
+
+    /// The pose that contradicts the others.
+    pub(super) fn suspect(&self, file: &CalibrationFile) -> Option<&Pose> {
+        let (index, _) = file.accelerometer.contradiction()?;
+        self.poses().nth(index)
     }
 
     /// Says which pose is wanted next.
     pub(super) fn ask(&mut self) {
         let to_do = self.to_do();
-        let (mut up, mut predicted_mg) = (None, None);
+        let mut up = None;
         self.next_hint = None;
         let kind = if !to_do.is_empty() {
             Wanted::Face
@@ -76,7 +99,6 @@ impl Session {
                 .as_ref()
                 .and_then(|f| f.accelerometer.next_poses.first());
             if let Some(next) = next {
-                predicted_mg = Some(2.0 * mg(next.predicted_norm_error_mps2));
                 (up, self.next_hint) = (Some(next.direction), Some(in_words(next.direction)));
             }
             Wanted::Free
@@ -92,7 +114,6 @@ impl Session {
             faces: to_do.iter().map(|f| f.name()).collect(),
             up,
             hint: self.next_hint.clone(),
-            predicted_mg,
         };
         self.emit(event, text);
     }

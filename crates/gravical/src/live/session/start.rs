@@ -31,27 +31,22 @@ impl Session {
         let Some(recording) = self.rows.recording().transpose()? else {
             return Ok(());
         };
-        let timing = &recording.timing;
-        self.rate_hz = timing.rate_hz().unwrap_or(self.rate_hz);
+        let rate_hz = recording.timing.rate_hz();
+        self.rate_hz = rate_hz.unwrap_or(self.rate_hz);
         // A second is too short to say anything of the samples.
         let findings = recording.findings.into_iter();
         let notes = findings.filter(|f| !f.kind.is_of_samples());
         let notes: Vec<String> = notes.map(|f| f.message).collect();
         let unit = recording.accel_scale.unit;
-        let rate = timing
-            .rate_hz()
-            .map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
+        let rate = rate_hz.map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
         let columns = count(recording.column_names.len(), "column");
-        let first = format!("{rate}, {columns}, {unit}");
+        let gyro = recording.gyro_scale.map_or("no", |_| "with");
+        let first = format!("{rate}, {columns}, {unit}, {gyro} gyroscope");
         let text = words::sentences(std::iter::once(&*first).chain(notes.iter().map(|n| &**n)));
         let event = Event::Identified {
-            rate_hz: timing.rate_hz(),
-            jitter_ms: timing.jitter_s.map(|s| 1e3 * s),
-            columns: recording.column_names,
+            rate_hz,
             unit,
-            counts_per_g: recording.accel_scale.lsb_per_g,
             gyro_unit: recording.gyro_scale.map(|g| g.unit),
-            has_temperature: sample.temperature_c.is_finite(),
         };
         self.emit(event, text);
         self.phase = Phase::Floor(StillnessDetector::new(
@@ -92,7 +87,7 @@ impl Session {
                     format!("‖a‖ at rest is {norm:.4}: gravity in no unit"),
                     "raw values are needed, with gravity; or give the unit with --accel-unit",
                 );
-                self.reject(fault, run);
+                self.reject(fault);
             }
             return false;
         };
@@ -107,19 +102,13 @@ impl Session {
             Phase::Floor(detector) => Phase::Poses(detector, units),
             other => other,
         };
-        let accel = scatter(&samples, |s| s.accel);
-        let gyro = scatter(&samples, |s| s.gyro).map(f64::to_degrees);
-        let [x, y, z] = accel.map(|v| self.mg(v));
+        let [x, y, z] = scatter(&samples).map(|v| self.mg(v));
         let limit_mg = self.mg(state.max_scatter[0]);
         let text = format!(
             "Noise at rest {x:.1}, {y:.1}, {z:.1} mg; above {limit_mg:.0} mg it counts as moving."
         );
         let event = Event::Floor {
             noise_mg: [x, y, z],
-            gyro_noise_deg_s: gyro_nominal
-                .filter(|_| gyro.iter().all(|v| v.is_finite()))
-                .map(|nominal| gyro.map(|v| v / nominal)),
-            step_mg: [0, 1, 2].map(|i| self.mg(recording.resolution[i])),
             limit_mg,
         };
         self.emit(event, text);

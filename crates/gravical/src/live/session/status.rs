@@ -5,11 +5,14 @@ use std::collections::BTreeMap;
 use gravical_core::matrix3::norm;
 
 use crate::calibration_file::Grade;
-use crate::live::words;
+use crate::live::{mg, words};
 use crate::poses::face::Face;
 
 use super::{Hold, Session};
 use crate::live::event::{Event, State, Status, Tile, Welcome};
+
+/// After this time without progress the status says which test fails, s.
+const HINT_AFTER_S: f64 = 5.0;
 
 impl Session {
     /// Reports the state.
@@ -19,13 +22,15 @@ impl Session {
         let welcome = self.welcome(up);
         let still = self.last.as_ref().is_some_and(|s| s.run.is_some());
         let is_face = self.face_up(up).is_some();
+        let suspect = self.file.as_ref().and_then(|file| self.suspect(file));
+        let suspect = suspect.and_then(|pose| pose.face.clone());
         let tile = |f: Face| {
             let here = is_face && f == face;
             let tile = match self.state() {
                 State::Capture if here => Tile::Capturing,
-                _ if self.has(f) => Tile::Done,
+                _ if self.has(f) && suspect != Some(f.name()) => Tile::Done,
                 State::Settle if here => Tile::HoldStill,
-                _ if self.redo.contains(&f) => Tile::Redo,
+                _ if self.redo.contains(&f) || self.has(f) => Tile::Redo,
                 _ => Tile::ToDo,
             };
             (f.name(), tile)
@@ -53,7 +58,6 @@ impl Session {
             rate_hz: self.rate_hz,
             temperature_c: temperature.filter(|t| t.is_finite()),
             tiles,
-            free_done: self.free_done(),
         };
         let text = self.sentence(face, is_face, welcome);
         self.emit(Event::Status(Box::new(status)), text);
@@ -98,25 +102,24 @@ impl Session {
             ),
             State::Lost => words::sentences(["no data", &words::safe(self.poses.len())]),
             State::Done => "Done.".to_owned(),
-            State::Wait => {
-                let to_do = self.to_do();
-                if to_do.len() == 6 {
-                    "Put any side up, and hold still.".to_owned()
-                } else if !to_do.is_empty() && welcome == Welcome::Duplicate {
-                    format!("Turn it: put {} up.", words::any_of(&to_do))
-                } else if !to_do.is_empty() {
-                    format!("Put {} up, and hold still.", words::any_of(&to_do))
-                } else if self.grade == Some(Grade::Good) {
-                    "Good. Enter saves it; every further pose makes it better.".to_owned()
-                } else {
-                    match &self.next_hint {
-                        Some(hint) => {
-                            format!("Free pose: {hint}. Lean it on something, and let go.")
-                        }
-                        None => "Free pose: any new direction. Lean it on something, and let go."
-                            .to_owned(),
-                    }
-                }
+            State::Wait => self.next_step(welcome),
+        }
+    }
+
+    /// What to do while nothing is held.
+    fn next_step(&self, welcome: Welcome) -> String {
+        let to_do = self.to_do();
+        let faces = words::any_of(&to_do);
+        match (to_do.len(), &self.next_hint) {
+            (6, _) => "Put any side up, and hold still.".to_owned(),
+            (1.., _) if welcome == Welcome::Duplicate => format!("Turn it: put {faces} up."),
+            (1.., _) => format!("Put {faces} up, and hold still."),
+            _ if self.grade == Some(Grade::Good) => {
+                "Good. Enter saves it; every further pose makes it better.".to_owned()
+            }
+            (_, hint) => {
+                let hint = hint.as_deref().unwrap_or("any new direction");
+                format!("Free pose: {hint}. Lean it on something, and let go.")
             }
         }
     }
@@ -124,7 +127,7 @@ impl Session {
     /// Which test fails, after some time without progress.
     fn hint(&self, up: [f64; 3], welcome: Welcome) -> Option<String> {
         let waits = matches!(self.state(), State::Wait | State::Floor);
-        if !waits || self.now_s - self.progress_s < self.options.hint_after_s {
+        if !waits || self.now_s - self.progress_s < HINT_AFTER_S {
             return None;
         }
         let last = self.last.as_ref()?;
@@ -139,29 +142,24 @@ impl Session {
                 _ => None,
             };
         }
-        let unit = |v: f64| match self.units() {
-            Some(_) => format!("{:.0} mg", self.mg(v)),
-            None => format!("{v:.3}"),
+        let units = self.units();
+        let turning = units.and_then(|u| u.gyro_nominal);
+        // In the unit of the recording while that is not known.
+        let tests = [
+            ("moving", units.map(|u| mg(u.nominal.recip())), "mg", 0),
+            ("turning", turning.map(|n| n.recip().to_degrees()), "°/s", 1),
+        ];
+        let mut tests = tests.into_iter().zip(last.scatter).zip(last.max_scatter);
+        let failing = tests.find(|((_, scatter), max)| scatter > max);
+        let Some((((what, scale, unit, decimals), scatter), max)) = failing else {
+            return Some("still turning slowly".to_owned());
         };
-        Some(if last.scatter[0] > last.max_scatter[0] {
-            format!(
-                "still moving: {}, limit {}",
-                unit(last.scatter[0]),
-                unit(last.max_scatter[0])
-            )
-        } else if last.scatter[1] > last.max_scatter[1] {
-            let nominal = self.units().and_then(|u| u.gyro_nominal);
-            let deg_s = |v: f64| match nominal {
-                Some(nominal) => format!("{:.1} °/s", (v / nominal).to_degrees()),
-                None => format!("{v:.3}"),
-            };
-            format!(
-                "still turning: {}, limit {}",
-                deg_s(last.scatter[1]),
-                deg_s(last.max_scatter[1])
-            )
-        } else {
-            "still turning slowly".to_owned()
+        Some(match scale {
+            Some(k) => {
+                let (scatter, max) = (k * scatter, k * max);
+                format!("still {what}: {scatter:.decimals$} {unit}, limit {max:.decimals$} {unit}")
+            }
+            None => format!("still {what}: {scatter:.3}, limit {max:.3}"),
         })
     }
 }

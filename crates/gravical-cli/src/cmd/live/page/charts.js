@@ -1,182 +1,103 @@
 // The signal over time and the predicted error over poses.
 "use strict";
 
-const SMALL = "11.5px system-ui, 'DejaVu Sans', sans-serif";
+const SMALL = `11.5px ${FONT}`;
+// The signal of this time is shown, s.
+const SPAN_S = 60;
+const GOOD_MG = 5, FAIR_MG = 20;
 
-// Least and greatest value in each of a fixed number of columns of time: half an hour costs no
-// more memory or drawing than a minute.
-class Columns {
-  constructor(span_s, count) {
-    this.step_s = span_s / count;
-    this.count = count;
-    this.first = 0;
-    this.rows = [];
-  }
+// A figure with two digits that count.
+const precise = v => !Number.isFinite(v) ? "–" : Math.abs(v) < 0.995 ? v.toFixed(2) : Math.abs(v) < 9.95 ? v.toFixed(1) : v.toFixed(0);
+const limited = (v, low, high) => Math.max(low, Math.min(high, v));
 
-  push(t_s, values) {
-    const index = Math.floor(t_s / this.step_s);
-    if (!this.rows.length) this.first = index;
-    // Time does not run backwards within a session; a new session begins with new columns.
-    if (index < this.first + this.rows.length - 1) return;
-    // A long silence is not filled column by column.
-    if (index - this.first >= 3 * this.count) {
-      this.rows = [];
-      this.first = index;
-    }
-    while (this.first + this.rows.length <= index) this.rows.push(null);
-    const row = this.rows[this.rows.length - 1];
-    this.rows[this.rows.length - 1] = values.map((v, i) =>
-      row ? [Math.min(row[i][0], v), Math.max(row[i][1], v)] : [v, v]);
-    const extra = this.rows.length - this.count - 1;
-    if (extra > 64) {
-      this.rows.splice(0, extra);
-      this.first += extra;
-    }
-  }
-
-  // Each column that holds something since `from_s`, as (middle s, row).
-  forEach(from_s, visit) {
-    const start = Math.max(0, Math.floor(from_s / this.step_s) - this.first);
-    for (let i = start; i < this.rows.length; i++) {
-      if (this.rows[i]) visit((this.first + i + 0.5) * this.step_s, this.rows[i]);
-    }
-  }
+function label(pen, text, x, y, colour, align = "left") {
+  pen.font = SMALL;
+  pen.textBaseline = "middle";
+  pen.textAlign = align;
+  pen.fillStyle = colour;
+  pen.fillText(text, x, y);
 }
 
-const SPANS = [["1 min", 60], ["5 min", 300], ["30 min", 1800]];
+function curve(pen, points, colour, width = 1, dash = []) {
+  pen.strokeStyle = colour;
+  pen.lineWidth = width;
+  pen.lineJoin = "round";
+  pen.setLineDash(dash);
+  pen.beginPath();
+  // A point that is null lifts the pen.
+  points.forEach((p, i) => p && (points[i - 1] ? pen.lineTo(...p) : pen.moveTo(...p)));
+  pen.stroke();
+  pen.setLineDash([]);
+}
+
+const rule = (pen, left, right, y, colour, dash) => curve(pen, [[left, y], [right, y]], colour, 1, dash);
 
 class Strip {
   constructor(canvas) {
     this.canvas = canvas;
-    this.span = 0;
     this.reset();
   }
 
   reset() {
-    this.columns = SPANS.map(([, span_s]) => new Columns(span_s, 320));
-    this.now_s = 0;
-    this.half = 0.05;
-    this.limit = null;
-    this.due = true;
+    Object.assign(this, { points: [], now_s: 0, half: 0.05, limit: null, due: true });
   }
 
   push(t_s, norm, noise_mg, limit_mg) {
     if (![t_s, norm, noise_mg].every(Number.isFinite) || norm <= 0) return;
+    // A new session begins anew.
     if (t_s < this.now_s - 1) this.reset();
-    for (const c of this.columns) c.push(t_s, [norm, Math.max(noise_mg, 1e-3)]);
-    this.now_s = Math.max(this.now_s, t_s);
-    this.limit = limit_mg;
-    this.due = true;
+    this.points.push([t_s, norm, noise_mg]);
+    while (this.points[0][0] < t_s - SPAN_S) this.points.shift();
+    Object.assign(this, { now_s: t_s, limit: limit_mg, due: true });
   }
 
   // `marks` [{ from, to, kind }]: spans of time that became poses or did not; `gravity` in m/s².
   draw(ink, marks, gravity) {
-    if (!this.due) return;
-    const area = prepare(this.canvas);
+    const area = this.due && prepare(this.canvas);
     if (!area) return;
-    this.due = false;
-    const { pen, width, height } = area, span_s = SPANS[this.span][1];
-    const left = 44, right = width - 6, gap = 22, top = 16;
-    const high = (height - top - gap - 18) / 2;
-    const from_s = this.now_s - span_s, x = t => left + (t - from_s) / span_s * (right - left);
-    const upper = { top, bottom: top + high }, lower = { top: top + high + gap, bottom: top + 2 * high + gap };
-    let far = 0.04, most = 100;
-    this.columns[this.span].forEach(from_s, (t, [norm, noise]) => {
-      far = Math.max(far, Math.abs(norm[0] - 1), Math.abs(norm[1] - 1));
-      most = Math.max(most, noise[1]);
-    });
+    const { pen, width, height } = area, { points } = this;
+    const left = 44, right = width - 6, top = 16, gap = 22, high = (height - top - gap - 18) / 2;
+    const x = t => left + (1 + (t - this.now_s) / SPAN_S) * (right - left);
     // A knock does not flatten what is looked at: beyond half a g the line is cut off.
-    this.half += 0.25 * (Math.min(0.5, far * 1.15) - this.half);
-    if (Math.abs(Math.min(0.5, far * 1.15) - this.half) > 0.002) this.due = true;
-    const y1 = v => upper.bottom - (Math.max(-1, Math.min(1, (v - 1) / this.half)) + 1) / 2 * high;
-    const decades = Math.log10(Math.min(1000, most) / 1) || 2;
-    const y2 = v => lower.bottom - Math.max(0, Math.min(1, Math.log10(Math.max(v, 1)) / decades)) * high;
-    pen.font = SMALL;
-    pen.textBaseline = "middle";
-    for (const m of marks) this.span_of(pen, m, x, left, right, upper, lower, ink);
-    this.frame(pen, left, right, upper, `‖a‖, m/s²`, ink);
-    this.frame(pen, left, right, lower, "scatter, mg", ink);
+    const far = Math.max(0.04, ...points.map(p => Math.abs(p[1] - 1)));
+    const off = Math.min(0.5, far * 1.15) - this.half;
+    this.half += 0.25 * off;
+    this.due = Math.abs(0.75 * off) > 0.002;
+    const decades = Math.log10(limited(Math.max(...points.map(p => p[2])), 100, 1000));
+    const upper = { bottom: top + high, y: v => upper.bottom - (limited((v - 1) / this.half, -1, 1) + 1) / 2 * high };
+    const lower = { bottom: upper.bottom + gap + high, y: v => lower.bottom - limited(Math.log10(Math.max(v, 1)) / decades, 0, 1) * high };
+    for (const mark of marks) {
+      const a = Math.max(left, x(mark.from)), b = Math.min(right, x(mark.to));
+      if (b <= left) continue;
+      const [tint, colour, sign] = { done: [ink.goodTint, ink.good, "✓"], cross: [ink.poorTint, ink.poor, "✕"] }[mark.kind] ?? [ink.accentTint, "", ""];
+      pen.fillStyle = tint;
+      pen.fillRect(a, top, Math.max(1, b - a), lower.bottom - top);
+      label(pen, sign, (a + b) / 2, lower.bottom - 8, colour, "center");
+    }
     const digits = this.half * gravity < 1 ? 2 : 1;
-    for (const v of [1 - this.half * 0.75, 1, 1 + this.half * 0.75]) this.tick(pen, left, y1(v), (v * gravity).toFixed(digits), ink);
-    for (const v of [1, 10, 100, 1000]) if (Math.log10(v) <= decades + 1e-9) this.tick(pen, left, y2(v), String(v), ink);
-    this.rule(pen, left, right, y1(1), ink.muted, [2, 3]);
-    this.line(pen, 0, x, y1, from_s, ink.accent);
-    this.line(pen, 1, x, y2, from_s, ink.ink);
+    const norms = [-0.75, 0, 0.75].map(k => 1 + k * this.half).map(v => [v, (v * gravity).toFixed(digits)]);
+    const noises = [1, 10, 100, 1000].filter(v => Math.log10(v) <= decades + 1e-9).map(v => [v, String(v)]);
+    for (const [i, title, { bottom, y }, ticks, colour] of [[1, "‖a‖, m/s²", upper, norms, ink.accent], [2, "scatter, mg", lower, noises, ink.ink]]) {
+      rule(pen, left, right, bottom, ink.strong);
+      label(pen, title, left, bottom - high - 8, ink.muted);
+      for (const [v, text] of ticks) label(pen, text, left - 6, y(v), ink.muted, "right");
+      // The line is broken where no status came for a second.
+      curve(pen, points.flatMap((p, k) => [...k && p[0] - points[k - 1][0] > 1 ? [null] : [], [x(p[0]), y(p[i])]]), colour, 1.6);
+    }
+    rule(pen, left, right, upper.y(1), ink.muted, [2, 3]);
     if (this.limit) {
-      const y = y2(this.limit), text = `limit ${precise(this.limit)}`;
-      this.rule(pen, left, right, y, ink.fair, [6, 4]);
-      pen.textAlign = "left";
+      const y = lower.y(this.limit), text = `limit ${precise(this.limit)}`;
+      rule(pen, left, right, y, ink.fair, [6, 4]);
       pen.lineWidth = 4;
       pen.strokeStyle = ink.card;
+      pen.textAlign = "left";
       pen.strokeText(text, left + 2, y + 8);
-      pen.fillStyle = ink.fair;
-      pen.fillText(text, left + 2, y + 8);
+      label(pen, text, left + 2, y + 8, ink.fair);
     }
-    pen.fillStyle = ink.muted;
-    pen.textAlign = "right";
-    pen.fillText("now", right, height - 8);
-    pen.textAlign = "left";
-    pen.fillText(`−${SPANS[this.span][0]}`, left, height - 8);
-  }
-
-  frame(pen, left, right, { top, bottom }, title, ink) {
-    this.rule(pen, left, right, bottom, ink.strong, []);
-    pen.fillStyle = ink.muted;
-    pen.textAlign = "left";
-    pen.fillText(title, left, top - 8);
-  }
-
-  tick(pen, left, y, text, ink) {
-    pen.fillStyle = ink.muted;
-    pen.textAlign = "right";
-    pen.fillText(text, left - 6, y);
-  }
-
-  rule(pen, left, right, y, colour, dash) {
-    pen.strokeStyle = colour;
-    pen.lineWidth = 1;
-    pen.setLineDash(dash);
-    pen.beginPath();
-    pen.moveTo(left, y);
-    pen.lineTo(right, y);
-    pen.stroke();
-    pen.setLineDash([]);
-  }
-
-  line(pen, series, x, y, from_s, colour) {
-    pen.strokeStyle = colour;
-    pen.lineWidth = 1.6;
-    pen.lineJoin = "round";
-    pen.beginPath();
-    let last = null;
-    const columns = this.columns[this.span], silence_s = Math.max(1, 2.5 * columns.step_s);
-    columns.forEach(from_s, (t, row) => {
-      const [low, high] = row[series];
-      if (last === null || t - last > silence_s) pen.moveTo(x(t), y(low));
-      else pen.lineTo(x(t), y(low));
-      if (high !== low) pen.lineTo(x(t), y(high));
-      last = t;
-    });
-    pen.stroke();
-  }
-
-  span_of(pen, { from, to, kind }, x, left, right, upper, lower, ink) {
-    const a = Math.max(left, x(from)), b = Math.min(right, x(to));
-    if (b <= left) return;
-    pen.fillStyle = kind === "done" ? ink.goodTint : kind === "cross" ? ink.poorTint : ink.accentTint;
-    pen.fillRect(a, upper.top, Math.max(1, b - a), lower.bottom - upper.top);
-    if (kind !== "open") {
-      pen.fillStyle = kind === "done" ? ink.good : ink.poor;
-      pen.textAlign = "center";
-      pen.fillText(kind === "done" ? "✓" : "✕", (a + b) / 2, lower.bottom - 8);
-    }
+    label(pen, "now", right, height - 8, ink.muted, "right");
+    label(pen, "−1 min", left, height - 8, ink.muted);
   }
 }
-
-// A figure with two digits that count.
-const precise = v => !Number.isFinite(v) ? "–" : Math.abs(v) < 0.995 ? v.toFixed(2) : Math.abs(v) < 9.95 ? v.toFixed(1) : v.toFixed(0);
-
-const GOOD_MG = 5, FAIR_MG = 20;
 
 class ErrorChart {
   constructor(canvas) {
@@ -192,76 +113,37 @@ class ErrorChart {
   }
 
   draw(ink) {
-    if (!this.due) return;
-    const area = prepare(this.canvas);
+    const area = this.due && prepare(this.canvas);
     if (!area) return;
     this.due = false;
-    const { pen, width, height } = area, left = 50, right = width - 10, top = 8, bottom = height - 20;
-    const all = this.errors.flatMap(([, worst, hidden]) => [worst, hidden]).filter(mg => mg > 0);
+    const { pen, width, height } = area, { errors } = this;
+    const left = 50, right = width - 10, top = 8, bottom = height - 20;
+    const all = errors.flatMap(e => e.slice(1)).filter(mg => mg > 0);
     const low = Math.min(1, ...all.map(v => 10 ** Math.floor(Math.log10(v)))), high = Math.max(100, ...all.map(v => v * 1.2));
-    const last = this.errors.length ? this.errors[this.errors.length - 1] : null;
-    const least = Math.min(4, ...this.errors.map(([n]) => n)), most = Math.max(10, last ? last[0] + 1 : 0);
+    const counts = errors.map(([n]) => n), least = Math.min(4, ...counts), most = Math.max(10, ...counts.map(n => n + 1));
     const x = n => left + (n - least + 0.3) / (most - least + 0.6) * (right - left);
-    const y = v => bottom - (Math.log10(v) - Math.log10(low)) / (Math.log10(high) - Math.log10(low)) * (bottom - top);
-    pen.font = SMALL;
-    pen.textBaseline = "middle";
+    const y = v => bottom - Math.log10(v / low) / Math.log10(high / low) * (bottom - top);
     pen.fillStyle = ink.goodTint;
     pen.fillRect(left, y(GOOD_MG), right - left, bottom - y(GOOD_MG));
     for (let v = low; v <= high; v *= 10) {
-      pen.fillStyle = ink.muted;
-      pen.textAlign = "right";
-      pen.fillText(`${v} mg`, left - 5, y(v));
-      this.rule(pen, left, right, y(v), ink.line, []);
+      label(pen, `${v} mg`, left - 5, y(v), ink.muted, "right");
+      rule(pen, left, right, y(v), ink.line);
     }
     // Errors fall from the left above to the right below: these corners are free of them.
-    for (const [v, word, colour, align, at, off] of [
-      [GOOD_MG, "good: 5 mg", ink.good, "left", left + 3, 8], [FAIR_MG, "fair: 20 mg", ink.fair, "right", right - 3, -8],
-    ]) {
-      this.rule(pen, left, right, y(v), colour, [6, 4]);
-      pen.fillStyle = colour;
-      pen.textAlign = align;
-      pen.fillText(word, at, y(v) + off);
-    }
-    pen.fillStyle = ink.muted;
-    pen.textAlign = "center";
-    const every = Math.ceil((most - least) / 8);
-    for (let n = least; n <= most; n += every) pen.fillText(String(n), x(n), height - 8);
-    pen.textAlign = "right";
-    pen.fillText("poses", left - 5, height - 8);
-    pen.textAlign = "center";
-    if (!last) {
-      pen.fillStyle = ink.muted;
-      pen.fillText("from the fourth pose on", (left + right) / 2, y(60));
-      return;
-    }
-    const worst = this.errors.map(e => [x(e[0]), y(e[1])]);
-    const hidden = this.errors.filter(e => e[2] > 0).map(e => [x(e[0]), y(e[2])]);
-    pen.setLineDash([4, 3]);
-    this.curve(pen, hidden, ink.poor, 1.6);
-    pen.setLineDash([]);
-    for (const [a, b] of hidden) {
-      pen.fillStyle = ink.poor;
-      pen.beginPath();
-      pen.moveTo(a, b - 5);
-      pen.lineTo(a + 4.5, b + 3.5);
-      pen.lineTo(a - 4.5, b + 3.5);
-      pen.fill();
-    }
-    this.curve(pen, worst, ink.accent, 2);
-    for (const p of worst) {
-      pen.fillStyle = ink.accent;
-      pen.beginPath();
-      pen.arc(...p, 4, 0, 2 * Math.PI);
-      pen.fill();
-    }
-  }
-
-  curve(pen, points, colour, width) {
-    pen.strokeStyle = colour;
-    pen.lineWidth = width;
-    pen.beginPath();
-    points.forEach((p, i) => i ? pen.lineTo(...p) : pen.moveTo(...p));
-    pen.stroke();
+    rule(pen, left, right, y(GOOD_MG), ink.good, [6, 4]);
+    label(pen, "good: 5 mg", left + 3, y(GOOD_MG) + 8, ink.good);
+    rule(pen, left, right, y(FAIR_MG), ink.fair, [6, 4]);
+    label(pen, "fair: 20 mg", right - 3, y(FAIR_MG) - 8, ink.fair, "right");
+    for (let n = least; n <= most; n += Math.ceil((most - least) / 8)) label(pen, String(n), x(n), height - 8, ink.muted, "center");
+    label(pen, "poses", left - 5, height - 8, ink.muted, "right");
+    if (!errors.length) return label(pen, "from the fourth pose on", (left + right) / 2, y(60), ink.muted, "center");
+    const worst = errors.map(e => [x(e[0]), y(e[1])]);
+    const hidden = errors.filter(e => e[2] > 0).map(e => [x(e[0]), y(e[2])]);
+    curve(pen, hidden, ink.poor, 1.6, [4, 3]);
+    pen.fillStyle = ink.poor;
+    for (const [a, b] of hidden) pen.fill(new Path2D(`M${a},${b - 5} l4.5,8.5 h-9Z`));
+    curve(pen, worst, ink.accent, 2);
+    pen.fillStyle = ink.accent;
+    for (const [a, b] of worst) pen.fill(new Path2D(`M${a - 4},${b} a4,4 0 1 0 8,0 a4,4 0 1 0 -8,0`));
   }
 }
-ErrorChart.prototype.rule = Strip.prototype.rule;

@@ -21,3 +21,26 @@ function icon(name) {
   svg.append(use);
   return svg;
 }
+
+// Calls `move(right, down)` in pixels while an element is dragged, and `end()` after; it is not dragged where
+// `begin()` is false.
+function dragged(element, move, begin = () => true, end = () => {}) {
+  let last = null;
+  element.addEventListener("pointerdown", e => {
+    if (!begin()) return;
+    last = [e.clientX, e.clientY];
+    element.setPointerCapture(e.pointerId);
+    e.preventDefault();
+  });
+  element.addEventListener("pointermove", e => {
+    if (!last) return;
+    move(e.clientX - last[0], e.clientY - last[1]);
+    last = [e.clientX, e.clientY];
+  });
+  for (const kind of ["pointerup", "pointercancel"]) element.addEventListener(kind, () => {
+    if (last) end();
+    last = null;
+  });
+}
+
+const setIcon = (element, name) => element.querySelector("use").setAttribute("href", `#${name}`);

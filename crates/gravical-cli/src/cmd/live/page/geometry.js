@@ -52,21 +52,6 @@ const between = (p, q, share) => {
   return normalised(p.map((v, i) => v + share * (sign * q[i] - v)));
 };
 
-// The quaternion of a matrix whose columns are where x, y, z of the sensor point to.
-const fromColumns = (x, y, z) => {
-  const trace = x[0] + y[1] + z[2];
-  if (trace > 0) {
-    return normalised([1 + trace, y[2] - z[1], z[0] - x[2], x[1] - y[0]]);
-  }
-  if (x[0] >= y[1] && x[0] >= z[2]) {
-    return normalised([y[2] - z[1], 1 + x[0] - y[1] - z[2], y[0] + x[1], z[0] + x[2]]);
-  }
-  if (y[1] >= z[2]) {
-    return normalised([z[0] - x[2], y[0] + x[1], 1 + y[1] - x[0] - z[2], z[1] + y[2]]);
-  }
-  return normalised([x[1] - y[0], z[0] + x[2], z[1] + y[2], 1 + z[2] - x[0] - y[1]]);
-};
-
 // A camera far away: directions to the right, up and towards it. Parallel lines stay parallel,
 // so that each plane of a body is one affine transformation of the canvas.
 const camera = (azimuthDeg, elevationDeg) => {

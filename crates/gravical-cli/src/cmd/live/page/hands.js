@@ -1,39 +1,23 @@
-// The hands of a simulated session: mouse, keys and buttons that lay the virtual board down.
+// The hand of a simulated session: mouse, keys and buttons that lay the virtual board down.
 "use strict";
 
-class Hands {
+class SimulatedHand {
   // `send` sends a command; `attitude()` is how the board lies now.
   constructor(canvas, send, attitude) {
-    Object.assign(this, { canvas, send, attitude, on: false, preview: null, until: 0 });
-    let last = null;
-    canvas.addEventListener("pointerdown", e => {
-      if (!this.on) return;
-      last = [e.clientX, e.clientY];
-      this.take();
-      canvas.setPointerCapture(e.pointerId);
-      e.preventDefault();
-    });
-    canvas.addEventListener("pointermove", e => {
-      if (!last) return;
-      this.turn(VIEW.up, 0.011 * (e.clientX - last[0]));
-      this.turn(VIEW.right, 0.011 * (e.clientY - last[1]));
-      last = [e.clientX, e.clientY];
-    });
-    for (const kind of ["pointerup", "pointercancel"]) {
-      canvas.addEventListener(kind, () => {
-        if (!last) return;
-        last = null;
-        this.letGo();
-      });
-    }
-    document.getElementById("shake").addEventListener("click", () => this.shake());
-    document.getElementById("as-drawn").addEventListener("click", () => this.asDrawn());
+    Object.assign(this, { send, attitude, on: false, preview: null, until: 0 });
+    dragged(canvas, (right, down) => {
+      this.turn(VIEW.up, 0.011 * right);
+      this.turn(VIEW.right, 0.011 * down);
+    }, () => this.on && this.take(), () => this.letGo());
+    $("#shake").addEventListener("click", () => this.act({ shake: true }));
+    $("#as-drawn").addEventListener("click", () => this.asDrawn());
   }
 
   take() {
     this.held = true;
     this.preview ??= this.attitude();
     clearTimeout(this.timer);
+    return true;
   }
 
   turn(axis, angle) {
@@ -52,27 +36,17 @@ class Hands {
     return rotated([w, -x, -y, -z], [0, 0, 1]);
   }
 
-  lay(face) {
-    this.forget();
-    this.send({ command: "hand", put: face });
-  }
-
-  shake() {
-    this.forget();
-    this.send({ command: "hand", shake: true });
+  // Does something else with the board than what is drawn.
+  act(what) {
+    this.held = false;
+    this.preview = null;
+    clearTimeout(this.timer);
+    this.send({ command: "hand", ...what });
   }
 
   // Holds it as the next pose is drawn.
   asDrawn() {
-    if (!this.next) return;
-    this.forget();
-    this.send({ command: "hand", up: this.next });
-  }
-
-  forget() {
-    this.held = false;
-    this.preview = null;
-    clearTimeout(this.timer);
+    if (this.next) this.act({ up: this.next });
   }
 
   // How it is to be drawn in place of how it lies, or null.
@@ -91,9 +65,9 @@ class Hands {
       this.take();
       this.turn(...turns[key]);
       this.timer = setTimeout(() => this.letGo(), 450);
-    } else if (face) this.lay(face);
-    else if (key === "s" || key === "S") this.shake();
-    else if (key === "n" || key === "N") this.asDrawn();
+    } else if (face) this.act({ put: face });
+    else if (key === "s") this.act({ shake: true });
+    else if (key === "n") this.asDrawn();
     else return false;
     return true;
   }

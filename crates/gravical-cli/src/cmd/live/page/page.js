@@ -8,7 +8,6 @@ const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 let state = fresh();
-let follower = false;
 // Other tabs have taken all the places.
 let full = false;
 let answers = true;
@@ -16,39 +15,27 @@ let choosing = null;
 let flash_until = 0;
 
 // Colours of the style sheet, for drawings.
+const INKS = ["card", "tint", "ink", "muted", "line", "strong", "accent", "good", "fair", "poor", "good-tint", "poor-tint", "accent-tint", "table"];
 let ink = {};
 function readInk() {
-  const style = getComputedStyle(document.documentElement), of = name => style.getPropertyValue(`--${name}`).trim();
-  ink = {
-    paper: of("card"), card: of("card"), tint: of("tint"), ink: of("ink"), muted: of("muted"), line: of("line"), strong: of("strong"),
-    accent: of("accent"), good: of("good"), fair: of("fair"), poor: of("poor"), goodTint: of("good-tint"), poorTint: of("poor-tint"),
-    accentTint: of("accent-tint"), shadow: of("table"), hole: of("card"),
-  };
+  const style = getComputedStyle(document.documentElement);
+  const name = ink => ink.replace(/-t/, "T");
+  ink = Object.fromEntries(INKS.map(ink => [name(ink), style.getPropertyValue(`--${ink}`).trim()]));
 }
 
 // ---- Tiles ----
 
 const WORDS = { to_do: "To do", hold_still: "Hold still", capturing: "Capturing", done: "Done", redo: "Redo" };
 const tiles = FACES.map((face, i) => {
-  const canvas = make("canvas", {}), sign = icon("to_do"), word = make("span", {}), bar = make("i", {});
+  const canvas = make("canvas", {}), word = make("span", {}), bar = make("i", {});
   const button = make("button", { type: "button", disabled: true },
     make("span", { className: "name" }, `${faceName(face)} up`), make("kbd", {}, String(i + 1)), canvas,
-    make("span", { className: "state" }, sign, word), bar);
-  button.addEventListener("click", () => choosing === null ? hands.lay(face) : choose(face));
+    make("span", { className: "state" }, icon("to_do"), word), bar);
+  button.addEventListener("click", () => choosing === null ? hand.act({ put: face }) : choose(face));
   canvas.setAttribute("aria-hidden", "true");
   $("#tiles").append(make("li", {}, button));
-  return { face, canvas, sign, word, bar, button };
+  return { face, canvas, word, bar, button };
 });
-
-function tileStates() {
-  const states = { ...state.status?.tiles ?? Object.fromEntries(FACES.map(face => [face, recorded(face) ? "done" : "to_do"])) };
-  // Without samples nothing is recorded.
-  if (state.lost) for (const face of FACES) if (!["done", "redo"].includes(states[face])) states[face] = "to_do";
-  // A face that contradicts the others counts no more as done.
-  const suspect = state.poses.get(state.fit?.suspect)?.face;
-  if (states[suspect] === "done") states[suspect] = "redo";
-  return states;
-}
 
 function drawTiles() {
   for (const t of tiles) drawBoard(t.canvas, lying(directionOf(t.face)), ink, { span: 35, low: t.face[0] === "+" ? 0.61 : 0.41, axes: ["xyz".indexOf(t.face[1])] });
@@ -59,40 +46,35 @@ function drawTiles() {
 const sphere = new Sphere($("#sphere canvas"));
 const strip = new Strip($("#strip canvas"));
 const chart = new ErrorChart($("#error canvas"));
-const hands = new Hands($("#board"), send, () => attitude);
+const hand = new SimulatedHand($("#board"), send, () => attitude);
 let attitude = lying([0, 0, 1]);
 let dial_seen = "", heading = 0;
 
 function drawDial(now) {
   const s = state.status;
-  const preview = hands.on ? hands.drawn(s?.up) : null;
+  const preview = hand.on ? hand.drawn(s?.up) : null;
   // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
   const read = normalised(s?.attitude ?? [1, 0, 0, 0]), { up } = wanted();
   heading = (up && headingTo(lying(up), read)) ?? heading;
   const goal = preview ?? (s?.attitude ? product(turn([0, 0, 1], heading), read) : attitude);
   // Ten readings a second become a steady movement.
-  attitude = between(attitude, goal, calm.matches || hands.held ? 1 : 0.2);
+  attitude = between(attitude, goal, calm.matches || hand.held ? 1 : 0.2);
   const [kind, text, share, colour] = ring(state, ink, performance.now() < flash_until);
   const chip = $("#chip");
   write(chip, text);
   if (chip.className !== kind) chip.className = kind;
-  const seen = [attitude.map(v => v.toFixed(4)), share.toFixed(3), colour, ink.card, $("#board").clientWidth].join();
-  if (seen === dial_seen) return;
-  const area = prepare($("#board"));
+  const seen = [attitude.map(v => v.toFixed(4)), share.toFixed(3), colour].join();
+  const area = seen !== dial_seen && prepare($("#board"));
   if (!area) return;
   dial_seen = seen;
   const { pen, width, height } = area, size = Math.min(width, height), radius = size / 2 - 10, centre = [width / 2, height / 2];
   pen.lineWidth = 9;
   pen.lineCap = "round";
-  pen.strokeStyle = ink.line;
-  pen.beginPath();
-  pen.arc(...centre, radius, 0, 2 * Math.PI);
-  pen.stroke();
-  if (share > 0) {
-    pen.strokeStyle = colour;
+  for (const [part, colour_of] of [[1, ink.line], [share, colour]]) {
+    pen.strokeStyle = colour_of;
     pen.beginPath();
-    pen.arc(...centre, radius, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * share);
-    pen.stroke();
+    pen.arc(...centre, radius, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * part);
+    if (part > 0) pen.stroke();
   }
   const drawing = new BoardDrawing(pen, [centre[0], centre[1] - size * 0.03], size / 44, attitude, ink);
   drawing.shadow(13);
@@ -101,7 +83,7 @@ function drawDial(now) {
 
 // What is wanted next: its face or null, and its direction or null.
 function wanted() {
-  const { next, status: s } = state;
+  const { next_pose: next, status: s } = state;
   if (next?.kind === "free" && next.up) return { face: null, up: unit(next.up) };
   if (next?.kind !== "face" || !next.faces?.length) return { face: null, up: null };
   // In any order: a face that is nearly up already is the next one.
@@ -115,19 +97,18 @@ function drawNext(now) {
   show(figure, Boolean(up) && now !== "floor" && now !== "identify");
   if (figure.hidden) return;
   write(figure.querySelector("b"), face ? `Next: ${faceName(face)} up` : "Next pose");
-  write(figure.querySelector("span"), !face ? state.next.hint ?? "" : state.next.faces.length > 1 ? "or any other face, in any order" : "the last face");
+  write(figure.querySelector("span"), !face ? state.next_pose.hint ?? "" : state.next_pose.faces.length > 1 ? "or any other face, in any order" : "the last face");
   const away = s?.up && unit(s.up) ? angleDeg(s.up, up) : null;
   write($("#remaining"), away === null ? "" : away < 8 ? "✓ like this: hold it still" : `${away.toFixed(0)}° away`);
-  const seen = [up, ink.card, figure.clientWidth].join();
-  if (seen === next_seen) return;
-  next_seen = seen;
+  if (next_seen === up.join()) return;
+  next_seen = up.join();
   drawBoard(figure.querySelector("canvas"), lying(up), ink, { span: 40, shadow: 11 });
 }
 
 function showSphere() {
   const suspect = state.fit?.suspect;
   const poses = [...state.poses.values()].map(p => ({ up: unit(p.up) ?? [0, 0, 1], face: p.face, suspect: p.pose === suspect }));
-  const next = !state.end && state.next?.kind === "free" && state.next.up ? unit(state.next.up) : null;
+  const next = !state.end && state.next_pose?.kind === "free" && state.next_pose.up ? unit(state.next_pose.up) : null;
   sphere.show({ poses, next, up: state.end ? null : state.status?.up && unit(state.status.up) });
   const free = poses.filter(p => !p.face).length, faces = FACES.filter(recorded).length;
   write($("#poses"), `${faces} of 6 faces${free ? `, ${free} free` : ""}`);
@@ -136,13 +117,11 @@ function showSphere() {
 
 // ---- The page after an event ----
 
-let old_notice = null, result_seen = "", log_seen = 0;
+let result_seen = "", log_seen = null;
 
 function update() {
   const now = stage(state), s = state.status;
   document.body.dataset.state = now;
-  document.body.classList.toggle("follower", follower);
-  show($("#follower"), follower && !full);
   const [main, below] = sentence(state, answers, full);
   write($("#sentence"), main);
   write($("#hint"), below);
@@ -156,35 +135,29 @@ function update() {
   $("#link").className = `pill ${tone}`;
   write($("#link span"), word);
 
-  if (state.notice !== old_notice) {
-    old_notice = state.notice;
-    show($("#notice"), Boolean(old_notice));
-    if (old_notice) {
-      $("#notice").className = old_notice.kind;
-      $("#notice use").setAttribute("href", `#${old_notice.kind}`);
-      const [title, rest] = parts(old_notice.text);
-      write($("#notice strong"), title);
-      write($("#notice span"), rest);
-    }
+  const { notice } = state;
+  show($("#notice"), Boolean(notice));
+  if (notice) {
+    $("#notice").className = notice.kind;
+    setIcon($("#notice"), notice.kind);
+    const [title, rest] = parts(notice.text);
+    write($("#notice strong"), title);
+    write($("#notice span"), rest);
   }
 
   const ended = now === "end" || Boolean(state.saved) || Boolean(state.verdict?.final);
-  hands.on = state.session?.source === "simulate" && !ended && !follower;
-  const states = tileStates();
+  hand.on = state.session?.source === "simulate" && !ended;
   for (const t of tiles) {
-    const kind = Object.hasOwn(WORDS, states[t.face]) ? states[t.face] : "to_do";
-    if (t.kind !== kind) {
-      t.kind = kind;
-      t.button.className = kind;
-      t.sign.firstChild.setAttribute("href", `#${kind}`);
-      write(t.word, WORDS[kind]);
-    }
+    const kind = s?.tiles[t.face] ?? "to_do";
+    t.button.className = kind;
+    setIcon(t.button, kind);
+    write(t.word, WORDS[kind]);
     t.bar.style.setProperty("--share", kind === "capturing" || kind === "hold_still" ? s?.ring ?? 0 : 0);
-    t.button.disabled = choosing === null ? !hands.on : !recorded(t.face);
+    t.button.disabled = choosing === null ? !hand.on : !recorded(t.face);
     t.button.title = t.button.disabled ? "" : choosing === null ? `Put ${faceName(t.face)} up` : `Record ${faceName(t.face)} again`;
   }
   $("#tiles").classList.toggle("choosing", choosing !== null);
-  $("#tiles").setAttribute("aria-label", choosing !== null ? "Which face is recorded again?" : hands.on ? "Which face is put up?" : "Six faces");
+  $("#tiles").setAttribute("aria-label", choosing !== null ? "Which face is recorded again?" : hand.on ? "Which face is put up?" : "Six faces");
 
   write($("#nearest"), s?.face ? `Nearest ${faceName(s.face)}` : "Nearest face");
   write($("#tilt"), Number.isFinite(s?.tilt_deg) ? `${s.tilt_deg.toFixed(1)}°` : "");
@@ -198,23 +171,23 @@ function update() {
   const result = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
   if (result !== result_seen) {
     result_seen = result;
-    if (ended) fillResult($("#result"), state, address("report"), follower ? null : () => send({ command: "resume" }));
+    if (ended) fillResult($("#result"), state, address("report"), () => send({ command: "resume" }));
   }
-  show($("#hands"), hands.on);
+  show($("#hands"), hand.on);
   const { verdict } = state, grade = GRADES[verdict?.grade];
   show($("#grade"), Boolean(grade) && !ended);
   if (grade) {
     $("#grade").className = verdict.grade;
-    $("#grade use").setAttribute("href", `#${grade[1]}`);
+    setIcon($("#grade"), grade);
     write($("#grade span"), verdict.text);
   }
-  hands.next = wanted().up;
-  $("#as-drawn").disabled = !hands.next;
-  $("#board").classList.toggle("grab", hands.on);
-  show($("#actions"), !ended && !follower && !asked);
+  hand.next = wanted().up;
+  $("#as-drawn").disabled = !hand.next;
+  $("#board").classList.toggle("grab", hand.on);
+  show($("#actions"), !ended && !asked && !full);
   buttons(now);
   show($("#gravity"), state.session?.gravity_source === "standard" && state.session.source !== "simulate"
-    && !later && !ended && !follower);
+    && !later && !ended);
   listHistory();
 }
 
@@ -252,7 +225,7 @@ $("#again").addEventListener("click", () => choosePort(state.ports.tried));
 $("#simulate button").addEventListener("click", () => send({ command: "simulate" }));
 
 function keyOfPorts(key) {
-  const button = key === "Enter" ? $("#again") : key === "s" || key === "S" ? $("#simulate button")
+  const button = key === "Enter" ? $("#again") : key === "s" ? $("#simulate button")
     : $("#ports ol").children[Number(key) - 1]?.firstChild;
   if (button?.checkVisibility()) button.click();
   return Boolean(button);
@@ -273,9 +246,8 @@ function buttons(now) {
 
 function listHistory() {
   const list = $("#log"), { log } = state;
-  const key = log.length ? `${log.length}:${log[log.length - 1].t_s}:${log[0].t_s}` : "";
-  if (key === log_seen) return;
-  log_seen = key;
+  if (log.at(-1) === log_seen) return;
+  log_seen = log.at(-1);
   list.replaceChildren(...log.slice(-60).reverse().map(l => make("li", { className: l.kind },
     make("time", {}, clock(l.t_s)), icon(l.kind), make("span", {}, l.text))));
   write($("#count"), `${log.length}`);
@@ -296,10 +268,10 @@ function announce(text) {
 
 // ---- Commands ----
 
-let later = false, refusal = 0;
+let later = false;
 
 async function send(command) {
-  if (follower || state.end && command.command !== "resume") return false;
+  if (full || state.end && command.command !== "resume") return false;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
@@ -315,7 +287,7 @@ async function send(command) {
 
 // What went wrong with a command; an event that follows takes its place.
 function complain(text) {
-  state.notice = { t_s: 0, kind: "warning", text, number: ++refusal };
+  state.notice = { t_s: 0, kind: "warning", text };
   write($("#alert"), text);
   update();
 }
@@ -330,14 +302,9 @@ function choose(face) {
 }
 
 const finish = () => {
-  if (state.verdict?.grade === "good") return send({ command: "finish" });
-  const faces = FACES.filter(recorded).length;
-  const grade = GRADES[state.fit?.grade]?.[0];
-  const why = faces < 6 ? `${faces} of 6 faces are done.`
-    : state.poses.size <= 6 ? "Six faces alone verify nothing. One more pose in any other direction does."
-      : "More poses would make the calibration better.";
-  const text = grade ? `The verdict will be “${grade}”. ${why}` : why;
-  ask("finish", text);
+  const { verdict, poses } = state;
+  if (verdict?.grade === "good") return send({ command: "finish" });
+  ask("finish", verdict && poses.size >= 6 ? verdict.text : `${FACES.filter(recorded).length} of 6 faces are done: nothing tests the calibration.`);
 };
 
 const cancel = () => {
@@ -377,8 +344,8 @@ function chooseByKey(key) {
   if (key === "Escape") choosing = null;
   else if (FACES[Number(key) - 1]) return choose(FACES[Number(key) - 1]);
   else if (key === "+" || key === "-") choosing = key;
-  else if ("xyz".includes(key.toLowerCase()) && choosing) return choose(choosing + key.toLowerCase());
-  else if (key === "r" || key === "R") choosing = null;
+  else if ("xyz".includes(key) && choosing) return choose(choosing + key);
+  else if (key === "r") choosing = null;
   else return;
   update();
 }
@@ -387,7 +354,7 @@ document.addEventListener("keydown", e => {
   sound.wake();
   const target = e.target, at = name => target.closest?.(name);
   if (e.ctrlKey || e.metaKey || e.altKey || at("input") || $("#sure").open) return;
-  const key = e.key;
+  const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
   // Space and Enter do what the button with the focus says.
   if ((key === " " || key === "Enter") && at("button, a, summary")) return;
   if (!$("#ports").hidden && keyOfPorts(key)) return e.preventDefault();
@@ -395,12 +362,12 @@ document.addEventListener("keydown", e => {
     if (key.length === 1 || key === "Escape") e.preventDefault();
     return chooseByKey(key);
   }
-  const name = { " ": "capture", u: "undo", U: "undo", r: "redo", R: "redo", c: "cancel", C: "cancel", Enter: "finish" }[key];
+  const name = { " ": "capture", u: "undo", r: "redo", c: "cancel", Enter: "finish" }[key];
   if (name) {
     e.preventDefault();
     if (!e.repeat) run(name);
-  } else if (key === "m" || key === "M") sound.toggle();
-  else if (hands.on && hands.key(key)) e.preventDefault();
+  } else if (key === "m") sound.toggle();
+  else if (hand.on && hand.key(key)) e.preventDefault();
 });
 // A click leaves no focus behind, so that Space goes on meaning "capture".
 document.addEventListener("click", e => {
@@ -409,44 +376,23 @@ document.addEventListener("click", e => {
 });
 $("#mute").addEventListener("click", () => sound.toggle());
 
-$("#gravity").addEventListener("submit", async e => {
+$("#gravity").addEventListener("submit", e => {
   e.preventDefault();
   const read = id => Number($(id).value.trim().replace(",", ".") || NaN);
-  const latitude = read("#latitude"), value = read("#value");
-  let command = null;
-  if (Number.isFinite(value) && Number.isFinite(latitude)) command = null;
-  else if (Number.isFinite(value)) command = value >= 9.7 && value <= 9.9 ? { command: "gravity", value } : null;
-  else if (Number.isFinite(latitude)) command = Math.abs(latitude) <= 90 ? { command: "gravity", latitude, altitude: 0 } : null;
-  write($("#gravity-error"), command ? "" : "Give a latitude from −90 to 90 or g between 9.7 and 9.9 m/s², not both.");
-  if (command && await send(command)) {
-    later = true;
-    update();
-  }
+  // A number that is none is null in JSON; the program refuses what it cannot use.
+  send({ command: "gravity", latitude: read("#latitude"), value: read("#value") });
 });
 $("#later").addEventListener("click", () => {
   later = true;
   update();
 });
 
-SPANS.forEach(([name], i) => {
-  const button = make("button", { type: "button" }, name);
-  button.setAttribute("aria-pressed", String(i === 0));
-  button.addEventListener("click", () => {
-    strip.span = i;
-    strip.due = true;
-    [...$(".choice").children].forEach((b, k) => b.setAttribute("aria-pressed", String(k === i)));
-  });
-  $(".choice").append(button);
-});
-
 // ---- Events ----
 
 let live_from = 0;
 function take(event) {
-  if (event.type === "follower") {
-    follower = true;
-  } else if (event.type === "full") {
-    full = follower = true;
+  if (event.type === "full") {
+    full = true;
   } else {
     state = after(state, event);
     if (event.type === "session") {
@@ -456,7 +402,7 @@ function take(event) {
     if (event.type === "status") strip.push(event.t_s, event.norm_g, event.noise_mg, event.limit_mg);
     if (event.type === "next_pose") {
       sphere.turned = false;
-      const look = state.poses.get(state.fit?.suspect)?.up ?? (event.kind === "free" ? event.up : null);
+      const look = state.poses.get(state.fit?.suspect)?.up ?? event.up;
       if (look) sphere.face(unit(look) ?? [0, 0, 1]);
     }
     // What is replayed at the start has been seen and heard before.
@@ -466,12 +412,10 @@ function take(event) {
     }
     if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
   }
-  const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]);
   if (event.type !== "status") {
+    const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]), last = mg.at(-1);
     chart.show(mg);
-    const last = mg[mg.length - 1];
-    const place = $("#predicted");
-    place.replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (95 %)"] : []);
+    $("#predicted").replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (95 %)"] : []);
     $("#error canvas").setAttribute("aria-label", last ? `Predicted error ${precise(last[1])} mg after ${last[0]} poses` : "Predicted error: no poses yet");
   }
   dirty = true;
@@ -484,7 +428,7 @@ function listen() {
     answers = true;
     clearTimeout(silence);
     silence = 0;
-    follower = full = false;
+    full = false;
     live_from = performance.now() + 700;
     dirty = true;
   });
@@ -530,8 +474,8 @@ function frame(now_ms) {
   }
   sphere.draw(ink, calm.matches);
   if (!$("#strip").hidden) {
-    const open = state.candidate ? [{ from: state.candidate.t_s, to: state.status?.t_s ?? state.candidate.t_s, kind: "open" }] : [];
-    strip.draw(ink, [...state.marks, ...open], state.gravity ?? 9.80665);
+    const open = state.pose_candidate ? [{ from: state.pose_candidate.t_s, to: state.status?.t_s ?? state.pose_candidate.t_s, kind: "open" }] : [];
+    strip.draw(ink, [...state.marks, ...open], state.session?.gravity_mps2 ?? 9.80665);
   }
   chart.draw(ink);
 }
@@ -547,8 +491,7 @@ addEventListener("resize", redraw);
 new ResizeObserver(redraw).observe($("main"));
 
 readInk();
-try { sound.silent = localStorage.getItem("gravical-silent") === "1"; } catch { /* nothing is kept */ }
-sound.label();
+sound.read();
 update();
 redraw();
 listen();

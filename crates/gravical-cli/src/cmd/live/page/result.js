@@ -30,30 +30,11 @@ function numbers(fit) {
   const mg = v => v > 0 ? [precise(v), "mg"] : ["–", ""];
   const bias = fit?.bias_mg ? Math.hypot(...fit.bias_mg) : null;
   return make("div", { className: "numbers" },
-    number(...mg(fit?.worst_mg ?? fit?.predicted_mg), "error of ‖a‖ that remains at most (2σ, worst direction)"),
+    number(...mg(fit?.worst_mg), "error of ‖a‖ that remains at most (2σ, worst direction)"),
     number(...mg(fit?.leave_one_out_mg), fit?.leave_one_out_mg > 0
       ? "leave-one-out error: at poses that the fit did not use, rms"
       : "leave-one-out error: needs more poses than six faces"),
     number(...mg(bias), "length of the bias that was found"));
-}
-
-function parameters(fit) {
-  if (!fit?.bias_mg) return null;
-  const rows = [0, 1, 2].map(i => {
-    const [bias, sd] = within(fit.bias_mg[i], fit.bias_sd_mg?.[i]);
-    const scale = fit.scale_percent?.[i];
-    return make("tr", {}, make("th", { scope: "row" }, "xyz"[i]),
-      make("td", {}, sd ? `${bias} ± ${sd}` : bias),
-      make("td", {}, Number.isFinite(scale) ? minus((scale > 0 ? "+" : "") + scale.toFixed(2)) : "–"));
-  });
-  const gyro = fit.gyroscope;
-  return make("div", { className: "scroll" }, gyro ? make("p", { className: "note" },
-    "Gyroscope: ", gyro.bias_deg_s ? `bias ${gyro.bias_deg_s.map(v => minus(v.toFixed(3))).join(", ")} °/s about x, y, z, ` : null,
-    gyro.method === "bias" ? "from the poses; its scale is not calibrated." : `calibrated from ${gyro.motions} motions between the poses.`) : null,
-  make("table", {},
-    make("caption", {}, "What was found: bias ± 1σ, and scale against nominal"),
-    make("thead", {}, make("tr", {}, make("th", {}, "axis"), make("th", {}, "bias, mg"), make("th", {}, "scale, %"))),
-    make("tbody", {}, ...rows)));
 }
 
 function truth(event) {
@@ -96,7 +77,7 @@ function fillResult(place, state, reportAddress, goOn) {
   // A session that was stopped has no result yet, whatever the last fit said.
   if (verdict && (saved || verdict.final)) {
     const [, title, rest] = /^(.*?)(?:: (.*))?$/s.exec(verdict.text);
-    blocks.push(make("div", { className: `grade ${verdict.grade}` }, icon(GRADES[verdict.grade]?.[1] ?? "question"),
+    blocks.push(make("div", { className: `grade ${verdict.grade}` }, icon(GRADES[verdict.grade]),
       make("p", {}, make("b", {}, title), make("span", {}, rest ?? ""))));
     blocks.push(numbers(fit));
   }
@@ -104,7 +85,7 @@ function fillResult(place, state, reportAddress, goOn) {
     blocks.push(make("p", { className: "saved" }, icon("done"), make("span", {}, "Saved as ", make("code", {}, saved.file),
       ", read back and compared.", saved.folder ? " The raw samples are in " : null, saved.folder ? make("code", {}, saved.folder) : null)));
   }
-  if (saved?.folder && goOn) {
+  if (saved?.folder) {
     const button = make("button", { type: "button", className: verdict?.grade === "good" ? "" : "primary" }, "Go on with more poses");
     button.addEventListener("click", goOn);
     blocks.push(make("div", { className: "row" }, button));
@@ -117,9 +98,9 @@ function fillResult(place, state, reportAddress, goOn) {
   }
   if (state.truth) blocks.push(truth(state.truth));
   if (saved) blocks.push(reportOf(reportAddress));
-  if (saved && (verdict?.reasons?.length || fit)) {
-    blocks.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons and numbers")),
-      make("ul", { className: "reasons" }, ...(verdict?.reasons ?? []).map(r => make("li", {}, r))), parameters(fit)));
+  if (saved && verdict?.reasons.length) {
+    blocks.push(make("details", {}, make("summary", {}, make("h2", {}, "Reasons")),
+      make("ul", { className: "reasons" }, ...verdict.reasons.map(r => make("li", {}, r)))));
   }
   place.replaceChildren(...blocks);
 }

@@ -5,10 +5,11 @@
 const MARKS = 400;
 const LOG = 300;
 
+// The latest event of each type, and what becomes of them.
 const fresh = () => ({
-  ports: null, connecting: null, session: null, identified: null, floor: null, status: null, next: null, fit: null, verdict: null,
-  saved: null, truth: null, end: null, lost: null, candidate: null, notice: null, gravity: null,
-  poses: new Map(), errors: new Map(), marks: [], log: [],
+  ports: null, connecting: null, session: null, identified: null, status: null, pose_candidate: null, next_pose: null,
+  fit: null, verdict: null, saved: null, truth: null, lost: null, end: null,
+  notice: null, poses: new Map(), errors: new Map(), marks: [], log: [],
 });
 
 // The first sentence of a text, and the rest.
@@ -21,20 +22,14 @@ const TOLD = {
 };
 
 function mark(state, to, kind, from = to) {
-  if (!state.candidate) return;
-  state.marks.push({ from: Math.min(from, state.candidate.t_s), to, kind });
+  if (!state.pose_candidate) return;
+  state.marks.push({ from: Math.min(from, state.pose_candidate.t_s), to, kind });
   if (state.marks.length > MARKS) state.marks.shift();
-  state.candidate = null;
+  state.pose_candidate = null;
 }
 
+// What an event changes beside what it says itself, which is kept under its type.
 const EVENTS = {
-  ports: (_, e) => ({ ...fresh(), ports: e }),
-  connecting: (_, e) => ({ ...fresh(), connecting: e }),
-  session: (_, e) => ({ ...fresh(), session: e, gravity: e.gravity_mps2 }),
-  identified(s, e) { s.identified = e; },
-  status(s, e) { s.status = e; },
-  // Why the hold before was rejected stays to be read: the next one can begin at once.
-  pose_candidate(s, e) { s.candidate = e; },
   pose_accepted(s, e) {
     s.poses.set(e.pose, e);
     mark(s, e.t_s, "done", e.t_s - e.seconds);
@@ -45,34 +40,21 @@ const EVENTS = {
     for (const n of [...s.errors.keys()]) if (n > s.poses.size) s.errors.delete(n);
     if (s.poses.size < 4) s.fit = null;
   },
-  next_pose(s, e) { s.next = e; },
-  fit(s, e) {
-    s.fit = e;
-    if (e.worst_mg > 0) s.errors.set(e.poses?.length || s.poses.size, [e.worst_mg, e.undetected_mg]);
-  },
-  verdict(s, e) { s.verdict = e; },
-  gravity(s, e) {
-    s.session = { ...s.session, gravity_mps2: e.gravity_mps2, gravity_source: e.gravity_source };
-    s.gravity = e.gravity_mps2;
-  },
-  saved(s, e) { s.saved = e; },
+  fit(s, e) { if (e.worst_mg > 0) s.errors.set(e.poses, [e.worst_mg, e.undetected_mg]); },
+  gravity(s, { gravity_mps2, gravity_source }) { Object.assign(s.session, { gravity_mps2, gravity_source }); },
   lost(s, e) {
-    s.lost = e;
-    if (s.candidate) mark(s, e.t_s, "cross");
+    mark(s, e.t_s, "cross");
     s.notice = null;
   },
   resumed(s) { s.lost = null; },
-  truth(s, e) { s.truth = e; },
-  end(s, e) {
-    s.end = e;
-    s.notice = null;
-  },
+  end(s) { s.notice = null; },
 };
 
-// The state after an event; unknown events change nothing.
+// The state after an event; what comes before a session begins anew.
 function after(state, event) {
-  const change = Object.hasOwn(EVENTS, event.type) ? EVENTS[event.type] : null;
-  const next = change?.(state, event) ?? state;
+  const next = ["ports", "connecting", "session"].includes(event.type) ? fresh() : state;
+  if (Object.hasOwn(next, event.type)) next[event.type] = event;
+  if (Object.hasOwn(EVENTS, event.type)) EVENTS[event.type](next, event);
   const [kind, is_notice] = Object.hasOwn(TOLD, event.type) ? TOLD[event.type] : [];
   if (!kind) return next;
   const told = { t_s: event.t_s, kind, text: event.text };
@@ -83,12 +65,8 @@ function after(state, event) {
   return next;
 }
 
-const GRADES = {
-  "good": ["good", "done"],
-  "fair": ["fair", "near"],
-  "poor": ["poor", "cross"],
-  "not-verifiable": ["not verifiable", "question"],
-};
+// The icon of each grade.
+const GRADES = { "good": "done", "fair": "near", "poor": "cross", "not-verifiable": "question" };
 
 // Where the session stands, as one word.
 function stage(state) {

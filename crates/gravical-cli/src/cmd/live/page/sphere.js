@@ -3,36 +3,19 @@
 
 class Sphere {
   constructor(canvas) {
-    this.canvas = canvas;
-    this.azimuth = -50;
-    this.elevation = 24;
-    this.wanted = { azimuth: -50, elevation: 24 };
-    this.turned = false;
-    let last = null;
-    canvas.addEventListener("pointerdown", e => {
-      last = [e.clientX, e.clientY];
-      canvas.setPointerCapture(e.pointerId);
-    });
-    canvas.addEventListener("pointermove", e => {
-      if (!last) return;
+    Object.assign(this, { canvas, azimuth: -50, elevation: 24, wanted: [-50, 24], turned: false, due: true });
+    dragged(canvas, (right, down) => {
       this.turned = true;
-      this.azimuth -= 0.6 * (e.clientX - last[0]);
-      this.elevation = Math.max(-85, Math.min(85, this.elevation + 0.6 * (e.clientY - last[1])));
-      last = [e.clientX, e.clientY];
+      this.azimuth -= 0.6 * right;
+      this.elevation = Math.max(-85, Math.min(85, this.elevation + 0.6 * down));
       this.due = true;
     });
-    for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, () => { last = null; });
-    this.due = true;
   }
 
   // Turns so that this direction is in front, unless somebody has turned the sphere.
-  face(direction) {
-    if (this.turned) return;
-    const flat = Math.hypot(direction[0], direction[1]);
-    this.wanted = {
-      azimuth: flat > 0.15 ? Math.atan2(direction[1], direction[0]) * 180 / Math.PI - 28 : this.wanted.azimuth,
-      elevation: Math.max(-50, Math.min(50, Math.asin(Math.max(-1, Math.min(1, direction[2]))) * 57.3 * 0.6 + 14)),
-    };
+  face([x, y, z]) {
+    const azimuth = Math.hypot(x, y) > 0.15 ? Math.atan2(y, x) * 180 / Math.PI - 28 : this.wanted[0];
+    this.wanted = [azimuth, Math.max(-50, Math.min(50, Math.asin(Math.max(-1, Math.min(1, z))) * 34 + 14))];
   }
 
   // What is drawn: poses [{ up, face, suspect }], next (a direction or null), up (now).
@@ -42,37 +25,41 @@ class Sphere {
   }
 
   draw(ink, still) {
-    if (!this.turned) {
-      const by = ((this.wanted.azimuth - this.azimuth + 540) % 360) - 180, up = this.wanted.elevation - this.elevation;
-      if (Math.abs(by) + Math.abs(up) > 0.3) {
-        const share = still ? 1 : 0.06;
-        this.azimuth += share * by;
-        this.elevation += share * up;
-        this.due = true;
-      }
+    const by = ((this.wanted[0] - this.azimuth + 540) % 360) - 180, up = this.wanted[1] - this.elevation;
+    if (!this.turned && Math.abs(by) + Math.abs(up) > 0.3) {
+      const share = still ? 1 : 0.06;
+      this.azimuth += share * by;
+      this.elevation += share * up;
+      this.due = true;
     }
-    if (!this.due || !this.content) return;
-    const area = prepare(this.canvas);
+    const area = this.due && this.content && prepare(this.canvas);
     if (!area) return;
     this.due = false;
-    const { pen, width, height } = area, radius = Math.min(width, height) / 2 - 21;
+    const { pen, width, height } = area, radius = Math.min(width, height) / 2 - 21, middle = [width / 2, height / 2];
     const view = camera(this.azimuth, this.elevation);
-    const at = d => [width / 2 + radius * dot(d, view.right), height / 2 - radius * dot(d, view.up), dot(d, view.near)];
-    this.globe(pen, at, width / 2, height / 2, radius, ink);
+    const at = d => [middle[0] + radius * dot(d, view.right), middle[1] - radius * dot(d, view.up), dot(d, view.near)];
+    this.globe(pen, at, middle, radius, ink);
     const faces = FACES.map(face => ({ face, up: directionOf(face) }));
-    const { poses, next, up } = this.content;
-    for (const f of faces) this.name(pen, f, at, ink);
+    const { poses, next, up: now } = this.content;
+    for (const { face, up } of faces) {
+      const [x, y, depth] = at(up), away = [x - middle[0], y - middle[1]], length = Math.hypot(...away) || 1;
+      pen.font = `600 12px ${FONT}`;
+      pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      pen.fillStyle = depth < -0.05 ? ink.muted : ink.ink;
+      pen.fillText(faceName(face), x + away[0] / length * 15, y + away[1] / length * 13);
+    }
     const marks = [
-      ...faces.filter(f => !poses.some(p => p.face === f.face)).map(f => ({ ...f, kind: "open" })),
-      ...poses.map(p => ({ ...p, kind: "pose" })),
+      ...faces.filter(f => !poses.some(p => p.face === f.face)).map(f => ({ up: f.up, kind: "open" })),
+      ...poses.map(p => ({ up: p.up, kind: p.suspect ? "suspect" : "pose" })),
       ...(next ? [{ up: next, kind: "next" }] : []),
-      ...(up ? [{ up, kind: "now" }] : []),
+      ...(now ? [{ up: now, kind: "now" }] : []),
     ].map(m => ({ ...m, at: at(m.up) }));
-    marks.sort((a, b) => a.at[2] - b.at[2]);
-    for (const m of marks) this.mark(pen, m, ink);
+    // The farthest first.
+    for (const m of marks.sort((a, b) => a.at[2] - b.at[2])) this.mark(pen, m, ink);
   }
 
-  globe(pen, at, x, y, radius, ink) {
+  globe(pen, at, [x, y], radius, ink) {
     const fill = pen.createRadialGradient(x - radius * 0.4, y - radius * 0.45, radius * 0.1, x, y, radius);
     fill.addColorStop(0, ink.card);
     fill.addColorStop(1, ink.tint);
@@ -84,80 +71,40 @@ class Sphere {
     pen.fill();
     pen.stroke();
     for (const axis of [0, 1, 2]) {
-      for (const front of [false, true]) {
-        pen.strokeStyle = front ? ink.strong : ink.line;
-        pen.setLineDash(front ? [] : [3, 4]);
-        pen.beginPath();
-        let down = false;
-        for (let i = 0; i <= 72; i++) {
-          const a = i * Math.PI / 36, d = [0, 0, 0];
-          d[(axis + 1) % 3] = Math.cos(a);
-          d[(axis + 2) % 3] = Math.sin(a);
-          const p = at(d);
-          const seen = front ? p[2] >= -0.02 : p[2] <= 0.02;
-          if (seen && down) pen.lineTo(p[0], p[1]);
-          else if (seen) pen.moveTo(p[0], p[1]);
-          down = seen;
-        }
-        pen.stroke();
-      }
+      const circle = Array.from({ length: 73 }, (_, i) => {
+        const d = [0, 0, 0];
+        d[(axis + 1) % 3] = Math.cos(i * Math.PI / 36);
+        d[(axis + 2) % 3] = Math.sin(i * Math.PI / 36);
+        return at(d);
+      });
+      const part = is_seen => circle.map(p => is_seen(p[2]) ? [p[0], p[1]] : null);
+      curve(pen, part(depth => depth <= 0.02), ink.line, 1.2, [3, 4]);
+      curve(pen, part(depth => depth >= -0.02), ink.strong, 1.2);
     }
-    pen.setLineDash([]);
   }
 
-  name(pen, { face, up }, at, ink) {
-    const p = at(scaled(up, 1.001)), middle = at([0, 0, 0]);
-    const away = [p[0] - middle[0], p[1] - middle[1]], length = Math.hypot(...away) || 1;
-    const x = p[0] + away[0] / length * 15, y = p[1] + away[1] / length * 13;
-    pen.font = "600 12px system-ui, 'DejaVu Sans', sans-serif";
-    pen.textAlign = "center";
-    pen.textBaseline = "middle";
-    pen.fillStyle = p[2] < -0.05 ? ink.muted : ink.ink;
-    pen.fillText(faceName(face), x, y);
-  }
-
-  mark(pen, { kind, at: [x, y, depth], suspect }, ink) {
-    const behind = depth < -0.05;
+  mark(pen, { kind, at: [x, y, depth] }, ink) {
+    const is_behind = depth < -0.05, radius = is_behind ? 4.5 : 6;
+    const circle = r => `M${x - r},${y} a${r},${r} 0 1 0 ${2 * r},0 a${r},${r} 0 1 0 ${-2 * r},0`;
+    const [path, fill, border] = {
+      open: [circle(5), ink.card, ink.muted],
+      pose: [circle(radius), "#009E73", ink.ink],
+      suspect: [circle(radius), "#D55E00", ink.ink],
+      next: [`M${x},${y - 9} l9,9 -9,9 -9,-9Z`, "#E69F00", ink.ink],
+      now: [`M${x},${y - 8} v16 M${x - 8},${y} h16`, "", ink.accent],
+    }[kind];
+    const shape = new Path2D(path), is_pose = kind === "pose" || kind === "suspect";
     pen.save();
-    pen.lineWidth = 1.6;
-    pen.strokeStyle = behind ? ink.muted : ink.ink;
-    pen.beginPath();
-    if (kind === "open") {
-      pen.strokeStyle = ink.muted;
-      pen.arc(x, y, 5, 0, 2 * Math.PI);
-      if (!behind) { pen.fillStyle = ink.card; pen.fill(); }
-      pen.stroke();
-    } else if (kind === "pose") {
-      pen.arc(x, y, behind ? 4.5 : 6, 0, 2 * Math.PI);
-      pen.fillStyle = suspect ? "#D55E00" : "#009E73";
-      if (behind) pen.globalAlpha = 0.45;
-      pen.fill();
-      pen.stroke();
-      if (suspect) {
-        pen.globalAlpha = 1;
-        pen.font = "700 13px system-ui, 'DejaVu Sans', sans-serif";
-        pen.fillStyle = ink.poor;
-        pen.textAlign = "left";
-        pen.fillText("!", x + 8, y - 5);
-      }
-    } else if (kind === "next") {
-      pen.moveTo(x, y - 9);
-      pen.lineTo(x + 9, y);
-      pen.lineTo(x, y + 9);
-      pen.lineTo(x - 9, y);
-      pen.closePath();
-      if (behind) pen.setLineDash([3, 2]);
-      else { pen.fillStyle = "#E69F00"; pen.fill(); }
-      pen.stroke();
-    } else {
-      pen.lineWidth = 3;
-      pen.strokeStyle = ink.accent;
-      if (behind) { pen.globalAlpha = 0.55; pen.lineWidth = 2; }
-      pen.moveTo(x, y - 8);
-      pen.lineTo(x, y + 8);
-      pen.moveTo(x - 8, y);
-      pen.lineTo(x + 8, y);
-      pen.stroke();
+    if (is_behind && kind !== "open") pen.globalAlpha = 0.5;
+    pen.lineWidth = kind === "now" ? 3 : 1.6;
+    pen.strokeStyle = border;
+    pen.fillStyle = fill;
+    if (fill && (is_pose || !is_behind)) pen.fill(shape);
+    pen.stroke(shape);
+    if (kind === "suspect") {
+      pen.globalAlpha = 1;
+      pen.font = `700 13px ${FONT}`;
+      outlined(pen, "!", x + 10, y - 5, ink.poor, ink.card);
     }
     pen.restore();
   }

@@ -35,34 +35,19 @@ function ring(state, ink, accepted) {
   const s = state.status, now = stage(state);
   if (accepted) return ["done", "Done", 1, "#009E73"];
   if (now === "lost") return ["lost", LOST[state.lost.why] ?? "Lost", 0, "#D55E00"];
-  if (!s || now === "connect" || now === "end") return ["", "", 0, ink.line];
-  const share = Math.max(0, Math.min(1, s.ring ?? 0));
-  if (now === "floor") return ["floor", "Hands off", share, "#E69F00"];
-  if (now === "settle") return ["settle", "Hold still", share, "#E69F00"];
-  if (now === "capture") {
-    const left_s = (state.session.capture_s ?? 2.5) * (1 - share);
-    return ["capture", `Capturing ${left_s.toFixed(1)} s`, share, ink.accent];
-  }
-  if (now === "done") return ["", "", 0, ink.line];
   if (now === "wait") {
     const word = !s.still ? "Moving" : s.welcome === "duplicate" ? `${faceName(s.face)} is done already`
       : s.welcome === "between" ? "Between two faces" : "At rest";
     return ["", word, 0, ink.line];
   }
-  return ["", "", share, "#E69F00"];
+  const word = { floor: "Hands off", settle: "Hold still", capture: "Capturing" }[now];
+  return word ? [now, word, s.ring, now === "capture" ? ink.accent : "#E69F00"] : ["", "", 0, ink.line];
 }
 
-const UNITS = { "m/s^2": "m/s²", counts: "raw counts", unknown: "unit unknown" };
-function facts(state) {
-  const { identified: i, status: s } = state;
-  if (!i) return "";
-  const parts = [UNITS[i.unit] ?? i.unit];
-  const rate_hz = s?.rate_hz ?? i.rate_hz;
-  if (rate_hz > 0) parts.unshift(`${rate_hz.toFixed(1)} Hz`);
-  if (i.counts_per_g) parts.push(`${Math.round(i.counts_per_g)} per g`);
-  parts.push(i.gyro_unit ? "with gyroscope" : "no gyroscope");
-  if (Number.isFinite(s?.temperature_c)) parts.push(`${s.temperature_c.toFixed(1)} °C`);
-  return parts.join(" · ");
+// What was found out about the board, and its temperature now.
+function facts({ identified, status }) {
+  const found = parts(identified?.text ?? "")[0].replace(/\.$/, "");
+  return Number.isFinite(status?.temperature_c) ? `${found} · ${status.temperature_c.toFixed(1)} °C` : found;
 }
 
 function pill(state, answers) {

@@ -9,7 +9,11 @@ use std::time::{Duration, Instant};
 
 use axum::response::sse;
 use futures_core::Stream;
+use gravical::live::{Event, Message};
+use gravical::{Error, Result};
 use tokio::sync::mpsc;
+
+use crate::cmd::live::console::Renderer;
 
 /// Events that may wait for a tab: half a minute of a session.
 const QUEUE: usize = 300;
@@ -17,8 +21,6 @@ const QUEUE: usize = 300;
 const TABS: usize = 4;
 /// A tab that does not read connects again after this time.
 const RETRY: Duration = Duration::from_millis(500);
-/// Tells a tab that another one leads.
-const FOLLOWER: &str = r#"{"v":1,"type":"follower","t_s":0.0}"#;
 
 /// Everything that was said, for tabs that come later, and the tabs that listen.
 #[derive(Default)]
@@ -33,29 +35,10 @@ struct State {
     /// The latest status.
     status: Option<Arc<str>>,
     report: Option<Arc<str>>,
-    /// The first one leads.
-    tabs: VecDeque<Tab>,
-    next: u64,
+    tabs: Vec<mpsc::Sender<Arc<str>>>,
     /// When the last tab went.
     left: Option<Instant>,
     ended: bool,
-}
-
-struct Tab {
-    number: u64,
-    sender: mpsc::Sender<Arc<str>>,
-}
-
-impl State {
-    /// Disconnects tabs; without the one that led, all: they connect again, and the first leads.
-    fn keep(&mut self, keeps: impl FnMut(&Tab) -> bool) {
-        let leads = |tabs: &VecDeque<Tab>| tabs.front().map(|tab| tab.number);
-        let before = leads(&self.tabs);
-        self.tabs.retain(keeps);
-        if leads(&self.tabs) != before {
-            self.tabs.clear();
-        }
-    }
 }
 
 impl Hub {
@@ -63,42 +46,9 @@ impl Hub {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Says an event to all tabs. One that is far behind is disconnected: it connects again, and
-    /// gets everything from the beginning.
-    pub fn say(&self, text: String, is_status: bool) {
-        let text: Arc<str> = text.into();
-        let mut state = self.state();
-        if is_status {
-            state.status = Some(Arc::clone(&text))
-        } else {
-            state.past.push(Arc::clone(&text))
-        }
-        state.keep(|tab| tab.sender.try_send(Arc::clone(&text)).is_ok());
-    }
-
-    /// Says the first event of a session; one before it, which goes on, is over.
-    pub fn begin(&self, text: String) {
-        let mut state = self.state();
-        state.past.clear();
-        (state.status, state.report, state.ended) = (None, None, false);
-        drop(state);
-        self.say(text, false);
-    }
-
-    /// Says the last event.
-    pub fn end(&self, text: String) {
-        self.state().ended = true;
-        self.say(text, false);
-    }
-
     /// The last event was said.
     pub fn has_ended(&self) -> bool {
         self.state().ended
-    }
-
-    /// Keeps the calibration report.
-    pub fn keep_report(&self, html: &str) {
-        self.state().report = Some(html.into());
     }
 
     /// The calibration report.
@@ -108,8 +58,8 @@ impl Hub {
 
     /// All tabs have what was said.
     pub fn is_read(&self) -> bool {
-        let unread = |tab: &Tab| tab.sender.capacity() < tab.sender.max_capacity();
-        !self.state().tabs.iter().any(unread)
+        let mut tabs = self.state().tabs.clone().into_iter();
+        tabs.all(|tab| tab.capacity() == tab.max_capacity())
     }
 
     /// Disconnects all tabs.
@@ -130,26 +80,44 @@ impl Hub {
         if state.tabs.len() >= TABS {
             return None;
         }
-        let mut before: VecDeque<_> = state.past.iter().chain(&state.status).cloned().collect();
-        if !state.tabs.is_empty() {
-            before.push_front(FOLLOWER.into());
-        }
-        let number = state.next;
-        state.next += 1;
-        state.tabs.push_back(Tab { number, sender });
+        state.tabs.push(sender);
         Some(Listener {
-            before,
+            before: state.past.iter().chain(&state.status).cloned().collect(),
             retry: Some(RETRY),
             receiver,
-            number,
             hub: Arc::clone(self),
         })
     }
+}
 
-    fn leave(&self, number: u64) {
+impl Renderer for Arc<Hub> {
+    /// Says an event to all tabs. One that is far behind is disconnected: it connects again, and
+    /// gets everything from the beginning.
+    fn show(&mut self, message: &Message) -> Result<()> {
+        let text = serde_json::to_string(message);
+        let text: Arc<str> = text
+            .map_err(|e| Error::device("page", e.to_string()))?
+            .into();
         let mut state = self.state();
-        state.keep(|tab| tab.number != number);
-        state.left = Some(Instant::now());
+        if matches!(message.event, Event::Session { .. }) {
+            // One before it, which goes on, is over.
+            state.past.clear();
+            (state.status, state.report, state.ended) = (None, None, false);
+        }
+        state.ended |= matches!(message.event, Event::End { .. });
+        if message.event.is_status() {
+            state.status = Some(Arc::clone(&text));
+        } else {
+            state.past.push(Arc::clone(&text));
+        }
+        state
+            .tabs
+            .retain(|tab| tab.try_send(Arc::clone(&text)).is_ok());
+        Ok(())
+    }
+
+    fn report(&mut self, html: &str) {
+        self.state().report = Some(html.into());
     }
 }
 
@@ -159,18 +127,20 @@ pub struct Listener {
     /// Sent first.
     retry: Option<Duration>,
     receiver: mpsc::Receiver<Arc<str>>,
-    number: u64,
     hub: Arc<Hub>,
 }
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        self.hub.leave(self.number);
+        self.receiver.close();
+        let mut state = self.hub.state();
+        state.tabs.retain(|tab| !tab.is_closed());
+        state.left = Some(Instant::now());
     }
 }
 
 impl Stream for Listener {
-    type Item = Result<sse::Event, Infallible>;
+    type Item = std::result::Result<sse::Event, Infallible>;
 
     fn poll_next(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Option<Self::Item>> {
         if let Some(retry) = self.retry.take() {
@@ -188,34 +158,24 @@ impl Stream for Listener {
 mod tests {
     use super::*;
 
-    fn received(listener: &mut Listener) -> usize {
-        let before = listener.before.len();
-        before + std::iter::from_fn(|| listener.receiver.try_recv().ok()).count()
-    }
-
     #[test]
     fn a_tab_that_does_not_read_is_disconnected_and_the_others_go_on() {
-        let hub = Arc::new(Hub::default());
-        hub.say("0".to_owned(), false);
-        let mut first = hub.join().unwrap();
-        let mut second = hub.join().unwrap();
-        for i in 0..QUEUE {
-            hub.say(i.to_string(), i % 10 != 0);
+        let mut hub = Arc::new(Hub::default());
+        let event = Message::new(0.0, Event::PoseCandidate, "");
+        hub.show(&event).unwrap();
+        let (first, mut second) = (hub.join().unwrap(), hub.join().unwrap());
+        for _ in 0..QUEUE {
+            hub.show(&event).unwrap();
             assert!(second.receiver.try_recv().is_ok());
         }
         assert!(!hub.is_read());
-        // It led: both connect again, and the first to do so leads.
-        hub.say("too many".to_owned(), false);
-        assert_eq!(received(&mut first), 1 + QUEUE);
-        assert!(first.receiver.is_closed() && second.receiver.is_closed());
+        hub.show(&event).unwrap();
+        assert!(first.receiver.is_closed() && !second.receiver.is_closed());
         drop(first);
+        // Everything so far.
         let again = hub.join().unwrap();
-        // The events so far, and the latest status; no word about another tab.
-        assert_eq!(again.before.len(), 1 + QUEUE / 10 + 1 + 1);
-        assert!(!again.before.contains(&FOLLOWER.into()));
-        // The one that was late to go takes nobody with it.
+        assert_eq!(again.before.len(), 1 + QUEUE + 1);
         drop(second);
-        assert!(!again.receiver.is_closed());
         assert!(!hub.is_left_for(Duration::ZERO));
         drop(again);
         std::thread::sleep(Duration::from_millis(1));

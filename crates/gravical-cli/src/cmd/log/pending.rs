@@ -4,18 +4,17 @@
 use gravical::Result;
 use gravical::recording::{Follow, Form};
 
-use super::exchange::{Options, Received};
-use super::writing::reader;
+use super::gaps::GAP_STEPS;
+use super::writing::{Line, Options, reader};
 
 /// After this time the format of a slow board is detected from the lines that are there, s.
-const HOLD_S: f64 = 6.0;
-/// A board that opening the port resets is silent for this time, and for so many usual steps, s.
+const PENDING_S: f64 = 6.0;
+/// A board that opening the port resets is silent for this time, or for a gap, s.
 const RESET_SILENCE_S: f64 = 1.0;
-const RESET_SILENCE_STEPS: f64 = 4.5;
 
-/// Lines that are held.
-pub struct Hold {
-    pub lines: Vec<Received>,
+/// Lines whose format is not known.
+pub struct Pending {
+    pub lines: Vec<Line>,
     reader: Follow,
     /// Lines at the last attempt to detect the format early.
     tried: usize,
@@ -23,10 +22,10 @@ pub struct Hold {
     pub asked_until_s: Option<f64>,
 }
 
-impl Hold {
+impl Pending {
     /// Without a line.
     pub fn new(options: &Options) -> Self {
-        Hold {
+        Pending {
             lines: Vec::new(),
             reader: reader(&options.name, options.columns.clone()),
             tried: 0,
@@ -39,7 +38,7 @@ impl Hold {
     /// # Errors
     ///
     /// Those of the reader, once enough lines show that they are no recording.
-    pub fn push(&mut self, line: Received) -> Result<()> {
+    pub fn push(&mut self, line: Line) -> Result<()> {
         let text = [&line.text[..], b"\n"].concat();
         self.lines.push(line);
         self.reader.push(&text).map(drop)
@@ -47,7 +46,7 @@ impl Hold {
 
     /// The format, once it is known. `is_late`: the lines so far have to do.
     pub fn form(&mut self, now_s: f64, is_late: bool) -> Option<Form> {
-        let is_slow = now_s - self.lines.first()?.at_s >= HOLD_S;
+        let is_slow = now_s - self.lines.first()?.at_s >= PENDING_S;
         if (is_late || is_slow) && self.tried != self.lines.len() {
             self.tried = self.lines.len();
             // They are no recording yet.
@@ -69,7 +68,7 @@ impl Hold {
         };
         let steps = self.lines.len() - 1;
         let usual_s = (last.at_s - first.at_s) / steps as f64;
-        if steps == 0 || silence_s < RESET_SILENCE_S.max(RESET_SILENCE_STEPS * usual_s) {
+        if steps == 0 || silence_s < RESET_SILENCE_S.max(GAP_STEPS * usual_s) {
             return false;
         }
         let is_read = self.reader.settle(1).is_ok();
