@@ -239,10 +239,11 @@ fn simulated() -> (Vec<String>, gravical::simulate::Truth) {
 /// The rows of a simulated session, t_ms,ax,ay,az,gx,gy,gz.
 fn rows_of(simulation: &Simulation) -> Vec<String> {
     let file = &simulation.files[0];
-    let rows = (0..file.t_s.len()).map(|row| {
-        let all = file.accel_mps2.iter().chain(&file.gyro_rad_s);
-        let values: Vec<String> = all.map(|c| format!("{:.5}", c[row])).collect();
-        format!("{},{}", file.stamp_ms[row], values.join(","))
+    let rows = file.rows.iter().map(|row| {
+        let r = &row.reading;
+        let all = r.accel_mps2.iter().chain(&r.gyro_rad_s);
+        let values: Vec<String> = all.map(|v| format!("{v:.5}")).collect();
+        format!("{},{}", row.stamp_ms, values.join(","))
     });
     rows.collect()
 }

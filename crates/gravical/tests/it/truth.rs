@@ -18,12 +18,11 @@ pub fn recordings(simulation: &Simulation) -> Vec<Recording> {
         .iter()
         .map(|file| {
             let mut text = HEADER.to_owned() + "\n";
-            for row in 0..file.t_s.len() {
-                let a: [f64; 3] = std::array::from_fn(|i| file.accel_mps2[i][row]);
-                let g: [f64; 3] = std::array::from_fn(|i| file.gyro_rad_s[i][row]);
+            for row in &file.rows {
+                let (a, g) = (row.reading.accel_mps2, row.reading.gyro_rad_s);
                 text += &format!(
                     "{},{:.5},{:.5},{:.5},{:.2},{:.6},{:.6},{:.6}\n",
-                    file.stamp_ms[row], a[0], a[1], a[2], file.temperature_c[row], g[0], g[1], g[2]
+                    row.stamp_ms, a[0], a[1], a[2], row.reading.temperature_c, g[0], g[1], g[2]
                 );
             }
             read_bytes(text.as_bytes(), &file.name, &ReadOptions::default()).unwrap()
