@@ -258,10 +258,7 @@ pub fn denoise(
         Ok(done)
     })?;
     let done = done.ok_or_else(|| PyRuntimeError::new_err("nothing was written"))?;
-    Ok((
-        None,
-        Outcome::new(Kind::Denoise(Box::new(done.summary)), done.inputs),
-    ))
+    Ok((None, Outcome::new(Kind::Denoise(Box::new(done.0)), done.1)))
 }
 
 /// The noise of a recording.

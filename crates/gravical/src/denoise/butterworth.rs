@@ -15,13 +15,13 @@ use std::f64::consts::{PI, SQRT_2};
 use gravical_core::filter::biquad::Biquad;
 use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass, sections_of};
 
-use super::spec::{Band, EXAMPLES, Passes};
+use super::filter::{Band, EXAMPLES, Passes};
 use crate::numfmt::digits;
 use crate::{Error, Result};
 
 /// Lowest cutoff, its least distance from half the rate and the narrowest band, as a share of the rate; below it
 /// too many digits are lost: the gain at zero frequency is off by 1e-7 there.
-const LOWEST: f64 = 1e-5;
+const MIN_SHARE: f64 = 1e-5;
 
 /// The filter for a sampling rate.
 pub(super) struct Butterworth {
@@ -34,7 +34,7 @@ impl Butterworth {
     ///
     /// `filter-range` (usage) for cutoffs that the rate does not allow.
     pub fn new(order: usize, band: Band, passes: Passes, rate_hz: f64) -> Result<Self> {
-        let allowed = LOWEST * rate_hz..(0.5 - LOWEST) * rate_hz;
+        let allowed = MIN_SHARE * rate_hz..(0.5 - MIN_SHARE) * rate_hz;
         let is_wrong = |f: &f64| !(*f > allowed.start && *f < allowed.end);
         if let Some(wrong) = band.edges_hz().into_iter().find(is_wrong) {
             let what = format!(
