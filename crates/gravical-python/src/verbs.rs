@@ -190,25 +190,26 @@ pub fn apply(
         ));
     };
     let path = path_of(py, source)?;
-    let (mut options, files) = keywords.read(py, |k| {
+    let mut options = keywords.read(py, |k| {
         let files: GyroFile = k.take()?;
-        let read = k.reading(&meter)?;
-        Ok((ApplyOptions { read, ..k.take()? }, files))
+        Ok(ApplyOptions {
+            gyro: files.gyro,
+            read: k.reading(&meter)?,
+            ..k.take()?
+        })
     })?;
     let summary = task::run(py, &meter, move || {
-        let inputs: Vec<PathBuf> = std::iter::once(&path).chain(&files.gyro).cloned().collect();
+        let inputs: Vec<PathBuf> = std::iter::once(&path)
+            .chain(&options.gyro)
+            .cloned()
+            .collect();
         check_targets(from_ref(&output), &inputs, force)?;
         options.read.hash = false;
         let name = path.display().to_string();
         let mut summary = None;
         write_atomic(&output, force, |out| {
             let input = open::open(&path, &options.read)?;
-            summary = Some(match &files.gyro {
-                Some(gyro) => {
-                    gravical::apply::apply_with_gyroscope(&file, input, &name, out, &options, gyro)?
-                }
-                None => gravical::apply::apply(&file, input, &name, out, &options)?,
-            });
+            summary = Some(gravical::apply::apply(&file, input, &name, out, &options)?);
             Ok(())
         })?;
         Ok(summary)
