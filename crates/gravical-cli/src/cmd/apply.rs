@@ -150,17 +150,14 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
         })?;
         Ok(Outcome {
             grade: "done".to_owned(),
-            is_poor: false,
-            reasons: Vec::new(),
             numbers: vec![summary.rows.to_string()],
+            ..Outcome::default()
         })
     };
     each::run(&plan, apply, |_, _| {
         Some(Outcome {
             grade: "done before".to_owned(),
-            is_poor: false,
-            reasons: Vec::new(),
-            numbers: Vec::new(),
+            ..Outcome::default()
         })
     })
 }

@@ -134,12 +134,7 @@ fn names_that_several_share_are_told_apart() {
         fs::create_dir_all(at.join(copy).parent().unwrap()).unwrap();
         fs::copy(at.join("fleet/unit-1.csv"), at.join(copy)).unwrap();
     }
-    write(
-        at,
-        "list",
-        "\u{feff}# of today\n\na/s.csv\nb/S.csv\na/s.csv\n",
-    );
-    ends_with(at, "calibrate --each @list -o out", 0);
+    ends_with(at, "calibrate --each a/s.csv b/S.csv a/s.csv -o out", 0);
     assert_eq!(names(&at.join("out")), ["a-s.json", "b-S.json"]);
     let run = ends_with(at, "calibrate --each b -o both", 2);
     assert!(run.err.contains("code: same-target"), "{}", run.err);
@@ -216,8 +211,7 @@ calibrate --each fleet --summary nowhere/s.csv: no-folder
 calibrate --each fleet -o cal.json: no-folder
 calibrate --each fleet --pose-tilt 50: option-range
 apply cal.json --each fleet -o fleet --force: target-is-input
-calibrate --each fleet --shard 3/2: the eight parts of a run
-calibrate --each @nowhere: not-found";
+calibrate --each fleet --shard 3/2: the eight parts of a run";
 
 #[test]
 fn what_cannot_be_done_is_said_before_the_work() {
