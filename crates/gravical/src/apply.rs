@@ -53,7 +53,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
-use gravical_recording::write::{NewColumn, Table, Writer};
+use gravical_recording::write::{NewColumn, Table};
 use gravical_recording::{Format, Readings};
 use serde::{Deserialize, Serialize};
 
@@ -68,6 +68,7 @@ use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
     join_gyroscope,
 };
+use crate::rewrite::write_rows;
 use crate::{Error, Result};
 
 pub use drift::TemperatureOutcome;
@@ -234,22 +235,12 @@ pub fn apply(
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
     applied.findings.extend(renamed(&table));
     let columns = table.names.clone();
-    let mut writer = Writer::new(out, table);
-    let output = |e| Error::io(Path::new("output"), e);
-    let mut written = 0;
-    while let Some(mut rows) = reader.next()? {
+    let (recording, ledger, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);
-        let gyro = rows.readings.gyro.iter().flatten();
-        let values = rows.readings.accel.iter().chain(gyro);
-        let values: Vec<&[f64]> = values.map(Vec::as_slice).collect();
-        let all = 0..rows.lines.len();
-        written += all.len();
-        writer
-            .write_rows(all, &rows.text, &values, &rows.readings.breaks)
-            .map_err(output)?;
-    }
-    writer.finish().map_err(output)?;
-    let (recording, ledger, found) = reader.finish(written);
+        let gyro = rows.readings.gyro.take();
+        let accel = std::mem::take(&mut rows.readings.accel).into_iter();
+        accel.chain(gyro.into_iter().flatten()).collect()
+    })?;
     applied.findings.extend(found);
     Ok(applied.summary(name, recording.description, &ledger, columns))
 }

@@ -34,7 +34,7 @@ use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_recording::Role;
-use gravical_recording::write::{Cell, Table, Writer};
+use gravical_recording::write::{Cell, Table};
 use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
@@ -42,6 +42,7 @@ use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
 use crate::recording::batches::{BatchReader, Rows};
 use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, open};
+use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
@@ -139,23 +140,9 @@ pub fn convert_file(
     let mut conversion = Conversion::new(&reader.recording, options)?;
     let table = conversion.table(label(&reader.format).first().map(|c| c.0));
     let columns = table.names.clone();
-    let output = |e| Error::io(Path::new("output"), e);
-    let mut writer = Writer::new(out, table);
-    while let Some(mut rows) = reader.next()? {
-        let values = conversion.convert(&mut rows);
-        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        let is_measured = &rows.readings.is_measured;
-        let measured = (0..is_measured.len()).filter(|row| is_measured[*row]);
-        writer
-            .write_rows(measured, &rows.text, &values, &rows.readings.breaks)
-            .map_err(output)?;
-    }
-    writer.finish().map_err(output)?;
-    let (recording, ledger, findings) = reader.finish(conversion.rows);
-    let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
-    findings
-        .iter_mut()
-        .for_each(|f| f.file = Some(name.clone()));
+    let (recording, ledger, found) =
+        write_rows(reader, out, table, true, |rows| conversion.convert(rows))?;
+    let findings = recording.findings.into_iter().chain(found);
     Ok(ConvertSummary {
         start_unix_s,
         description: recording.description,
@@ -167,7 +154,7 @@ pub fn convert_file(
         gyroscope: recording.gyro_scale,
         output_unit: options.output_unit,
         columns,
-        findings,
+        findings: findings.map(|f| f.in_file(&name)).collect(),
         input: name,
     })
 }

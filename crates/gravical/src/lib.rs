@@ -67,6 +67,7 @@ mod option_text;
 pub mod output;
 pub mod poses;
 pub mod recording;
+mod rewrite;
 pub mod session;
 pub mod simulate;
 #[doc(hidden)]

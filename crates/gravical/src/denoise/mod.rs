@@ -54,7 +54,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_recording::Format;
-use gravical_recording::write::{NewColumn, Table, Writer, input_name};
+use gravical_recording::write::{NewColumn, Table, input_name};
 use serde::Deserialize;
 
 use crate::calibration_file::InputFile;
@@ -63,6 +63,7 @@ use crate::poses::rests::find_rests;
 use crate::recording::batches::BatchReader;
 use crate::recording::open::open;
 use crate::recording::{Finding, ReadOptions, Recording};
+use crate::rewrite::write_rows;
 use crate::{Error, Result};
 
 /// Decimals of a filtered value.
@@ -200,26 +201,17 @@ pub fn denoise_file(
     } else {
         0.0
     };
-    let output = |e| Error::io(Path::new("output"), e);
-    let mut writer = Writer::new(out, table);
-    let mut written = 0;
-    while let Some(mut rows) = reader.next()? {
+    let (recording, _, found) = write_rows(reader, out, table, false, |rows| {
         let readings = &mut rows.readings;
         let accel = readings.accel.iter_mut().flatten();
         accel.for_each(|v| *v += offset);
-        let columns = readings.accel.iter().chain(readings.gyro.iter().flatten());
+        let gyro = readings.gyro.take().into_iter().flatten();
+        let columns = std::mem::take(&mut readings.accel).into_iter().chain(gyro);
         let filtered = columns
             .enumerate()
             .filter(|(c, _)| options.channels.contain(*c));
-        let filtered: Vec<&[f64]> = filtered.map(|(_, column)| column.as_slice()).collect();
-        let all = 0..rows.lines.len();
-        written += all.len();
-        writer
-            .write_rows(all, &rows.text, &filtered, &readings.breaks)
-            .map_err(output)?;
-    }
-    writer.finish().map_err(output)?;
-    let (recording, _, found) = reader.finish(written);
+        filtered.map(|(_, column)| column).collect()
+    })?;
     summary
         .findings
         .extend(found.into_iter().map(|f| f.in_file(&name)));
