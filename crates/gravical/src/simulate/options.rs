@@ -63,19 +63,11 @@ impl Scenario {
         }
     }
 
-    /// Options of the chamber, if there is one.
-    pub(super) fn soak(&self) -> Option<SoakOptions> {
+    /// The chamber, if there is one, and the drift of the gyroscope's bias in it, °/s per °C.
+    pub(super) fn soak(&self) -> Option<(SoakOptions, f64)> {
         match self {
-            Self::Static(o) => o.soak,
+            Self::Static(o) => Some((o.soak?, o.gyro_drift_deg_s_per_c)),
             _ => None,
-        }
-    }
-
-    /// Drift of the gyroscope's bias, °/s per °C.
-    pub(super) fn gyro_drift_deg_s_per_c(&self) -> f64 {
-        match self {
-            Self::Static(o) => o.gyro_drift_deg_s_per_c,
-            _ => 0.0,
         }
     }
 

@@ -84,7 +84,7 @@ pub(super) fn record(
 /// °C above 25 °C at `t_s`, `on_s` seconds after the part was switched on: it warms up on a table, or follows a
 /// chamber once from the highest temperature to the lowest and back.
 pub(super) fn warmer_c(options: &SimulateOptions, t_s: f64, on_s: f64, duration_s: f64) -> f64 {
-    if let Some(soak) = options.scenario.soak() {
+    if let Some((soak, _)) = options.scenario.soak() {
         let turn = std::f64::consts::TAU * t_s / duration_s;
         let celsius = soak.low_c + 0.5 * (soak.high_c - soak.low_c) * (1.0 + turn.cos());
         return celsius - START_TEMPERATURE_C;

@@ -71,12 +71,13 @@ impl Sensor {
         let per_g = k * G_SENSITIVITY_SD_DEG_S.to_radians();
         let per_mps2 = per_g / STANDARD_GRAVITY_MPS2;
         let g_sensitivity = from_fn(|_| from_fn(|_| per_mps2 * normal(&mut rng)));
-        let drift = options.scenario.gyro_drift_deg_s_per_c().to_radians();
-        let drift = from_fn(|_| drift.copysign(uniform(&mut rng)));
+        let soak = options.scenario.soak();
+        let drift_deg_s = soak.map(|(_, drift_deg_s)| drift_deg_s);
+        let drift = drift_deg_s.map(|d| from_fn(|_| d.to_radians().copysign(uniform(&mut rng))));
         let gyro = GyroscopeTruth {
             matrix,
             bias_rad_s: bias,
-            bias_drift_rad_s_per_c: options.scenario.soak().map(|_| drift),
+            bias_drift_rad_s_per_c: drift,
             g_sensitivity_rad_s_per_mps2: g_sensitivity,
             noise_rad_rts: o.noise_factor * GYRO_NOISE_DEG_RTS.to_radians(),
             lsb_rad_s: (1.0 / o.gyro_lsb_per_deg_s().unwrap_or(f64::NAN)).to_radians(),

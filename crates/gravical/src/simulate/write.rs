@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::options::{FileOptions, SimulateOptions};
 use super::record::{Row, record};
-use super::sensor::{ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS, temperature_counts};
+use super::sensor::{ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS, Reading, temperature_counts};
 use super::truth::Truth;
 use super::{MAX_WRITTEN, planned};
 use crate::output::{check_target, make_folder, write_atomic, write_text};
@@ -14,8 +14,6 @@ use crate::{Error, Result};
 /// The header of the student report's logger, verbatim. It is wrong: the values under it are in m/s² and
 /// rad/s.
 const WRONG_HEADER: &str = "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)";
-const TRUE_HEADER: &str =
-    "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
 const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
 
 /// Simulates into files, row by row: every recording and `truth.json` in `dir`, which is created if
@@ -73,7 +71,7 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
         FileOptions {
             wrong_header: true, ..
         } => WRONG_HEADER,
-        _ => TRUE_HEADER,
+        _ => Reading::HEADER.trim_end(),
     };
     let tool = crate::TOOL;
     let scenario = o.scenario.name();
