@@ -279,20 +279,16 @@ fn parse(text: &str) -> Option<FilterSpec> {
     }
 }
 
-/// `5`, `5Hz`, `5-20 Hz`.
+/// `5`, `5Hz`, `5-20 Hz`: a minus is also a sign, and part of an exponent.
 fn hertz(text: &str) -> Option<(f64, Option<f64>)> {
     let text = text.to_ascii_lowercase();
-    let text = text.trim_end_matches("hz").trim();
-    // A minus that is neither a sign nor part of an exponent.
-    let cut = text
-        .bytes()
-        .enumerate()
-        .position(|(i, b)| b == b'-' && i > 0 && text.as_bytes()[i - 1] != b'e');
-    let number = |text: &str| text.trim().trim_end_matches("hz").parse::<f64>().ok();
-    match cut {
-        Some(at) => Some((number(&text[..at])?, Some(number(&text[at + 1..])?))),
-        None => Some((number(text)?, None)),
-    }
+    let number = |text: &str| {
+        let text = text.trim().trim_end_matches("hz").trim_end();
+        text.parse::<f64>().ok()
+    };
+    let band = |(at, _)| Some((number(&text[..at])?, Some(number(&text[at + 1..])?)));
+    let cutoff = number(&text).map(|cutoff| (cutoff, None));
+    cutoff.or_else(|| text.match_indices('-').find_map(band))
 }
 
 /// A [`FilterSpec`] designed for a sampling rate.
