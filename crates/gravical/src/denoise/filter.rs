@@ -286,7 +286,8 @@ fn hertz(text: &str) -> Option<(f64, Option<f64>)> {
         let text = text.trim().trim_end_matches("hz").trim_end();
         text.parse::<f64>().ok()
     };
-    let band = |(at, _)| Some((number(&text[..at])?, Some(number(&text[at + 1..])?)));
+    let band =
+        |(at, _): (usize, &str)| Some((number(&text[..at])?, Some(number(&text[at + 1..])?)));
     let cutoff = number(&text).map(|cutoff| (cutoff, None));
     cutoff.or_else(|| text.match_indices('-').find_map(band))
 }
