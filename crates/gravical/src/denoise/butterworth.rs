@@ -15,7 +15,7 @@ use std::f64::consts::{PI, SQRT_2};
 use gravical_core::filter::biquad::Biquad;
 use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass, sections_of};
 
-use super::filter::{Band, EXAMPLES, Passes};
+use super::spec::{Band, EXAMPLES, Passes};
 use crate::numfmt::digits;
 use crate::{Error, Result};
 

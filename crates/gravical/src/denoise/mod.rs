@@ -42,11 +42,13 @@ mod filter;
 mod hampel;
 mod rows;
 mod savgol;
+mod spec;
 mod summary;
 #[cfg(test)]
 mod tests;
 
-pub use filter::{Band, Filter, FilterSpec, Passes, Response};
+pub use filter::{Filter, Response};
+pub use spec::{Band, FilterSpec, Passes};
 pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
 
 use std::io::Write;
@@ -134,7 +136,7 @@ impl DenoiseOptions {
     pub fn validate(&self) -> Result<()> {
         if self.filters.is_empty() {
             return Err(Error::usage("no-filter", "no filter was given")
-                .with_hint(format!("--filter with one of: {}", filter::EXAMPLES)));
+                .with_hint(format!("--filter with one of: {}", spec::EXAMPLES)));
         }
         self.filters.iter().try_for_each(FilterSpec::validate)
     }

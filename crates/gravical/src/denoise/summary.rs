@@ -7,8 +7,9 @@ use serde::Serialize;
 use crate::numfmt::count;
 use crate::recording::{Finding, FindingKind, Recording};
 
-use super::filter::{Filter, FilterSpec, Response};
+use super::filter::{Filter, Response};
 use super::rows::{ChannelSigmas, Done, Parts, Treatment};
+use super::spec::FilterSpec;
 
 /// Result of [`denoise`](super::denoise).
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -138,7 +138,7 @@ impl InteractiveSensor {
     /// The true parameters; without recordings.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        Truth::new(&self.part.sensor, &self.options)
+        self.part.sensor.truth(&self.options)
     }
 
     fn carry(&mut self, up: Vector3<f64>) -> f64 {

@@ -114,5 +114,5 @@ fn planned(options: &SimulateOptions, max: usize) -> Result<(Truth, Vec<scenario
             "{rows} rows; {max} at most: lower the rate or the duration"
         )));
     }
-    Ok((Truth::new(&sensor::Sensor::draw(options), options), plans))
+    Ok((sensor::Sensor::draw(options).truth(options), plans))
 }

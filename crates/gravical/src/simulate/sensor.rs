@@ -10,7 +10,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use super::options::SimulateOptions;
 use super::path::MotionPath;
 use super::random::{Purpose, normal, stream, uniform};
-use super::truth::{AccelerometerTruth, GyroscopeTruth};
+use super::truth::{AccelerometerTruth, GyroscopeTruth, TRUTH_FORMAT, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
 pub(super) const START_TEMPERATURE_C: f64 = 25.0;
@@ -83,6 +83,20 @@ impl Sensor {
             lsb_rad_s: (1.0 / o.gyro_lsb_per_deg_s().unwrap_or(f64::NAN)).to_radians(),
         };
         Self { accel, gyro }
+    }
+
+    /// The truth, without recordings.
+    pub(super) fn truth(&self, options: &SimulateOptions) -> Truth {
+        Truth {
+            format: TRUTH_FORMAT.to_owned(),
+            tool: crate::TOOL.to_owned(),
+            seed: options.seed,
+            gravity_mps2: options.gravity_mps2,
+            accelerometer: self.accel.clone(),
+            gyroscope: self.gyro.clone(),
+            files: Vec::new(),
+            options: options.clone(),
+        }
     }
 
     /// Accelerometer, m/s², then gyroscope, rad/s, without noise.

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::options::SimulateOptions;
-use super::sensor::Sensor;
 
 /// Format of `truth.json`; within `/1` fields are only added.
 pub const TRUTH_FORMAT: &str = "gravical-truth/1";
@@ -27,22 +26,6 @@ pub struct Truth {
     pub files: Vec<FileTruth>,
     /// All options used.
     pub options: SimulateOptions,
-}
-
-impl Truth {
-    /// Of a sensor, without recordings.
-    pub(super) fn new(sensor: &Sensor, options: &SimulateOptions) -> Self {
-        Truth {
-            format: TRUTH_FORMAT.to_owned(),
-            tool: crate::TOOL.to_owned(),
-            seed: options.seed,
-            gravity_mps2: options.gravity_mps2,
-            accelerometer: sensor.accel.clone(),
-            gyroscope: sensor.gyro.clone(),
-            files: Vec::new(),
-            options: options.clone(),
-        }
-    }
 }
 
 /// u = M f + b + drift·(T − 25 °C).
