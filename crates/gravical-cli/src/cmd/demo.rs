@@ -103,10 +103,10 @@ const MOTION_REPORT: &str = "motion.html";
 fn free_folder(force: bool) -> PathBuf {
     let first = PathBuf::from("gravical-demo");
     let mut numbered = (2..).map(|n| PathBuf::from(format!("gravical-demo-{n}")));
-    match force || !first.exists() {
-        true => first,
-        false => numbered.find(|folder| !folder.exists()).unwrap_or(first),
+    if force || !first.exists() {
+        return first;
     }
+    numbered.find(|folder| !folder.exists()).unwrap_or(first)
 }
 
 /// Runs the command.
