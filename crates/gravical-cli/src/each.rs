@@ -4,8 +4,6 @@
 //! and does not stop the others.
 
 use std::collections::{BTreeMap, HashSet};
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -14,6 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravical::escape::one_line;
 use gravical::live::folder::is_session;
+use gravical::numfmt::count;
 use gravical::output::{make_folder, write_atomic};
 use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
@@ -130,7 +129,8 @@ pub struct Plan<'a> {
     pub quiet: bool,
 }
 
-/// What the command found of one input.
+/// What the command found of one input: a row of the summary.
+#[derive(Default)]
 pub struct Outcome {
     /// Its verdict.
     pub grade: String,
@@ -140,19 +140,15 @@ pub struct Outcome {
     pub reasons: Vec<String>,
     /// Values of [`Plan::numbers`].
     pub numbers: Vec<String>,
+    /// Code and hint of the error, if it failed.
+    pub error_code: String,
+    pub hint: String,
 }
 
 /// One input: its path, and where its result goes.
 struct Item {
     path: PathBuf,
     result: Option<PathBuf>,
-}
-
-/// A row of the summary: what was found, or the error.
-struct Row {
-    outcome: Outcome,
-    error_code: String,
-    hint: String,
 }
 
 /// Calls `work` for every input, with the target of its result, on several threads. For
@@ -171,8 +167,7 @@ pub fn run(
         .into_iter()
         .chain(plan.each.summary.as_deref())
         .collect();
-    let (given, lists) = given(plan.inputs)?;
-    let paths = paths(plan, &given, &outputs)?;
+    let paths = paths(plan, &outputs)?;
     let force = plan.force || plan.each.resume;
     let mut items = named(paths.clone(), plan)?;
     if let Some(Shard { index, count }) = plan.each.shard {
@@ -183,7 +178,7 @@ pub fn run(
     }
     let results = items.iter().filter_map(|item| item.result.as_ref());
     let targets: Vec<PathBuf> = results.chain(&plan.each.summary).cloned().collect();
-    let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
+    let inputs = [plan.shared.as_slice(), plan.inputs, paths.as_slice()];
     check_targets(&targets, &inputs.concat(), force)?;
     let width = items
         .iter()
@@ -192,16 +187,17 @@ pub fn run(
     let width = width.unwrap_or(0).min(40);
     progress::count(items.len() as u64);
     let next = AtomicUsize::new(0);
-    let rows: Mutex<BTreeMap<usize, Row>> = Mutex::default();
+    let rows: Mutex<BTreeMap<usize, Outcome>> = Mutex::default();
     let one = |item: &Item| {
         let result = item.result.as_deref();
         let before =
             result.filter(|result| plan.each.resume && is_newer(result, &item.path, &plan.shared));
         if let Some(outcome) = before.and_then(|result| read(result, &item.path)) {
-            return row(Ok(outcome));
+            return outcome;
         }
         let done = crash::guarded(|| work(&item.path, result));
-        row(done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}"))))
+        done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}")))
+            .unwrap_or_else(|error| Outcome::failed(&error))
     };
     std::thread::scope(|scope| {
         let work = || {
@@ -209,8 +205,8 @@ pub fn run(
                 let at = next.fetch_add(1, Ordering::Relaxed);
                 let Some(item) = items.get(at) else { return };
                 let row = one(item);
-                progress::counted(row.outcome.is_poor);
-                if !plan.quiet || row.outcome.is_poor {
+                progress::counted(row.is_poor);
+                if !plan.quiet || row.is_poor {
                     // A reader who has gone does not end the work.
                     let _ = text::print_line(&row.line(&item.path, width));
                 }
@@ -232,7 +228,7 @@ pub fn run(
     if !plan.quiet {
         text::say(&tally(&rows));
     }
-    if rows.values().any(|row| row.outcome.is_poor) {
+    if rows.values().any(|row| row.is_poor) {
         return Ok(ExitCode::from(QUALITY));
     }
     Ok(ExitCode::SUCCESS)
@@ -243,59 +239,22 @@ fn threads(each: &EachArgs) -> usize {
     each.threads.map_or_else(cores, usize::from)
 }
 
-/// Bytes of a list of paths.
-const MAX_LIST_BYTES: u64 = 1 << 24;
-
-fn read_list(list: &Path) -> Result<String> {
-    let mut text = String::new();
-    let file = File::open(list).map_err(|e| Error::io(list, e))?;
-    let read = file.take(MAX_LIST_BYTES + 1).read_to_string(&mut text);
-    match read.map_err(|e| Error::io(list, e))? as u64 {
-        ..=MAX_LIST_BYTES => Ok(text),
-        _ => Err(Error::input("too-large", "more than 16 MiB: not a list of paths").at(list, None)),
-    }
-}
-
-/// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
-///
-/// # Errors
-///
-/// `each-input` (usage) for standard input; errors of reading a list.
-fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
-    let (mut found, mut lists) = (Vec::new(), Vec::new());
-    for argument in arguments {
-        if argument == Path::new("-") {
-            return Err(Error::usage(
-                "each-input",
-                "standard input is one recording, and many are read here",
-            )
-            .with_hint("give files or folders, or @LIST for the paths in a file"));
-        }
-        let text = argument.to_string_lossy();
-        match text.strip_prefix('@').filter(|_| !argument.exists()) {
-            Some(list) => {
-                let list = Path::new(list);
-                let text = read_list(list)?;
-                let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
-                let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
-                found.extend(lines.map(PathBuf::from));
-                lists.push(list.to_owned());
-            }
-            None => found.push(argument.clone()),
-        }
-    }
-    Ok((found, lists))
-}
-
 /// The sessions: files, and entries of folders, each once. `outputs` are no inputs.
 ///
 /// # Errors
 ///
-/// `no-recordings` (input); errors of reading a folder.
-fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<PathBuf>> {
+/// `no-recordings` (input); `each-input` (usage) for standard input; errors of reading a folder.
+fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
     let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
     let mut paths = Vec::new();
-    for path in given {
+    for path in plan.inputs {
+        if path == Path::new("-") {
+            return Err(Error::usage(
+                "each-input",
+                "standard input is one recording, and many are read here",
+            )
+            .with_hint("give files or folders"));
+        }
         if !path.is_dir() || plan.folders && is_session(path) {
             paths.push(path.clone());
             continue;
@@ -391,44 +350,32 @@ fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
     matches!((time(result), last), (Some(result), Some(last)) if result > last)
 }
 
-fn row(outcome: anyhow::Result<Outcome>) -> Row {
-    let failed = |reason: String| Outcome {
-        grade: "failed".to_owned(),
-        is_poor: true,
-        reasons: vec![reason],
-        numbers: Vec::new(),
-    };
-    match outcome {
-        Ok(outcome) => Row {
-            outcome,
-            error_code: String::new(),
-            hint: String::new(),
-        },
-        Err(error) => {
-            let known = error.downcast_ref::<Error>();
-            Row {
-                outcome: failed(known.map_or_else(|| format!("{error:#}"), Error::in_flags)),
-                error_code: known.map_or("internal", Error::code).to_owned(),
-                hint: known.and_then(Error::hint).unwrap_or_default().to_owned(),
-            }
-        }
-    }
-}
-
 fn shown_path(path: &Path) -> String {
     one_line(&path.display().to_string()).into_owned()
 }
 
-impl Row {
+impl Outcome {
+    fn failed(error: &anyhow::Error) -> Self {
+        let known = error.downcast_ref::<Error>();
+        Outcome {
+            grade: "failed".to_owned(),
+            is_poor: true,
+            reasons: vec![known.map_or_else(|| format!("{error:#}"), Error::in_flags)],
+            error_code: known.map_or("internal", Error::code).to_owned(),
+            hint: known.and_then(Error::hint).unwrap_or_default().to_owned(),
+            ..Outcome::default()
+        }
+    }
+
     /// With the main reason; the summary has all.
     fn line(&self, path: &Path, width: usize) -> String {
         let code = match self.error_code.as_str() {
             "" => String::new(),
             code => format!("{code}: "),
         };
-        let reason = self.outcome.reasons.first().map_or("", String::as_str);
+        let reason = self.reasons.first().map_or("", String::as_str);
         let (path, reason) = (shown_path(path), one_line(reason));
-        format!("{:<14}  {path:<width$}  {code}{reason}", self.outcome.grade)
+        format!("{:<14}  {path:<width$}  {code}{reason}", self.grade)
     }
 }
 
@@ -436,7 +383,7 @@ fn write_summary(
     path: &Path,
     plan: &Plan<'_>,
     items: &[Item],
-    rows: &BTreeMap<usize, Row>,
+    rows: &BTreeMap<usize, Outcome>,
 ) -> Result<()> {
     write_atomic(path, plan.force || plan.each.resume, |out| {
         let failed = |e: csv::Error| Error::io(path, e.into());
@@ -445,21 +392,17 @@ fn write_summary(
             .write_record(SUMMARY_COLUMNS.iter().chain(plan.numbers))
             .map_err(failed)?;
         for (item, row) in items.iter().zip(rows.values()) {
-            let found = &row.outcome;
             let result = item.result.as_deref().filter(|_| row.error_code.is_empty());
             let common = [
                 item.path.display().to_string(),
-                found.grade.clone(),
-                found.reasons.join(" / "),
+                row.grade.clone(),
+                row.reasons.join(" / "),
                 row.error_code.clone(),
                 row.hint.clone(),
                 result.map_or_else(String::new, |r| r.display().to_string()),
             ];
-            let mut cells: Vec<String> = common
-                .iter()
-                .chain(&found.numbers)
-                .map(|c| cell(c))
-                .collect();
+            let mut cells: Vec<String> =
+                common.iter().chain(&row.numbers).map(|c| cell(c)).collect();
             cells.resize(SUMMARY_COLUMNS.len() + plan.numbers.len(), String::new());
             table.write_record(cells).map_err(failed)?;
         }
@@ -476,10 +419,10 @@ fn cell(text: &str) -> String {
 }
 
 /// `50 sessions: 19 good, 27 not verifiable, 4 failed`.
-fn tally(rows: &BTreeMap<usize, Row>) -> String {
+fn tally(rows: &BTreeMap<usize, Outcome>) -> String {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for row in rows.values() {
-        let grade = &row.outcome.grade;
+        let grade = &row.grade;
         match counts.iter_mut().find(|(known, _)| known == grade) {
             Some((_, n)) => *n += 1,
             None => counts.push((grade, 1)),
@@ -490,10 +433,5 @@ fn tally(rows: &BTreeMap<usize, Row>) -> String {
         .iter()
         .map(|(grade, n)| format!("{n} {grade}"))
         .collect();
-    let noun = if rows.len() == 1 {
-        "session"
-    } else {
-        "sessions"
-    };
-    format!("{} {noun}: {}", rows.len(), counts.join(", "))
+    format!("{}: {}", count(rows.len(), "session"), counts.join(", "))
 }

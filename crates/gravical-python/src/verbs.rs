@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::sync::Arc;
 
-use gravical::apply::{ApplyOptions, apply_recording, apply_with_gyroscope};
+use gravical::apply::{ApplyOptions, apply_recording};
 use gravical::calibrate::{CalibrateOptions, RecordOptions};
 use gravical::calibration_file::{CalibrationFile, InputFile, NoiseSection};
 use gravical::check::CheckOptions;
@@ -182,6 +182,7 @@ fn apply(k: &mut Keywords) -> Result<Work> {
             let kind = Kind::Apply(Box::new(done.summary), Some(table));
             return Ok(Outcome::new(kind, Vec::new()));
         };
+        options.gyro.clone_from(&reading.gyro);
         options.read = ReadOptions {
             hash: false,
             ..reading.options.clone()
@@ -189,10 +190,7 @@ fn apply(k: &mut Keywords) -> Result<Work> {
         let summary = output.write(&reading, |path, out| {
             let input = source::open(path, &options.read)?;
             let name = path.display().to_string();
-            match &reading.gyro {
-                Some(gyro) => apply_with_gyroscope(&file, input, &name, out, &options, gyro),
-                None => gravical::apply::apply(&file, input, &name, out, &options),
-            }
+            gravical::apply::apply(&file, input, &name, out, &options)
         })?;
         let kind = Kind::Apply(Box::new(summary), None);
         Ok(Outcome::new(kind, Vec::new()))
@@ -216,11 +214,11 @@ fn denoise(k: &mut Keywords) -> Result<Work> {
             let what = "gyro=: one file is filtered at a time";
             return Err(Error::usage("usage", what).with_hint("leave out output= or gyro="));
         }
-        let done = output.write(&reading, |path, out| {
+        let (summary, inputs) = output.write(&reading, |path, out| {
             denoise_file(path, &reading.options, &options, out)
         })?;
-        let kind = Kind::Denoise(Box::new(done.summary), None);
-        Ok(Outcome::new(kind, done.inputs))
+        let kind = Kind::Denoise(Box::new(summary), None);
+        Ok(Outcome::new(kind, inputs))
     }))
 }
 

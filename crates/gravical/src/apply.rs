@@ -3,7 +3,7 @@
 //! # Overview
 //!
 //! [`apply`] reads a recording in batches. The first ones are judged as a recording, and whether
-//! the calibration fits them (`judge`); then each batch is calibrated (`sensor`) and written. The
+//! the calibration fits them (`judge`); then each batch is calibrated and written. The
 //! calibrated channels replace the raw ones under SI names; every other column is copied byte for
 //! byte. A calibration that does not fit is refused before anything is written. The
 //! [`ApplySummary`] accounts for every line.
@@ -44,16 +44,16 @@
 
 mod drift;
 mod judge;
-mod sensor;
 mod unit;
 
 #[cfg(test)]
 mod tests;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use gravical_recording::write::{NewColumn, Table, Writer};
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_recording::write::{NewColumn, Table};
 use gravical_recording::{Format, Readings};
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,7 @@ use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
     join_gyroscope,
 };
+use crate::rewrite::write_rows;
 use crate::{Error, Result};
 use gravical_recording::BatchReader;
 use gravical_recording::bytes::Input;
@@ -75,7 +76,6 @@ pub use unit::OutputUnit;
 
 use drift::Drift;
 use judge::{Judged, judge};
-use sensor::Sensor;
 
 /// Names of the calibrated channels of the gyroscope.
 const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
@@ -93,6 +93,10 @@ pub struct ApplyOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub read: ReadOptions,
+    /// Gyroscope in a second file, joined by time
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub gyro: Option<PathBuf>,
     /// Keep the raw columns, append the calibrated ones
     #[cfg_attr(feature = "clap", arg(long))]
     pub keep_raw: bool,
@@ -182,13 +186,17 @@ pub enum GyroscopeOutcome {
 /// Values have six decimals, in the unit of the options. The delimiter is that of the input; white
 /// space becomes a tab. Decimal commas are kept.
 ///
+/// With `gyro` the recording is held as a whole ([`join_gyroscope`]). The calibrated angular rate is
+/// appended as columns; rows without a reading of the gyroscope nearby have none.
+///
 /// # Errors
 ///
 /// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
 /// gravity is off by more than a fifth; what [`read`](crate::recording::read) refuses. What later
 /// rows contradict (exit code 4), with the line: `unit-changed` unless `accel_unit` is given,
 /// `encoding-changed`, `shifted-columns`, `sensor-ended`, and `header-differs` (input); rows before
-/// it may have been written. Errors of reading and writing.
+/// it may have been written. With `gyro` those of [`join_gyroscope`], and `gyro-not-calibrated` (usage)
+/// if the calibration has no gyroscope. Errors of reading and writing.
 pub fn apply(
     calibration: &CalibrationFile,
     input: Input,
@@ -196,37 +204,7 @@ pub fn apply(
     out: &mut dyn Write,
     options: &ApplyOptions,
 ) -> Result<ApplySummary> {
-    run(calibration, input, name, out, options, None)
-}
-
-/// The same with the gyroscope of a second file
-/// ([`join_gyroscope`]): the recording is held as a whole. The
-/// calibrated angular rate is appended as columns; rows without a reading of the gyroscope nearby have
-/// none.
-///
-/// # Errors
-///
-/// As [`apply`], and `gyro-not-calibrated` (usage) if the calibration has no gyroscope; those of
-/// [`join_gyroscope`].
-pub fn apply_with_gyroscope(
-    calibration: &CalibrationFile,
-    input: Input,
-    name: &str,
-    out: &mut dyn Write,
-    options: &ApplyOptions,
-    gyro: &Path,
-) -> Result<ApplySummary> {
-    run(calibration, input, name, out, options, Some(gyro))
-}
-
-fn run(
-    calibration: &CalibrationFile,
-    input: Input,
-    name: &str,
-    out: &mut dyn Write,
-    options: &ApplyOptions,
-    gyro: Option<&Path>,
-) -> Result<ApplySummary> {
+    let gyro = options.gyro.as_deref();
     if gyro.is_some() && calibration.gyroscope.is_none() {
         return Err(Error::usage(
             "gyro-not-calibrated",
@@ -242,7 +220,7 @@ fn run(
         .of_option("gyro")
         .with_hint("give one of them as a file"));
     }
-    let table = |format: &Format| table(calibration, format, options, gyro.is_some());
+    let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();
     let mut reader = match gyro {
         Some(gyro) => {
@@ -257,33 +235,18 @@ fn run(
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
     applied.findings.extend(renamed(&table));
     let columns = table.names.clone();
-    let mut writer = Writer::new(out, table);
-    let output = |e| Error::io(Path::new("output"), e);
-    let mut written = 0;
-    while let Some(mut rows) = reader.next_rows()? {
+    let (recording, ledger, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);
-        let gyro = rows.readings.gyro.iter().flatten();
-        let values = rows.readings.accel.iter().chain(gyro);
-        let values: Vec<&[f64]> = values.map(Vec::as_slice).collect();
-        let all = 0..rows.lines.len();
-        written += all.len();
-        writer
-            .write_rows(all, &rows.text, &values, &rows.readings.breaks)
-            .map_err(output)?;
-    }
-    writer.finish().map_err(output)?;
-    let (recording, ledger, found) = reader.finish(written);
+        let gyro = rows.readings.gyro.take();
+        let accel = std::mem::take(&mut rows.readings.accel).into_iter();
+        accel.chain(gyro.into_iter().flatten()).collect()
+    })?;
     applied.findings.extend(found);
     Ok(applied.summary(name, recording.description, &ledger, columns))
 }
 
 /// Columns of the output.
-fn table(
-    calibration: &CalibrationFile,
-    format: &Format,
-    options: &ApplyOptions,
-    is_joined: bool,
-) -> Table {
+fn table(calibration: &CalibrationFile, format: &Format, options: &ApplyOptions) -> Table {
     let column = |name: &str, replaces| NewColumn {
         name: name.to_owned(),
         replaces,
@@ -291,7 +254,7 @@ fn table(
     let accel = options.output_unit.columns().into_iter().zip(format.accel);
     let mut columns: Vec<NewColumn> = accel.map(|(name, c)| column(name, Some(c))).collect();
     match format.gyro.filter(|_| calibration.gyroscope.is_some()) {
-        _ if is_joined => columns.extend(RATES.map(|name| column(name, None))),
+        _ if options.gyro.is_some() => columns.extend(RATES.map(|name| column(name, None))),
         Some(gyro) => columns.extend(RATES.iter().zip(gyro).map(|(n, c)| column(n, Some(c)))),
         None => {}
     }
@@ -380,12 +343,17 @@ pub fn apply_recording(
 struct Application<'a> {
     calibration: &'a CalibrationFile,
     judged: Judged,
-    /// Unit of the gyroscope, if it is calibrated.
-    gyro_unit: Option<GyroUnit>,
     has_gyro: bool,
-    sensor: Sensor,
-    without_acceleration: u64,
+    accel: Calibration<f64>,
+    /// `None` if the gyroscope is not calibrated.
+    gyro: Option<GyroscopeCalibration<f64>>,
+    /// What was subtracted from the values of the file, in whose unit the calibration is.
+    zero_offset: f64,
+    axes: AxisMap,
     output_unit: OutputUnit,
+    /// Temperature drift, subtracted before calibrating.
+    drift: Option<Drift>,
+    without_acceleration: u64,
     findings: Vec<Finding>,
 }
 
@@ -404,43 +372,56 @@ impl<'a> Application<'a> {
         }
         let has_gyro = recording.gyro.is_some();
         let drift = Drift::new(calibration, recording, has_gyro, &mut findings);
-        let judged = judge(
-            calibration,
-            recording,
-            &options.read,
-            drift.as_ref(),
-            &mut findings,
-        )?;
-        let gyro_unit = judged.gyro;
-        findings.extend(about_calibration(
-            calibration,
-            recording.is_calibrated,
-            recording.is_calibrated_by_board,
-        ));
-        let sensor = Sensor::new(
-            calibration,
-            gyro_unit.is_some(),
-            options.axes,
-            recording.zero_offset,
-            options.output_unit.per_mps2(),
-        );
+        let read = &options.read;
+        let judged = judge(calibration, recording, read, drift.as_ref(), &mut findings)?;
+        findings.extend(calibration.poor_finding());
+        if recording.is_calibrated {
+            let why = why_calibrated(recording.is_calibrated_by_board);
+            let text = format!("{why}: calibrating again would apply the correction twice");
+            findings.push(Finding::new(FindingKind::AlreadyCalibrated, text));
+        }
+        let gyro = calibration.gyroscope_calibration();
         Ok(Application {
             calibration,
-            judged,
-            gyro_unit,
             has_gyro,
-            sensor: sensor.with_drift(drift),
-            without_acceleration: 0,
+            accel: calibration.accelerometer_calibration(),
+            gyro: gyro.filter(|_| judged.gyro.is_some()),
+            zero_offset: recording.zero_offset,
+            axes: options.axes,
             output_unit: options.output_unit,
+            drift,
+            without_acceleration: 0,
+            judged,
             findings,
         })
     }
 
-    /// Calibrates rows in place; the gyroscope is left out if it is not calibrated.
+    /// Calibrates rows in place: specific force in the unit of the output, angular rate in rad/s.
+    /// All axes of a sensor are NaN if one is missing. Without a calibration of the gyroscope its
+    /// channels are dropped.
     fn calibrate(&mut self, readings: &mut Readings, lines: &[u32]) {
-        self.sensor.calibrate(readings, lines);
-        let missing = readings.accel[0].iter().filter(|v| v.is_nan());
-        self.without_acceleration += missing.count() as u64;
+        if let Some(drift) = &mut self.drift {
+            drift.subtract(readings, lines);
+        }
+        let gyro = self.gyro.as_ref();
+        let is_sensitive =
+            gyro.is_some_and(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0));
+        readings.gyro = readings.gyro.take().filter(|_| gyro.is_some());
+        let [ax, ay, az] = &mut readings.accel;
+        let mut rates = readings.gyro.as_mut();
+        let (rate_axes, per_mps2) = (self.axes.of_rates(), self.output_unit.per_mps2());
+        for row in 0..ax.len() {
+            let raw = [ax[row], ay[row], az[row]].map(|v| v + self.zero_offset);
+            let accel = self.accel.apply(raw);
+            if let (Some(gyro), Some([gx, gy, gz])) = (gyro, &mut rates) {
+                let raw = [gx[row], gy[row], gz[row]];
+                let rate = gyro.apply(raw, if is_sensitive { accel } else { [0.0; 3] });
+                [gx[row], gy[row], gz[row]] = complete(rate_axes.to_case(rate));
+            }
+            let accel = complete(self.axes.to_case(accel));
+            self.without_acceleration += u64::from(accel[0].is_nan());
+            [ax[row], ay[row], az[row]] = accel.map(|v| v * per_mps2);
+        }
     }
 
     fn summary(
@@ -450,7 +431,7 @@ impl<'a> Application<'a> {
         ledger: &Ledger,
         columns: Vec<String>,
     ) -> ApplySummary {
-        let drift = self.sensor.drift.take();
+        let drift = self.drift.take();
         let temperature = drift.map(|d| d.finish(&mut self.findings));
         for finding in &mut self.findings {
             finding.file = Some(name.to_owned());
@@ -465,7 +446,7 @@ impl<'a> Application<'a> {
             accelerometer: self.judged.accel,
             calibration_unit: self.calibration.accelerometer.input_unit,
             output_unit: self.output_unit,
-            gyroscope: match self.gyro_unit {
+            gyroscope: match self.judged.gyro {
                 Some(unit) => GyroscopeOutcome::Calibrated(unit),
                 None if self.has_gyro => GyroscopeOutcome::Kept,
                 None => GyroscopeOutcome::Absent,
@@ -507,22 +488,10 @@ fn refuse_contradictions(
     )
 }
 
-/// What is odd about applying this calibration to this recording.
-fn about_calibration(
-    calibration: &CalibrationFile,
-    already: bool,
-    by_board: bool,
-) -> impl Iterator<Item = Finding> {
-    let twice = already.then(|| {
-        Finding::new(
-            FindingKind::AlreadyCalibrated,
-            format!(
-                "{}: calibrating again would apply the correction twice",
-                why_calibrated(by_board)
-            ),
-        )
-    });
-    calibration.poor_finding().into_iter().chain(twice)
+/// NaN on all axes if one is missing.
+fn complete(axes: [f64; 3]) -> [f64; 3] {
+    let is_complete = (axes[0] + axes[1] + axes[2]).is_finite();
+    if is_complete { axes } else { [f64::NAN; 3] }
 }
 
 pub(crate) fn set_aside(ledger: &Ledger) -> Vec<SetAside> {

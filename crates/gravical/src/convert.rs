@@ -33,7 +33,7 @@ use std::io::Write;
 use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_recording::write::{Cell, Table, Writer};
+use gravical_recording::write::{Cell, Table};
 use gravical_recording::{Role, source};
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +41,7 @@ use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
 use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit};
+use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 use gravical_recording::{BatchReader, Rows};
@@ -137,25 +138,14 @@ pub fn convert_file(
         .recorded_at()
         .and(reader.recording.start_unix_s());
     let mut conversion = Conversion::new(&reader.recording, options)?;
-    let table = conversion.table(label(&reader.format).first().map(|c| c.0));
+    let label = label(&reader.format).first().map(|c| c.0);
+    let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
+    let cells = std::mem::take(&mut conversion.cells);
+    let table = Table::plain(cells.into_iter().chain(label_cell), label);
     let columns = table.names.clone();
-    let output = |e| Error::io(Path::new("output"), e);
-    let mut writer = Writer::new(out, table);
-    while let Some(mut rows) = reader.next_rows()? {
-        let values = conversion.convert(&mut rows);
-        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        let is_measured = &rows.readings.is_measured;
-        let measured = (0..is_measured.len()).filter(|row| is_measured[*row]);
-        writer
-            .write_rows(measured, &rows.text, &values, &rows.readings.breaks)
-            .map_err(output)?;
-    }
-    writer.finish().map_err(output)?;
-    let (recording, ledger, findings) = reader.finish(conversion.rows);
-    let mut findings: Vec<Finding> = recording.findings.iter().cloned().chain(findings).collect();
-    findings
-        .iter_mut()
-        .for_each(|f| f.file = Some(name.clone()));
+    let (recording, ledger, found) =
+        write_rows(reader, out, table, true, |rows| conversion.convert(rows))?;
+    let findings = recording.findings.into_iter().chain(found);
     Ok(ConvertSummary {
         start_unix_s,
         description: recording.description,
@@ -167,53 +157,40 @@ pub fn convert_file(
         gyroscope: recording.gyro_scale,
         output_unit: options.output_unit,
         columns,
-        findings,
+        findings: findings.map(|f| f.in_file(&name)).collect(),
         input: name,
     })
 }
 
 /// From the units of a recording to those of the table.
 struct Conversion {
-    names: Vec<String>,
+    /// Columns of values of the table.
+    cells: Vec<(String, Cell)>,
     /// Time of the first row, s.
     start_s: f64,
     /// Seconds of one unit of the stamps, if times since 1970 are wanted and the stamps are dates.
     dates_unit_s: Option<f64>,
-    clock: Clock,
+    has_stamps: bool,
+    /// Rate of rows without stamps, Hz.
+    rate_hz: Option<f64>,
     /// Factors from the unit of the file.
     accel: f64,
     gyro: Option<f64>,
     has_temperature: bool,
-    decimals: u32,
     /// Rows that are measurements, so far.
     rows: usize,
-}
-
-/// Where the times of the rows come from.
-#[derive(Clone, Copy, PartialEq)]
-enum Clock {
-    Stamps,
-    /// No stamps, but a rate, Hz.
-    Rate(f64),
-    Unknown,
 }
 
 impl Conversion {
     fn new(recording: &Recording, options: &ConvertOptions) -> Result<Self> {
         let here = Path::new(&recording.name);
         let in_g = options.output_unit == OutputUnit::StandardGravity;
-        let accel = recording.accel_scale.nominal().ok_or_else(|| {
+        let per_mps2 = recording.accel_scale.nominal().ok_or_else(|| {
             let what = "counts of unknown range: they have no unit to convert from";
             Error::input("unit-unknown", what)
                 .at(here, None)
                 .with_hint("give the range, for example --accel-unit counts --accel-range 2")
         })?;
-        // From g to g it is 1, without rounding.
-        let accel = if in_g {
-            1.0 / (accel * STANDARD_GRAVITY_MPS2)
-        } else {
-            1.0 / accel
-        };
         let start_s = match recording.start_unix_s() {
             Some(start_s) if options.absolute_time => start_s,
             None if options.absolute_time => {
@@ -223,62 +200,61 @@ impl Conversion {
             }
             _ => 0.0,
         };
-        let clock = match (&recording.time_s, recording.timing.rate_hz()) {
-            (Some(_), _) => Clock::Stamps,
-            (None, Some(rate_hz)) => Clock::Rate(rate_hz),
-            (None, None) => Clock::Unknown,
-        };
-        let axes = ["x", "y", "z"];
-        let mut names = Vec::new();
-        names.extend((clock != Clock::Unknown).then(|| "time_s".to_owned()));
-        names.extend(match (recording.is_calibrated, in_g) {
-            (true, _) => options.output_unit.columns().map(str::to_owned),
-            (false, true) => axes.map(|axis| format!("a{axis}_g")),
-            (false, false) => axes.map(|axis| format!("a{axis}_m_s2")),
-        });
         // A unit that is not known stays.
-        let gyro = recording
-            .gyro
-            .as_ref()
-            .map(|_| recording.gyro_scale.and_then(|s| s.nominal()));
-        let gyro = gyro.map(|nominal| match (nominal, in_g) {
-            (None, _) => (1.0, ""),
-            (Some(nominal), false) => (1.0 / nominal, "_rad_s"),
-            (Some(nominal), true) => (DEGREES_PER_RADIAN / nominal, "_deg_s"),
+        let gyro = recording.gyro.as_ref().map(|_| {
+            match (recording.gyro_scale.and_then(|s| s.nominal()), in_g) {
+                (None, _) => (1.0, ""),
+                (Some(nominal), false) => (1.0 / nominal, "_rad_s"),
+                (Some(nominal), true) => (DEGREES_PER_RADIAN / nominal, "_deg_s"),
+            }
         });
-        names.extend(
-            gyro.iter()
-                .flat_map(|(_, unit)| axes.map(|axis| format!("g{axis}{unit}"))),
-        );
+        let has_stamps = recording.time_s.is_some();
+        let rate_hz = recording.timing.rate_hz();
         let has_temperature = recording.temperature_c.is_some();
-        names.extend(has_temperature.then(|| "temperature_c".to_owned()));
+        let axes = ["x", "y", "z"];
+        let decimals = if in_g { G_DECIMALS } else { SI_DECIMALS };
+        let mut cells = Vec::new();
+        if has_stamps || rate_hz.is_some() {
+            cells.push(("time_s".to_owned(), Cell::Fixed(0, TIME_DECIMALS)));
+        }
+        let mut push = |name: String, decimals| {
+            let value = cells.len();
+            cells.push((name, Cell::Trimmed(value, decimals)));
+        };
+        let calibrated = options.output_unit.columns();
+        for (axis, calibrated) in axes.into_iter().zip(calibrated) {
+            let name = match (recording.is_calibrated, in_g) {
+                (true, _) => calibrated.to_owned(),
+                (false, true) => format!("a{axis}_g"),
+                (false, false) => format!("a{axis}_m_s2"),
+            };
+            push(name, decimals);
+        }
+        if let Some((_, unit)) = gyro {
+            for axis in axes {
+                push(format!("g{axis}{unit}"), decimals);
+            }
+        }
+        if has_temperature {
+            push("temperature_c".to_owned(), SI_DECIMALS);
+        }
         let unit_s = recording.timing.unit.map(TimeUnit::seconds);
         Ok(Conversion {
-            names,
+            cells,
             start_s,
             dates_unit_s: unit_s.filter(|_| options.absolute_time),
-            clock,
-            accel,
+            has_stamps,
+            rate_hz,
+            // From g to g it is 1, without rounding.
+            accel: if in_g {
+                1.0 / (per_mps2 * STANDARD_GRAVITY_MPS2)
+            } else {
+                1.0 / per_mps2
+            },
             gyro: gyro.map(|g| g.0),
             has_temperature,
-            decimals: if in_g { G_DECIMALS } else { SI_DECIMALS },
             rows: 0,
         })
-    }
-
-    /// The columns of the table; the label is that of a column of the input.
-    fn table(&self, label: Option<usize>) -> Table {
-        let cell = |(value, name): (usize, &String)| {
-            let cell = match name.as_str() {
-                "time_s" => Cell::Fixed(value, TIME_DECIMALS),
-                "temperature_c" => Cell::Trimmed(value, SI_DECIMALS),
-                _ => Cell::Trimmed(value, self.decimals),
-            };
-            (name.clone(), cell)
-        };
-        let columns = self.names.iter().enumerate().map(cell);
-        let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
-        Table::plain(columns.chain(label_cell), label)
     }
 
     /// Where the clock of the recorder was set among the rows, dates are those of its stamps from
@@ -303,26 +279,22 @@ impl Conversion {
     fn convert(&mut self, rows: &mut Rows) -> Vec<Vec<f64>> {
         let mut values = Vec::new();
         let is_measured = &rows.readings.is_measured;
-        match self.clock {
-            Clock::Stamps => {
-                let none = || vec![f64::NAN; is_measured.len()];
-                let mut time_s = rows.readings.time_s.take().unwrap_or_else(none);
-                for row in 0..time_s.len() {
-                    self.follow_dates(rows.stamps.as_deref(), &time_s, row);
-                    time_s[row] += self.start_s;
-                }
-                values.push(time_s);
+        if self.has_stamps {
+            let none = || vec![f64::NAN; is_measured.len()];
+            let mut time_s = rows.readings.time_s.take().unwrap_or_else(none);
+            for row in 0..time_s.len() {
+                self.follow_dates(rows.stamps.as_deref(), &time_s, row);
+                time_s[row] += self.start_s;
             }
-            Clock::Rate(rate_hz) => {
-                let mut row = self.rows as f64;
-                let times_s = is_measured.iter().map(|is_measured| {
-                    let time_s = self.start_s + row / rate_hz;
-                    row += f64::from(u8::from(*is_measured));
-                    time_s
-                });
-                values.push(times_s.collect());
-            }
-            Clock::Unknown => {}
+            values.push(time_s);
+        } else if let Some(rate_hz) = self.rate_hz {
+            let mut row = self.rows as f64;
+            let times_s = is_measured.iter().map(|is_measured| {
+                let time_s = self.start_s + row / rate_hz;
+                row += f64::from(u8::from(*is_measured));
+                time_s
+            });
+            values.push(times_s.collect());
         }
         self.rows += is_measured.iter().filter(|m| **m).count();
         let readings = &mut rows.readings;
@@ -335,12 +307,8 @@ impl Conversion {
         if let (Some(gyro), Some(factor)) = (readings.gyro.take(), self.gyro) {
             values.extend(gyro.map(|channel| scaled(channel, factor)));
         }
-        values.extend(
-            readings
-                .temperature_c
-                .take()
-                .filter(|_| self.has_temperature),
-        );
+        let temperature_c = readings.temperature_c.take();
+        values.extend(temperature_c.filter(|_| self.has_temperature));
         values
     }
 }

@@ -5,10 +5,10 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::TemperatureModel;
-use crate::poses::face::{AxisMap, Face};
+use crate::poses::face::{AXES, AxisMap, Face};
 use crate::poses::gyro_unit::{Claims, Evidence, decide};
 use crate::poses::rests::{find_rests, why_never_static};
-use crate::poses::turns::{Turn, full_turns, motions};
+use crate::poses::turns::{full_turns, motions};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
 use crate::recording::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
@@ -172,17 +172,16 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         temperature_drift: study(std::slice::from_ref(recording)).ok(),
         labels: label_counts(recording),
         static_intervals: stills,
-        turns: turns.iter().map(turn_span).collect(),
+        turns: turns
+            .iter()
+            .map(|turn| TurnSpan {
+                axis: AXES[turn.axis],
+                start_row: turn.rows.start,
+                end_row: turn.rows.end,
+            })
+            .collect(),
         static_share: held as f64 / recording.rows().max(1) as f64,
         findings,
-    }
-}
-
-fn turn_span(turn: &Turn) -> TurnSpan {
-    TurnSpan {
-        axis: crate::poses::face::AXES[turn.axis],
-        start_row: turn.rows.start,
-        end_row: turn.rows.end,
     }
 }
 

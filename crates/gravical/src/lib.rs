@@ -65,6 +65,7 @@ pub mod numfmt;
 pub mod output;
 pub mod poses;
 pub mod recording;
+mod rewrite;
 pub mod session;
 pub mod simulate;
 #[doc(hidden)]

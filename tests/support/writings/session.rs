@@ -2,7 +2,7 @@
 
 use gravical::recording::Recording;
 use gravical::simulate::{
-    LineOptions, PosesOptions, Scenario, SensorOptions, SimulateOptions, SixPositionOptions,
+    LineOptions, PosesOptions, Row, Scenario, SensorOptions, SimulateOptions, SixPositionOptions,
     simulate,
 };
 use gravical_recording::judge::quiet_norm;
@@ -128,13 +128,16 @@ pub fn session(scene: Scene, rate: Rate) -> Session {
     let mut files: Vec<Columns> = simulated
         .files
         .into_iter()
-        .map(|f| Columns {
-            stem: f.name.trim_end_matches(".csv").to_owned(),
-            t_s: f.t_s,
-            accel_mps2: f.accel_mps2,
-            gyro_rad_s: f.gyro_rad_s,
-            temperature_c: f.temperature_c,
-            pauses: Vec::new(),
+        .map(|f| {
+            let column = |value: &dyn Fn(&Row) -> f64| f.rows.iter().map(value).collect();
+            Columns {
+                stem: f.name.trim_end_matches(".csv").to_owned(),
+                t_s: column(&|row| row.t_s),
+                accel_mps2: [0, 1, 2].map(|i| column(&|row| row.reading.accel_mps2[i])),
+                gyro_rad_s: [0, 1, 2].map(|i| column(&|row| row.reading.gyro_rad_s[i])),
+                temperature_c: column(&|row| row.reading.temperature_c),
+                pauses: Vec::new(),
+            }
         })
         .collect();
     match scene {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply, apply_with_gyroscope};
+use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::escape::one_line;
 use gravical::output::write_atomic;
 use gravical::recording::{Origin, ReadOptions, source};
@@ -39,9 +39,6 @@ pub struct Args {
     inputs: Vec<PathBuf>,
     #[command(flatten)]
     pub output: TableArgs,
-    /// Gyroscope in a second file, joined by time
-    #[arg(long, value_name = "FILE")]
-    gyro: Option<PathBuf>,
     #[command(flatten)]
     options: ApplyOptions,
     /// Print all findings
@@ -69,7 +66,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         _ => return apply_each(args),
     };
     let calibrations = files_of(&args.calibration);
-    let inputs = calibrations.iter().chain([path]).chain(&args.gyro);
+    let inputs = calibrations.iter().chain([path]).chain(&args.options.gyro);
     let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
     args.output.check(&ReportArgs::default(), &inputs)?;
     let read_options = reading(&args.recording, false);
@@ -83,10 +80,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     options.read.validate()?;
     let input = source::open(path, &options.read)?;
     let name = path.display().to_string();
-    let summary = args.output.write(|out| match &args.gyro {
-        Some(gyro) => apply_with_gyroscope(calibration, input, &name, out, &options, gyro),
-        None => apply(calibration, input, &name, out, &options),
-    })?;
+    let summary = args
+        .output
+        .write(|out| apply(calibration, input, &name, out, &options))?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows calibrated");
     let detail = ReportArgs::detail_of(args.verbose);
@@ -116,7 +112,7 @@ struct Applied<'a> {
 /// folder for the results.
 fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
-        ("--gyro", args.gyro.is_some()),
+        ("--gyro", args.options.gyro.is_some()),
         ("--json", args.output.json),
     ])?;
     args.origin.refuse(&args.calibration)?;
@@ -155,17 +151,14 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
         })?;
         Ok(Outcome {
             grade: "done".to_owned(),
-            is_poor: false,
-            reasons: Vec::new(),
             numbers: vec![summary.rows.to_string()],
+            ..Outcome::default()
         })
     };
     each::run(&plan, apply, |_, _| {
         Some(Outcome {
             grade: "done before".to_owned(),
-            is_poor: false,
-            reasons: Vec::new(),
-            numbers: Vec::new(),
+            ..Outcome::default()
         })
     })
 }

@@ -243,6 +243,7 @@ fn outcome(file: &CalibrationFile) -> Outcome {
         is_poor: file.verdict.grade == Grade::Poor,
         reasons: file.verdict.reasons.clone(),
         numbers,
+        ..Outcome::default()
     }
 }
 

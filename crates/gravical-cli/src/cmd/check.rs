@@ -163,6 +163,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
                 report.predicted_rms_mps2.to_string(),
                 report.p_value.to_string(),
             ],
+            ..Outcome::default()
         })
     };
     each::run(&plan, check, |_, _| None)

@@ -83,56 +83,30 @@ struct Summary {
     end_error_report_m: Option<f64>,
 }
 
-/// Output files.
-struct Files {
-    poses: PathBuf,
-    line: PathBuf,
-    calibration: PathBuf,
-    calibration_report: PathBuf,
-    track: PathBuf,
-    motion_report: PathBuf,
-}
-
-impl Files {
-    fn below(folder: &Path) -> Self {
-        Files {
-            poses: folder.join("poses"),
-            line: folder.join("line"),
-            calibration: folder.join("calibration.json"),
-            calibration_report: folder.join("calibration.html"),
-            track: folder.join("track.csv"),
-            motion_report: folder.join("motion.html"),
-        }
-    }
-
-    /// All files of a demo, in the order of its steps.
-    fn made(&self) -> Vec<PathBuf> {
-        let mut all = vec![self.poses.join("poses.csv"), self.poses.join("truth.json")];
-        all.extend([self.line.join("line.csv"), self.line.join("truth.json")]);
-        all.extend([&self.calibration, &self.calibration_report].map(PathBuf::clone));
-        all.extend([&self.track, &self.motion_report].map(PathBuf::clone));
-        all
-    }
-
-    /// Checks all of them before the first is written.
-    fn check(&self, force: bool) -> Result<()> {
-        for path in self.made() {
-            check_target(&path, force).map_err(|e| {
-                e.with_hint("name another folder, or add --force to overwrite the earlier demo")
-            })?;
-        }
-        Ok(())
-    }
-}
+/// Output files, in the order of the steps.
+const FILES: [&str; 8] = [
+    "poses/poses.csv",
+    "poses/truth.json",
+    "line/line.csv",
+    "line/truth.json",
+    CALIBRATION,
+    CALIBRATION_REPORT,
+    TRACK,
+    MOTION_REPORT,
+];
+const CALIBRATION: &str = "calibration.json";
+const CALIBRATION_REPORT: &str = "calibration.html";
+const TRACK: &str = "track.csv";
+const MOTION_REPORT: &str = "motion.html";
 
 /// The folder of the first demo; with the next number where it is there and must stay.
 fn free_folder(force: bool) -> PathBuf {
     let first = PathBuf::from("gravical-demo");
     let mut numbered = (2..).map(|n| PathBuf::from(format!("gravical-demo-{n}")));
-    match force || !first.exists() {
-        true => first,
-        false => numbered.find(|folder| !folder.exists()).unwrap_or(first),
+    if force || !first.exists() {
+        return first;
     }
+    numbered.find(|folder| !folder.exists()).unwrap_or(first)
 }
 
 /// Runs the command.
@@ -145,8 +119,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .output
         .clone()
         .unwrap_or_else(|| free_folder(args.force));
-    let files = Files::below(&folder);
-    files.check(args.force)?;
+    for file in FILES {
+        check_target(&folder.join(file), args.force).map_err(|e| {
+            e.with_hint("name another folder, or add --force to overwrite the earlier demo")
+        })?;
+    }
     make_folder(&folder)?;
     let say = |line: &str| {
         if !args.json {
@@ -163,10 +140,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         hold_s: HOLD_S,
         free: FREE,
     });
-    let (_, poses) = record(poses, &files.poses, args.force)?;
+    let (_, poses) = record(poses, &folder.join("poses"), args.force)?;
     let (truth, line) = record(
         Scenario::Line(LineOptions::default()),
-        &files.line,
+        &folder.join("line"),
         args.force,
     )?;
     say(&format!(
@@ -187,21 +164,24 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     }
 
-    let (file, saved) = calibrated(&poses, &files, args.force)?;
-    say(&format!("3 calibrate  {}", files.calibration.display()));
+    let (file, saved) = calibrated(&poses, &folder, args.force)?;
+    say(&format!(
+        "3 calibrate  {}",
+        folder.join(CALIBRATION).display()
+    ));
     let calibration = Calibrated {
         file: &file,
         name: &saved.path,
     };
-    let moved = moved(&line, calibration, &saved, &files, args.force)?;
-    say(&format!("4 motion     {}", files.track.display()));
+    let moved = moved(&line, calibration, &saved, &folder, args.force)?;
+    say(&format!("4 motion     {}", folder.join(TRACK).display()));
 
     let classical = motion(&line, Some(calibration), &MotionOptions::report())?;
-    let summary = summary(&files, &truth, &file, &moved, &classical);
+    let summary = summary(&folder, &truth, &file, &moved, &classical);
     if args.json {
         text::print_json(&summary)?;
     } else {
-        text::print_report(&summary_text(&summary, &files))?;
+        text::print_report(&summary_text(&summary, &folder))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -231,7 +211,7 @@ fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Truth, Reco
 /// Calibrates; writes the file and its report.
 fn calibrated(
     poses: &Recording,
-    files: &Files,
+    folder: &Path,
     force: bool,
 ) -> Result<(CalibrationFile, InputFile)> {
     let recordings = std::slice::from_ref(poses);
@@ -243,14 +223,15 @@ fn calibrated(
         ..CalibrateOptions::default()
     };
     let done = calibrate(recordings, &options)?;
-    let saved = super::calibrate::save(&files.calibration, force, &done.file)?;
+    let path = folder.join(CALIBRATION);
+    let saved = super::calibrate::save(&path, force, &done.file)?;
     let session = Session {
         recordings,
         segmentation: &done.segmentation,
     };
     let figures = figure::calibration::figures(&done.file, Some(session));
-    let document = report::calibration(&done.file, Some(&files.calibration), &figures);
-    write_report(&files.calibration_report, force, &document)?;
+    let document = report::calibration(&done.file, Some(&path), &figures);
+    write_report(&folder.join(CALIBRATION_REPORT), force, &document)?;
     Ok((done.file, saved))
 }
 
@@ -259,11 +240,11 @@ fn moved(
     line: &Recording,
     calibration: Calibrated<'_>,
     saved: &InputFile,
-    files: &Files,
+    folder: &Path,
     force: bool,
 ) -> Result<Motion> {
     let moved = motion(line, Some(calibration), &MotionOptions::default())?;
-    super::motion::save(&files.track, force, &moved)?;
+    super::motion::save(&folder.join(TRACK), force, &moved)?;
     let figures = figure::motion::figures(&moved);
     let mut inputs = InputFile::of(std::slice::from_ref(line));
     inputs.push(saved.clone());
@@ -273,12 +254,12 @@ fn moved(
         created: &creation_time(),
         inputs: &inputs,
     });
-    write_report(&files.motion_report, force, &document)?;
+    write_report(&folder.join(MOTION_REPORT), force, &document)?;
     Ok(moved)
 }
 
 fn summary(
-    files: &Files,
+    folder: &Path,
     truth: &Truth,
     file: &CalibrationFile,
     moved: &Motion,
@@ -291,19 +272,15 @@ fn summary(
         (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt()
     };
     let raw = a.poses.iter().map(|p| norm(&p.raw) - g).collect();
-    let truth = truth
-        .files
-        .first()
-        .and_then(|f| f.moves.first())
-        .map(|m| m.displacement_m)
-        .unwrap_or_default();
+    let moves = truth.files.iter().flat_map(|f| &f.moves);
+    let truth = moves.map(|m| m.displacement_m).next().unwrap_or_default();
     let error = |end: Option<[f64; 3]>| {
         let end = end?;
         Some(norm(&std::array::from_fn(|k| end[k] - truth[k])))
     };
     let only = moved.result.moves.first();
     Summary {
-        files: files.made(),
+        files: FILES.map(|file| folder.join(file)).to_vec(),
         verdict: file.verdict.grade.to_string(),
         norm_error_uncalibrated_mps2: rms(raw),
         norm_error_left_out_mps2: a.leave_one_out_rms_mps2,
@@ -316,7 +293,7 @@ fn summary(
 }
 
 /// The three main numbers and the reports.
-fn summary_text(s: &Summary, files: &Files) -> String {
+fn summary_text(s: &Summary, folder: &Path) -> String {
     let mg = |v: f64| format!("{:.1} mg", 1000.0 * v / STANDARD_GRAVITY_MPS2);
     let mm = |v: Option<f64>| v.map_or("–".to_owned(), |v| format!("{:.0} mm", 1000.0 * v));
     let along = |v: Option<[f64; 3]>| v.map_or(f64::NAN, |v| v[1]);
@@ -341,8 +318,8 @@ fn summary_text(s: &Summary, files: &Files) -> String {
     out.push_str(&format!(
         "\nVerdict: {}\n\nReports, open them in a browser\n  {}\n  {}\n",
         s.verdict,
-        files.calibration_report.display(),
-        files.motion_report.display()
+        folder.join(CALIBRATION_REPORT).display(),
+        folder.join(MOTION_REPORT).display()
     ));
     out + NEXT
 }

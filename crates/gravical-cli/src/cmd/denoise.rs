@@ -57,15 +57,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.options.validate()?;
     args.output.check(&args.report, &[&args.input])?;
     let read_options = reading(&args.recording, args.report.is_wanted());
-    let done = args
+    let (summary, inputs) = args
         .output
         .write(|out| denoise_file(&args.input, &read_options, &args.options, out))?;
-    let document = with_origin(report::denoise(&done.summary), &done.inputs);
+    let document = with_origin(report::denoise(&summary), &inputs);
     args.report.write(args.output.force, &document)?;
-    let (input, rows) = (one_line(&done.summary.input), done.summary.rows);
+    let (input, rows) = (one_line(&summary.input), summary.rows);
     let said = format!("{input}: {rows} rows filtered");
     args.output
-        .print_summary(&done.summary, &said, &document, args.report.detail())?;
+        .print_summary(&summary, &said, &document, args.report.detail())?;
     if !args.output.quiet {
         args.report.say();
     }

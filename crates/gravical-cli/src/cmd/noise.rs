@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::ValueEnum;
 use gravical::Error;
 use gravical::escape::path_text;
 use gravical::export::kalibr;
-use gravical::noise::{NoiseOptions, NoiseResult, noise};
+use gravical::noise::{NoiseOptions, noise};
 use gravical::output::write_text;
 use gravical::recording::ReadOptions;
 use gravical_report::figure::noise::figures;
@@ -45,8 +44,8 @@ pub struct Args {
     #[command(flatten)]
     options: NoiseOptions,
     /// kalibr: its imu.yaml, to -o or stdout
-    #[arg(long, value_name = "TARGET", hide_possible_values = true)]
-    to: Option<To>,
+    #[arg(long, value_name = "TARGET", value_parser = ["kalibr"], hide_possible_values = true)]
+    to: Option<String>,
     /// With --to: limits for what is not determined
     #[arg(long, requires = "to")]
     upper_limit: bool,
@@ -61,13 +60,6 @@ pub struct Args {
     pub json: bool,
     #[command(flatten)]
     recording: ReadOptions,
-}
-
-/// A target of --to.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum To {
-    /// imu.yaml of Kalibr
-    Kalibr,
 }
 
 /// Runs the command.
@@ -104,24 +96,22 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&result)?;
     } else if !args.quiet {
         let report = document.to_text(args.report.detail());
-        match args.to.is_some() && output.is_none() {
-            true => text::say_report(report.trim_end()),
-            false => text::print_report(&report)?,
+        if args.to.is_some() && output.is_none() {
+            text::say_report(report.trim_end());
+        } else {
+            text::print_report(&report)?;
         }
         args.report.say();
     }
     // What is refused here does not take the analysis away.
-    let written = match args.to {
-        Some(To::Kalibr) => {
-            let export = kalibr(&result.section(), None, args.upper_limit)?;
-            if !args.quiet {
-                for note in &export.notes {
-                    text::say(&format!("note: {note}"));
-                }
-            }
-            export.text
+    let written = if args.to.is_some() {
+        let export = kalibr(&result.section(), None, args.upper_limit)?;
+        for note in export.notes.iter().filter(|_| !args.quiet) {
+            text::say(&format!("note: {note}"));
         }
-        None => json(&result)?,
+        export.text
+    } else {
+        serde_json::to_string_pretty(&result)? + "\n"
     };
     match output {
         Some(path) => {
@@ -134,8 +124,4 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         None => {}
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn json(result: &NoiseResult) -> anyhow::Result<String> {
-    Ok(serde_json::to_string_pretty(result)? + "\n")
 }

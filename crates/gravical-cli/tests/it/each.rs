@@ -197,8 +197,7 @@ calibrate --each fleet --summary nowhere/s.csv: no-folder
 calibrate --each fleet -o cal.json: no-folder
 calibrate --each fleet --pose-tilt 50: option-range
 apply cal.json --each fleet -o fleet --force: target-is-input
-calibrate --each fleet --shard 3/2: the eight parts of a run
-calibrate --each @nowhere: not-found";
+calibrate --each fleet --shard 3/2: the eight parts of a run";
 
 #[test]
 fn what_cannot_be_done_is_said_before_the_work() {

@@ -91,7 +91,7 @@ fn conclusion(result: &NoiseResult) -> String {
 
 /// A term of all axes: `N 330 to 480 µg/√Hz`.
 fn span(term: Term, gyroscope: bool, own: &[&ChannelNoise]) -> String {
-    let Unit { name, factor } = Unit::of(term, gyroscope);
+    let Unit { name, factor, .. } = Unit::of(term, gyroscope);
     let known: Vec<f64> = own
         .iter()
         .filter_map(|c| Some(factor * c.estimate(term)?.value))
@@ -126,17 +126,15 @@ fn row(label: String, channels: &[&ChannelNoise], cell: impl Fn(&ChannelNoise) -
 fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
     let gyroscope = sensor == "gyroscope";
     let terms = Term::ALL.map(|term| {
-        let Unit { name, factor } = Unit::of(term, gyroscope);
+        let Unit { name, factor, .. } = Unit::of(term, gyroscope);
         let label = format!("{}, {name}", term.symbol());
         row(label, channels, |c| value(c, term, factor))
     });
-    let Unit { name, factor } = Unit::of(Term::N, gyroscope);
+    let Unit { name, factor, si } = Unit::of(Term::N, gyroscope);
     // In SI units, which code needs.
-    let si = row(
-        format!("N, {}", Unit::si(Term::N, gyroscope)),
-        channels,
-        |c| Cell::maybe(c.n.map(|n| n.value), |n| format!("{n:.2e}")),
-    );
+    let si = row(format!("N, {si}"), channels, |c| {
+        Cell::maybe(c.n.map(|n| n.value), |n| format!("{n:.2e}"))
+    });
     let density = row(format!("N by density, {name}"), channels, |c| {
         let known = c.density.filter(|_| c.n.is_some());
         Cell::maybe(known.map(|d| d.n), |n| small(factor * n, 3))
@@ -154,7 +152,7 @@ fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
 
 fn intervals(sensor: &str, channels: &[&ChannelNoise]) -> Table {
     let rows = Term::ALL.map(|term| {
-        let Unit { name, factor } = Unit::of(term, sensor == "gyroscope");
+        let Unit { name, factor, .. } = Unit::of(term, sensor == "gyroscope");
         let label = format!("{}, {name}", term.symbol());
         row(label, channels, |c| interval(c.estimate(term), factor))
     });

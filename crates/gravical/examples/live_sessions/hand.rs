@@ -6,7 +6,7 @@ use gravical::live::event::{Event, Loss, Message, Rejection, SourceKind, Wanted}
 use gravical::live::{Command, LiveOptions, Session};
 use gravical::poses::face::Face;
 use gravical::simulate::{
-    InteractiveReading, InteractiveSensor, LineOptions, Scenario, SensorOptions, SimulateOptions,
+    InteractiveSensor, LineOptions, Reading, Scenario, SensorOptions, SimulateOptions,
     StaticOptions,
 };
 use gravical_core::matrix3;
@@ -102,7 +102,7 @@ impl Hand {
         };
         let mut session = Session::new("recording.csv", live);
         let messages = session.begin(SourceKind::Simulate, "simulated MPU6050", None);
-        let text = InteractiveReading::HEADER.to_owned();
+        let text = Reading::HEADER.to_owned();
         session.bytes(text.as_bytes()).unwrap();
         Hand {
             rng: ChaCha8Rng::seed_from_u64(seed),

@@ -34,7 +34,8 @@ pub struct TemperatureOutcome {
 /// Temperature correction of a recording.
 pub(super) struct Drift {
     model: TemperatureModel,
-    applied: Vec<usize>,
+    /// Channels whose drift is subtracted.
+    applied: Vec<&'static str>,
     /// Last known temperature; NaN before the first.
     now_c: f64,
     /// Drift of each channel at this temperature.
@@ -62,34 +63,31 @@ impl Drift {
         } else {
             3
         };
-        let applied: Vec<usize> = (0..channels)
-            .filter(|i| {
-                model
-                    .channel(CHANNELS[*i])
-                    .is_some_and(|c| c.is_corrected())
-            })
-            .collect();
+        let is_corrected = |name: &&str| model.channel(name).is_some_and(|c| c.is_corrected());
+        let applied = CHANNELS.into_iter().take(channels).filter(is_corrected);
+        let applied: Vec<&'static str> = applied.collect();
         if applied.is_empty() {
             return None;
         }
-        let is_no_celsius = |f: &Finding| f.kind == FindingKind::TemperatureUnit;
-        let why = match &recording.temperature_c {
-            Some(_) => None,
-            None if findings.iter().any(is_no_celsius) => {
-                Some("the recording's temperatures are not in °C")
+        let mut temperatures = match &recording.temperature_c {
+            Some(temperature_c) => temperature_c.iter(),
+            None => {
+                let is_no_celsius = |f: &Finding| f.kind == FindingKind::TemperatureUnit;
+                let why = if findings.iter().any(is_no_celsius) {
+                    "the recording's temperatures are not in °C"
+                } else {
+                    "the recording has no temperatures"
+                };
+                findings.push(Finding::new(
+                    FindingKind::TemperatureNotApplied,
+                    format!(
+                        "{why}, so the calibration's temperature drift is not subtracted: {}",
+                        cost_text(model)
+                    ),
+                ));
+                return None;
             }
-            None => Some("the recording has no temperatures"),
         };
-        if let Some(why) = why {
-            findings.push(Finding::new(
-                FindingKind::TemperatureNotApplied,
-                format!(
-                    "{why}, so the calibration's temperature drift is not subtracted: {}",
-                    cost_text(model)
-                ),
-            ));
-            return None;
-        }
         let mut drift = Drift {
             model: model.clone(),
             applied,
@@ -101,7 +99,6 @@ impl Drift {
             without: LineSpans::default(),
         };
         // Rows before the first temperature use that temperature.
-        let mut temperatures = recording.temperature_c.iter().flatten();
         if let Some(first) = temperatures.find(|t| t.is_finite()) {
             drift.set_temperature(*first);
         }
@@ -165,58 +162,41 @@ impl Drift {
     /// Adds the findings and returns the result; to be called after the last row.
     pub fn finish(self, findings: &mut Vec<Finding>) -> TemperatureOutcome {
         let [low, high] = self.model.range_c;
-        if !self.outside.is_empty() {
-            let [coldest, warmest] = self.outside_range_c;
-            let mut beyond = Vec::new();
-            if coldest < low {
-                beyond.push(format!("down to {coldest:.1} °C"));
+        let mut report = |kind, lines: &LineSpans, text: String| {
+            if !lines.is_empty() {
+                let text = format!("{} rows {text}", lines.count());
+                findings.push(Finding::new(kind, text).at_lines(lines));
             }
-            if warmest > high {
-                beyond.push(format!("up to {warmest:.1} °C"));
-            }
-            findings.push(
-                Finding::new(
-                    FindingKind::TemperatureOutside,
-                    format!(
-                        "{} rows are outside the range of {low:.1} to {high:.1} °C in which the drift was measured ({}): the drift at its edge is subtracted, which may be wrong",
-                        self.outside.count(),
-                        beyond.join(", ")
-                    ),
-                )
-                .at_lines(&self.outside),
-            );
-        }
-        if !self.held.is_empty() {
-            findings.push(
-                Finding::new(
-                    FindingKind::TemperatureHeld,
-                    format!(
-                        "{} rows have no temperature: the last known one was used",
-                        self.held.count()
-                    ),
-                )
-                .at_lines(&self.held),
-            );
-        }
-        if !self.without.is_empty() {
-            findings.push(
-                Finding::new(
-                    FindingKind::TemperatureNotApplied,
-                    format!(
-                        "{} rows are before the first temperature, so the calibration's drift is not subtracted from them: {}",
-                        self.without.count(),
-                        cost_text(&self.model)
-                    ),
-                )
-                .at_lines(&self.without),
-            );
-        }
+        };
+        let [coldest, warmest] = self.outside_range_c;
+        let beyond = [
+            (coldest < low).then(|| format!("down to {coldest:.1} °C")),
+            (warmest > high).then(|| format!("up to {warmest:.1} °C")),
+        ];
+        let beyond: Vec<String> = beyond.into_iter().flatten().collect();
+        report(
+            FindingKind::TemperatureOutside,
+            &self.outside,
+            format!(
+                "are outside the range of {low:.1} to {high:.1} °C in which the drift was measured ({}): the drift at its edge is subtracted, which may be wrong",
+                beyond.join(", ")
+            ),
+        );
+        report(
+            FindingKind::TemperatureHeld,
+            &self.held,
+            "have no temperature: the last known one was used".to_owned(),
+        );
+        report(
+            FindingKind::TemperatureNotApplied,
+            &self.without,
+            format!(
+                "are before the first temperature, so the calibration's drift is not subtracted from them: {}",
+                cost_text(&self.model)
+            ),
+        );
         TemperatureOutcome {
-            channels: self
-                .applied
-                .iter()
-                .map(|i| CHANNELS[*i].to_owned())
-                .collect(),
+            channels: self.applied.iter().map(|c| (*c).to_owned()).collect(),
             range_c: self.model.range_c,
             rows_outside: self.outside.count(),
             rows_held: self.held.count(),

@@ -21,7 +21,7 @@ use crate::{Error, Result};
 
 /// Lowest cutoff, its least distance from half the rate and the narrowest band, as a share of the rate; below it
 /// too many digits are lost: the gain at zero frequency is off by 1e-7 there.
-const LOWEST: f64 = 1e-5;
+const MIN_SHARE: f64 = 1e-5;
 
 /// The filter for a sampling rate.
 pub(super) struct Butterworth {
@@ -34,7 +34,7 @@ impl Butterworth {
     ///
     /// `filter-range` (usage) for cutoffs that the rate does not allow.
     pub fn new(order: usize, band: Band, passes: Passes, rate_hz: f64) -> Result<Self> {
-        let allowed = LOWEST * rate_hz..(0.5 - LOWEST) * rate_hz;
+        let allowed = MIN_SHARE * rate_hz..(0.5 - MIN_SHARE) * rate_hz;
         let is_wrong = |f: &f64| !(*f > allowed.start && *f < allowed.end);
         if let Some(wrong) = band.edges_hz().into_iter().find(is_wrong) {
             let what = format!(

@@ -20,27 +20,23 @@ const SAME_SHARE: f64 = 0.01;
 pub(super) struct EvenGrid {
     /// Position of each sample, in steps of the grid.
     at: Vec<f64>,
-    is_resampled: bool,
+    /// All samples are interpolated; otherwise only the lost ones.
+    pub is_resampled: bool,
 }
 
 impl EvenGrid {
     /// For samples at these times, which ascend; `whole_share`: see [`whole_share`].
-    pub fn new(step_s: f64, whole_share: f64, time_s: impl Iterator<Item = f64> + Clone) -> Self {
-        let steps = || {
-            let pairs = time_s.clone().zip(time_s.clone().skip(1));
-            pairs.map(|(a, b)| (b - a) / step_s)
-        };
+    pub fn new(step_s: f64, whole_share: f64, time_s: &[f64]) -> Self {
+        let steps = || time_s.windows(2).map(|t| (t[1] - t[0]) / step_s);
         let is_resampled = !steps().all(|steps| is_on_grid(steps, whole_share));
-        let start_s = time_s.clone().next().unwrap_or(0.0);
-        let at = match is_resampled {
-            true => time_s.map(|t| (t - start_s) / step_s).collect(),
-            false => {
-                let places = steps().scan(0.0, |place, step| {
-                    *place += step.round();
-                    Some(*place)
-                });
-                std::iter::once(0.0).chain(places).collect()
-            }
+        let at = if is_resampled {
+            time_s.iter().map(|t| (t - time_s[0]) / step_s).collect()
+        } else {
+            let places = steps().scan(0.0, |place, step| {
+                *place += step.round();
+                Some(*place)
+            });
+            std::iter::once(0.0).chain(places).collect()
         };
         EvenGrid { at, is_resampled }
     }
@@ -49,11 +45,6 @@ impl EvenGrid {
     pub fn is_even(&self) -> bool {
         let mut places = self.at.iter().enumerate();
         places.all(|(point, at)| *at == point as f64)
-    }
-
-    /// All samples are interpolated; otherwise only the lost ones.
-    pub fn is_resampled(&self) -> bool {
-        self.is_resampled
     }
 
     /// Number of points of the grid.

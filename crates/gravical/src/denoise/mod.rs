@@ -12,8 +12,7 @@
 //!   of order 0.
 //! - `butterworth`: second-order sections of `gravical-core`, one pass or two.
 //! - `hampel`: outliers.
-//! - `even`: uneven sampling.
-//! - `engine`: columns through the filters.
+//! - `rows`: columns through the filters; `even`: uneven sampling.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would
 //! have averaged out in the integral, and an offset passes every low-pass filter unchanged.
@@ -38,37 +37,39 @@
 //! ```
 
 mod butterworth;
-mod engine;
 mod even;
-mod file;
 mod filter;
 mod hampel;
-mod parse;
-mod response;
+mod rows;
 mod savgol;
 mod spec;
 mod summary;
 #[cfg(test)]
 mod tests;
 
-pub use file::{DenoisedFile, denoise_file};
-pub use filter::Filter;
-pub use response::Response;
+pub use filter::{Filter, Response};
 pub use spec::{Band, FilterSpec, Passes};
 pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
 
+use std::io::Write;
 use std::ops::Range;
+use std::path::Path;
 
+use gravical_recording::Format;
+use gravical_recording::write::{NewColumn, Table, input_name};
 use serde::Deserialize;
 
+use crate::calibration_file::InputFile;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, ReadOptions, Recording};
+use crate::rewrite::write_rows;
 use crate::{Error, Result};
+use gravical_recording::BatchReader;
+use gravical_recording::source::open;
 
-use engine::{Done, Setup, run};
-use even::{WHOLE_SHARE, whole_share};
-use summary::{Scales, findings};
+/// Decimals of a filtered value.
+const DECIMALS: u32 = 6;
 
 /// The channels that are filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -82,6 +83,17 @@ pub enum Channels {
     /// All channels of the recording. The default.
     #[default]
     All,
+}
+
+impl Channels {
+    /// Of channel 0 to 2, the accelerometer, and 3 to 5, the gyroscope.
+    fn contain(self, channel: usize) -> bool {
+        match self {
+            Channels::Accel => channel < 3,
+            Channels::Gyro => channel >= 3,
+            Channels::All => true,
+        }
+    }
 }
 
 /// Options of [`denoise`].
@@ -137,8 +149,6 @@ pub struct Denoised {
     pub recording: Recording,
     /// Results, with all findings.
     pub summary: DenoiseSummary,
-    /// The channels that were filtered.
-    pub channels: Channels,
 }
 
 /// Replaces the channels of a recording by filtered ones.
@@ -156,93 +166,111 @@ pub struct Denoised {
 /// gyroscope is to be filtered and there is none.
 pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
     options.validate()?;
-    let (setup, mut begun) = begin(&mut recording, options)?;
-    let done = filter_in_memory(&setup, &mut recording);
-    begun
-        .summary
-        .finish(&setup, done, begun.scales, begun.duration_s);
-    Ok(Denoised {
-        summary: begun.summary,
-        recording,
-        channels: options.channels,
-    })
+    let summary = filter(&mut recording, options)?;
+    Ok(Denoised { recording, summary })
 }
 
-/// What is known before the filters run.
-struct Begun {
-    summary: DenoiseSummary,
-    scales: Scales,
-    duration_s: Option<f64>,
+/// Writes the recording at `path` (`-` is standard input) with filtered channels in place of the
+/// recorded ones, as [`denoise`] filters them.
+///
+/// Filtered channels keep the name and the unit of their column, so that a calibration for the
+/// recording also applies to the output; for a derivative `_per_s` is appended. Every other
+/// column is copied byte for byte, breaks become blank lines. Values have six decimals. A row that
+/// is no measurement stays a row with empty channels.
+///
+/// Channels and the text of other columns are held in memory.
+///
+/// # Errors
+///
+/// As [`denoise`] and [`crate::recording::read_samples`]; errors of writing.
+pub fn denoise_file(
+    path: &Path,
+    read: &ReadOptions,
+    options: &DenoiseOptions,
+    out: &mut dyn Write,
+) -> Result<(DenoiseSummary, Vec<InputFile>)> {
+    options.validate()?;
+    let name = path.display().to_string();
+    let copied = |format: &Format| table(options, format).copied().to_vec();
+    let mut reader = BatchReader::open_whole(open(path, read)?, &name, read, copied)?;
+    let table = table(options, &reader.format);
+    let mut summary = filter(&mut reader.recording, options)?;
+    summary.columns.clone_from(&table.names);
+    // A filter that removes constants also removes the offset.
+    let keeps_offset = options.filters.iter().all(FilterSpec::keeps_constants);
+    let offset = if keeps_offset {
+        reader.recording.zero_offset
+    } else {
+        0.0
+    };
+    let (recording, _, found) = write_rows(reader, out, table, false, |rows| {
+        let readings = &mut rows.readings;
+        let accel = readings.accel.iter_mut().flatten();
+        accel.for_each(|v| *v += offset);
+        let gyro = readings.gyro.take().into_iter().flatten();
+        let columns = std::mem::take(&mut readings.accel).into_iter().chain(gyro);
+        let filtered = columns
+            .enumerate()
+            .filter(|(c, _)| options.channels.contain(*c));
+        filtered.map(|(_, column)| column).collect()
+    })?;
+    summary
+        .findings
+        .extend(found.into_iter().map(|f| f.in_file(&name)));
+    summary.description.clone_from(&recording.description);
+    Ok((summary, InputFile::of(std::slice::from_ref(&recording))))
 }
 
-/// Designs the filters, and determines the static intervals and the unit of the gyroscope.
-fn begin(recording: &mut Recording, options: &DenoiseOptions) -> Result<(Setup, Begun)> {
+/// All columns, with the filtered channels in their places.
+fn table(options: &DenoiseOptions, format: &Format) -> Table {
+    let order: usize = options.filters.iter().map(FilterSpec::derivative).sum();
+    let suffix = match order {
+        0 => String::new(),
+        1 => "_per_s".to_owned(),
+        n => format!("_per_s{n}"),
+    };
+    let fields = format
+        .accel
+        .into_iter()
+        .chain(format.gyro.into_iter().flatten());
+    let columns = fields
+        .enumerate()
+        .filter(|(channel, _)| options.channels.contain(*channel))
+        .map(|(_, field)| NewColumn {
+            name: input_name(format, field) + &suffix,
+            replaces: Some(field),
+        });
+    Table::with_new(format, &columns.collect::<Vec<_>>(), DECIMALS, false)
+}
+
+/// Replaces the channels of a recording by filtered ones, and measures the noise in its static
+/// intervals.
+fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
     if options.channels == Channels::Gyro && recording.gyro.is_none() {
         return Err(
             Error::input("no-gyroscope", "the recording has no gyroscope")
-                .at(std::path::Path::new(&recording.name), None)
+                .at(Path::new(&recording.name), None)
                 .with_hint("omit --channels, or name its columns with --columns"),
         );
     }
-    let stills = find_rests(recording).spans;
-    settle(recording, &stills);
-    let mut setup = set_up(recording, options)?;
+    let rests = find_rests(recording).spans;
+    settle(recording, &rests);
+    let filters = design(recording, &options.filters)?;
+    let mut at_rest = vec![rests.clone()];
     let mut reach = 0;
-    setup.at_rest.push(stills.clone());
-    for filter in &setup.filters {
+    for filter in &filters {
         // A filter spreads motion into the ends of a static interval.
         reach += filter.reach();
-        setup.at_rest.push(inner_rows(&stills, reach));
+        at_rest.push(inner_rows(&rests, reach));
     }
-    let begun = Begun {
-        summary: DenoiseSummary::start(recording, &stills),
-        scales: Scales::of(recording),
-        duration_s: recording.timing.duration_s,
-    };
-    Ok((setup, begun))
+    let done = rows::run(recording, &filters, options.channels, &at_rest);
+    Ok(DenoiseSummary::new(recording, &rests, &filters, &done))
 }
 
-/// The filters for a recording; noise is not measured.
-fn set_up(recording: &Recording, options: &DenoiseOptions) -> Result<Setup> {
-    let step_s = recording.timing.rate_hz().map_or(1.0, f64::recip);
-    let stamps = recording.time_s.as_ref();
-    Ok(Setup {
-        filters: design(recording, options)?,
-        step_s,
-        whole_share: stamps.map_or(WHOLE_SHARE, |t| whole_share(t, step_s)),
-        channels: channels(recording.gyro.is_some(), options),
-        at_rest: Vec::new(),
-    })
-}
-
-fn design(recording: &Recording, options: &DenoiseOptions) -> Result<Vec<Filter>> {
+fn design(recording: &Recording, filters: &[FilterSpec]) -> Result<Vec<Filter>> {
     let rate_hz = recording.timing.rate_hz();
-    let filters = options.filters.iter();
+    let filters = filters.iter();
     filters.map(|spec| Filter::design(spec, rate_hz)).collect()
-}
-
-/// Numbers of the channels that are filtered.
-fn channels(has_gyro: bool, options: &DenoiseOptions) -> Vec<usize> {
-    let accel = (0..3).filter(|_| options.channels != Channels::Gyro);
-    let gyro = (3..6).filter(|_| has_gyro && options.channels != Channels::Accel);
-    accel.chain(gyro).collect()
-}
-
-/// Replaces the channels of a recording by filtered ones.
-fn filter_in_memory(setup: &Setup, recording: &mut Recording) -> Done {
-    let Recording {
-        accel,
-        gyro,
-        time_s,
-        breaks,
-        ..
-    } = recording;
-    let mut channels: [Option<&mut [f64]>; 6] = Default::default();
-    let columns = accel.iter_mut().chain(gyro.iter_mut().flatten());
-    for (channel, column) in channels.iter_mut().zip(columns) {
-        *channel = Some(column);
-    }
-    run(setup, time_s.as_deref(), breaks, &mut channels)
 }
 
 /// Filters the accelerometer of a recording that is to be integrated: the filtered recording, and
@@ -255,15 +283,9 @@ pub(crate) fn smooth(
     mut recording: Recording,
     filters: &[FilterSpec],
 ) -> Result<(Recording, Vec<Finding>)> {
-    let options = DenoiseOptions {
-        channels: Channels::Accel,
-        ..DenoiseOptions::new(filters.iter().copied())
-    };
-    options.validate()?;
-    let setup = set_up(&recording, &options)?;
-    let done = filter_in_memory(&setup, &mut recording);
-    let duration_s = recording.timing.duration_s;
-    let findings = findings(&setup, &done.treatments, &done.counts, duration_s);
+    let filters = design(&recording, filters)?;
+    let done = rows::run(&mut recording, &filters, Channels::Accel, &[]);
+    let findings = summary::findings(&filters, &done, recording.timing.duration_s);
     Ok((recording, findings))
 }
 

@@ -26,26 +26,24 @@ impl Savgol {
     /// `window` is odd and above `order`; `step_s` is used only for derivatives.
     ///
     /// Powers of the points lose all but three digits (window 101, order 8); Chebyshev polynomials
-    /// on −1 … 1 lose none.
-    pub fn new(window: usize, order: usize, derivative: usize, step_s: f64) -> Self {
+    /// on −1 … 1 lose none. `None` if the window does not determine the polynomial.
+    pub fn new(window: usize, order: usize, derivative: usize, step_s: f64) -> Option<Self> {
         let points = (0..window).flat_map(|i| chebyshev(order, position(i, window), 0));
         let qr = DMatrix::from_row_iterator(window, order + 1, points).qr();
-        let fit = qr.r().solve_upper_triangular(&qr.q().transpose());
-        // A window above the order has enough points.
-        let fit = fit.unwrap_or_else(|| DMatrix::zeros(order + 1, window));
+        let fit = qr.r().solve_upper_triangular(&qr.q().transpose())?;
         let scale = (half_width(window) * step_s)
             .powi(derivative as i32)
             .recip();
         let middle = DVector::from_vec(chebyshev(order, 0.0, derivative));
         let weights = (fit.tr_mul(&middle) * scale).as_slice().to_vec();
-        Savgol {
+        Some(Savgol {
             window,
             order,
             derivative,
             fit,
             weights,
             scale,
-        }
+        })
     }
 
     pub fn window(&self) -> usize {

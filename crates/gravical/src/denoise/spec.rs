@@ -1,4 +1,7 @@
-//! Specification of a filter.
+//! Filters as text: `savgol:5,2`, `butter:4,5Hz` ….
+
+use std::fmt;
+use std::str::FromStr;
 
 use gravical_core::filter::butterworth::MAX_ORDER;
 use serde::{Deserialize, Serialize};
@@ -6,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Result};
 
 /// The longest window, samples.
-pub const MAX_WINDOW: usize = 10_001;
+const MAX_WINDOW: usize = 10_001;
 /// The highest order of a polynomial, tested to 1e-12.
-pub const MAX_POLYNOMIAL: usize = 12;
+const MAX_POLYNOMIAL: usize = 12;
 
 /// Hint of every syntax error.
 pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), savgol:11,3,1 (derivative), butter:4,5Hz (low-pass), butter:4,5-20Hz (band), highpass:4,0.5Hz, butter1: and highpass1: (causal), hampel:7,3 (window, sigmas), mean:5";
@@ -98,65 +101,58 @@ impl FilterSpec {
     ///
     /// `filter-range` (usage), with the range.
     pub fn validate(&self) -> Result<()> {
-        let wrong = |what: String| {
-            Err(Error::usage("filter-range", format!("{self}: {what}")).with_hint(EXAMPLES))
-        };
-        let window_of = match *self {
-            FilterSpec::SavitzkyGolay { window, .. } | FilterSpec::Hampel { window, .. } => {
-                Some(window)
+        match self.fault() {
+            None => Ok(()),
+            Some(fault) => {
+                Err(Error::usage("filter-range", format!("{self}: {fault}")).with_hint(EXAMPLES))
             }
-            FilterSpec::Butterworth { .. } => None,
+        }
+    }
+
+    fn fault(&self) -> Option<String> {
+        let of_window = |window: usize, min: usize| {
+            if !(min..=MAX_WINDOW).contains(&window) {
+                Some(format!(
+                    "the window has to be {min} to {MAX_WINDOW} samples"
+                ))
+            } else if window.is_multiple_of(2) {
+                Some("the window has to be odd: an even one has no middle".to_owned())
+            } else {
+                None
+            }
         };
-        if let Some(window) = window_of
-            && !(1..=MAX_WINDOW).contains(&window)
-        {
-            return wrong(format!("the window has to be 1 to {MAX_WINDOW} samples"));
-        }
-        if window_of.is_some_and(|window| window % 2 == 0) {
-            return wrong("the window has to be odd: an even one has no middle".to_owned());
-        }
         match *self {
             FilterSpec::SavitzkyGolay {
                 window,
                 order,
                 derivative,
-            } => {
+            } => of_window(window, 1).or_else(|| {
                 if order >= window || order > MAX_POLYNOMIAL {
-                    return wrong(format!(
+                    Some(format!(
                         "the order has to be below the window and at most {MAX_POLYNOMIAL}"
-                    ));
-                }
-                if derivative > order {
-                    return wrong(format!(
+                    ))
+                } else if derivative > order {
+                    Some(format!(
                         "a polynomial of order {order} has no derivative {derivative}"
-                    ));
+                    ))
+                } else {
+                    None
                 }
+            }),
+            FilterSpec::Hampel { window, sigmas } => of_window(window, 3).or_else(|| {
+                let is_valid = (0.0..=1e6).contains(&sigmas);
+                (!is_valid).then(|| "sigmas have to be between 0 and 1e6".to_owned())
+            }),
+            FilterSpec::Butterworth { order, .. } if !(1..=MAX_ORDER).contains(&order) => {
+                Some(format!("the order has to be 1 to {MAX_ORDER}"))
             }
-            FilterSpec::Hampel { window, sigmas } => {
-                if window < 3 {
-                    return wrong("the window has to be at least 3".to_owned());
-                }
-                if !(0.0..=1e6).contains(&sigmas) {
-                    return wrong("sigmas have to be between 0 and 1e6".to_owned());
-                }
-            }
-            FilterSpec::Butterworth { order, band, .. } => {
-                if !(1..=MAX_ORDER).contains(&order) {
-                    return wrong(format!("the order has to be 1 to {MAX_ORDER}"));
-                }
-                let rising = match band {
-                    Band::Low { cutoff_hz } | Band::High { cutoff_hz } => cutoff_hz > 0.0,
-                    Band::Between { low_hz, high_hz } => low_hz > 0.0 && high_hz > low_hz,
-                };
-                let finite = band.edges_hz().iter().all(|f| f.is_finite());
-                if !(rising && finite) {
-                    return wrong(
-                        "cutoffs have to be above 0 Hz and in ascending order".to_owned(),
-                    );
-                }
+            FilterSpec::Butterworth { band, .. } => {
+                let edges = band.edges_hz();
+                let is_positive = edges.iter().all(|f| *f > 0.0 && f.is_finite());
+                (!(is_positive && edges.is_sorted_by(|a, b| a < b)))
+                    .then(|| "cutoffs have to be above 0 Hz and in ascending order".to_owned())
             }
         }
-        Ok(())
     }
 
     /// True if a constant is unchanged.
@@ -192,6 +188,157 @@ impl Band {
         match *self {
             Band::Low { cutoff_hz } | Band::High { cutoff_hz } => vec![cutoff_hz],
             Band::Between { low_hz, high_hz } => vec![low_hz, high_hz],
+        }
+    }
+}
+
+impl fmt::Display for FilterSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            FilterSpec::SavitzkyGolay {
+                window,
+                order,
+                derivative,
+            } => match (order, derivative) {
+                (0, _) => write!(f, "mean:{window}"),
+                (_, 0) => write!(f, "savgol:{window},{order}"),
+                _ => write!(f, "savgol:{window},{order},{derivative}"),
+            },
+            FilterSpec::Butterworth {
+                order,
+                band,
+                passes,
+            } => {
+                let is_high = matches!(band, Band::High { .. });
+                let name = if is_high { "highpass" } else { "butter" };
+                let one = if passes == Passes::Causal { "1" } else { "" };
+                let edges: Vec<String> = band.edges_hz().iter().map(f64::to_string).collect();
+                write!(f, "{name}{one}:{order},{}Hz", edges.join("-"))
+            }
+            FilterSpec::Hampel { window, sigmas } => write!(f, "hampel:{window},{sigmas}"),
+        }
+    }
+}
+
+impl FromStr for FilterSpec {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let spec = parse(text.trim()).ok_or_else(|| {
+            Error::usage("filter-syntax", format!("\"{text}\" is not a filter")).with_hint(EXAMPLES)
+        })?;
+        spec.validate()?;
+        Ok(spec)
+    }
+}
+
+fn parse(text: &str) -> Option<FilterSpec> {
+    let (name, arguments) = text.split_once(':')?;
+    let arguments: Vec<&str> = arguments.split(',').map(str::trim).collect();
+    let whole = |at: usize| arguments.get(at)?.parse::<usize>().ok();
+    let name = name.trim().to_ascii_lowercase();
+    let passes = if name.ends_with('1') {
+        Passes::Causal
+    } else {
+        Passes::Two
+    };
+    match (name.trim_end_matches('1'), arguments.len()) {
+        ("savgol", 2 | 3) if passes == Passes::Two => Some(FilterSpec::SavitzkyGolay {
+            window: whole(0)?,
+            order: whole(1)?,
+            derivative: if arguments.len() == 3 { whole(2)? } else { 0 },
+        }),
+        ("hampel", 2) if passes == Passes::Two => Some(FilterSpec::Hampel {
+            window: whole(0)?,
+            sigmas: arguments[1].parse().ok()?,
+        }),
+        ("mean", 1) if passes == Passes::Two => Some(FilterSpec::SavitzkyGolay {
+            window: whole(0)?,
+            order: 0,
+            derivative: 0,
+        }),
+        (kind @ ("butter" | "highpass"), 2) => {
+            let edges = hertz(arguments[1])?;
+            let band = match (kind, edges) {
+                ("butter", (cutoff_hz, None)) => Band::Low { cutoff_hz },
+                ("butter", (low_hz, Some(high_hz))) => Band::Between { low_hz, high_hz },
+                (_, (cutoff_hz, None)) => Band::High { cutoff_hz },
+                _ => return None,
+            };
+            Some(FilterSpec::Butterworth {
+                order: whole(0)?,
+                band,
+                passes,
+            })
+        }
+        _ => None,
+    }
+}
+
+/// `5`, `5Hz`, `5-20 Hz`: a minus is also a sign, and part of an exponent.
+fn hertz(text: &str) -> Option<(f64, Option<f64>)> {
+    let text = text.to_ascii_lowercase();
+    let number = |text: &str| {
+        let text = text.trim().trim_end_matches("hz").trim_end();
+        text.parse::<f64>().ok()
+    };
+    let band =
+        |(at, _): (usize, &str)| Some((number(&text[..at])?, Some(number(&text[at + 1..])?)));
+    let cutoff = number(&text).map(|cutoff| (cutoff, None));
+    cutoff.or_else(|| text.match_indices('-').find_map(band))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_round_trips() {
+        for text in [
+            "savgol:5,2",
+            "savgol:11,3,1",
+            "butter:4,5Hz",
+            "butter1:2,44.5Hz",
+            "butter:4,5-20Hz",
+            "butter1:4,0.5-20Hz",
+            "highpass:4,0.5Hz",
+            "highpass1:1,0.05Hz",
+            "hampel:7,3",
+            "hampel:7,0",
+            "mean:5",
+        ] {
+            let spec: FilterSpec = text.parse().unwrap();
+            assert_eq!(spec.to_string(), text);
+        }
+        for (text, same) in [
+            (" Butter: 4 , 5 hz", "butter:4,5Hz"),
+            ("butter:4,5", "butter:4,5Hz"),
+            ("butter:2,1e-2-5Hz", "butter:2,0.01-5Hz"),
+            ("butter:2,5Hz-20Hz", "butter:2,5-20Hz"),
+            ("savgol:5,2,0", "savgol:5,2"),
+        ] {
+            let spec: FilterSpec = text.parse().unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert_eq!(spec.to_string(), same);
+        }
+    }
+
+    #[test]
+    fn invalid_filters_are_refused() {
+        let syntax = "savgol savgol: savgol:5 savgol:5,2,1,1 savgol1:5,2 savgol:-5,2 savgol:5.5,2 \
+                      butter:4 butter:4, butter:4,x butter:four,5Hz kalman:1,2 highpass:4,1-2Hz \
+                      hampel:5 mean:5,1 butter:4,5-Hz 5,2 mean:99999999999999999999";
+        let range = "savgol:5,5 savgol:0,0 savgol:6,2 savgol:5,2,3 savgol:99,13 savgol:99999,2 butter:0,5Hz \
+                     butter:9,5Hz butter:4,0Hz butter:4,-5Hz butter:4,nan butter:4,20-5Hz \
+                     butter:4,infHz hampel:4,3 hampel:1,3 hampel:5,-1 hampel:5,nan mean:4 mean:0";
+        for (texts, code) in [
+            ("", "filter-syntax"),
+            (syntax, "filter-syntax"),
+            (range, "filter-range"),
+        ] {
+            for text in texts.split(' ') {
+                let error = text.parse::<FilterSpec>().unwrap_err();
+                assert_eq!(error.code(), code, "{text}");
+            }
         }
     }
 }

@@ -7,9 +7,8 @@ use serde::Serialize;
 use crate::numfmt::count;
 use crate::recording::{Finding, FindingKind, Recording};
 
-use super::engine::{ChannelSigmas, Counts, Done, GAP_STEPS, Setup, Treatment};
-use super::filter::Filter;
-use super::response::Response;
+use super::filter::{Filter, Response};
+use super::rows::{ChannelSigmas, Done, Parts, Treatment};
 use super::spec::FilterSpec;
 
 /// Result of [`denoise`](super::denoise).
@@ -74,117 +73,85 @@ pub struct Sigmas {
     pub gyroscope: Option<[f64; 3]>,
 }
 
-/// The scales of the channels to m/s² and rad/s, where they are known.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Scales {
-    accel: Option<f64>,
-    gyro: Option<f64>,
-}
-
 impl Sigmas {
-    fn of(channels: ChannelSigmas, scales: Scales) -> Self {
-        let sensor = |first: usize, nominal: Option<f64>| {
-            let scale = nominal.unwrap_or(1.0);
-            let [x, y, z] = [0, 1, 2].map(|axis| channels[first + axis].map(|sigma| sigma / scale));
-            Some([x?, y?, z?])
-        };
+    /// `nominal`: units of the file per m/s² and rad/s, where they are known.
+    fn new(channels: &ChannelSigmas, nominal: [Option<f64>; 2]) -> Self {
+        let [accelerometer, gyroscope] = [0, 1].map(|sensor| {
+            let scale = nominal[sensor].unwrap_or(1.0);
+            let axis = |axis: usize| channels[3 * sensor + axis].map(|sigma| sigma / scale);
+            Some([axis(0)?, axis(1)?, axis(2)?])
+        });
         Sigmas {
-            accelerometer: sensor(0, scales.accel),
-            gyroscope: sensor(3, scales.gyro),
-        }
-    }
-}
-
-impl Scales {
-    pub fn of(recording: &Recording) -> Self {
-        Scales {
-            accel: recording.accel_scale.nominal(),
-            gyro: recording.gyro_scale.and_then(|s| s.nominal()),
+            accelerometer,
+            gyroscope,
         }
     }
 }
 
 impl DenoiseSummary {
-    /// What is known before the filters run; `stills`: the rows of the static intervals.
-    pub(super) fn start(recording: &Recording, stills: &[Range<usize>]) -> Self {
-        DenoiseSummary {
-            input: recording.name.clone(),
-            description: recording.description.clone(),
-            rows: recording.rows(),
-            rate_hz: recording.timing.rate_hz(),
-            segments: 0,
-            static_intervals: stills.len(),
-            static_rows: stills.iter().map(ExactSizeIterator::len).sum(),
-            accel_unit: match recording.accel_scale.nominal() {
-                Some(_) => "m/s^2",
-                None => recording.accel_scale.unit.name(),
-            },
-            gyro_unit: match recording.gyro_scale {
-                Some(scale) if scale.nominal().is_none() => scale.unit.name(),
-                _ => "rad/s",
-            },
-            recorded: Sigmas::default(),
-            filters: Vec::new(),
-            columns: Vec::new(),
-            findings: recording.findings.clone(),
-        }
-    }
-
-    /// Adds the results of the filters.
-    pub(super) fn finish(
-        &mut self,
-        setup: &Setup,
-        done: Done,
-        scales: Scales,
-        duration_s: Option<f64>,
-    ) {
-        let mut noise = done.noise.into_iter();
-        let mut sigmas = || {
-            noise
-                .next()
-                .map_or_else(Sigmas::default, |n| Sigmas::of(n, scales))
-        };
-        self.recorded = sigmas();
-        self.segments = done.counts.stretches;
+    /// Of a recording that was filtered; `rests`: the rows of its static intervals.
+    pub(super) fn new(
+        recording: &Recording,
+        rests: &[Range<usize>],
+        filters: &[Filter],
+        done: &Done,
+    ) -> Self {
+        let (accel, gyro) = (recording.accel_scale, recording.gyro_scale);
+        let nominal = [accel.nominal(), gyro.and_then(|s| s.nominal())];
+        let mut sigmas = done.noise.iter().map(|n| Sigmas::new(n, nominal));
+        let recorded = sigmas.next().unwrap_or_default();
         let mut derivative = 0;
-        for (filter, treatment) in setup.filters.iter().zip(&done.treatments) {
-            let spec = filter.spec();
+        let outcomes = filters.iter().zip(&done.treatments).zip(sigmas);
+        let outcomes = outcomes.map(|((filter, treatment), sigma)| {
+            let spec = filter.spec;
             derivative += spec.derivative();
-            self.filters.push(FilterOutcome {
+            FilterOutcome {
                 filter: spec.to_string(),
                 response: filter.response().clone(),
                 derivative,
                 keeps_constants: spec.keeps_constants(),
                 replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(treatment.replaced),
-                sigma: sigmas(),
-            });
-        }
-        self.findings
-            .extend(findings(setup, &done.treatments, &done.counts, duration_s));
-        if self.static_intervals == 0 {
-            self.findings.push(Finding::new(
+                sigma,
+            }
+        });
+        let filtered = outcomes.collect();
+        let mut all = recording.findings.clone();
+        all.extend(findings(filters, done, recording.timing.duration_s));
+        if rests.is_empty() {
+            all.push(Finding::new(
                 FindingKind::NeverStatic,
                 "no static interval was found: the effect of the filters on the noise of this recording is unknown",
             ));
         }
-        for finding in &mut self.findings {
-            finding.file = Some(self.input.clone());
+        DenoiseSummary {
+            input: recording.name.clone(),
+            description: recording.description.clone(),
+            rows: recording.rows(),
+            rate_hz: recording.timing.rate_hz(),
+            segments: done.parts.count,
+            static_intervals: rests.len(),
+            static_rows: rests.iter().map(ExactSizeIterator::len).sum(),
+            accel_unit: nominal[0].map_or(accel.unit.name(), |_| "m/s^2"),
+            gyro_unit: match gyro {
+                Some(scale) if nominal[1].is_none() => scale.unit.name(),
+                _ => "rad/s",
+            },
+            recorded,
+            filters: filtered,
+            columns: Vec::new(),
+            findings: all
+                .into_iter()
+                .map(|f| f.in_file(&recording.name))
+                .collect(),
         }
     }
 }
 
 /// Findings of all filters, and about rows.
-pub(super) fn findings(
-    setup: &Setup,
-    treatments: &[Treatment],
-    counts: &Counts,
-    duration_s: Option<f64>,
-) -> Vec<Finding> {
-    let filters = setup.filters.iter().zip(treatments);
+pub(super) fn findings(filters: &[Filter], done: &Done, duration_s: Option<f64>) -> Vec<Finding> {
+    let filters = filters.iter().zip(&done.treatments);
     let of_filters = filters.flat_map(|(f, treatment)| filter_findings(f, treatment, duration_s));
-    let mut all: Vec<Finding> = of_filters.collect();
-    all.extend(parted(counts, GAP_STEPS * setup.step_s));
-    all
+    of_filters.chain(restarts(&done.parts)).collect()
 }
 
 /// Findings about samples that needed special treatment.
@@ -193,49 +160,44 @@ fn filter_findings(
     treatment: &Treatment,
     duration_s: Option<f64>,
 ) -> Vec<Finding> {
-    let mut out = Vec::new();
-    let spec = filter.spec();
+    let spec = filter.spec;
     let share = |n: usize| 100.0 * n as f64 / treatment.samples.max(1) as f64;
-    if treatment.filled > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::LostSamplesFilled,
-                format!(
-                    "{spec}: {} lost samples ({:.2} %) were interpolated for the filter; they are not written",
-                    treatment.filled,
-                    share(treatment.filled)
-                ),
-            )
-            .counting(treatment.filled as u64),
-        );
-    }
-    if treatment.resampled > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::Resampled,
-                format!(
-                    "{spec}: {:.2} % of the samples are unevenly spaced; they were interpolated to {:.6} Hz and back, which also smooths (white noise to 0.6 at worst)",
-                    share(treatment.resampled),
-                    1.0 / filter.step_s()
-                ),
-            )
-            .counting(treatment.resampled as u64),
-        );
-    }
-    if treatment.too_short > 0 {
-        out.push(
-            Finding::new(
-                FindingKind::NotFiltered,
-                format!(
-                    "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
-                    treatment.short_stretches,
-                    filter.shortest(),
-                    treatment.too_short
-                ),
-            )
-            .counting(treatment.too_short as u64),
-        );
-    }
+    let counted = [
+        (
+            FindingKind::LostSamplesFilled,
+            treatment.filled,
+            format!(
+                "{} lost samples ({:.2} %) were interpolated for the filter; they are not written",
+                treatment.filled,
+                share(treatment.filled)
+            ),
+        ),
+        (
+            FindingKind::Resampled,
+            treatment.resampled,
+            format!(
+                "{:.2} % of the samples are unevenly spaced; they were interpolated to {:.6} Hz and back, which also smooths (white noise to 0.6 at worst)",
+                share(treatment.resampled),
+                1.0 / filter.step_s
+            ),
+        ),
+        (
+            FindingKind::NotFiltered,
+            treatment.too_short,
+            format!(
+                "{} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
+                treatment.short_stretches,
+                filter.shortest(),
+                treatment.too_short
+            ),
+        ),
+    ];
+    let counted = counted.into_iter().filter(|(_, count, _)| *count > 0);
+    let mut out: Vec<Finding> = counted
+        .map(|(kind, count, text)| {
+            Finding::new(kind, format!("{spec}: {text}")).counting(count as u64)
+        })
+        .collect();
     if let FilterSpec::Butterworth { band, .. } = spec
         && let Some(duration_s) = duration_s
         && let Some(slowest_hz) = band.edges_hz().first()
@@ -250,18 +212,18 @@ fn filter_findings(
 }
 
 /// Where filters restart.
-fn parted(counts: &Counts, gap_s: f64) -> Option<Finding> {
+fn restarts(parts: &Parts) -> Option<Finding> {
     let mut why = Vec::new();
-    if counts.gaps > 0 {
-        let steps = count(counts.gaps, "step");
-        why.push(format!("{steps} of more than {gap_s:.3} s"));
+    if parts.gaps > 0 {
+        let steps = count(parts.gaps, "step");
+        why.push(format!("{steps} of more than {:.3} s", parts.gap_s));
     }
-    if counts.backward > 0 {
-        let runs = if counts.backward == 1 { "runs" } else { "run" };
-        let stamps = count(counts.backward, "stamp");
+    if parts.backward > 0 {
+        let runs = if parts.backward == 1 { "runs" } else { "run" };
+        let stamps = count(parts.backward, "stamp");
         why.push(format!("{stamps} that {runs} backwards"));
     }
     let text = format!("the filters restart at {}", why.join(" and "));
     let finding = Finding::new(FindingKind::Parted, text);
-    (!why.is_empty()).then(|| finding.counting((counts.gaps + counts.backward) as u64))
+    (!why.is_empty()).then(|| finding.counting((parts.gaps + parts.backward) as u64))
 }

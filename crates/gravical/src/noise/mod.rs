@@ -8,7 +8,7 @@
 //!
 //! - `series`: rows to samples; the static intervals of [`crate::poses`], gaps, the temperature.
 //! - `gravical_signal`: Allan variances, the fit of the model, the power spectral density.
-//! - `result`: what is written. `words`: what it says. `parts`: data sheets.
+//! - `result`: what is written, and data sheets. `words`: what it says.
 //!
 //! Everything is in SI units, converted by the nominal scale: 3 % of scale error are 3 % of N.
 //!
@@ -33,8 +33,6 @@
 //! assert!(channel.k.is_none());
 //! ```
 
-mod file;
-mod parts;
 mod result;
 mod series;
 mod words;
@@ -58,16 +56,14 @@ use crate::recording::{self, ReadOptions, Recording};
 use crate::stats::{floors, moments};
 use crate::{Error, Result};
 
-pub use file::{NOISE_FORMAT, read_noise};
 pub use gravical_signal::NoiseTerm as Term;
-pub use parts::{DataSheet, PARTS, Part};
 pub use result::{
-    AllanPoint, ChannelNoise, DensityCheck, Estimate, FittedCurve, Misfit, NoiseResult,
-    NotObservable, TemperatureDrift,
+    AllanPoint, ChannelNoise, DataSheet, DensityCheck, Estimate, FittedCurve, Misfit, NOISE_FORMAT,
+    NoiseResult, NotObservable, PARTS, Part, TemperatureDrift, read_noise,
 };
 pub use words::{Unit, duration_text};
 
-use series::{Pieces, Series};
+use series::{Pieces, scatter};
 
 /// Shortest static interval whose noise is analysed, s.
 const SHORTEST_S: f64 = 10.0;
@@ -135,9 +131,9 @@ pub struct NoiseOptions {
     )]
     pub spacing: Spacing,
     /// Compare with MPU6050, MPU9250 or ICM42688P
-    #[serde(deserialize_with = "parts::optional")]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PART", value_parser = parts::part))]
-    pub part: Option<&'static Part>,
+    #[serde(deserialize_with = "crate::option_text::optional")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART"))]
+    pub part: Option<Part>,
 }
 
 /// Analyses the noise of the recording at `path`; `-` is standard input.
@@ -168,55 +164,35 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
     let (ranges, rate_hz) = used_ranges(recording)?;
     let width = block_len(1.0 / rate_hz, BLOCK_S);
     let max_variance = DISTURBED.powi(2) * quiet_variance(recording, &ranges, width);
-    let pieces = Pieces::new(recording, &ranges, 1.0 / rate_hz).without_disturbances(
-        &recording.accel,
-        width,
-        max_variance,
-    );
+    let mut pieces = Pieces::new(recording, &ranges, 1.0 / rate_hz);
+    pieces.leave_out_disturbances(&recording.accel, width, max_variance);
     let mut findings = recording.findings.clone();
     let gyro_per_si = gyro_scale(recording, &mut findings);
     let period_s = pieces.period_s;
-    let (mut filled, mut gaps, mut segments) = (0, 0, 0);
     let mut channels = Vec::new();
-    let columns = recording
-        .accel
-        .iter()
-        .chain(recording.gyro.iter().flatten());
-    for (i, column) in columns.enumerate() {
-        let per_si = if i < 3 {
-            Some(accel_per_si)
-        } else {
-            gyro_per_si
-        };
+    let accel = recording.accel.iter().map(|c| (c, Some(accel_per_si)));
+    let gyro = recording.gyro.iter().flatten().map(|c| (c, gyro_per_si));
+    for (i, (column, per_si)) in accel.chain(gyro).enumerate() {
         let Some(per_si) = per_si else { continue };
-        let series = pieces.samples(column);
-        filled = filled.max(series.filled);
-        gaps = gaps.max(series.gaps);
-        segments = segments.max(series.segments.len() as u64);
-        let mut channel = channel_noise(CHANNELS[i], &series, [period_s, per_si], options);
+        let column: Vec<f64> = column.iter().map(|v| v / per_si).collect();
+        let segments = pieces.samples(&column);
+        let mut channel = channel_noise(CHANNELS[i], &segments, period_s, options);
         if channel.adev.is_empty() {
             findings.push(words::without_values(&channel));
             continue;
         }
         if let (Some(temperature_c), Some(_)) = (&recording.temperature_c, channel.fit) {
-            let n = channel.n.map_or(0.0, |n| n.value * per_si);
-            let drift = pieces.temperature_drift(column, temperature_c, n);
-            channel.temperature = drift.map(|drift| TemperatureDrift {
-                slope_per_c: drift.slope_per_c / per_si,
-                ..drift
-            });
+            let n = channel.n.map_or(0.0, |n| n.value);
+            channel.temperature = pieces.temperature_drift(&column, temperature_c, n);
         }
         let step = recording.resolution[i] / per_si;
-        let deviation = series.scatter(period_s) / per_si;
+        let deviation = scatter(&segments, period_s);
         findings.extend(words::judge(&mut channel, step, deviation, period_s));
-        channel.data_sheet = data_sheet(&channel, options.part);
+        channel.data_sheet = options.part.map(|part| part.data_sheet(&channel));
         channels.push(channel);
     }
-    let mut counts = pieces.counts;
-    counts.gaps += gaps;
-    findings.extend(words::of_recording(
-        recording, &ranges, &counts, filled, period_s,
-    ));
+    let counts = pieces.counts;
+    findings.extend(words::of_recording(recording, &ranges, &counts, period_s));
     findings.extend(words::of_temperature(&channels, counts.temperature_c));
     let rows_s = recording.rows() as f64 * period_s;
     Ok(NoiseResult {
@@ -228,7 +204,7 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
         recorded_s: recording.timing.duration_s.unwrap_or(rows_s),
         used_s: counts.rows.saturating_sub(counts.disturbed) as f64 * period_s,
         static_intervals: ranges.len(),
-        segments,
+        segments: counts.segments,
         temperature_c: counts.temperature_c,
         channels,
         findings: findings
@@ -247,12 +223,8 @@ pub fn noise_of_samples(
     period_s: f64,
     options: &NoiseOptions,
 ) -> ChannelNoise {
-    let series = Series {
-        segments: vec![samples.to_vec()],
-        ..Series::default()
-    };
-    let mut channel = channel_noise(channel, &series, [period_s, 1.0], options);
-    channel.data_sheet = data_sheet(&channel, options.part);
+    let mut channel = channel_noise(channel, &[samples.to_vec()], period_s, options);
+    channel.data_sheet = options.part.map(|part| part.data_sheet(&channel));
     channel
 }
 
@@ -317,37 +289,29 @@ fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64>
     nominal
 }
 
-/// The result of one channel; `per_si`: units of its values per unit of the result.
+/// The result of one channel, of segments of samples in SI units.
 fn channel_noise(
     name: &str,
-    series: &Series,
-    [period_s, per_si]: [f64; 2],
+    segments: &[Vec<f64>],
+    period_s: f64,
     options: &NoiseOptions,
 ) -> ChannelNoise {
-    let segments: Vec<&[f64]> = series.segments.iter().map(Vec::as_slice).collect();
-    let lengths: Vec<usize> = segments.iter().map(|s| s.len()).collect();
+    let lengths: Vec<usize> = segments.iter().map(Vec::len).collect();
     let longest = lengths.iter().max().copied().unwrap_or(0);
-    let of_factors = |segments: &[&[f64]], spacing: Spacing| -> Vec<(usize, f64)> {
-        let factors = spacing.factors(longest / 2);
-        let variances = allan_variances(segments, &factors).into_iter();
-        variances
-            .map(|v| (v.m, v.variance / (per_si * per_si)))
-            .collect()
+    let factors = options.spacing.factors(longest / 2);
+    let shown = variances(segments, &factors);
+    let octaves = |variances: &[(usize, f64)]| -> Vec<(usize, f64)> {
+        let octaves = variances.iter().filter(|(m, _)| m.is_power_of_two());
+        octaves.copied().collect()
     };
-    let octaves = of_factors(&segments, Spacing::Octave);
-    let shown = match options.spacing {
-        Spacing::Octave => octaves.clone(),
-        other => of_factors(&segments, other),
-    };
-    let mut fit = fit_noise(&NoisePoints::new(&octaves, &lengths, period_s));
-    let drift = fit.is_some().then(|| slope(&segments, longest)).flatten();
+    let fitted = octaves(&shown);
+    let mut fit = fit_noise(&NoisePoints::new(&fitted, &lengths, period_s));
+    let drift = fit.is_some().then(|| slope(segments, longest)).flatten();
     let drift_per_s = drift.and_then(|slope| {
-        let detrended = detrended(&segments, slope);
-        let detrended: Vec<&[f64]> = detrended.iter().map(Vec::as_slice).collect();
-        let octaves = of_factors(&detrended, Spacing::Octave);
+        let octaves = octaves(&variances(&detrended(segments, slope), &factors));
         let without = fit_noise(&NoisePoints::new(&octaves, &lengths, period_s))?;
         let variance = largest_model(&without).slope_variance(longest as f64 * period_s);
-        let per_s = slope / (per_si * period_s);
+        let per_s = slope / period_s;
         let is_steady = per_s.abs() > STEADY_DRIFT * variance.sqrt();
         is_steady.then(|| {
             fit = Some(without);
@@ -357,7 +321,7 @@ fn channel_noise(
     let points = NoisePoints::new(&shown, &lengths, period_s);
     // Without a fit, white noise: the distribution of the points has to be that of some noise.
     let white = NoiseModel {
-        squares: [octaves.first().map_or(0.0, |o| o.1) * period_s, 0.0, 0.0],
+        squares: [fitted.first().map_or(0.0, |o| o.1) * period_s, 0.0, 0.0],
     };
     let model = fit.as_ref().map_or(white, |fit| fit.model);
     let unit = if name.starts_with('g') {
@@ -369,17 +333,10 @@ fn channel_noise(
         channel: name.to_owned(),
         unit: unit.to_owned(),
         adev: allan_points(&shown, &points.degrees_of_freedom(&model), period_s),
-        n: None,
-        b: None,
-        k: None,
-        not_observable: Vec::new(),
-        fit: None,
-        density: None,
-        data_sheet: None,
-        temperature: None,
+        ..ChannelNoise::default()
     };
     let Some(fit) = fit else {
-        words::nothing_fitted(&mut channel, octaves.iter().any(|o| o.1 > 0.0));
+        words::nothing_fitted(&mut channel, fitted.iter().any(|o| o.1 > 0.0));
         return channel;
     };
     take_estimates(&mut channel, &fit, longest as f64 * period_s);
@@ -389,8 +346,7 @@ fn channel_noise(
         drift_per_s,
         misfit: fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio }),
     });
-    let expected = |hz: f64| model.density(hz) * per_si * per_si;
-    let density = density_ratio(&segments, period_s, expected);
+    let density = density_ratio(&slices(segments), period_s, |hz| model.density(hz));
     channel.density = density.map(|density| DensityCheck {
         n: (model.squares[Term::N as usize] * density.ratio).sqrt(),
         band_hz: density.band_hz,
@@ -400,20 +356,30 @@ fn channel_noise(
     channel
 }
 
+fn slices(segments: &[Vec<f64>]) -> Vec<&[f64]> {
+    segments.iter().map(Vec::as_slice).collect()
+}
+
+/// Averaging times in samples, and Allan variances.
+fn variances(segments: &[Vec<f64>], factors: &[usize]) -> Vec<(usize, f64)> {
+    let variances = allan_variances(&slices(segments), factors).into_iter();
+    variances.map(|v| (v.m, v.variance)).collect()
+}
+
 /// Slope of the line fitted to the first segment of this length, per sample; `None` with fewer than
 /// three samples.
-fn slope(segments: &[&[f64]], length: usize) -> Option<f64> {
+fn slope(segments: &[Vec<f64>], length: usize) -> Option<f64> {
     let segment = segments.iter().find(|s| s.len() == length && length > 2)?;
     let middle = 0.5 * (length as f64 - 1.0);
     let offsets = || (0..length).map(|k| k as f64 - middle);
     let reference = segment[0];
-    let products = offsets().zip(*segment).map(|(k, v)| k * (v - reference));
+    let products = offsets().zip(segment).map(|(k, v)| k * (v - reference));
     Some(products.sum::<f64>() / offsets().map(|k| k * k).sum::<f64>())
 }
 
 /// The segments without a slope per sample.
-fn detrended(segments: &[&[f64]], slope: f64) -> Vec<Vec<f64>> {
-    let without = |segment: &&[f64]| -> Vec<f64> {
+fn detrended(segments: &[Vec<f64>], slope: f64) -> Vec<Vec<f64>> {
+    let without = |segment: &Vec<f64>| -> Vec<f64> {
         let samples = segment.iter().enumerate();
         samples.map(|(k, value)| value - slope * k as f64).collect()
     };
@@ -471,21 +437,6 @@ fn take_estimates(channel: &mut ChannelNoise, fit: &NoiseFit, longest_s: f64) {
             }
         }
     }
-}
-
-/// N beside that of the data sheet.
-fn data_sheet(channel: &ChannelNoise, part: Option<&Part>) -> Option<DataSheet> {
-    let part = part?;
-    let n = if channel.is_gyroscope() {
-        part.gyro_n()
-    } else {
-        part.accel_n()
-    };
-    Some(DataSheet {
-        part: part.name.to_owned(),
-        n,
-        ratio: channel.n.map(|e| e.value / n),
-    })
 }
 
 #[cfg(test)]

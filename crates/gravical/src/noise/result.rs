@@ -1,11 +1,18 @@
-//! The noise of a sensor, as it is written.
+//! The noise of a sensor, as it is written, beside that of data sheets.
 
+use std::path::Path;
+use std::str::FromStr;
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
 use super::Term;
-use super::parts::DataSheet;
-use crate::calibration_file::{InputFile, NoiseParameters, NoiseSection};
+use crate::calibration_file::{InputFile, InputRole, NoiseParameters, NoiseSection};
 use crate::finding::Finding;
+use crate::{Error, Result};
+
+/// Value of `format`.
+pub const NOISE_FORMAT: &str = "gravical-noise/1";
 
 /// Noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -55,8 +62,50 @@ impl NoiseResult {
     }
 }
 
+#[cfg(feature = "schema")]
+impl NoiseResult {
+    /// JSON schema of the file.
+    #[must_use]
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(NoiseResult).to_value()
+    }
+}
+
+/// Reads the result that `gravical noise` wrote.
+///
+/// # Errors
+///
+/// `not-noise` for any other file; errors of the file system.
+pub fn read_noise(path: &Path) -> Result<(NoiseResult, InputFile)> {
+    InputFile::read(path, InputRole::Noise, parse)
+}
+
+fn parse(bytes: &[u8]) -> Result<NoiseResult> {
+    let hint = "--noise takes the file of `gravical noise REST.csv -o noise.json`";
+    let result: NoiseResult = serde_json::from_slice(bytes).map_err(|e| {
+        Error::input("not-noise", format!("no result of `gravical noise`: {e}")).with_hint(hint)
+    })?;
+    if result.format != NOISE_FORMAT {
+        return Err(Error::input(
+            "not-noise",
+            format!("the format is {:?}, not {NOISE_FORMAT}", result.format),
+        )
+        .with_hint(hint));
+    }
+    let numbers = result.channels.iter().flat_map(|c| [c.n, c.b, c.k]);
+    if numbers
+        .flatten()
+        .any(|e| !(e.value.is_finite() && e.value > 0.0))
+    {
+        return Err(
+            Error::input("not-noise", "a parameter is not a positive number").with_hint(hint),
+        );
+    }
+    Ok(result)
+}
+
 /// Noise of one channel, in its [unit](Self::unit), seconds and hertz.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChannelNoise {
     /// `ax` … `gz`.
@@ -222,4 +271,106 @@ pub struct NotObservable {
     /// Length of a recording that would show a term as large as the limit, s; null if even a
     /// thousand times the length would not.
     pub record_s: Option<f64>,
+}
+
+/// A part, with the noise densities of its data sheet.
+///
+/// Data sheets state the root of the one-sided power spectral density; N of the Allan deviation is
+/// smaller by √2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// Its name.
+    pub name: &'static str,
+    /// Noise density of the accelerometer, µg/√Hz.
+    pub accel_ug_rthz: f64,
+    /// Noise density of the gyroscope, °/s/√Hz.
+    pub gyro_deg_s_rthz: f64,
+}
+
+/// The parts whose data sheets were read, with typical values: MPU-6000/MPU-6050 revision 3.4 (at
+/// 10 Hz), MPU-9250 revision 1.0 (low-noise mode), ICM-42688-P revision 1.7.
+pub const PARTS: &[Part] = &[
+    Part {
+        name: "MPU6050",
+        accel_ug_rthz: 400.0,
+        gyro_deg_s_rthz: 0.005,
+    },
+    Part {
+        name: "MPU9250",
+        accel_ug_rthz: 300.0,
+        gyro_deg_s_rthz: 0.01,
+    },
+    Part {
+        name: "ICM42688P",
+        accel_ug_rthz: 70.0,
+        gyro_deg_s_rthz: 0.0028,
+    },
+];
+
+impl Part {
+    /// N of the accelerometer, m/s²/√Hz, or of the gyroscope, rad/s/√Hz.
+    #[must_use]
+    pub fn n(&self, gyroscope: bool) -> f64 {
+        let density = if gyroscope {
+            self.gyro_deg_s_rthz.to_radians()
+        } else {
+            self.accel_ug_rthz * 1e-6 * STANDARD_GRAVITY_MPS2
+        };
+        density / 2_f64.sqrt()
+    }
+
+    /// N of a channel beside that of the part.
+    pub(super) fn data_sheet(&self, channel: &ChannelNoise) -> DataSheet {
+        let n = self.n(channel.is_gyroscope());
+        DataSheet {
+            part: self.name.to_owned(),
+            n,
+            ratio: channel.n.map(|e| e.value / n),
+        }
+    }
+}
+
+impl FromStr for Part {
+    type Err = Error;
+
+    /// The part of that name, whatever its case and hyphens.
+    ///
+    /// # Errors
+    ///
+    /// `usage` (usage), with those that are known.
+    fn from_str(name: &str) -> Result<Self> {
+        let plain = |text: &str| text.replace(['-', ' ', '_'], "").to_ascii_uppercase();
+        let part = PARTS.iter().find(|part| plain(part.name) == plain(name));
+        part.copied().ok_or_else(|| {
+            let known: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
+            Error::usage("usage", format!("{name:?} is no part that is known"))
+                .with_hint(format!("one of {}", known.join(", ")))
+        })
+    }
+}
+
+/// N of a channel beside that of the data sheet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DataSheet {
+    /// Name of the part.
+    pub part: String,
+    /// N by the data sheet: its one-sided density over √2.
+    pub n: f64,
+    /// N of the recording over it; null if N is not observable.
+    pub ratio: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_one_sided_density_of_the_mpu6050() {
+        let part: Part = "mpu-6050".parse().unwrap();
+        assert!((part.n(false) - 2.774e-3).abs() < 1e-6);
+        // 0.212 °/√h.
+        assert!((part.n(true).to_degrees() * 60.0 - 0.2121).abs() < 1e-4);
+        assert!("ADXL999".parse::<Part>().is_err());
+    }
 }

@@ -30,6 +30,11 @@ pub(super) struct Counts {
     pub disturbances: u64,
     /// Gaps and breaks within the intervals.
     pub gaps: u64,
+    /// Samples that were replaced, gaps where too many are missing, and segments between gaps: of the
+    /// channel with most.
+    pub filled: u64,
+    pub channel_gaps: u64,
+    pub segments: u64,
     pub temperature_c: Option<[f64; 2]>,
 }
 
@@ -97,7 +102,7 @@ impl Pieces {
 
     /// Leaves out blocks of `width` samples in which the variance of the accelerometer, sum of the
     /// axes, is larger than this.
-    pub fn without_disturbances(mut self, accel: &[Vec<f64>; 3], width: usize, max: f64) -> Self {
+    pub fn leave_out_disturbances(&mut self, accel: &[Vec<f64>; 3], width: usize, max: f64) {
         let mut quiet = Vec::new();
         for piece in std::mem::take(&mut self.pieces) {
             let mut part = Vec::with_capacity(piece.len());
@@ -117,14 +122,12 @@ impl Pieces {
             quiet.push(part);
         }
         self.pieces = quiet;
-        self
     }
 
-    /// The samples of a column, and how many of them were replaced. Missing ones are replaced by earlier
-    /// ones: they have the noise of the sensor, which an interpolation does not have. After too many a
-    /// new segment begins.
-    pub fn samples(&self, column: &[f64]) -> Series {
-        let mut series = Series::default();
+    /// The samples of a column in segments. Missing ones are replaced by earlier ones: they have the
+    /// noise of the sensor, which an interpolation does not have. After too many a new segment begins.
+    pub fn samples(&mut self, column: &[f64]) -> Vec<Vec<f64>> {
+        let (mut segments, mut filled, mut gaps) = (Vec::new(), 0, 0);
         for piece in &self.pieces {
             let mut samples: Vec<f64> = Vec::with_capacity(piece.len());
             let mut missing = 0;
@@ -134,21 +137,25 @@ impl Pieces {
                     continue;
                 }
                 if missing > MAX_FILLED && !samples.is_empty() {
-                    series.gaps += 1;
-                    series.segments.push(std::mem::take(&mut samples));
+                    gaps += 1;
+                    segments.push(std::mem::take(&mut samples));
                 } else if !samples.is_empty() {
                     for _ in 0..missing {
                         samples.push(samples[samples.len().saturating_sub(BACK)]);
                     }
-                    series.filled += missing as u64;
+                    filled += missing as u64;
                 }
                 missing = 0;
                 samples.push(value);
             }
-            series.segments.push(samples);
+            segments.push(samples);
         }
-        series.segments.retain(|samples| !samples.is_empty());
-        series
+        segments.retain(|samples| !samples.is_empty());
+        let counts = &mut self.counts;
+        counts.filled = counts.filled.max(filled);
+        counts.channel_gaps = counts.channel_gaps.max(gaps);
+        counts.segments = counts.segments.max(segments.len() as u64);
+        segments
     }
 
     /// The dependence of a column on the temperature, if it explains most of the slow changes; `n` is the
@@ -196,30 +203,19 @@ impl Pieces {
     }
 }
 
-/// Evenly spaced samples of a channel in segments.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Series {
-    pub segments: Vec<Vec<f64>>,
-    /// Samples that were replaced, and gaps where too many are missing.
-    pub filled: u64,
-    pub gaps: u64,
-}
-
-impl Series {
-    /// Standard deviation of the samples about their means over a second; NaN without two samples that
-    /// follow each other.
-    pub fn scatter(&self, period_s: f64) -> f64 {
-        let length = (MEAN_S / period_s).max(2.0) as usize;
-        let (mut squares, mut freedom) = (0.0, 0.0);
-        for second in self.segments.iter().flat_map(|s| s.chunks(length)) {
-            if second.len() > 1 {
-                let n = second.len() as f64 - 1.0;
-                squares += n * standard_deviation(second).powi(2);
-                freedom += n;
-            }
+/// Standard deviation of the samples about their means over a second; NaN without two samples that
+/// follow each other.
+pub(super) fn scatter(segments: &[Vec<f64>], period_s: f64) -> f64 {
+    let length = (MEAN_S / period_s).max(2.0) as usize;
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for second in segments.iter().flat_map(|s| s.chunks(length)) {
+        if second.len() > 1 {
+            let n = second.len() as f64 - 1.0;
+            squares += n * standard_deviation(second).powi(2);
+            freedom += n;
         }
-        (squares / freedom).sqrt()
     }
+    (squares / freedom).sqrt()
 }
 
 /// Cells of a column; NaN for missing samples.

@@ -28,6 +28,8 @@ pub struct Unit {
     pub name: &'static str,
     /// Printed values per value in SI units.
     pub factor: f64,
+    /// The unit in SI.
+    pub si: &'static str,
 }
 
 impl Unit {
@@ -36,28 +38,15 @@ impl Unit {
     pub fn of(term: Term, gyroscope: bool) -> Self {
         let g = STANDARD_GRAVITY_MPS2;
         let degrees = 1_f64.to_degrees();
-        let (name, factor) = match (gyroscope, term) {
-            (false, Term::N) => ("µg/√Hz", 1e6 / g),
-            (false, Term::B) => ("mg", 1e3 / g),
-            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
-            (true, Term::N) => ("°/√h", degrees * 60.0),
-            (true, Term::B) => ("°/h", degrees * 3600.0),
-            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
+        let (name, factor, si) = match (gyroscope, term) {
+            (false, Term::N) => ("µg/√Hz", 1e6 / g, "m/s²/√Hz"),
+            (false, Term::B) => ("mg", 1e3 / g, "m/s²"),
+            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0, "m/s²/√s"),
+            (true, Term::N) => ("°/√h", degrees * 60.0, "rad/s/√Hz"),
+            (true, Term::B) => ("°/h", degrees * 3600.0, "rad/s"),
+            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0, "rad/s/√s"),
         };
-        Unit { name, factor }
-    }
-
-    /// The unit in SI.
-    #[must_use]
-    pub fn si(term: Term, gyroscope: bool) -> &'static str {
-        match (gyroscope, term) {
-            (false, Term::N) => "m/s²/√Hz",
-            (false, Term::B) => "m/s²",
-            (false, Term::K) => "m/s²/√s",
-            (true, Term::N) => "rad/s/√Hz",
-            (true, Term::B) => "rad/s",
-            (true, Term::K) => "rad/s/√s",
-        }
+        Unit { name, factor, si }
     }
 }
 
@@ -126,8 +115,8 @@ pub(super) fn judge(
     deviation: f64,
     period_s: f64,
 ) -> Vec<Finding> {
-    let mut findings = Vec::new();
     let name = channel.channel.clone();
+    let warning = |kind, text: String| Finding::warning(kind, format!("{name}: {text}"));
     let before = (deviation * deviation - step * step / 12.0).max(0.0).sqrt();
     let rounding = gravical_core::rounding::floor(step).sqrt();
     if step > 0.0 && before < MIN_OF_RESOLUTION * step {
@@ -137,63 +126,51 @@ pub(super) fn judge(
         );
         let most = MIN_OF_RESOLUTION.hypot(rounding / step) * step * period_s.sqrt();
         all_missing(channel, &reason, Some(most));
-        findings.push(Finding::warning(
-            FindingKind::NoiseBelowResolution,
-            format!("{name}: {reason}; only an upper limit of N is known, for noise that no low-pass has reduced"),
-        ));
-        return findings;
+        let text = format!(
+            "{reason}; only an upper limit of N is known, for noise that no low-pass has reduced"
+        );
+        return vec![warning(FindingKind::NoiseBelowResolution, text)];
     }
     let Some(fit) = channel.fit else {
-        return findings;
+        return Vec::new();
     };
-    if fit.from_s > 1.5 * period_s {
-        findings.push(Finding::note(
-            FindingKind::NoiseFiltered,
-            format!(
-                "{name}: the fit begins at {:.2} s; for shorter averaging times the noise is not white, as behind a low-pass",
-                fit.from_s
-            ),
-        ));
-    }
-    if let Some(misfit) = fit.misfit {
-        findings.push(Finding::warning(
-            FindingKind::NoiseMisfit,
-            format!(
-                "{name}: at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
-                duration_text(misfit.tau_s),
-                misfit.ratio
-            ),
-        ));
-    }
-    if let Some(drift) = fit.drift_per_s {
-        let (factor, unit) = per_hour(channel.is_gyroscope());
-        let drift = crate::numfmt::digits(factor * drift, 2);
-        findings.push(Finding::warning(
-            FindingKind::NoiseDrift,
-            format!("{name}: the bias drifts steadily by {drift} {unit}; B and K are what remains without that line"),
-        ));
-    }
-    if let Some(density) = channel.density.filter(|_| channel.n.is_some())
-        && (density.ratio - 1.0).abs() > DENSITY_TOLERANCE.max(DENSITY_SIGMAS * density.ratio_sd)
-    {
-        findings.push(Finding::warning(
-            FindingKind::NoiseDensityDiffers,
-            format!(
-                "{name}: between {:.0} and {:.0} Hz the power is {:.2} times that of the fitted curve: not white there, by vibration or a low-pass",
-                density.band_hz[0], density.band_hz[1], density.ratio
-            ),
-        ));
-    }
-    findings
-}
-
-/// Unit of a drift with time, and its value per m/s³ or rad/s².
-fn per_hour(is_gyroscope: bool) -> (f64, &'static str) {
-    if is_gyroscope {
-        (1_f64.to_degrees() * 3600.0 * 3600.0, "°/h per hour")
-    } else {
-        (1e3 / STANDARD_GRAVITY_MPS2 * 3600.0, "mg per hour")
-    }
+    let filtered = (fit.from_s > 1.5 * period_s).then(|| {
+        let text = format!(
+            "{name}: the fit begins at {:.2} s; for shorter averaging times the noise is not white, as behind a low-pass",
+            fit.from_s
+        );
+        Finding::note(FindingKind::NoiseFiltered, text)
+    });
+    let misfit = fit.misfit.map(|misfit| {
+        let text = format!(
+            "at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
+            duration_text(misfit.tau_s),
+            misfit.ratio
+        );
+        warning(FindingKind::NoiseMisfit, text)
+    });
+    let drift = fit.drift_per_s.map(|drift| {
+        let unit = Unit::of(Term::B, channel.is_gyroscope());
+        let drift = crate::numfmt::digits(unit.factor * 3600.0 * drift, 2);
+        let text = format!(
+            "the bias drifts steadily by {drift} {} per hour; B and K are what remains without that line",
+            unit.name
+        );
+        warning(FindingKind::NoiseDrift, text)
+    });
+    let density = channel.density.filter(|density| {
+        let tolerance = DENSITY_TOLERANCE.max(DENSITY_SIGMAS * density.ratio_sd);
+        channel.n.is_some() && (density.ratio - 1.0).abs() > tolerance
+    });
+    let density = density.map(|density| {
+        let text = format!(
+            "between {:.0} and {:.0} Hz the power is {:.2} times that of the fitted curve: not white there, by vibration or a low-pass",
+            density.band_hz[0], density.band_hz[1], density.ratio
+        );
+        warning(FindingKind::NoiseDensityDiffers, text)
+    });
+    let found = [filtered, misfit, drift, density];
+    found.into_iter().flatten().collect()
 }
 
 /// What is odd about the samples that were used.
@@ -201,7 +178,6 @@ pub(super) fn of_recording(
     recording: &Recording,
     ranges: &[Range<usize>],
     counts: &Counts,
-    filled: u64,
     period_s: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -229,43 +205,40 @@ pub(super) fn of_recording(
             .at_lines(&lines),
         );
     }
-    if counts.disturbances > 0 {
-        findings.push(
-            Finding::note(
-                FindingKind::NoiseBumps,
-                format!(
-                    "{}, {} in total, left out like gaps",
-                    count(counts.disturbances, "disturbance"),
-                    duration_text(counts.disturbed as f64 * period_s)
-                ),
-            )
-            .counting(counts.disturbed),
-        );
-    }
-    if counts.gaps > 0 {
-        findings.push(
-            Finding::note(
-                FindingKind::NoiseGaps,
-                format!(
-                    "{} gaps; no difference is taken across them, and averaging times are limited by the segments between them",
-                    counts.gaps
-                ),
-            )
-            .counting(counts.gaps),
-        );
-    }
-    if filled > 0 {
-        let share = filled as f64 / counts.rows.max(1) as f64;
-        let text = format!(
-            "{filled} missing samples ({:.2} %) are replaced by samples a moment before them",
-            100.0 * share
-        );
-        let finding = match share > MAX_FILLED {
-            true => Finding::warning(FindingKind::NoiseSamplesFilled, text),
-            false => Finding::note(FindingKind::NoiseSamplesFilled, text),
-        };
-        findings.push(finding.counting(filled));
-    }
+    let mut note = |kind, count: u64, is_serious: bool, text: String| {
+        if count > 0 {
+            let finding = if is_serious {
+                Finding::warning(kind, text)
+            } else {
+                Finding::note(kind, text)
+            };
+            findings.push(finding.counting(count));
+        }
+    };
+    let text = format!(
+        "{}, {} in total, left out like gaps",
+        count(counts.disturbances, "disturbance"),
+        duration_text(counts.disturbed as f64 * period_s)
+    );
+    note(FindingKind::NoiseBumps, counts.disturbed, false, text);
+    let gaps = counts.gaps + counts.channel_gaps;
+    let text = format!(
+        "{gaps} gaps; no difference is taken across them, and averaging times are limited by the segments between them"
+    );
+    note(FindingKind::NoiseGaps, gaps, false, text);
+    let share = counts.filled as f64 / counts.rows.max(1) as f64;
+    let text = format!(
+        "{} missing samples ({:.2} %) are replaced by samples a moment before them",
+        counts.filled,
+        100.0 * share
+    );
+    let is_serious = share > MAX_FILLED;
+    note(
+        FindingKind::NoiseSamplesFilled,
+        counts.filled,
+        is_serious,
+        text,
+    );
     findings
 }
 
@@ -280,15 +253,12 @@ pub(super) fn of_temperature(
         .iter()
         .filter_map(|c| {
             let drift = c.temperature?;
-            let (factor, unit) = match c.is_gyroscope() {
-                true => (1_f64.to_degrees() * 3600.0, "°/h"),
-                false => (1e3 / STANDARD_GRAVITY_MPS2, "mg"),
-            };
-            let slope = crate::numfmt::digits(factor * drift.slope_per_c, 2);
+            let unit = Unit::of(Term::B, c.is_gyroscope());
+            let slope = crate::numfmt::digits(unit.factor * drift.slope_per_c, 2);
             let share = 100.0 * drift.explained;
             Some(format!(
-                "{} {slope} {unit} per °C ({share:.0} %)",
-                c.channel
+                "{} {slope} {} per °C ({share:.0} %)",
+                c.channel, unit.name
             ))
         })
         .collect();

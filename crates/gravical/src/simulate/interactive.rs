@@ -2,17 +2,12 @@
 
 use nalgebra::Vector3;
 
-use super::builder::Builder;
-use super::options::SimulateOptions;
-use super::part::Part;
-use super::path::Law;
+use super::options::{LINE_OFFSET_M, LineOptions, Scenario, SimulateOptions, bad};
 use super::poses::{Draws, Z_UP};
-use super::range::bad;
 use super::record::{INSIDE_HZ, warmer_c};
-use super::scenario_options::{LINE_OFFSET_M, LineOptions, Scenario};
-use super::sensor::Sensor;
+use super::scenario::Builder;
+use super::sensor::{Part, Reading};
 use super::truth::Truth;
-use super::truth_of;
 use crate::Result;
 use crate::poses::face::Face;
 
@@ -39,43 +34,12 @@ const PAUSE_S: f64 = 2.0;
 /// ```
 pub struct InteractiveSensor {
     options: SimulateOptions,
-    sensor: Sensor,
     part: Part,
     builder: Builder,
     draws: Draws,
     /// Number of completed internal time steps.
     steps: u64,
-    last: InteractiveReading,
-}
-
-/// A reading of the sensor.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InteractiveReading {
-    /// Acceleration x, y, z, m/s².
-    pub accel_mps2: [f64; 3],
-    /// Angular rate about x, y, z, rad/s.
-    pub gyro_rad_s: [f64; 3],
-    /// Temperature, °C.
-    pub temperature_c: f64,
-    /// True at rest.
-    pub still: bool,
-}
-
-impl InteractiveReading {
-    /// Columns of [`row`](Self::row), with a line end.
-    pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
-
-    /// The reading as a line of text, as a board prints it `t_s` seconds after the start, with so
-    /// many decimals.
-    #[must_use]
-    pub fn row(&self, t_s: f64, decimals: usize) -> String {
-        let [ax, ay, az] = self.accel_mps2;
-        let [gx, gy, gz] = self.gyro_rad_s;
-        let (t_ms, t_c) = ((t_s * 1e3).round(), self.temperature_c);
-        format!(
-            "{t_ms},{ax:.decimals$},{ay:.decimals$},{az:.decimals$},{t_c:.2},{gx:.decimals$},{gy:.decimals$},{gz:.decimals$}\n"
-        )
-    }
+    last: Reading,
 }
 
 impl InteractiveSensor {
@@ -97,46 +61,32 @@ impl InteractiveSensor {
         let (nominal, up) = draws.face_pose(Z_UP);
         let mut builder = Builder::new(options, up);
         builder.rest(nominal, 1.0 / INSIDE_HZ);
-        let sensor = Sensor::draw(options);
-        let mut part = Part::new(&sensor, options, 1.0 / INSIDE_HZ, 0, &builder.path);
-        let settle = options.sensor.low_pass_hz.map_or(0, |f| {
-            // The initial state of the low-pass must already be noise.
-            (5.0 * INSIDE_HZ / f).ceil() as usize
-        });
-        for _ in 0..settle {
-            part.update(&builder.path, 0.0, 0.0);
-        }
-        let mut sensor = Self {
+        let mut part = Part::new(options, 1.0 / INSIDE_HZ, 0, &builder.path, 0.0);
+        let last = part.read(&builder.path, 0.0, 0.0);
+        Ok(Self {
             options: options.clone(),
-            sensor,
             part,
             builder,
             draws,
             steps: 0,
-            last: InteractiveReading {
-                accel_mps2: [0.0; 3],
-                gyro_rad_s: [0.0; 3],
-                temperature_c: 0.0,
-                still: true,
-            },
-        };
-        sensor.read();
-        Ok(sensor)
+            last,
+        })
     }
 
     /// The reading `t_s` seconds after the start, updated every millisecond. For a time before
     /// the latest reading, the latest one is returned.
-    pub fn at(&mut self, t_s: f64) -> InteractiveReading {
+    pub fn at(&mut self, t_s: f64) -> Reading {
         // Tolerance for rounding, so that 10 ms are ten steps.
         let due = (t_s * INSIDE_HZ + 1e-6).floor();
-        while (self.steps as f64) + 1.0 < due {
+        while (self.steps as f64) < due {
             self.steps += 1;
-            let warm_c = self.warm_c();
-            self.part.update(&self.builder.path, self.now_s(), warm_c);
-        }
-        if (self.steps as f64) < due {
-            self.steps += 1;
-            self.read();
+            let (path, now_s) = (&self.builder.path, self.steps as f64 / INSIDE_HZ);
+            let warm_c = warmer_c(&self.options, 0.0, now_s, 1.0);
+            if (self.steps as f64) < due {
+                self.part.update(path, now_s, warm_c);
+            } else {
+                self.last = self.part.read(path, now_s, warm_c);
+            }
         }
         self.last
     }
@@ -180,28 +130,27 @@ impl InteractiveSensor {
         Scenario::Line(*line).validate()?;
         self.begin();
         let displacement = self.heading() * LINE_OFFSET_M + self.across() * line.distance_m;
-        let wobble = Vector3::x() * line.tilt_change_deg.to_radians();
         self.builder
-            .go(wobble, Law::Sine, displacement, line.move_time_s);
-        Ok(self.builder.now_s - self.now_s())
+            .go(Vector3::zeros(), displacement, line.move_time_s);
+        Ok(self.builder.now_s() - self.now_s())
     }
 
     /// The true parameters; without recordings.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        truth_of(&self.sensor, &self.options, Vec::new())
+        self.part.sensor.truth(&self.options)
     }
 
     fn carry(&mut self, up: Vector3<f64>) -> f64 {
         self.begin();
         self.builder.move_to(up);
-        self.builder.now_s - self.now_s()
+        self.builder.now_s() - self.now_s()
     }
 
     /// The next move starts now, or after a pause if another one is in progress.
     fn begin(&mut self) {
         let now_s = self.now_s();
-        let free_s = self.builder.now_s;
+        let free_s = self.builder.now_s();
         let begins_s = if free_s > now_s {
             free_s + PAUSE_S
         } else {
@@ -232,27 +181,11 @@ impl InteractiveSensor {
     fn across(&self) -> Vector3<f64> {
         Vector3::z().cross(&self.heading())
     }
-
-    fn warm_c(&self) -> f64 {
-        warmer_c(&self.options, 0.0, self.now_s(), 1.0)
-    }
-
-    fn read(&mut self) {
-        let (t_s, warm_c) = (self.now_s(), self.warm_c());
-        let reading = self.part.read(&self.builder.path, t_s, warm_c);
-        self.last = InteractiveReading {
-            accel_mps2: reading.accel,
-            gyro_rad_s: reading.gyro,
-            temperature_c: reading.temperature_c,
-            still: self.builder.path.is_still_at(t_s) || t_s > self.builder.now_s,
-        };
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::scenario_options::StaticOptions;
-    use super::super::{SensorOptions, simulate};
+    use super::super::{SensorOptions, StaticOptions, simulate};
     use super::*;
 
     fn options(sensor: SensorOptions) -> SimulateOptions {
@@ -271,14 +204,14 @@ mod tests {
         .unwrap();
         let mut t_s = 3.0;
         for face in Face::all() {
-            assert!(sensor.at(t_s).still);
+            sensor.at(t_s);
             let carried_s = sensor.lay(face);
             // The sensor starts near +z, so the first movement is short.
             assert!((1.0..=2.2).contains(&carried_s), "{carried_s}");
-            assert!(!sensor.at(t_s + 0.5 * carried_s).still);
+            let rate = Vector3::from(sensor.at(t_s + 0.5 * carried_s).gyro_rad_s);
+            assert!(rate.norm() > 0.01);
             t_s += carried_s + 2.0;
             let reading = sensor.at(t_s);
-            assert!(reading.still);
             for axis in 0..3 {
                 let want = 9.80665 * face.direction()[axis];
                 assert!((reading.accel_mps2[axis] - want).abs() < 1e-9);
@@ -353,7 +286,7 @@ mod tests {
         assert_eq!(truth.accelerometer, recorded.truth.accelerometer);
         assert_eq!(truth.gyroscope, recorded.truth.gyroscope);
         let file = &recorded.files[0];
-        let rows = file.t_s.len();
+        let rows = file.rows.len();
         let mut readings = Vec::with_capacity(rows);
         for row in 0..rows {
             readings.push(sensor.at(0.01 * row as f64));
@@ -365,7 +298,7 @@ mod tests {
                 (mean, (sum / rows as f64).sqrt())
             };
             let (mean, noise) = sd(&|i| readings[i].accel_mps2[axis]);
-            let (want_mean, want_noise) = sd(&|i| file.accel_mps2[axis][i]);
+            let (want_mean, want_noise) = sd(&|i| file.rows[i].reading.accel_mps2[axis]);
             assert!((mean - want_mean).abs() < 5e-3, "{mean} {want_mean}");
             assert!((noise / want_noise - 1.0).abs() < 0.1);
         }

@@ -1,11 +1,261 @@
-//! Options of the virtual sensor, with unit, default and range.
+//! Scenarios and options of the virtual sensor, with unit, default and range.
+
+use std::str::FromStr;
 
 use gravical_core::unit::mpu6050_gyroscope_lsb_per_deg_s;
 use serde::{Deserialize, Serialize};
 
-use super::range::{bad, within};
-use super::scenario_options::Scenario;
-use crate::Result;
+use crate::{Error, Result};
+
+/// Duration of a turn, s; the peak rate is 1.875·angle/duration.
+pub(super) const TURN_S: f64 = 4.0;
+/// Displacement of a line along x, m.
+pub(super) const LINE_OFFSET_M: f64 = 0.02;
+
+pub(super) fn bad(message: impl Into<String>) -> Error {
+    Error::usage("simulate-option", message)
+        .with_hint("`gravical simulate --help` explains the options")
+}
+
+/// Refuses values outside their range, including NaN: name, value, lowest, highest, unit.
+fn check(options: &[(&str, f64, f64, f64, &str)]) -> Result<()> {
+    for (name, value, low, high, unit) in options {
+        if !(low..=high).contains(&value) {
+            let value = format!("{value} {unit}");
+            return Err(bad(format!(
+                "{name} is {}; it has to be between {low} and {high}",
+                value.trim_end()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// What is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "name", rename_all = "kebab-case")]
+pub enum Scenario {
+    /// Six static poses, one file each; or a complete Ferraris session.
+    SixPosition(SixPositionOptions),
+    /// Six faces and free poses in one continuous recording.
+    Poses(PosesOptions),
+    /// Static, z up.
+    Static(StaticOptions),
+    /// Rest, one straight move, rest.
+    Line(LineOptions),
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self::Static(StaticOptions::default())
+    }
+}
+
+impl Scenario {
+    /// `six-position`, `poses`, `static` or `line`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::SixPosition(_) => "six-position",
+            Self::Poses(_) => "poses",
+            Self::Static(_) => "static",
+            Self::Line(_) => "line",
+        }
+    }
+
+    /// The chamber, if there is one, and the drift of the gyroscope's bias in it, °/s per °C.
+    pub(super) fn soak(&self) -> Option<(SoakOptions, f64)> {
+        match self {
+            Self::Static(o) => Some((o.soak?, o.gyro_drift_deg_s_per_c)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn validate(&self) -> Result<()> {
+        match self {
+            Self::SixPosition(o) => check(&[
+                ("hold", o.hold_s, 0.1, 3600.0, "s"),
+                ("rest", o.rest_s, 0.1, 3600.0, "s"),
+                ("turn-angle", o.turn_angle_deg, -3600.0, 3600.0, "°"),
+            ]),
+            Self::Poses(o) => check(&[
+                ("hold", o.hold_s, 0.1, 3600.0, "s"),
+                ("free", f64::from(o.free), 0.0, 50.0, "poses"),
+            ]),
+            Self::Static(o) => {
+                if o.soak.is_some_and(|soak| soak.low_c > soak.high_c) {
+                    return Err(bad("soak: the highest temperature comes first, as 50,-10"));
+                }
+                let soak = o.soak.unwrap_or_default();
+                check(&[
+                    ("duration", o.duration_s, 0.1, 2_592_000.0, "s"),
+                    ("gyro-drift", o.gyro_drift_deg_s_per_c, 0.0, 1.0, "°/s/°C"),
+                    ("soak", soak.high_c, -40.0, 105.0, "°C"),
+                    ("soak", soak.low_c, -40.0, 105.0, "°C"),
+                ])
+            }
+            Self::Line(o) => check(&[
+                ("distance", o.distance_m, -100.0, 100.0, "m"),
+                ("move-time", o.move_time_s, 0.1, 3600.0, "s"),
+                ("rest", o.rest_s, 0.1, 3600.0, "s"),
+            ]),
+        }
+    }
+}
+
+/// Six poses: +x, −x, +y, −y, +z, −z (the axis that points up).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct SixPositionOptions {
+    /// Duration of each pose, s
+    #[serde(rename(deserialize = "hold"))]
+    #[cfg_attr(feature = "clap", arg(long = "hold", value_name = "S", default_value_t = SixPositionOptions::default().hold_s))]
+    pub hold_s: f64,
+    /// One recording: poses, then full turns
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub continuous: bool,
+    /// Rest before and after each turn, s
+    #[serde(rename(deserialize = "rest"))]
+    #[cfg_attr(feature = "clap", arg(long = "rest", value_name = "S", default_value_t = SixPositionOptions::default().rest_s, requires = "continuous"))]
+    pub rest_s: f64,
+    /// Angle of each turn, right-handed, °
+    #[serde(rename(deserialize = "turn_angle"))]
+    #[cfg_attr(feature = "clap", arg(long = "turn-angle", value_name = "DEG", default_value_t = SixPositionOptions::default().turn_angle_deg, allow_negative_numbers = true, requires = "continuous"))]
+    pub turn_angle_deg: f64,
+}
+
+impl Default for SixPositionOptions {
+    fn default() -> Self {
+        Self {
+            hold_s: 10.0,
+            continuous: false,
+            rest_s: 3.0,
+            turn_angle_deg: -360.0,
+        }
+    }
+}
+
+/// Six faces, then free poses distributed over the sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct PosesOptions {
+    /// Duration of each pose, s
+    #[serde(rename(deserialize = "hold"))]
+    #[cfg_attr(feature = "clap", arg(long = "hold", value_name = "S", default_value_t = PosesOptions::default().hold_s))]
+    pub hold_s: f64,
+    /// Number of free poses after the six faces
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = PosesOptions::default().free))]
+    pub free: u32,
+}
+
+impl Default for PosesOptions {
+    fn default() -> Self {
+        Self {
+            hold_s: 4.0,
+            free: 6,
+        }
+    }
+}
+
+/// Static, z up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct StaticOptions {
+    /// Length of the recording, s
+    #[serde(rename(deserialize = "duration"))]
+    #[cfg_attr(feature = "clap", arg(long = "duration", value_name = "S", default_value_t = StaticOptions::default().duration_s))]
+    pub duration_s: f64,
+    /// In a thermal chamber that goes from HIGH to LOW °C and back
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "HIGH,LOW", allow_hyphen_values = true)
+    )]
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::option_text::optional"
+    )]
+    pub soak: Option<SoakOptions>,
+    /// Drift of the gyroscope's bias in the chamber, °/s per °C
+    #[serde(rename(deserialize = "gyro_drift"))]
+    #[cfg_attr(feature = "clap", arg(long = "gyro-drift", value_name = "DEG_S_C", default_value_t = StaticOptions::default().gyro_drift_deg_s_per_c, requires = "soak"))]
+    pub gyro_drift_deg_s_per_c: f64,
+}
+
+impl Default for StaticOptions {
+    fn default() -> Self {
+        Self {
+            duration_s: 10.0,
+            soak: None,
+            gyro_drift_deg_s_per_c: 0.0,
+        }
+    }
+}
+
+/// A temperature chamber: once from the highest temperature to the lowest and back, following a
+/// cosine.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SoakOptions {
+    /// Temperature at start and end, °C. Default 50; range −40 to 105.
+    pub high_c: f64,
+    /// Temperature in the middle, °C. Default −10; range −40 to 105.
+    pub low_c: f64,
+}
+
+impl Default for SoakOptions {
+    fn default() -> Self {
+        Self {
+            high_c: 50.0,
+            low_c: -10.0,
+        }
+    }
+}
+
+impl FromStr for SoakOptions {
+    type Err = Error;
+
+    /// `50,-10`: highest and lowest temperature, °C.
+    fn from_str(text: &str) -> Result<Self> {
+        let numbers = text
+            .split_once(',')
+            .and_then(|(high, low)| Some((high.trim().parse().ok()?, low.trim().parse().ok()?)));
+        let (high_c, low_c) = numbers
+            .ok_or_else(|| Error::usage("usage", "expected two temperatures such as 50,-10"))?;
+        Ok(SoakOptions { high_c, low_c })
+    }
+}
+
+/// Rest, a minimum-jerk move mainly along y of the frame (z up, x along the horizontal component
+/// of the sensor's x at rest), rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct LineOptions {
+    /// Displacement along y, m
+    #[serde(rename(deserialize = "distance"))]
+    #[cfg_attr(feature = "clap", arg(long = "distance", value_name = "M", default_value_t = LineOptions::default().distance_m, allow_negative_numbers = true))]
+    pub distance_m: f64,
+    /// Duration of the move, s
+    #[serde(rename(deserialize = "move_time"))]
+    #[cfg_attr(feature = "clap", arg(long = "move-time", value_name = "S", default_value_t = LineOptions::default().move_time_s))]
+    pub move_time_s: f64,
+    /// Rest before and after the move, s
+    #[serde(rename(deserialize = "rest"))]
+    #[cfg_attr(feature = "clap", arg(long = "rest", value_name = "S", default_value_t = LineOptions::default().rest_s))]
+    pub rest_s: f64,
+}
+
+impl Default for LineOptions {
+    fn default() -> Self {
+        Self {
+            distance_m: 0.7,
+            move_time_s: 2.0,
+            rest_s: 5.0,
+        }
+    }
+}
 
 /// All options of a simulation: equal options give identical files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -79,24 +329,21 @@ impl SimulateOptions {
     /// `simulate-option` (usage), with the option, its value and its range.
     pub fn validate(&self) -> Result<()> {
         self.scenario.validate()?;
-        within("gravity", self.gravity_mps2, 9.7, 9.9, "m/s²")?;
-        within("rate", self.rate_hz, 1.0, 1000.0, "Hz")?;
-        within(
-            "jitter",
-            self.stamp_jitter_ms,
-            0.0,
-            400.0 / self.rate_hz,
-            "ms",
-        )?;
-        within("drop", self.dropped_fraction, 0.0, 0.9, "of the rows")?;
-        within("tilt", self.tilt_sd_deg, 0.0, 20.0, "°")?;
-        within(
-            "decimals",
-            f64::from(self.file.decimals),
-            1.0,
-            9.0,
-            "digits",
-        )?;
+        let decimals = f64::from(self.file.decimals);
+        check(&[
+            ("gravity", self.gravity_mps2, 9.7, 9.9, "m/s²"),
+            ("rate", self.rate_hz, 1.0, 1000.0, "Hz"),
+            (
+                "jitter",
+                self.stamp_jitter_ms,
+                0.0,
+                400.0 / self.rate_hz,
+                "ms",
+            ),
+            ("drop", self.dropped_fraction, 0.0, 0.9, "of the rows"),
+            ("tilt", self.tilt_sd_deg, 0.0, 20.0, "°"),
+            ("decimals", decimals, 1.0, 9.0, "digits"),
+        ])?;
         if self.file.raw && self.file.wrong_header {
             return Err(bad("raw counts have no header of units"));
         }
@@ -221,29 +468,31 @@ impl SensorOptions {
                 format!("gyro-range {range_deg_s} °/s: the part has 250, 500, 1000, 2000 °/s");
             return Err(bad(text));
         }
-        within(
-            "low-pass",
-            self.low_pass_hz.unwrap_or(44.0),
-            1.0,
-            260.0,
-            "Hz",
-        )?;
-        within("noise", self.noise_factor, 0.0, 100.0, "")?;
-        within("scale-sd", self.scale_sd_percent, 0.0, 10.0, "%")?;
-        within(
-            "temperature-rise",
-            self.temperature_rise_c,
-            -40.0,
-            40.0,
-            "°C",
-        )?;
-        within(
-            "temperature-drift",
-            self.bias_drift_mg_per_c,
-            0.0,
-            10.0,
-            "mg/°C",
-        )
+        check(&[
+            (
+                "low-pass",
+                self.low_pass_hz.unwrap_or(44.0),
+                1.0,
+                260.0,
+                "Hz",
+            ),
+            ("noise", self.noise_factor, 0.0, 100.0, ""),
+            ("scale-sd", self.scale_sd_percent, 0.0, 10.0, "%"),
+            (
+                "temperature-rise",
+                self.temperature_rise_c,
+                -40.0,
+                40.0,
+                "°C",
+            ),
+            (
+                "temperature-drift",
+                self.bias_drift_mg_per_c,
+                0.0,
+                10.0,
+                "mg/°C",
+            ),
+        ])
     }
 }
 

@@ -1,7 +1,6 @@
 //! Seeded random streams, one per purpose, so that changing one option does not change the other
 //! random values.
 
-use nalgebra::Vector3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -33,11 +32,4 @@ pub(super) fn normal(rng: &mut impl Rng) -> f64 {
 /// Uniform from −1 to 1.
 pub(super) fn uniform(rng: &mut impl Rng) -> f64 {
     2.0 * rng.random::<f64>() - 1.0
-}
-
-/// Three values of `draw`, in the order x, y, z.
-pub(super) fn three(mut draw: impl FnMut() -> f64) -> Vector3<f64> {
-    let x = draw();
-    let y = draw();
-    Vector3::new(x, y, draw())
 }

@@ -1,27 +1,47 @@
-//! Conversion of a scenario to paths and their events.
+//! Scenarios as paths, built piece by piece with the true events on them.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
+use rand_chacha::ChaCha8Rng;
 
-use super::builder::{Builder, Plan};
-use super::options::SimulateOptions;
-use super::path::Law;
-use super::poses::{Draws, Z_UP, spread_directions};
-use super::scenario_options::{
-    LINE_OFFSET_M, LineOptions, PosesOptions, Scenario, SixPositionOptions, StaticOptions, TURN_S,
+use super::options::{
+    LINE_OFFSET_M, LineOptions, PosesOptions, Scenario, SimulateOptions, SixPositionOptions,
+    StaticOptions, TURN_S,
 };
-use super::truth::PoseKind;
+use super::path::{MotionPath, Piece};
+use super::poses::{Draws, Z_UP, attitude_of, shortest_turn, spread_directions, tilt_between};
+use super::random::{Purpose, stream, uniform};
+use super::truth::{FileTruth, MoveTruth, PoseKind, PoseTruth, TurnTruth};
 use crate::poses::face::Face;
+
+/// Seconds between two recordings of one simulation; the part stays switched on and continues to
+/// warm up.
+const BETWEEN_FILES_S: f64 = 10.0;
+
+/// One planned recording.
+pub(super) struct Plan {
+    pub path: MotionPath,
+    /// The part was switched on that long before, s.
+    pub on_s: f64,
+    /// Its name and its events; rows are counted while it is recorded.
+    pub truth: FileTruth,
+}
 
 /// The recordings of `options.scenario`.
 pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
     let mut draws = Draws::new(options.seed, options.tilt_sd_deg);
-    match &options.scenario {
+    let mut plans = match &options.scenario {
         Scenario::SixPosition(o) if o.continuous => vec![session(options, o, &mut draws)],
         Scenario::SixPosition(o) => six_files(options, o, &mut draws),
         Scenario::Poses(o) => vec![poses(options, o, &mut draws)],
         Scenario::Static(o) => vec![still(options, o, &mut draws)],
         Scenario::Line(o) => vec![line(options, o, &mut draws)],
+    };
+    let mut on_s = 0.0;
+    for plan in &mut plans {
+        plan.on_s = on_s;
+        on_s += plan.path.duration_s() + BETWEEN_FILES_S;
     }
+    plans
 }
 
 fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Vec<Plan> {
@@ -32,7 +52,7 @@ fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draw
         build.hold(&face.name(), PoseKind::Face, Some(nominal), o.hold_s);
         let letter = ["x", "y", "z"][face.axis];
         let sign = if face.up { "pos" } else { "neg" };
-        plans.push(build.finish(format!("{letter}_axis_{sign}.csv")));
+        plans.push(build.finish(&format!("{letter}_axis_{sign}.csv")));
     }
     plans
 }
@@ -46,7 +66,7 @@ fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws)
         build.turn(label, up, o.turn_angle_deg, TURN_S);
         build.rest(nominal, o.rest_s);
     }
-    build.finish("session.csv".to_owned())
+    build.finish("session.csv")
 }
 
 fn poses(options: &SimulateOptions, o: &PosesOptions, draws: &mut Draws) -> Plan {
@@ -58,7 +78,7 @@ fn poses(options: &SimulateOptions, o: &PosesOptions, draws: &mut Draws) -> Plan
         build.move_to(up.into());
         build.hold(&format!("free{}", i + 1), PoseKind::Free, None, o.hold_s);
     }
-    build.finish("poses.csv".to_owned())
+    build.finish("poses.csv")
 }
 
 /// The six faces one after the other, moved by hand.
@@ -81,7 +101,7 @@ fn still(options: &SimulateOptions, o: &StaticOptions, draws: &mut Draws) -> Pla
     let (nominal, up) = draws.face_pose(Z_UP);
     let mut build = Builder::new(options, up);
     build.hold("+z", PoseKind::Face, Some(nominal), o.duration_s);
-    build.finish("static.csv".to_owned())
+    build.finish("static.csv")
 }
 
 fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
@@ -89,9 +109,132 @@ fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
     let mut build = Builder::new(options, up);
     build.rest(nominal, o.rest_s);
     let displacement = Vector3::new(LINE_OFFSET_M, o.distance_m, 0.0);
-    // About x, so that gravity has a component in the direction of travel.
-    let wobble = Vector3::x() * o.tilt_change_deg.to_radians();
-    build.go(wobble, Law::Sine, displacement, o.move_time_s);
+    build.go(Vector3::zeros(), displacement, o.move_time_s);
     build.rest(nominal, o.rest_s);
-    build.finish("line.csv".to_owned())
+    build.finish("line.csv")
+}
+
+/// Appends pieces to a path and records the events.
+pub(super) struct Builder {
+    pub path: MotionPath,
+    pub attitude: UnitQuaternion<f64>,
+    position: Vector3<f64>,
+    hands: ChaCha8Rng,
+    truth: FileTruth,
+    rests: usize,
+}
+
+impl Builder {
+    pub(super) fn new(options: &SimulateOptions, up: Vector3<f64>) -> Self {
+        Self {
+            path: MotionPath {
+                pieces: Vec::new(),
+                gravity_mps2: options.gravity_mps2,
+            },
+            attitude: attitude_of(up),
+            position: Vector3::zeros(),
+            hands: stream(options.seed, Purpose::Hands, 0),
+            truth: FileTruth::default(),
+            rests: 0,
+        }
+    }
+
+    /// End of the path, s.
+    pub(super) fn now_s(&self) -> f64 {
+        self.path.duration_s()
+    }
+
+    fn push(&mut self, rotation: Vector3<f64>, displacement: Vector3<f64>, duration_s: f64) {
+        let piece = Piece {
+            start_s: self.now_s(),
+            duration_s,
+            attitude: self.attitude,
+            rotation,
+            position: self.position,
+            displacement,
+        };
+        self.attitude = piece.end_attitude();
+        self.position = piece.end_position();
+        self.path.pieces.push(piece);
+    }
+
+    fn hold(
+        &mut self,
+        label: &str,
+        kind: PoseKind,
+        nominal: Option<Vector3<f64>>,
+        duration_s: f64,
+    ) {
+        let up = self.attitude.inverse_transform_vector(&Vector3::z());
+        self.truth.poses.push(PoseTruth {
+            label: label.to_owned(),
+            kind,
+            up: up.into(),
+            tilt_deg: nominal.map(|n| tilt_between(n, up).to_degrees()),
+            start_s: self.now_s(),
+            end_s: self.now_s() + duration_s,
+        });
+        self.push(Vector3::zeros(), Vector3::zeros(), duration_s);
+    }
+
+    pub(super) fn rest(&mut self, nominal: Vector3<f64>, duration_s: f64) {
+        self.rests += 1;
+        let label = format!("rest{}", self.rests);
+        self.hold(&label, PoseKind::Rest, Some(nominal), duration_s);
+    }
+
+    pub(super) fn go(
+        &mut self,
+        rotation: Vector3<f64>,
+        displacement: Vector3<f64>,
+        duration_s: f64,
+    ) {
+        let start_s = self.now_s();
+        self.push(rotation, displacement, duration_s);
+        self.truth.moves.push(MoveTruth {
+            start_s,
+            end_s: self.now_s(),
+            displacement_m: displacement.into(),
+        });
+    }
+
+    /// A hand moves the sensor to the attitude in which `up` points up: the shortest rotation, a
+    /// random rotation about the vertical, and a displacement of a few centimetres.
+    pub(super) fn move_to(&mut self, up: Vector3<f64>) {
+        let from = self.attitude.inverse_transform_vector(&Vector3::z());
+        let twist = 30f64.to_radians() * uniform(&mut self.hands);
+        let target = UnitQuaternion::from_scaled_axis(Vector3::z() * twist)
+            * self.attitude
+            * shortest_turn(from, up).inverse();
+        let rotation = (self.attitude.inverse() * target).scaled_axis();
+        let target_position = Vector3::from_fn(|_, _| 0.05 * uniform(&mut self.hands));
+        let displacement = target_position - self.position;
+        let duration_s = 1.0 + rotation.norm() / std::f64::consts::PI;
+        self.go(rotation, displacement, duration_s);
+    }
+
+    /// A turn flat on the table: about the vertical, so that the axis in the sensor is `up`
+    /// including its tilt.
+    fn turn(&mut self, label: &str, up: Vector3<f64>, angle_deg: f64, duration_s: f64) {
+        self.truth.turns.push(TurnTruth {
+            label: label.to_owned(),
+            axis: up.into(),
+            angle_deg,
+            start_s: self.now_s(),
+            end_s: self.now_s() + duration_s,
+        });
+        let rotation = up * angle_deg.to_radians();
+        self.push(rotation, Vector3::zeros(), duration_s);
+    }
+
+    fn finish(self, name: &str) -> Plan {
+        Plan {
+            path: self.path,
+            on_s: 0.0,
+            truth: FileTruth {
+                name: name.to_owned(),
+                ..self.truth
+            },
+        }
+    }
 }

@@ -1,20 +1,23 @@
-//! Parameters of one virtual sensor, drawn from the seed or given.
+//! One virtual sensor: its parameters, drawn from the seed or given, and its readings.
 
-use nalgebra::{Matrix3, Vector3};
+use std::array::from_fn;
+
+use gravical_core::filter::biquad::Biquad;
+use gravical_core::filter::butterworth::low_pass;
+use gravical_core::matrix3::mul_vec;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::options::SimulateOptions;
-use super::random::{Purpose, normal, stream, three, uniform};
-use super::truth::{AccelerometerTruth, GyroscopeTruth};
-
-/// Standard gravity, m/s²: one "g" of the part, at any location.
-pub(super) const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
+use super::path::MotionPath;
+use super::random::{Purpose, normal, stream, uniform};
+use super::truth::{AccelerometerTruth, GyroscopeTruth, TRUTH_FORMAT, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
 pub(super) const START_TEMPERATURE_C: f64 = 25.0;
 
 /// Counts per °C and °C at count 0 (MPU6050 register map, 4.18).
-pub(super) const TEMPERATURE_LSB_PER_C: f64 = 340.0;
-pub(super) const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
+const TEMPERATURE_LSB_PER_C: f64 = 340.0;
+const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
 
 /// Widths of the errors: cross-axis ±2 % by the data sheet as an angle (sd), bias ±50 mg, gyroscope ±3 % and
 /// ±2 °/s, its sensitivity to acceleration 0.1 °/s per g (sd).
@@ -26,20 +29,15 @@ const G_SENSITIVITY_SD_DEG_S: f64 = 0.1;
 /// White noise, Allan N, m/s/√s and °/√s; of a reading of the thermometer, °C.
 pub(super) const ACCEL_NOISE_MPS_RTS: f64 = 3.3e-3;
 pub(super) const GYRO_NOISE_DEG_RTS: f64 = 0.005;
-pub(super) const TEMPERATURE_NOISE_C: f64 = 0.02;
+const TEMPERATURE_NOISE_C: f64 = 0.02;
+
+type Matrix = [[f64; 3]; 3];
 
 /// Errors and scales of one part.
 #[derive(Debug, Clone)]
 pub(super) struct Sensor {
-    pub accel_matrix: Matrix3<f64>,
-    pub accel_bias: Vector3<f64>,
-    pub accel_drift_per_c: Vector3<f64>,
-    pub gyro_matrix: Matrix3<f64>,
-    pub gyro_bias: Vector3<f64>,
-    pub gyro_drift_per_c: Vector3<f64>,
-    pub g_sensitivity: Matrix3<f64>,
-    pub accel_lsb: f64,
-    pub gyro_lsb: f64,
+    pub accel: AccelerometerTruth,
+    pub gyro: GyroscopeTruth,
 }
 
 impl Sensor {
@@ -52,102 +50,213 @@ impl Sensor {
         let k = o.error_factor;
         let misalignment_sd = k * MISALIGNMENT_SD_DEG.to_radians();
 
-        let scale = three(|| 1.0 + scale_sd * normal(&mut rng));
-        let cross = matrix(|| misalignment_sd * normal(&mut rng));
-        let accel_matrix = scaled_and_misaligned(scale, cross);
-        let accel_bias = three(|| k * ACCEL_BIAS_MPS2 * uniform(&mut rng));
+        let scale = from_fn(|_| 1.0 + scale_sd * normal(&mut rng));
+        let cross = from_fn(|_| from_fn(|_| misalignment_sd * normal(&mut rng)));
+        let matrix = scaled_and_misaligned(scale, cross);
+        let bias = from_fn(|_| k * ACCEL_BIAS_MPS2 * uniform(&mut rng));
         let drift = o.bias_drift_mg_per_c * 1e-3 * STANDARD_GRAVITY_MPS2;
-        let accel_drift_per_c = three(|| drift.copysign(uniform(&mut rng)));
+        let accel = AccelerometerTruth {
+            matrix: o.accel_matrix.unwrap_or(matrix),
+            bias_mps2: o.accel_bias_mps2.unwrap_or(bias),
+            bias_drift_mps2_per_c: from_fn(|_| drift.copysign(uniform(&mut rng))),
+            noise_mps_rts: o.noise_factor * ACCEL_NOISE_MPS_RTS,
+            lsb_mps2: STANDARD_GRAVITY_MPS2 / (32768.0 / f64::from(o.accel_range_g)),
+        };
 
-        let scale = three(|| 1.0 + k * GYRO_SCALE * uniform(&mut rng));
-        let cross = matrix(|| misalignment_sd * normal(&mut rng));
-        let gyro_matrix = scaled_and_misaligned(scale, cross);
+        let scale = from_fn(|_| 1.0 + k * GYRO_SCALE * uniform(&mut rng));
+        let cross = from_fn(|_| from_fn(|_| misalignment_sd * normal(&mut rng)));
+        let matrix = scaled_and_misaligned(scale, cross);
         let limit = k * GYRO_BIAS_DEG_S.to_radians();
-        let gyro_bias = three(|| limit * uniform(&mut rng));
+        let bias = from_fn(|_| limit * uniform(&mut rng));
         let per_g = k * G_SENSITIVITY_SD_DEG_S.to_radians();
-        let g_sensitivity = matrix(|| per_g / STANDARD_GRAVITY_MPS2 * normal(&mut rng));
+        let per_mps2 = per_g / STANDARD_GRAVITY_MPS2;
+        let g_sensitivity = from_fn(|_| from_fn(|_| per_mps2 * normal(&mut rng)));
+        let soak = options.scenario.soak();
+        let drift_deg_s = soak.map(|(_, drift_deg_s)| drift_deg_s);
+        let drift = drift_deg_s.map(|d| from_fn(|_| d.to_radians().copysign(uniform(&mut rng))));
+        let gyro = GyroscopeTruth {
+            matrix,
+            bias_rad_s: bias,
+            bias_drift_rad_s_per_c: drift,
+            g_sensitivity_rad_s_per_mps2: g_sensitivity,
+            noise_rad_rts: o.noise_factor * GYRO_NOISE_DEG_RTS.to_radians(),
+            lsb_rad_s: (1.0 / o.gyro_lsb_per_deg_s().unwrap_or(f64::NAN)).to_radians(),
+        };
+        Self { accel, gyro }
+    }
 
-        let drift = options.scenario.gyro_drift_deg_s_per_c().to_radians();
-        let gyro_drift_per_c = three(|| drift.copysign(uniform(&mut rng)));
-
-        Self {
-            accel_matrix: o.accel_matrix.map_or(accel_matrix, from_rows),
-            accel_bias: o.accel_bias_mps2.map_or(accel_bias, Vector3::from),
-            accel_drift_per_c,
-            gyro_matrix,
-            gyro_bias,
-            gyro_drift_per_c,
-            g_sensitivity,
-            accel_lsb: STANDARD_GRAVITY_MPS2 / (32768.0 / f64::from(o.accel_range_g)),
-            gyro_lsb: (1.0 / o.gyro_lsb_per_deg_s().unwrap_or(f64::NAN)).to_radians(),
+    /// The truth, without recordings.
+    pub(super) fn truth(&self, options: &SimulateOptions) -> Truth {
+        Truth {
+            format: TRUTH_FORMAT.to_owned(),
+            tool: crate::TOOL.to_owned(),
+            seed: options.seed,
+            gravity_mps2: options.gravity_mps2,
+            accelerometer: self.accel.clone(),
+            gyroscope: self.gyro.clone(),
+            files: Vec::new(),
+            options: options.clone(),
         }
     }
 
-    /// Reading of the accelerometer without noise, m/s².
-    pub(super) fn read_accel(&self, force: Vector3<f64>, warmer_c: f64) -> Vector3<f64> {
-        self.accel_matrix * force + self.accel_bias + self.accel_drift_per_c * warmer_c
-    }
-
-    /// Reading of the gyroscope without noise, rad/s.
-    pub(super) fn read_gyro(
-        &self,
-        rate: Vector3<f64>,
-        force: Vector3<f64>,
-        warmer_c: f64,
-    ) -> Vector3<f64> {
-        self.gyro_matrix * rate
-            + self.gyro_bias
-            + self.gyro_drift_per_c * warmer_c
-            + self.g_sensitivity * force
-    }
-
-    pub(super) fn accel_truth(&self, options: &SimulateOptions) -> AccelerometerTruth {
-        AccelerometerTruth {
-            matrix: to_rows(&self.accel_matrix),
-            bias_mps2: self.accel_bias.into(),
-            bias_drift_mps2_per_c: self.accel_drift_per_c.into(),
-            noise_mps_rts: options.sensor.noise_factor * ACCEL_NOISE_MPS_RTS,
-            lsb_mps2: self.accel_lsb,
-        }
-    }
-
-    pub(super) fn gyro_truth(&self, options: &SimulateOptions) -> GyroscopeTruth {
-        GyroscopeTruth {
-            matrix: to_rows(&self.gyro_matrix),
-            bias_rad_s: self.gyro_bias.into(),
-            bias_drift_rad_s_per_c: options
-                .scenario
-                .soak()
-                .map(|_| self.gyro_drift_per_c.into()),
-            g_sensitivity_rad_s_per_mps2: to_rows(&self.g_sensitivity),
-            noise_rad_rts: options.sensor.noise_factor * GYRO_NOISE_DEG_RTS.to_radians(),
-            lsb_rad_s: self.gyro_lsb,
-        }
+    /// Accelerometer, m/s², then gyroscope, rad/s, without noise.
+    fn measure(&self, force: [f64; 3], rate: [f64; 3], warmer_c: f64) -> [f64; 6] {
+        let (a, g) = (&self.accel, &self.gyro);
+        let accel = mul_vec(&a.matrix, &force);
+        let turned = mul_vec(&g.matrix, &rate);
+        let bent = mul_vec(&g.g_sensitivity_rad_s_per_mps2, &force);
+        let drift = g.bias_drift_rad_s_per_c.unwrap_or_default();
+        from_fn(|channel| match (channel / 3, channel % 3) {
+            (0, i) => accel[i] + a.bias_mps2[i] + a.bias_drift_mps2_per_c[i] * warmer_c,
+            (_, i) => turned[i] + g.bias_rad_s[i] + drift[i] * warmer_c + bent[i],
+        })
     }
 }
 
 /// K (I + E), E off the diagonal only.
-fn scaled_and_misaligned(scale: Vector3<f64>, mut cross: Matrix3<f64>) -> Matrix3<f64> {
-    cross.set_diagonal(&Vector3::repeat(1.0));
-    Matrix3::from_diagonal(&scale) * cross
+fn scaled_and_misaligned(scale: [f64; 3], cross: Matrix) -> Matrix {
+    from_fn(|i| from_fn(|j| scale[i] * if i == j { 1.0 } else { cross[i][j] }))
 }
 
-/// Nine values of `draw`, row by row.
-fn matrix(mut draw: impl FnMut() -> f64) -> Matrix3<f64> {
-    let mut m = Matrix3::zeros();
-    for row in 0..3 {
-        for column in 0..3 {
-            m[(row, column)] = draw();
+/// Result of reading the registers once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Accelerometer x, y, z, m/s².
+    pub accel_mps2: [f64; 3],
+    /// Gyroscope x, y, z, rad/s.
+    pub gyro_rad_s: [f64; 3],
+    /// Thermometer, °C.
+    pub temperature_c: f64,
+    /// A value of accelerometer or gyroscope is at the end of its range.
+    pub is_clipped: bool,
+}
+
+impl Reading {
+    /// Columns of [`row`](Self::row), with a line end.
+    pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
+
+    /// The reading as a line of text, as a board prints it `t_s` seconds after the start, with so
+    /// many decimals.
+    #[must_use]
+    pub fn row(&self, t_s: f64, decimals: usize) -> String {
+        let [ax, ay, az] = self.accel_mps2;
+        let [gx, gy, gz] = self.gyro_rad_s;
+        let (t_ms, t_c) = ((t_s * 1e3).round(), self.temperature_c);
+        format!(
+            "{t_ms},{ax:.decimals$},{ay:.decimals$},{az:.decimals$},{t_c:.2},{gx:.decimals$},{gy:.decimals$},{gz:.decimals$}\n"
+        )
+    }
+}
+
+/// A sensor that is switched on.
+pub(super) struct Part {
+    pub sensor: Sensor,
+    quantise: bool,
+    /// Second-order Butterworth. The real filter is not published; its data sheet gives a delay of
+    /// 4.9 ms for the 44 Hz setting, this one has 5.1 ms.
+    filters: Option<[Biquad<f64>; 6]>,
+    noise: rand_chacha::ChaCha8Rng,
+    /// Of a sample of accelerometer and gyroscope, and of the thermometer.
+    noise_sd: [f64; 2],
+    temperature_sd_c: f64,
+}
+
+impl Part {
+    /// At rest at the start of `path` for a long time, in steps of `step_s`; `file`: index of the noise
+    /// stream; `warmer_c`: °C above those of the start.
+    pub(super) fn new(
+        options: &SimulateOptions,
+        step_s: f64,
+        file: usize,
+        path: &MotionPath,
+        warmer_c: f64,
+    ) -> Self {
+        let o = &options.sensor;
+        let sensor = Sensor::draw(options);
+        let inputs = path.inputs_at(0.0);
+        let first = sensor.measure(inputs.force.into(), inputs.rate.into(), 0.0);
+        // The options are valid: the cutoff is below half of the rate.
+        let filters = o.low_pass_hz.and_then(|cutoff_hz| {
+            let mut filter = [Biquad::default()];
+            low_pass(2, cutoff_hz, 1.0 / step_s, &mut filter).ok()?;
+            let mut filters = [filter[0]; 6];
+            for (filter, input) in filters.iter_mut().zip(first) {
+                filter.settle(input);
+            }
+            Some(filters)
+        });
+        // White noise whose means over t have the standard deviation N/√t.
+        let per_step = 1.0 / step_s.sqrt();
+        let densities = [sensor.accel.noise_mps_rts, sensor.gyro.noise_rad_rts];
+        let mut part = Self {
+            sensor,
+            quantise: o.quantise,
+            filters,
+            noise: stream(options.seed, Purpose::Noise, file),
+            noise_sd: densities.map(|n| n * per_step),
+            temperature_sd_c: o.noise_factor * TEMPERATURE_NOISE_C,
+        };
+        // The initial state of the low-pass must already be noise.
+        let settle_steps = o
+            .low_pass_hz
+            .map_or(0, |f| (5.0 / (f * step_s)).ceil() as usize);
+        for _ in 0..settle_steps {
+            part.update(path, 0.0, warmer_c);
+        }
+        part
+    }
+
+    /// One internal time step: accelerometer, then gyroscope.
+    pub(super) fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
+        let inputs = path.inputs_at(t_s);
+        let mut values = self
+            .sensor
+            .measure(inputs.force.into(), inputs.rate.into(), warmer_c);
+        for (channel, value) in values.iter_mut().enumerate() {
+            // Also drawn for a noise of 0: accelerometer and gyroscope share the stream, and one must
+            // not depend on the noise of the other.
+            *value += self.noise_sd[channel / 3] * normal(&mut self.noise);
+        }
+        for (filter, value) in self.filters.iter_mut().flatten().zip(&mut values) {
+            *value = filter.update(*value);
+        }
+        values
+    }
+
+    /// The same, as read from the registers.
+    pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> Reading {
+        let lsb = [self.sensor.accel.lsb_mps2, self.sensor.gyro.lsb_rad_s];
+        let mut values = self.update(path, t_s, warmer_c);
+        let mut is_clipped = false;
+        for (channel, value) in values.iter_mut().enumerate() {
+            let lsb = lsb[channel / 3];
+            let counts = *value / lsb;
+            let counts = if self.quantise {
+                counts.round()
+            } else {
+                counts
+            };
+            let limited = counts.clamp(f64::from(i16::MIN), f64::from(i16::MAX));
+            is_clipped |= limited <= f64::from(i16::MIN) || limited >= f64::from(i16::MAX);
+            *value = limited * lsb;
+        }
+        let [ax, ay, az, gx, gy, gz] = values;
+        let noise_c = self.temperature_sd_c * normal(&mut self.noise);
+        let temperature_c = START_TEMPERATURE_C + warmer_c + noise_c;
+        Reading {
+            accel_mps2: [ax, ay, az],
+            gyro_rad_s: [gx, gy, gz],
+            temperature_c: if self.quantise {
+                temperature_counts(temperature_c) / TEMPERATURE_LSB_PER_C + TEMPERATURE_AT_ZERO_C
+            } else {
+                temperature_c
+            },
+            is_clipped,
         }
     }
-    m
 }
 
-fn from_rows(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
-    // nalgebra's arrays are column-major.
-    Matrix3::from(rows).transpose()
-}
-
-fn to_rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    m.transpose().into()
+/// Register value of a temperature.
+pub(super) fn temperature_counts(temperature_c: f64) -> f64 {
+    ((temperature_c - TEMPERATURE_AT_ZERO_C) * TEMPERATURE_LSB_PER_C).round()
 }

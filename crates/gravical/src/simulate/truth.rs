@@ -62,7 +62,7 @@ pub struct GyroscopeTruth {
 }
 
 /// One recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct FileTruth {
     /// File name.
     pub name: String,

@@ -4,19 +4,16 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::options::{FileOptions, SimulateOptions};
-use super::part::temperature_counts;
-use super::record::record;
-use super::sensor::{ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS};
+use super::record::{Row, record};
+use super::sensor::{ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS, Reading, temperature_counts};
 use super::truth::Truth;
-use super::{BETWEEN_FILES_S, MOST_WRITTEN, file_truth, planned, truth_of};
-use crate::output::{check_target, make_folder, write_atomic};
+use super::{MAX_WRITTEN, planned};
+use crate::output::{check_target, make_folder, write_atomic, write_text};
 use crate::{Error, Result};
 
 /// The header of the student report's logger, verbatim. It is wrong: the values under it are in m/s² and
 /// rad/s.
 const WRONG_HEADER: &str = "Timestamp,aX (g),aY (g),aZ (g),Temp (C),gX (°/s),gY (°/s),gZ (°/s)";
-const TRUE_HEADER: &str =
-    "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)";
 const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
 
 /// Simulates into files, row by row: every recording and `truth.json` in `dir`, which is created if
@@ -33,48 +30,34 @@ pub fn simulate_to(
     dir: &Path,
     force: bool,
 ) -> Result<(Truth, Vec<PathBuf>)> {
-    let (sensor, plans) = planned(options, MOST_WRITTEN)?;
-    let names: Vec<&str> = plans.iter().map(|plan| plan.name.as_str()).collect();
-    let mut paths = targets(&names, dir, force)?;
-    let mut files = Vec::with_capacity(plans.len());
-    let mut on_s = 0.0;
-    let lsb = [sensor.accel_lsb, sensor.gyro_lsb];
-    for (index, plan) in plans.into_iter().enumerate() {
-        let path = &paths[index];
-        let recorded = write_atomic(path, force, |out| {
-            let mut lines = Lines::begin(path, options, &plan.name, lsb, out)?;
-            record(&plan.path, &sensor, options, index, on_s, |row| {
-                let r = &row.reading;
-                lines.write(row.stamp_ms, r.accel, r.temperature_c, r.gyro)
-            })
-        })?;
-        on_s += plan.path.duration_s() + BETWEEN_FILES_S;
-        files.push(file_truth(plan, &recorded));
-    }
-    let truth = truth_of(&sensor, options, files);
-    paths.push(write_truth(&truth, dir, force)?);
-    Ok((truth, paths))
-}
-
-/// Paths of the recordings, after checking that all can be written.
-fn targets(names: &[&str], dir: &Path, force: bool) -> Result<Vec<PathBuf>> {
-    let paths: Vec<PathBuf> = names.iter().map(|name| dir.join(name)).collect();
-    for path in paths.iter().chain([&dir.join(TRUTH)]) {
+    let (mut truth, plans) = planned(options, MAX_WRITTEN)?;
+    let names = plans.iter().map(|plan| plan.truth.name.as_str());
+    let paths: Vec<PathBuf> = names
+        .chain(["truth.json"])
+        .map(|name| dir.join(name))
+        .collect();
+    for path in &paths {
         check_target(path, force)?;
     }
     make_folder(dir)?;
-    Ok(paths)
-}
-
-const TRUTH: &str = "truth.json";
-
-fn write_truth(truth: &Truth, dir: &Path, force: bool) -> Result<PathBuf> {
-    let path = dir.join(TRUTH);
-    let json = serde_json::to_string_pretty(truth).map_err(|e| Error::io(&path, e.into()))?;
-    write_atomic(&path, force, |out| {
-        writeln!(out, "{json}").map_err(|e| Error::io(&path, e))
-    })?;
-    Ok(path)
+    let lsb = [truth.accelerometer.lsb_mps2, truth.gyroscope.lsb_rad_s];
+    for (index, (plan, path)) in plans.iter().zip(&paths).enumerate() {
+        write_atomic(path, force, |out| {
+            let failed = |e| Error::io(path, e);
+            let preamble = preamble(options, &plan.truth.name);
+            out.write_all(preamble.as_bytes()).map_err(failed)?;
+            let file = record(plan, options, index, |row| {
+                let line = line(row, options.file, lsb);
+                out.write_all(line.as_bytes()).map_err(failed)
+            })?;
+            truth.files.push(file);
+            Ok(())
+        })?;
+    }
+    let path = &paths[plans.len()];
+    let json = serde_json::to_string_pretty(&truth).map_err(|e| Error::io(path, e.into()))?;
+    write_text(path, force, &(json + "\n"))?;
+    Ok((truth, paths))
 }
 
 /// Comment lines and header.
@@ -88,7 +71,7 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
         FileOptions {
             wrong_header: true, ..
         } => WRONG_HEADER,
-        _ => TRUE_HEADER,
+        _ => Reading::HEADER.trim_end(),
     };
     let tool = crate::TOOL;
     let scenario = o.scenario.name();
@@ -110,77 +93,26 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
     )
 }
 
-/// Lines of a recording.
-struct Lines<'a, W: ?Sized> {
-    path: &'a Path,
-    file: FileOptions,
-    /// m/s² and rad/s of one count.
-    lsb: [f64; 2],
-    out: &'a mut W,
-    text: String,
-}
-
-impl<'a, W: std::io::Write + ?Sized> Lines<'a, W> {
-    /// Writes what is above the rows.
-    fn begin(
-        path: &'a Path,
-        options: &SimulateOptions,
-        name: &str,
-        lsb: [f64; 2],
-        out: &'a mut W,
-    ) -> Result<Self> {
-        out.write_all(preamble(options, name).as_bytes())
-            .map_err(|e| Error::io(path, e))?;
-        Ok(Lines {
-            path,
-            file: options.file,
-            lsb,
-            out,
-            text: String::with_capacity(96),
-        })
-    }
-
-    fn write(
-        &mut self,
-        stamp_ms: u64,
-        accel: [f64; 3],
-        temperature_c: f64,
-        gyro: [f64; 3],
-    ) -> Result<()> {
-        self.text.clear();
-        // Writing into a String cannot fail.
-        let _ = self.line(stamp_ms, accel, temperature_c, gyro);
-        self.out
-            .write_all(self.text.as_bytes())
-            .map_err(|e| Error::io(self.path, e))
-    }
-
-    fn line(
-        &mut self,
-        stamp_ms: u64,
-        accel: [f64; 3],
-        temperature_c: f64,
-        gyro: [f64; 3],
-    ) -> std::fmt::Result {
-        let text = &mut self.text;
-        write!(text, "{stamp_ms}")?;
-        if self.file.raw {
-            let [accel_lsb, gyro_lsb] = self.lsb;
-            let counts = accel
-                .map(|v| v / accel_lsb)
-                .into_iter()
-                .chain([temperature_counts(temperature_c)])
-                .chain(gyro.map(|v| v / gyro_lsb));
-            for value in counts {
-                // The values are exact multiples of one count.
-                write!(text, ",{}", value.round() as i16)?;
-            }
+/// A row as text; `lsb`: m/s² and rad/s of one count.
+fn line(row: &Row, file: FileOptions, lsb: [f64; 2]) -> String {
+    let r = &row.reading;
+    let mut text = row.stamp_ms.to_string();
+    // Writing into a String cannot fail.
+    let decimals = usize::from(file.decimals);
+    let mut cell = |value: f64, counts: f64| {
+        let _ = if file.raw {
+            // The values are exact multiples of one count.
+            write!(text, ",{}", counts.round() as i16)
         } else {
-            let decimals = usize::from(self.file.decimals);
-            for value in accel.into_iter().chain([temperature_c]).chain(gyro) {
-                write!(text, ",{value:.decimals$}")?;
-            }
-        }
-        writeln!(text)
+            write!(text, ",{value:.decimals$}")
+        };
+    };
+    for value in r.accel_mps2 {
+        cell(value, value / lsb[0]);
     }
+    cell(r.temperature_c, temperature_counts(r.temperature_c));
+    for value in r.gyro_rad_s {
+        cell(value, value / lsb[1]);
+    }
+    text + "\n"
 }

@@ -140,10 +140,11 @@ fn simulated() -> (Vec<String>, gravical::simulate::Truth) {
     options.gravity_mps2 = GRAVITY;
     let simulation = simulate(&options).unwrap();
     let file = &simulation.files[0];
-    let rows = (0..file.t_s.len()).map(|row| {
-        let channels = file.accel_mps2.iter().chain(&file.gyro_rad_s);
-        let values: Vec<String> = channels.map(|c| format!("{:.5}", c[row])).collect();
-        format!("{},{}", file.stamp_ms[row], values.join(","))
+    let rows = file.rows.iter().map(|row| {
+        let r = &row.reading;
+        let channels = r.accel_mps2.iter().chain(&r.gyro_rad_s);
+        let values: Vec<String> = channels.map(|v| format!("{v:.5}")).collect();
+        format!("{},{}", row.stamp_ms, values.join(","))
     });
     (rows.collect(), simulation.truth)
 }

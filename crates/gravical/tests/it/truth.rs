@@ -15,10 +15,9 @@ use crate::support::*;
 pub fn recordings(simulation: &Simulation) -> Vec<Recording> {
     let read = |file: &SimulatedFile| {
         let mut text = HEADER.to_owned() + "\n";
-        for row in 0..file.t_s.len() {
-            let [x, y, z] = [0, 1, 2].map(|i| file.accel_mps2[i][row]);
-            let [u, v, w] = [0, 1, 2].map(|i| file.gyro_rad_s[i][row]);
-            let (stamp, t) = (file.stamp_ms[row], file.temperature_c[row]);
+        for row in &file.rows {
+            let ([x, y, z], [u, v, w]) = (row.reading.accel_mps2, row.reading.gyro_rad_s);
+            let (stamp, t) = (row.stamp_ms, row.reading.temperature_c);
             text += &format!("{stamp},{x:.5},{y:.5},{z:.5},{t:.2},{u:.6},{v:.6},{w:.6}\n");
         }
         read_bytes(text.as_bytes(), &file.name, &ReadOptions::default()).unwrap()

@@ -128,14 +128,13 @@ impl Rows {
         let mut rows = Self::with_capacity(0);
         let mut start_s = 0.0;
         for file in &simulation.files {
-            for (row, &time_s) in file.t_s.iter().enumerate() {
-                let at = |columns: &[Vec<f64>; 3]| [0, 1, 2].map(|axis| columns[axis][row]);
+            for row in &file.rows {
                 rows.push(
-                    start_s + time_s,
+                    start_s + row.t_s,
                     Reading {
-                        accel_mps2: at(&file.accel_mps2),
-                        gyro_deg_s: at(&file.gyro_rad_s).map(f64::to_degrees),
-                        temperature_c: file.temperature_c[row],
+                        accel_mps2: row.reading.accel_mps2,
+                        gyro_deg_s: row.reading.gyro_rad_s.map(f64::to_degrees),
+                        temperature_c: row.reading.temperature_c,
                     },
                 );
             }

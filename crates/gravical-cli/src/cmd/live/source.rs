@@ -15,8 +15,7 @@ use gravical::recording::ReadOptions;
 use gravical::recording::bytes::Input;
 use gravical::recording::source::open;
 use gravical::simulate::{
-    InteractiveReading, InteractiveSensor, LineOptions, Scenario, SimulateOptions, StaticOptions,
-    Truth,
+    InteractiveSensor, LineOptions, Reading, Scenario, SimulateOptions, StaticOptions, Truth,
 };
 use gravical::{Error, Result};
 
@@ -212,7 +211,7 @@ impl Source for Simulated {
         let mut text = String::new();
         if !std::mem::replace(&mut self.header, true) {
             text.push_str("# simulated, not measured\n");
-            text.push_str(InteractiveReading::HEADER);
+            text.push_str(Reading::HEADER);
         }
         while (self.rows as f64) < self.due_s * RATE_HZ {
             let t_s = self.rows as f64 / RATE_HZ;

@@ -20,7 +20,7 @@ fn poses(seed: u64, free: u32, change: impl Fn(&mut SimulateOptions)) -> Simulat
 /// The recording as if its file had been read; `gyro` makes the file's numbers
 /// of rates in rad/s.
 fn recording(simulation: &Simulation, gyro: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Recording {
-    part_of(simulation, 0..simulation.files[0].t_s.len(), gyro)
+    part_of(simulation, 0..simulation.files[0].rows.len(), gyro)
 }
 
 /// The same of some of its rows.
@@ -33,9 +33,9 @@ fn part_of(
     let file = &simulation.files[0];
     let mut text = "t_ms,ax,ay,az,gx,gy,gz\n".to_owned();
     for row in rows {
-        let a: [f64; 3] = std::array::from_fn(|i| file.accel_mps2[i][row]);
-        let g = gyro(row, std::array::from_fn(|i| file.gyro_rad_s[i][row]));
-        write!(text, "{}", file.stamp_ms[row]).unwrap();
+        let a = file.rows[row].reading.accel_mps2;
+        let g = gyro(row, file.rows[row].reading.gyro_rad_s);
+        write!(text, "{}", file.rows[row].stamp_ms).unwrap();
         for v in a.iter().chain(&g) {
             write!(text, ",{v:.6}").unwrap();
         }
@@ -227,7 +227,7 @@ fn gaps_and_clipped_motions_are_left_out() {
 #[test]
 fn the_motions_of_all_recordings_count() {
     let simulation = poses(8, 6, |_| {});
-    let rows = simulation.files[0].t_s.len();
+    let rows = simulation.files[0].rows.len();
     let middle = middle_of_move(&simulation, 5);
     // The bias is another one when the board is switched on again.
     let shift = 0.3_f64.to_radians();

@@ -39,17 +39,17 @@ fn still_for(duration_s: f64) -> Scenario {
 }
 
 fn accel(file: &SimulatedFile, row: usize) -> Vector3<f64> {
-    Vector3::from([0, 1, 2].map(|axis| file.accel_mps2[axis][row]))
+    Vector3::from(file.rows[row].reading.accel_mps2)
 }
 
 fn gyro(file: &SimulatedFile, row: usize) -> Vector3<f64> {
-    Vector3::from([0, 1, 2].map(|axis| file.gyro_rad_s[axis][row]))
+    Vector3::from(file.rows[row].reading.gyro_rad_s)
 }
 
 /// Rows with start ≤ t < end.
 fn rows(file: &SimulatedFile, start_s: f64, end_s: f64) -> std::ops::Range<usize> {
-    let first = file.t_s.partition_point(|&t| t < start_s);
-    first..file.t_s.partition_point(|&t| t < end_s)
+    let first = |t_s: f64| file.rows.partition_point(|row| row.t_s < t_s);
+    first(start_s)..first(end_s)
 }
 
 #[test]
