@@ -164,7 +164,6 @@ class Live:
             self.accepted(6)
             # What no simulated session shows.
             self.take("{ ...state.fit, suspect: [...state.poses.keys()][1] }")
-            assert self.shown("#tiles .redo")
             self.take("{ v: 1, type: 'warning', kind: 'temperature', t_s: state.status.t_s, text: 'It has warmed by 1.4 °C.' }")
             assert self.shown("#notice.warning")
             self.look("six")

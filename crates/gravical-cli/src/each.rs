@@ -4,6 +4,8 @@
 //! and does not stop the others.
 
 use std::collections::{BTreeMap, HashSet};
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -167,7 +169,8 @@ pub fn run(
         .into_iter()
         .chain(plan.each.summary.as_deref())
         .collect();
-    let paths = paths(plan, &outputs)?;
+    let (given, lists) = given(plan.inputs)?;
+    let paths = paths(plan, &given, &outputs)?;
     let force = plan.force || plan.each.resume;
     let mut items = named(paths.clone(), plan)?;
     if let Some(Shard { index, count }) = plan.each.shard {
@@ -178,7 +181,7 @@ pub fn run(
     }
     let results = items.iter().filter_map(|item| item.result.as_ref());
     let targets: Vec<PathBuf> = results.chain(&plan.each.summary).cloned().collect();
-    let inputs = [plan.shared.as_slice(), plan.inputs, paths.as_slice()];
+    let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
     check_targets(&targets, &inputs.concat(), force)?;
     let width = items
         .iter()
@@ -239,22 +242,59 @@ fn threads(each: &EachArgs) -> usize {
     each.threads.map_or_else(cores, usize::from)
 }
 
-/// The sessions: files, and entries of folders, each once. `outputs` are no inputs.
+/// Bytes of a list of paths.
+const MAX_LIST_BYTES: u64 = 1 << 24;
+
+fn read_list(list: &Path) -> Result<String> {
+    let mut text = String::new();
+    let file = File::open(list).map_err(|e| Error::io(list, e))?;
+    let read = file.take(MAX_LIST_BYTES + 1).read_to_string(&mut text);
+    match read.map_err(|e| Error::io(list, e))? as u64 {
+        ..=MAX_LIST_BYTES => Ok(text),
+        _ => Err(Error::input("too-large", "more than 16 MiB: not a list of paths").at(list, None)),
+    }
+}
+
+/// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
 ///
 /// # Errors
 ///
-/// `no-recordings` (input); `each-input` (usage) for standard input; errors of reading a folder.
-fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
-    let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
-    let mut paths = Vec::new();
-    for path in plan.inputs {
-        if path == Path::new("-") {
+/// `each-input` (usage) for standard input; errors of reading a list.
+fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
+    let (mut found, mut lists) = (Vec::new(), Vec::new());
+    for argument in arguments {
+        if argument == Path::new("-") {
             return Err(Error::usage(
                 "each-input",
                 "standard input is one recording, and many are read here",
             )
-            .with_hint("give files or folders"));
+            .with_hint("give files or folders, or @LIST for the paths in a file"));
         }
+        let text = argument.to_string_lossy();
+        match text.strip_prefix('@').filter(|_| !argument.exists()) {
+            Some(list) => {
+                let list = Path::new(list);
+                let text = read_list(list)?;
+                let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+                let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
+                found.extend(lines.map(PathBuf::from));
+                lists.push(list.to_owned());
+            }
+            None => found.push(argument.clone()),
+        }
+    }
+    Ok((found, lists))
+}
+
+/// The sessions: files, and entries of folders, each once. `outputs` are no inputs.
+///
+/// # Errors
+///
+/// `no-recordings` (input); errors of reading a folder.
+fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<PathBuf>> {
+    let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
+    let mut paths = Vec::new();
+    for path in given {
         if !path.is_dir() || plan.folders && is_session(path) {
             paths.push(path.clone());
             continue;
