@@ -120,8 +120,8 @@ pub fn intervals(data: &[u8]) {
     let Some(Ok(intervals)) = text(data).map(str::parse::<Intervals>) else {
         return;
     };
-    assert!(!intervals.0.is_empty());
-    for (start, end) in &intervals.0 {
+    assert!(!intervals.as_slice().is_empty());
+    for (start, end) in intervals.as_slice() {
         assert!(start.is_finite() && start < end, "{intervals:?}");
     }
     let options = MotionOptions {

@@ -138,7 +138,7 @@ for (const p of f.querySelectorAll('.panel[data-view]')) {
       if (off > 4) break;
       low = Math.min(low, value(q.y)); high = Math.max(high, value(q.y));
     }
-    if (near <= 1 && low <= high) out.push([s.dataset.name, low, high, y1 - y0]);
+    if (near <= 1 && low <= high) out.push([p.dataset.title, s.dataset.name, low, high, y1 - y0]);
   }
 }
 return out"""
@@ -199,8 +199,9 @@ class Reports:
         for share in (0.13, 0.5, 0.77):
             self.mouse("mouseMoved", left + share * width, top + height / 2)
             said = self.browser.run("return f.querySelector('output').textContent").replace("−", "-")
-            for name, low, high, span in self.browser.run(AT_CURSOR):
-                found = re.findall(re.escape(name) + r" (-?[\d.]+)", said)
+            for title, name, low, high, span in self.browser.run(AT_CURSOR):
+                panel = next(part for part in said.split("; ")[1:] if part.startswith(title))
+                found = re.findall(re.escape(name) + r" (-?[\d.]+)", panel)
                 assert found, (name, said)
                 off = [max(low - float(value), float(value) - high) for value in found]
                 assert min(off) < 0.01 * span, (name, low, high, said)

@@ -52,7 +52,7 @@ impl Motion {
     /// (short of moves in which every sample is a node), and the position follows the velocity to what the
     /// interval between two nodes leaves of noise. In a rest, and between the nodes around a gap, velocity,
     /// position and attitude are interpolated, and the mean acceleration is that of the velocity; standard
-    /// deviations are linear between nodes. Without a path all numbers are NaN.
+    /// deviations are linear between nodes. Without a path of two nodes all numbers are NaN.
     pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
         let covered = self.path.last().is_some_and(|n| n.sample < samples.len());
         let path = if covered { &self.path[..] } else { &[][..] };

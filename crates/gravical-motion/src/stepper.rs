@@ -219,8 +219,9 @@ impl Stepper {
     /// Takes a sample: time, s, specific force, m/s², and angular rate, rad/s. With or without a gyroscope,
     /// all samples are like the first.
     ///
-    /// The state is that at the sample, NaN before the first rest was found. None of what is no measurement, which
-    /// changes nothing: values that are not finite or beyond any sensor, and a time that is not later.
+    /// The state is that at the sample, NaN before the first rest was found. Returns `None` for a sample that is
+    /// no measurement, which changes nothing: values that are not finite or beyond any sensor, and a time that is
+    /// not later.
     pub fn push(
         &mut self,
         time_s: f64,

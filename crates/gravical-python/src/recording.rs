@@ -193,8 +193,9 @@ impl Reading {
 impl Recording {
     #[staticmethod]
     fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
-        let rows = rmp_serde::from_slice::<recording::Recording>(bytes)
-            .map_err(|e| PyRuntimeError::new_err(format!("not a pickled recording: {e}")))?;
+        let rows = rmp_serde::from_slice::<recording::Recording>(bytes).map_err(|e| {
+            PyRuntimeError::new_err(format!("not a recording pickled by this version: {e}"))
+        })?;
         let shared = Arc::new(rows);
         Ok(Recording { shared })
     }

@@ -123,7 +123,7 @@ impl BatchReader {
         let (judged, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
         let judged_ledger = judged.ledger.clone();
         Ok(BatchReader {
-            recording: judged.named(name),
+            recording: judged.with_name(name),
             format,
             stamps,
             name: name.to_owned(),
@@ -210,9 +210,8 @@ impl BatchReader {
     }
 
     /// The recording, the account of all lines, and what was found beside the first rows; to be
-    /// called after the last row. `written`: number of rows that were written, all or those that
-    /// are measurements.
-    pub fn finish(mut self, written: usize) -> (Recording, Ledger, Vec<Finding>) {
+    /// called after the last row. `only_measured`: rows that are no measurements are set aside.
+    pub fn finish(mut self, only_measured: bool) -> (Recording, Ledger, Vec<Finding>) {
         let mut findings = self.findings;
         if self.input.is_cut_off() {
             findings.push(truncated(self.rows));
@@ -221,10 +220,11 @@ impl BatchReader {
             self.recording.description.insert_str(0, "gzip, ");
         }
         self.recording.sha256 = self.input.sha256();
-        findings.extend(self.later.notes());
-        if written < self.rows {
+        let (later_ledger, later_findings) = self.later.finish();
+        findings.extend(later_findings);
+        if only_measured {
             self.ledger = self.judged_ledger;
-            self.ledger.append(self.later.ledger().clone());
+            self.ledger.append(later_ledger);
         }
         (self.recording, self.ledger, findings)
     }

@@ -25,8 +25,7 @@ pub enum Severity {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// Kebab-case name of the case, stable, for scripts: `unit-mismatch`,
-    /// `repeated-header`, `torn-line` …; all of them stand in
-    /// `docs/recording.md`.
+    /// `repeated-header`, `torn-line` …; `docs/recording.md` lists all.
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub kind: FindingKind,
     /// How much it matters.

@@ -317,7 +317,7 @@ impl Follow {
         rows.crop(0..rows.lines.partition_point(|line| *line <= last_line));
         let judged = Recording::judge(&opened.format, rows);
         let in_file = |e: Error| e.in_file(Path::new(&self.name));
-        Some(judged.map(|r| r.named(&self.name)).map_err(in_file))
+        Some(judged.map(|r| r.with_name(&self.name)).map_err(in_file))
     }
 }
 

@@ -39,8 +39,7 @@ const GAP_PERIODS: f64 = 4.5;
 /// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
-    let name = path.display().to_string();
-    join_source(recording, &Source::Path(path), &name, options)
+    join_source(recording, &Source::Path(path), options)
 }
 
 /// As [`join_gyroscope`], from bytes; `name` is used in messages.
@@ -54,20 +53,19 @@ pub fn join_gyroscope_bytes(
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    join_source(recording, &Source::Bytes(bytes), name, options)
+    join_source(recording, &Source::Bytes(name, bytes), options)
 }
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
 /// these are bare `x`, `y`, `z` or missing, by its file name (`Gyroscope.csv`).
 #[must_use]
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
-    let name = path.display().to_string();
     let options = ReadOptions {
         hash: false,
         meter: None,
         ..options.clone()
     };
-    let read = read_gyroscope(&Source::Path(path), &name, &options);
+    let read = read_gyroscope(&Source::Path(path), &options);
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.column_names;
@@ -100,12 +98,12 @@ fn refuse_second(recording: &Recording) -> Result<()> {
 fn join_source(
     recording: &mut Recording,
     source: &Source<'_>,
-    name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
+    let name = &source.name();
     refuse_second(recording)?;
     recording.refuse_averaged("join a recording of at most three hours at 100 Hz")?;
-    let mut gyro = read_beside(recording, source, name, options)?;
+    let mut gyro = read_beside(recording, source, options)?;
     if gyro.restarted {
         let restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
         let line = gyro.findings.iter().find(restart);
@@ -133,12 +131,12 @@ fn join_source(
     recording.gyro_scale = gyro.gyro_scale;
     recording.gyro = Some(joined);
     recording.gyro_file = Some(JoinedFile {
-        name: name.to_owned(),
+        name: name.clone(),
         sha256: gyro.sha256,
     });
     recording.findings.append(&mut gyro.findings);
     for mut finding in findings {
-        finding.file.get_or_insert_with(|| name.to_owned());
+        finding.file.get_or_insert_with(|| name.clone());
         recording.findings.push(finding);
     }
     Ok(())
@@ -150,28 +148,27 @@ fn join_source(
 fn read_beside(
     recording: &Recording,
     source: &Source<'_>,
-    name: &str,
     options: &ReadOptions,
 ) -> Result<Recording> {
-    let own = read_gyroscope(source, name, options)?;
-    let is_open = own
+    let by_header = read_gyroscope(source, options)?;
+    let is_unit_assumed = by_header
         .findings
         .iter()
         .any(|f| f.kind == FindingKind::TimeUnitAssumed);
-    let Some(unit) = recording.timing.unit.filter(|_| is_open) else {
-        return Ok(own);
+    let Some(unit) = recording.timing.unit.filter(|_| is_unit_assumed) else {
+        return Ok(by_header);
     };
     let options = ReadOptions {
         time_unit: Some(unit),
         ..options.clone()
     };
     if !source.is_reopenable() {
-        return Ok(own);
+        return Ok(by_header);
     }
-    let by_unit = read_gyroscope(source, name, &options)?;
+    let by_unit = read_gyroscope(source, &options)?;
     let rates = recording.timing.rate_hz().zip(by_unit.timing.rate_hz());
     let similar = rates.is_some_and(|(accel, gyro)| (0.02..50.0).contains(&(accel / gyro)));
-    Ok(if similar { by_unit } else { own })
+    Ok(if similar { by_unit } else { by_header })
 }
 
 fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>> {

@@ -395,15 +395,9 @@ impl Later {
         breaks
     }
 
-    /// Rows that are no measurements.
+    /// Rows that are no measurements, and what was found in these rows beside that, once all are read.
     #[must_use]
-    pub fn ledger(&self) -> &Ledger {
-        &self.ledger
-    }
-
-    /// What was found in these rows beside that, once all are read.
-    #[must_use]
-    pub fn notes(&self) -> Vec<Finding> {
+    pub fn finish(self) -> (Ledger, Vec<Finding>) {
         let clipped = self.clipping.iter().filter_map(|(name, c)| c.finding(name));
         let gaps = self.clock.as_ref().and_then(LaterClock::gap_note);
         let mut notes: Vec<Finding> = gaps.into_iter().chain(clipped).collect();
@@ -411,8 +405,8 @@ impl Later {
         for note in &mut notes {
             note.message = format!("from line {line} on: {}", note.message);
         }
-        notes.extend(self.unit_note.clone());
-        notes
+        notes.extend(self.unit_note);
+        (self.ledger, notes)
     }
 
     /// Rows of the sensor that is read.

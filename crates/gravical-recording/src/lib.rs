@@ -2,7 +2,8 @@
 //!
 //! # Overview
 //!
-//! 1. [`bytes`]: a path, plain or gzip, in any encoding, as UTF-8; [`read`](read()) does all of the following.
+//! 1. [`source`]: a path, standard input or bytes; [`bytes`]: unpacked, in any encoding, as UTF-8;
+//!    [`read`](read()) does all of the following.
 //! 2. [`sniff`]: the head of a file to its [`Format`]: dialect, roles of the columns, claims.
 //! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
 //!    [`cwa::open`] does both for a file of Axivity.

@@ -25,8 +25,7 @@ const KIND_BYTES: usize = 65_536;
 /// `columns-unknown`, `all-zero` …, each with the file and a hint. Lesser faults are
 /// [`Finding`](crate::Finding)s of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    let name = path.display().to_string();
-    read_source(&Source::Path(path), &name, options, cwa::read)
+    read_source(&Source::Path(path), options, cwa::read)
 }
 
 /// The same with all samples of a `.cwa` file.
@@ -35,8 +34,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 ///
 /// As [`read`]; `too-large` if they take more than a gigabyte.
 pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    let name = path.display().to_string();
-    read_source(&Source::Path(path), &name, options, cwa::read_samples)
+    read_source(&Source::Path(path), options, cwa::read_samples)
 }
 
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
@@ -55,9 +53,10 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let mut bytes = bytes::read_head(&mut reader, HEAD_BYTES).map_err(|e| Error::io(path, e))?;
     if bytes.len() == HEAD_BYTES {
         let line_end = || bytes.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
-        let whole = match cwa::is_one(&bytes) {
-            true => cwa::whole_blocks(&bytes),
-            false => line_end().map_or(HEAD_BYTES, |at| at + 1),
+        let whole = if cwa::is_one(&bytes) {
+            cwa::whole_blocks(&bytes)
+        } else {
+            line_end().map_or(HEAD_BYTES, |at| at + 1)
         };
         bytes.truncate(whole);
     }
@@ -70,27 +69,28 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
 ///
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
-    read_source(&Source::Bytes(bytes), name, options, cwa::read)
+    read_source(&Source::Bytes(name, bytes), options, cwa::read)
 }
 
 /// Reads a file of any kind, one of a worn device by `read_device`.
 fn read_source(
     source: &Source<'_>,
-    name: &str,
     options: &ReadOptions,
     read_device: fn(Box<dyn Read>, &ReadOptions) -> Result<Recording>,
 ) -> Result<Recording> {
     options.validate()?;
     let mut input = source.open(options)?;
-    let here = Path::new(name);
+    let name = source.name();
+    let here = Path::new(&name);
     let (magic, reader) =
         peek(input.take_reader(), cwa::MAGIC_BYTES).map_err(|e| Error::io(here, e))?;
     foreign::refuse_container(&magic, here)?;
-    let recording = match cwa::is_one(&magic) {
-        true => read_device(reader, options).map_err(|e| in_file(e, here))?,
-        false => read_text(reader, here, options)?,
+    let recording = if cwa::is_one(&magic) {
+        read_device(reader, options).map_err(|e| in_file(e, here))?
+    } else {
+        read_text(reader, here, options)?
     };
-    Ok(recording.of_input(&input, name))
+    Ok(recording.with_input(&input, &name))
 }
 
 /// Reads the gyroscope of a recording from a file of its own; its accelerometer, if there is one,
@@ -99,19 +99,16 @@ fn read_source(
 /// # Errors
 ///
 /// As [`read`]; `no-gyroscope`.
-pub(crate) fn read_gyroscope(
-    source: &Source<'_>,
-    name: &str,
-    options: &ReadOptions,
-) -> Result<Recording> {
+pub(crate) fn read_gyroscope(source: &Source<'_>, options: &ReadOptions) -> Result<Recording> {
     options.validate()?;
+    let name = source.name();
     let mut input = source.open(options)?;
     let options = ReadOptions {
         is_gyroscope: true,
         ..options.clone()
     };
-    let read = read_text(input.take_reader(), Path::new(name), &options)?;
-    let mut read = read.of_input(&input, name);
+    let read = read_text(input.take_reader(), Path::new(&name), &options)?;
+    let mut read = read.with_input(&input, &name);
     read.gyro = Some(std::mem::take(&mut read.accel));
     read.resolution.rotate_right(3);
     Ok(read)
@@ -129,8 +126,8 @@ fn read_text(reader: Box<dyn Read>, here: &Path, options: &ReadOptions) -> Resul
 
 impl Recording {
     /// With what is known of the file, once it is read.
-    fn of_input(self, input: &Input, name: &str) -> Self {
-        let mut recording = self.named(name);
+    fn with_input(self, input: &Input, name: &str) -> Self {
+        let mut recording = self.with_name(name);
         if input.is_gzip {
             recording.description.insert_str(0, "gzip, ");
         }

@@ -166,9 +166,9 @@ impl Recording {
         Recording::judge(format, rows)
     }
 
-    /// Sets its name and that of the file in its findings.
+    /// Sets the name, here and in every finding; before another file is joined.
     #[must_use]
-    pub fn named(mut self, name: &str) -> Self {
+    pub fn with_name(mut self, name: &str) -> Self {
         name.clone_into(&mut self.name);
         for finding in &mut self.findings {
             finding.file = Some(name.to_owned());

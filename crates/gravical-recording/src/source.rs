@@ -29,11 +29,19 @@ pub fn stem(name: &str) -> String {
 pub(crate) enum Source<'a> {
     /// A file, a pipe or, as `-`, standard input.
     Path(&'a Path),
-    /// Bytes in memory.
-    Bytes(&'a [u8]),
+    /// Bytes in memory, and their name for messages.
+    Bytes(&'a str, &'a [u8]),
 }
 
 impl Source<'_> {
+    /// Its name in messages.
+    pub fn name(&self) -> String {
+        match self {
+            Source::Path(path) => path.display().to_string(),
+            Source::Bytes(name, _) => (*name).to_owned(),
+        }
+    }
+
     /// Opens it.
     ///
     /// # Errors
@@ -42,9 +50,9 @@ impl Source<'_> {
     pub fn open(&self, options: &ReadOptions) -> Result<Input> {
         match self {
             Source::Path(path) => open(path, options),
-            Source::Bytes(bytes) => {
+            Source::Bytes(name, bytes) => {
                 let reader = Box::new(io::Cursor::new(bytes.to_vec()));
-                counted(Path::new("-"), reader, Some(bytes.len() as u64), options)
+                input(Path::new(name), reader, Some(bytes.len() as u64), options)
             }
         }
     }
@@ -53,7 +61,7 @@ impl Source<'_> {
     pub fn is_reopenable(&self) -> bool {
         match self {
             Source::Path(path) => *path != Path::new("-") && path.is_file(),
-            Source::Bytes(_) => true,
+            Source::Bytes(..) => true,
         }
     }
 }
@@ -64,12 +72,12 @@ impl Source<'_> {
 ///
 /// Errors of the file system; `is-a-directory` for a directory.
 pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
-    let (reader, total) = raw(path)?;
-    counted(path, reader, total, options)
+    let (reader, total) = bytes_at(path)?;
+    input(path, reader, total, options)
 }
 
 /// The bytes at `path`, and their number if it is known.
-fn raw(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
+fn bytes_at(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
     if path == Path::new("-") {
         return Ok((Box::new(io::stdin().lock()), None));
     }
@@ -90,7 +98,7 @@ fn raw(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
     Ok((Box::new(file), total.map(|m| m.len())))
 }
 
-fn counted(
+fn input(
     path: &Path,
     reader: Box<dyn Read>,
     total: Option<u64>,
@@ -100,9 +108,9 @@ fn counted(
         Some(meter) => meter.over(&path.display().to_string(), total, reader),
         None => reader,
     };
-    let mut input = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
-    let (magic, reader) = peek(input.reader, ZIP.len()).map_err(|e| Error::io(path, e))?;
-    input.reader = reader;
+    let mut opened = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
+    let (magic, reader) = peek(opened.reader, ZIP.len()).map_err(|e| Error::io(path, e))?;
+    opened.reader = reader;
     if magic == ZIP {
         return Err(
             Error::input("is-an-archive", "this is a ZIP archive, not a recording")
@@ -110,5 +118,5 @@ fn counted(
                 .with_hint("unpack it and give the recording in it"),
         );
     }
-    Ok(input)
+    Ok(opened)
 }

@@ -5,7 +5,6 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::options::ReadOptions;
 use crate::recording::Recording;
-use crate::role::Role;
 use crate::text::{Batch, Format};
 
 /// Rows by which columns without names are recognised.
@@ -151,7 +150,8 @@ impl Recording {
     ) -> Result<Self> {
         let rows = table(name, names, columns, options)?;
         let in_file = |e: Error| e.in_file(Path::new(name));
-        let format = recognised(names, &rows, options).map_err(in_file)?;
+        let sample = rows.first(SAMPLE_ROWS);
+        let format = Format::of_table(names, columns.len(), &sample, options).map_err(in_file)?;
         for column in format.channels() {
             if let Some(TableColumn::Texts(_)) = columns.get(column) {
                 let text = format!("column {} holds texts, not numbers", column + 1);
@@ -160,38 +160,10 @@ impl Recording {
             }
         }
         let judged = Recording::judge(&format, rows).map_err(in_file)?;
-        let mut recording = judged.named(name);
+        let mut recording = judged.with_name(name);
         recording.description = "table in memory".to_owned();
         Ok(recording)
     }
-
-    /// The channels of a table in memory (`t`, `ax` … `gz`, `temperature`), each with its column
-    /// from 0, as [`from_table`](Self::from_table) recognises them.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`from_table`](Self::from_table) about columns.
-    pub fn table_fields(
-        name: &str,
-        names: &[String],
-        columns: &[TableColumn<'_>],
-        options: &ReadOptions,
-    ) -> Result<Vec<(&'static str, usize)>> {
-        let rows = table(name, names, columns, options)?;
-        let format = recognised(names, &rows, options).map_err(|e| e.in_file(Path::new(name)))?;
-        let first = |role| format.columns.iter().position(|c| c.role == role);
-        let gyro = format.gyro.into_iter().flatten();
-        let mut channels: Vec<_> = ["ax", "ay", "az"].into_iter().zip(format.accel).collect();
-        channels.extend(["gx", "gy", "gz"].into_iter().zip(gyro));
-        channels.extend(first(Role::Time).map(|c| ("t", c)));
-        channels.extend(first(Role::Temperature).map(|c| ("temperature", c)));
-        channels.sort_by_key(|(_, column)| *column);
-        Ok(channels)
-    }
-}
-
-fn recognised(names: &[String], rows: &Batch, options: &ReadOptions) -> Result<Format, Error> {
-    Format::of_table(names, rows.columns.len(), &rows.first(SAMPLE_ROWS), options)
 }
 
 /// The columns as rows of equal length.

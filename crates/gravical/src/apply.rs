@@ -235,14 +235,14 @@ pub fn apply(
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
     applied.findings.extend(renamed(&table));
     let columns = table.names.clone();
-    let (recording, ledger, found) = write_rows(reader, out, table, false, |rows| {
+    let (recording, ledger, written, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);
         let gyro = rows.readings.gyro.take();
         let accel = std::mem::take(&mut rows.readings.accel).into_iter();
         accel.chain(gyro.into_iter().flatten()).collect()
     })?;
     applied.findings.extend(found);
-    Ok(applied.summary(name, recording.description, &ledger, columns))
+    Ok(applied.summary(name, recording.description, &ledger, written, columns))
 }
 
 /// Columns of the output.
@@ -333,7 +333,13 @@ pub fn apply_recording(
     let columns = columns.map(str::to_owned).collect();
     let description = std::mem::take(&mut recording.description);
     Ok(Applied {
-        summary: applied.summary(&recording.name, description, &recording.ledger, columns),
+        summary: applied.summary(
+            &recording.name,
+            description,
+            &recording.ledger,
+            recording.rows(),
+            columns,
+        ),
         accel: readings.accel,
         gyro: readings.gyro,
     })
@@ -429,6 +435,7 @@ impl<'a> Application<'a> {
         name: &str,
         description: String,
         ledger: &Ledger,
+        rows: usize,
         columns: Vec<String>,
     ) -> ApplySummary {
         let drift = self.drift.take();
@@ -440,7 +447,7 @@ impl<'a> Application<'a> {
             input: name.to_owned(),
             description,
             lines: ledger.lines as u64,
-            rows: ledger.rows() as u64,
+            rows: rows as u64,
             rows_without_acceleration: self.without_acceleration,
             set_aside: set_aside(ledger),
             accelerometer: self.judged.accel,

@@ -217,8 +217,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         )?,
         None => gyro::Gyroscope::default(),
     };
-    // … else from the motions between the stills. That turns are missing matters only where the
-    // motions do not do without them.
+    // … else from the motions between the stills. Missing turns are reported only if the motions did
+    // not calibrate the gyroscope.
     let mut gyroscope = turns;
     if gyroscope.section.is_none() {
         let missing = gyroscope.findings;

@@ -143,7 +143,7 @@ pub fn convert_file(
     let cells = std::mem::take(&mut conversion.cells);
     let table = Table::plain(cells.into_iter().chain(label_cell), label);
     let columns = table.names.clone();
-    let (recording, ledger, found) =
+    let (recording, ledger, written, found) =
         write_rows(reader, out, table, true, |rows| conversion.convert(rows))?;
     let findings = recording.findings.into_iter().chain(found);
     Ok(ConvertSummary {
@@ -151,7 +151,7 @@ pub fn convert_file(
         description: recording.description,
         serial: recording.serial,
         lines: ledger.lines as u64,
-        rows: ledger.rows() as u64,
+        rows: written as u64,
         set_aside: set_aside(&ledger),
         accelerometer: recording.accel_scale,
         gyroscope: recording.gyro_scale,

@@ -1,4 +1,4 @@
-//! What is wrong, or merely worth knowing, in a recording, and what it may have to do with an error.
+//! Findings, and their addition to errors that they may have caused.
 
 use std::path::Path;
 

@@ -95,6 +95,7 @@ pub fn unit(name: &str) -> String {
     match name {
         "deg" => "°".to_owned(),
         "deg/s" => "°/s".to_owned(),
+        "unknown" => "unit of the file".to_owned(),
         _ => name.replace("m/s^2", "m/s²"),
     }
 }

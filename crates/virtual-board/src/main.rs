@@ -50,9 +50,6 @@ struct Args {
     /// Times real time, or max: as fast as it goes while the port is open
     #[arg(long, default_value = "1")]
     speed: String,
-    /// any: whatever the port is set to; port: garbage when it is not the board's
-    #[arg(long, default_value = "any", value_parser = ["any", "port"])]
-    baud: String,
     /// What goes wrong, seconds after the opening: no-answer@5-8,stuck-bus@12-13,
     /// frozen-x@20-25,who-am-i=0x70@30-33,dip@40,hang@50
     #[arg(long, value_name = "SPEC", default_value = "")]
@@ -218,7 +215,6 @@ fn serve(
     look: impl Fn(&mut Option<Port>),
 ) {
     let mut pace = Pace::new(uno.time_s());
-    let mut garbled = 0_u8;
     while args.duration.is_none_or(|end_s| uno.time_s() < end_s) {
         if port.as_mut().is_some_and(Port::opened) {
             uno.reset(args.bootloader);
@@ -242,22 +238,7 @@ fn serve(
         uno.run(STEP_S);
         let sent = uno.take_sent();
         let Some(port) = port else { continue };
-        let port_baud = if args.baud == "port" {
-            port.baud()
-        } else {
-            0.0
-        };
-        let bytes: Vec<u8> = sent
-            .iter()
-            .map(|sent| {
-                if port_baud > 0.0 && (port_baud / sent.baud - 1.0).abs() > 0.05 {
-                    garbled = garbled.wrapping_mul(5).wrapping_add(113);
-                    sent.byte ^ garbled
-                } else {
-                    sent.byte
-                }
-            })
-            .collect();
+        let bytes: Vec<u8> = sent.iter().map(|sent| sent.byte).collect();
         // Only a board in real time may lose what is not read.
         port.send(&bytes, if speed.is_none() { 1.0 } else { 0.0 });
     }

@@ -4,7 +4,7 @@
 //! What a port of a board does: opening it resets the board, what is sent while
 //! nobody has it open is lost, and so is what a slow reader does not fetch. What it
 //! does not do: it has no modem lines (setting DTR fails with `ENOTTY`), and any
-//! baud rate can be set; [`Port::baud`] says which one was.
+//! baud rate can be set.
 
 use std::fs::File;
 use std::io::{Read as _, Write as _};
@@ -106,12 +106,6 @@ impl Port {
             let _ = tcflush(&self.theirs, QueueSelector::IFlush);
         }
         opened
-    }
-
-    /// Bits a second that the other side has set.
-    #[must_use]
-    pub fn baud(&self) -> f64 {
-        tcgetattr(&self.theirs).map_or(0.0, |t| f64::from(t.output_speed()))
     }
 
     /// What the other side sent since the last call.

@@ -51,6 +51,8 @@ fn no_file_of_the_folder_crashes_and_every_account_balances() {
             let aside: u64 = aside.map(|a| a[1].as_u64().unwrap()).sum();
             let [lines, rows] = ["lines", "rows"].map(|key| account[key].as_u64().unwrap());
             assert_eq!(lines, rows + aside, "{name}");
+            let own = gravical::recording::read(path, &Default::default()).unwrap();
+            assert!(own.is_averaged() || own.rows() as u64 == rows, "{name}");
             assert!(rows > 0, "{name}");
             for still in recording["static_intervals"].as_array().unwrap() {
                 assert!(still["end_row"].as_u64().unwrap() <= rows, "{name}");

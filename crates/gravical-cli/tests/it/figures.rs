@@ -79,11 +79,18 @@ fn a_forced_run_takes_away_what_the_earlier_one_left() {
     let now = drawings(&plots);
     assert!(now.contains(&"acceleration".to_owned()), "{now:?}");
     assert!(!now.contains(&"trajectory".to_owned()), "{now:?}");
-    write(&plots, "notes.txt", "mine");
+    // Files of somebody else stay, whatever they are called.
+    for name in ["notes.txt", "norm.svg"] {
+        write(&plots, name, "mine");
+    }
     draw("line/line.csv --force", 0);
     let now = listed(&plots);
+    assert!(now.contains(&"norm.svg".to_owned()), "{now:?}");
     assert!(now.contains(&"trajectory.svg".to_owned()), "{now:?}");
     assert!(now.contains(&"notes.txt".to_owned()), "{now:?}");
+    write(&plots, "position.svg", "mine");
+    draw("line/line.csv --force", 2);
+    assert_eq!(read(&plots, "position.svg"), "mine");
 }
 
 #[test]

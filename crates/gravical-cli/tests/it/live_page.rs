@@ -86,9 +86,11 @@ impl Tab {
 }
 
 impl Served {
-    fn start(folder: &Path) -> Self {
+    fn start(folder: &Path, options: &str) -> Self {
         let mut child = Command::new(program())
-            .args(words("live --simulate --seed 4 --no-open --folder s"))
+            .args(words(&format!(
+                "live --simulate --seed 4 --no-open --folder s {options}"
+            )))
             .current_dir(folder)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -202,7 +204,7 @@ another method | DELETE | /?{token} | {host} | 403";
 #[test]
 fn only_the_page_itself_is_answered() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path());
+    let served = Served::start(folder.path(), "");
     let token = &served.token;
     let requests = REQUESTS
         .replace("{token}", &format!("token={token}"))
@@ -253,7 +255,7 @@ fn only_the_page_itself_is_answered() {
 #[test]
 fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path());
+    let served = Served::start(folder.path(), "");
     let mut tab = served.tab();
     tab.until_type("session");
     let long = format!(r#"{{"command":"redo","face":"{}"}}"#, "x".repeat(5000));
@@ -298,7 +300,7 @@ fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
 #[ignore = "slow: waits for them"]
 fn a_thousand_connections_stop_neither_the_session_nor_its_tab() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path());
+    let served = Served::start(folder.path(), "");
     let mut tab = served.tab();
     tab.until_type("session");
     for _ in 0..4 {
@@ -321,4 +323,28 @@ fn a_thousand_connections_stop_neither_the_session_nor_its_tab() {
     // Without an end they are closed all the same.
     let mut silent = served.connect();
     assert_eq!(silent.read(&mut [0; 16]).unwrap_or(0), 0);
+}
+
+#[test]
+fn a_session_is_commanded_and_its_report_is_served() {
+    let folder = tempfile::tempdir().unwrap();
+    let served = Served::start(folder.path(), "--speed 10 --gravity 9.80665");
+    let mut tab = served.tab();
+    tab.until_type("pose_accepted");
+    for face in ["+x", "-x", "+y", "-y", "-z"] {
+        served.command(&json!({"command": "hand", "put": face}));
+        assert_eq!(tab.until_type("pose_accepted")["face"], face);
+    }
+    served.command(&json!({"command": "undo"}));
+    assert_eq!(tab.until_type("pose_undone")["face"], "-z");
+    served.command(&json!({"command": "hand", "put": "-z"}));
+    tab.until_type("pose_accepted");
+    served.command(&json!({"command": "finish"}));
+    assert_eq!(tab.until_type("saved")["report"], "s/calibration.html");
+    let report = served.get("/report");
+    let file = std::fs::read_to_string(folder.path().join("s/calibration.html")).unwrap();
+    assert_eq!((report.status, &report.body), (200, &file));
+    let framed = "content-security-policy: frame-ancestors 'self'";
+    assert!(report.head.contains(framed), "{}", report.head);
+    assert_eq!(tab.until_type("end")["reason"], "finished");
 }

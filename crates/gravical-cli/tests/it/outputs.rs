@@ -67,7 +67,8 @@ fn what_cannot_be_written_is_said_before_the_work() {
     for name in ["figs", "d.html", "drawn"] {
         fs::create_dir(at.join(name)).unwrap();
     }
-    write(at, "drawn/position.svg", "mine");
+    let figure = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=\"9\"/>";
+    write(at, "drawn/position.svg", figure);
     for row in REFUSED.lines() {
         let (line, code) = row.split_once(": ").unwrap();
         refused(at, line, code);
@@ -89,6 +90,7 @@ calibrate line.csv --noise o.csv -o: o.csv
 calibrate o.md --report: o.md
 calibrate --each s --summary: s/x_up.csv s/notes.txt
 calibrate --each live line.csv --summary: live/recording.csv line.csv
+calibrate --each @list --summary: list s/x_up.csv
 calibrate --each s --sections sections.csv --summary: sections.csv
 calibrate --each s --thermal line.csv --summary: line.csv
 check o.md line.csv --report: o.md
@@ -138,6 +140,7 @@ fn what_is_read_is_never_replaced() {
     fs::copy(at.join("cal.json"), at.join("cals/cal.json")).unwrap();
     write(at, "s/notes.txt", "+x first");
     write(at, "live/session.ndjson", "");
+    write(at, "list", "s/x_up.csv\n");
     write(at, "sections.csv", "label,start,end\nx_up,0,100\n");
     ends(at, "convert line.csv -o s/converted.csv", 0);
     for row in READ.lines() {

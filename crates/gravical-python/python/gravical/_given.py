@@ -18,7 +18,10 @@ Path = Union[str, "os.PathLike[str]"]
 Floats = npt.NDArray[np.float64]
 
 #: Options that the program takes as one text, and those that it takes several times.
-TEXTS = {"axes", "columns", "rests", "rotation", "sensor", "sensor_id", "soak", "stances"}
+TEXTS = {
+    *("axes", "columns", "name", "part", "prior", "recorded", "rests", "rotation"),
+    *("sensor", "sensor_id", "sensor_model", "soak", "stances"),
+}
 LISTS = {"face_pose", "filter", "free_pose", "smooth", "thermal"}
 
 
@@ -125,7 +128,8 @@ def table_columns(table: Any) -> tuple[list[str], list[Any], bool]:
     if isinstance(table, Mapping):
         named = list(table.items())
     elif hasattr(table, "columns") and hasattr(table, "to_numpy"):
-        named = [(name, table[name]) for name in table.columns]
+        # Of a data frame of pandas by position: names may repeat.
+        named = list(table.items() if hasattr(table, "items") else ((n, table[n]) for n in table.columns))
         if "datetime" in str(getattr(getattr(table, "index", None), "dtype", "")):
             named.insert(0, (table.index.name or "time", table.index))
     else:

@@ -1,5 +1,5 @@
 //! Every kind of finding: its name, how much it matters, what it means. What was done about it, and
-//! what the user should do, stands in the tables of `docs/recording.md`; a test holds them together.
+//! what the user should do, is in the tables of `docs/recording.md`; a test holds them together.
 
 use std::fmt;
 

@@ -43,8 +43,13 @@ pub struct Channels<'a> {
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
-/// value of a channel holds until the next one. `lines`: that of each row.
-pub fn fill_cells(channels: Channels<'_>, lines: &[u32], names: [&str; 7]) -> Option<Finding> {
+/// value of a channel holds until the next one. `lines`: that of each row. Returns what was found, and
+/// whether values of the accelerometer are held.
+pub fn fill_cells(
+    channels: Channels<'_>,
+    lines: &[u32],
+    names: [&str; 7],
+) -> (Option<Finding>, bool) {
     let Channels {
         accel,
         mut gyro,
@@ -120,13 +125,14 @@ pub fn fill_cells(channels: Channels<'_>, lines: &[u32], names: [&str; 7]) -> Op
     } else {
         "accelerometer"
     };
-    (total > 0).then(|| {
+    let found = (total > 0).then(|| {
         let text = format!(
             "{total} empty cells ({}); {incomplete} of {rows} rows lack a value of the {sensor}{done}",
             parts.join(", ")
         );
         Finding::new(FindingKind::EmptyCells, text).at_lines(&marked.map(|(line, _)| u64::from(*line)).collect())
-    })
+    });
+    (found, holds[0])
 }
 
 /// Whether so many rows lack a value that each channel is written when it arrives.

@@ -85,7 +85,7 @@ impl Recording {
         notes.extend(text_cells);
         notes.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
         notes.append(&mut own);
-        let empty = judge::fill_cells(
+        let (empty, is_held) = judge::fill_cells(
             Channels {
                 accel: &mut accel,
                 gyro: gyro.as_mut(),
@@ -153,20 +153,17 @@ impl Recording {
             let change = judge::unit_change(&recording.accel, &recording.lines, None);
             recording.findings.extend(change.map(|c| c.1));
         }
-        recording.judge_samples(format);
+        recording.judge_samples(format, is_held);
         Ok(recording)
     }
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
-    fn judge_samples(&mut self, format: &Format) {
+    fn judge_samples(&mut self, format: &Format, is_held: bool) {
         let gyro_names = ["gx", "gy", "gz"];
         let accel_names = match format.options.is_gyroscope {
             true => gyro_names,
             false => ["ax", "ay", "az"],
         };
-        let held = self.findings.iter().any(|n| {
-            n.kind == FindingKind::EmptyCells && n.message.contains("the last value of the others")
-        });
         let mut notes =
             judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
         if let Some(gyro) = &self.gyro {
@@ -182,7 +179,7 @@ impl Recording {
             clipping.observe_all(channel, &self.lines);
             notes.extend(clipping.finding(name));
         }
-        if !held {
+        if !is_held {
             let channels = self.accel.iter().chain(self.gyro.iter().flatten());
             let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
             notes.extend(judge::repeated_rows(

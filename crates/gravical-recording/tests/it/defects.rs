@@ -1,8 +1,12 @@
 //! What is wrong with people's files, and what is said of it.
 
+use std::io::Write as _;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use gravical_recording::{AccelUnit, FindingKind, Reason};
 
-use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces};
+use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces, try_read};
 
 /// Milliseconds and g, the header given.
 fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
@@ -225,4 +229,17 @@ fn hostile_cells_are_text() {
         format!("{},{note}", plain(k, a))
     });
     assert_eq!(read(&text, "").rows(), 6 * FACE_ROWS);
+}
+
+#[test]
+fn a_download_cut_off_yields_what_it_holds() {
+    let mut packer = GzEncoder::new(Vec::new(), Compression::default());
+    let text = table("ms,ax,ay,az", plain);
+    packer.write_all(text.as_bytes()).unwrap();
+    let packed = packer.finish().unwrap();
+    let recording = try_read(packed[..packed.len() / 2].to_vec(), "cut.csv.gz").unwrap();
+    assert!(recording.rows() > 50 && recording.description.starts_with("gzip, "));
+    let mut found = recording.findings.iter();
+    let cut = found.find(|f| f.kind == FindingKind::TruncatedFile);
+    assert_eq!(cut.unwrap().file.as_deref(), Some("cut.csv.gz"));
 }

@@ -12,17 +12,6 @@ use gravical::temperature::evaluate;
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
 use super::svg::extent;
 
-/// Names of all figures that a calibration can have, in the order of a report.
-pub(super) const NAMES: [&str; 7] = [
-    "norm",
-    "residuals",
-    "sphere",
-    "tilt",
-    "captures",
-    "noise",
-    "temperature",
-];
-
 /// The recordings behind a calibration, and how they were cut.
 #[derive(Debug, Clone, Copy)]
 pub struct Session<'a> {
@@ -426,6 +415,17 @@ mod tests {
     use gravical::simulate::{
         PosesOptions, Scenario, SimulateOptions, SixPositionOptions, simulate_to,
     };
+
+    /// In the order of a report.
+    const NAMES: [&str; 7] = [
+        "norm",
+        "residuals",
+        "sphere",
+        "tilt",
+        "captures",
+        "noise",
+        "temperature",
+    ];
 
     fn recordings(scenario: Scenario) -> Vec<Recording> {
         let folder = tempfile::tempdir().unwrap();

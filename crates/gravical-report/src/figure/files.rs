@@ -1,15 +1,17 @@
 //! Figures as files of a folder.
 //!
 //! A run draws what its data allow. A figure of an earlier run that this one does not draw would
-//! pass for one of its figures: a run that may replace figures takes away all that are there.
-//! Other files are never touched.
+//! pass for one of its figures: a run with `--force` removes the figures of earlier runs. A file is one
+//! of these if it begins as this program writes them; other files are never touched.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use gravical::output::write_text;
 use gravical::{Error, Result};
 
-use super::{Figure, calibration, motion, noise, svg};
+use super::{Figure, svg};
 
 /// Whether figures can be written to `folder`, before the work that they need. The folder may be
 /// absent; the one that it is in may not.
@@ -26,7 +28,7 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
     }
     if folder.exists() && !folder.is_dir() {
         let error = Error::usage("no-folder", "figures go into a folder; this is a file");
-        return Err(error.at(folder, None));
+        return Err(error.at(folder, None).with_hint("name a folder"));
     }
     let parent = folder.parent().filter(|p| !p.as_os_str().is_empty());
     if let Some(parent) = parent.filter(|p| !p.is_dir()) {
@@ -45,13 +47,18 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
     Ok(())
 }
 
-/// The files of a folder that are called as figures are.
+/// The figures in a folder.
 fn figures_in(folder: &Path) -> Vec<PathBuf> {
-    let names = [&calibration::NAMES[..], &motion::NAMES, &noise::NAMES].concat();
-    let paths = names
-        .into_iter()
-        .map(|name| folder.join(format!("{name}.svg")));
-    paths.filter(|path| path.is_file()).collect()
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path());
+    paths.filter(|path| is_figure(path)).collect()
+}
+
+fn is_figure(path: &Path) -> bool {
+    let mut head = [0; svg::BEGIN.len()];
+    let is_svg = path.extension().is_some_and(|ending| ending == "svg");
+    let mut read = || File::open(path)?.read_exact(&mut head);
+    is_svg && read().is_ok() && head == svg::BEGIN.as_bytes()
 }
 
 /// Writes each figure to `folder` as NAME.svg, and makes the folder where it is absent. Figures of
@@ -59,7 +66,8 @@ fn figures_in(folder: &Path) -> Vec<PathBuf> {
 ///
 /// # Errors
 ///
-/// Those of [`check_figures`], and what the file system says.
+/// Those of [`check_figures`]; `exists` (usage) for a file with the name of a figure that is none; and
+/// what the file system says.
 pub fn write_figures<'a>(
     figures: impl IntoIterator<Item = &'a Figure>,
     folder: &Path,
@@ -68,8 +76,16 @@ pub fn write_figures<'a>(
     check_figures(folder, force)?;
     let mut earlier = figures_in(folder);
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
-    for figure in figures {
-        let path = folder.join(format!("{}.svg", figure.name));
+    let at = |figure: &'a Figure| (folder.join(format!("{}.svg", figure.name)), figure);
+    let figures: Vec<(PathBuf, &Figure)> = figures.into_iter().map(at).collect();
+    let is_foreign = |path: &PathBuf| path.exists() && !earlier.contains(path);
+    if let Some((path, _)) = figures.iter().find(|(path, _)| is_foreign(path)) {
+        let text = "this file has the name of a figure, and is none of this program";
+        return Err(Error::usage("exists", text)
+            .at(path, None)
+            .with_hint("name another folder, or move the file"));
+    }
+    for (path, figure) in figures {
         write_text(&path, force, &svg::standalone(figure))?;
         earlier.retain(|p| *p != path);
     }

@@ -10,16 +10,6 @@ use gravical::numfmt::decimals_for;
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
 use super::svg::{CIRCLE, DIAMOND, extent};
 
-/// Names of all figures that a motion can have, in the order of a report.
-pub(super) const NAMES: [&str; 6] = [
-    "position",
-    "trajectory",
-    "position-3d",
-    "velocity",
-    "acceleration",
-    "motion-acceleration",
-];
-
 /// Rests that are shaded at most; a walk has thousands.
 const MAX_SHADED: usize = 2000;
 
@@ -398,6 +388,16 @@ mod tests {
     use gravical::motion::{MotionOptions, motion};
     use gravical::recording::{ReadOptions, read, read_bytes};
     use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate_to};
+
+    /// In the order of a report.
+    const NAMES: [&str; 6] = [
+        "position",
+        "trajectory",
+        "position-3d",
+        "velocity",
+        "acceleration",
+        "motion-acceleration",
+    ];
 
     fn drawable(figures: &[Figure]) {
         for figure in figures {

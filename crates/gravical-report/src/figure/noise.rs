@@ -5,23 +5,24 @@ use gravical::noise::{AllanPoint, ChannelNoise, NoiseResult, Term};
 use super::panel::{Axis, Figure, Panel, Role, Series};
 use super::svg::extent;
 
-/// Names of the figures.
-pub const NAMES: [&str; 2] = ["allan-accelerometer", "allan-gyroscope"];
-
 const CAPTION: &str = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
 
 /// The figures of a result: accelerometer, gyroscope.
 #[must_use]
 pub fn figures(result: &NoiseResult) -> Vec<Figure> {
-    let [accelerometer, gyroscope] = NAMES;
     let sensors = [
         (
             'a',
-            accelerometer,
+            "allan-accelerometer",
             "Allan deviation of the accelerometer",
             "m/s²",
         ),
-        ('g', gyroscope, "Allan deviation of the gyroscope", "rad/s"),
+        (
+            'g',
+            "allan-gyroscope",
+            "Allan deviation of the gyroscope",
+            "rad/s",
+        ),
     ];
     let figure = |(letter, name, title, unit): (char, &str, &str, &str)| {
         let channels = result.channels.iter();

@@ -126,10 +126,13 @@ pub fn inline(figure: &Figure) -> Vec<String> {
 }
 
 /// The outermost element, with what a screen reader says.
+/// How every figure begins.
+pub(super) const BEGIN: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=";
+
 fn head(figure: &Figure, id: &str, width: f64, height: f64) -> String {
     let (title, caption, height) = (escape(&figure.title), escape(&figure.caption), r(height));
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+        "{BEGIN}\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
          role=\"img\" aria-labelledby=\"{id}-title {id}-desc\"><title id=\"{id}-title\">{title}</title><desc id=\"{id}-desc\">{caption}</desc>"
     )
 }

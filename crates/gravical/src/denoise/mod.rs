@@ -203,7 +203,7 @@ pub fn denoise_file(
     } else {
         0.0
     };
-    let (recording, _, found) = write_rows(reader, out, table, false, |rows| {
+    let (recording, .., found) = write_rows(reader, out, table, false, |rows| {
         let readings = &mut rows.readings;
         let accel = readings.accel.iter_mut().flatten();
         accel.for_each(|v| *v += offset);

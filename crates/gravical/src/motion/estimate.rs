@@ -38,7 +38,7 @@ impl Estimate {
         rests: Option<Vec<Range<usize>>>,
     ) -> Self {
         let engine = EngineOptions {
-            // Who knows the rests knows the whole.
+            // Given rests imply that the whole recording is known.
             causal: options.causal && rests.is_none(),
             rests,
             noise,

@@ -81,7 +81,7 @@ impl FromStr for StanceRate {
 /// A list of intervals in seconds: `0-5,7.2-`. Without an end an interval goes to
 /// the end of the recording, without a start it begins with it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Intervals(pub Vec<(f64, f64)>);
+pub struct Intervals(Vec<(f64, f64)>);
 
 impl FromStr for Intervals {
     type Err = Error;
@@ -130,6 +130,12 @@ fn interval(text: &str) -> Result<(f64, f64)> {
 }
 
 impl Intervals {
+    /// Start and end of each, s; the end may be infinite.
+    #[must_use]
+    pub fn as_slice(&self) -> &[(f64, f64)] {
+        &self.0
+    }
+
     /// Spans of samples with these times, in order, joined where they touch.
     ///
     /// # Errors
@@ -146,7 +152,10 @@ impl Intervals {
                 } else {
                     "the end".to_owned()
                 };
-                let [first, .., last] = time_s else { break };
+                let (first, last) = (
+                    time_s.first().unwrap_or(&0.0),
+                    time_s.last().unwrap_or(&0.0),
+                );
                 let text = format!(
                     "there are fewer than two samples in the rest from {start} s to {until}: \
                      the recording goes from {first:.3} s to {last:.3} s"
@@ -398,5 +407,19 @@ impl MotionOptions {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Intervals;
+
+    #[test]
+    fn intervals_are_spans_of_samples_in_order() {
+        let time_s: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i)).collect();
+        let spans = |text: &str| text.parse::<Intervals>().unwrap().spans(&time_s);
+        assert_eq!(spans("7-,0-1,0.5-2").unwrap(), [0..201, 700..1000]);
+        let refused = spans("3-3.001").unwrap_err();
+        assert_eq!(refused.code(), "rests-outside");
     }
 }

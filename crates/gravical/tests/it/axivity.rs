@@ -407,7 +407,7 @@ proptest! {
         let mut bytes = file(&device, &blocks);
         bytes.truncate((bytes.len() - cut).max(1026));
         if let Ok(recording) = read_bytes(&bytes, "wrist.cwa", &ReadOptions::default()) {
-            let skipped = recording.ledger.lines - recording.ledger.rows();
+            let skipped = recording.ledger.total();
             let blocks = (bytes.len() - 1024).div_ceil(512);
             if !fields_changed {
                 prop_assert_eq!(recording.rows(), 120 * (blocks - skipped));

@@ -92,7 +92,7 @@ class Panel {
 function readAndZoom(figure) {
   const panels = all(figure, "[data-view]").map(g => new Panel(g));
   if (!panels.length) return;
-  const out = html("output", {}, figure);
+  const out = html("output", { ariaLive: "off" }, figure);
   for (const panel of panels) {
     // Those over the same axis go along.
     const together = panels.filter(p => p.x0 === panel.x0 && p.x1 === panel.x1);
