@@ -103,9 +103,10 @@ pub fn read_file(path: &Path, recording: Option<&Path>, swap: &str) -> Result<Fo
     let (file, input) = read.map_err(|error| {
         let swapped = error.category() == Category::Input
             && recording.is_some_and(|r| r.is_file() && CalibrationFile::read(r).is_ok());
-        match swapped {
-            true => error.with_hint(swap),
-            false => error,
+        if swapped {
+            error.with_hint(swap)
+        } else {
+            error
         }
     })?;
     Ok(FoundCalibration {
@@ -126,9 +127,10 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 /// The first rows of the recordings: files, or one folder.
 fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<gravical::recording::Recording>> {
     let is_folder = inputs.len() == 1 && inputs[0].is_dir();
-    let paths = match is_folder {
-        true => files_in(&inputs[0])?,
-        false => inputs.to_vec(),
+    let paths = if is_folder {
+        files_in(&inputs[0])?
+    } else {
+        inputs.to_vec()
     };
     let mut heads = Vec::new();
     for path in paths {

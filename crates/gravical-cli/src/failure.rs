@@ -60,9 +60,10 @@ impl RenderedError {
 
 /// A paragraph on a terminal, a whole line for log files.
 fn line(first: &str, text: &str) -> String {
-    match io::stderr().is_terminal() {
-        true => paragraph(first, text),
-        false => format!("{first}{}\n", one_line(text)),
+    if io::stderr().is_terminal() {
+        paragraph(first, text)
+    } else {
+        format!("{first}{}\n", one_line(text))
     }
 }
 
@@ -100,12 +101,13 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         .collect();
     let json = code != 0 && words.iter().any(|word| word == "--json");
     match refused(error) {
-        Some((object, text)) => match json {
-            true => print_object(&object, &words),
-            false => {
+        Some((object, text)) => {
+            if json {
+                print_object(&object, &words)
+            } else {
                 let _ = io::stderr().write_all(shown(&text).as_bytes());
             }
-        },
+        }
         None if json => {
             let text = error.render().to_string();
             let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty());

@@ -69,9 +69,10 @@ const GROUPS: [(&str, &[&str]); 4] = [
 
 /// The program with its verbs in groups.
 fn program() -> clap::Command {
-    let command = match std::env::args_os().any(|word| word == "--help") {
-        true => Cli::command().mut_subcommands(with_every_option),
-        false => Cli::command().mut_subcommands(with_common_options),
+    let command = if std::env::args_os().any(|word| word == "--help") {
+        Cli::command().mut_subcommands(with_every_option)
+    } else {
+        Cli::command().mut_subcommands(with_common_options)
     };
     let mut groups = String::new();
     for (title, verbs) in GROUPS {

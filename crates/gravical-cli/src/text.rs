@@ -44,9 +44,10 @@ pub fn table_out() -> Box<dyn Write> {
     if out.is_terminal() {
         progress::end();
     }
-    match out.is_terminal() {
-        true => Box::new(ToTerminal(out.lock())),
-        false => Box::new(out.lock()),
+    if out.is_terminal() {
+        Box::new(ToTerminal(out.lock()))
+    } else {
+        Box::new(out.lock())
     }
 }
 

@@ -87,9 +87,10 @@ impl BoardSettings {
     /// Product Specification 1.3, section 3.4.2, and Register Map 2.1, register 65).
     #[must_use]
     pub fn celsius(&self, count: f64) -> f64 {
-        match self.is_mpu6500 {
-            true => count / 333.87 + 21.0,
-            false => count / 340.0 + 36.53,
+        if self.is_mpu6500 {
+            count / 333.87 + 21.0
+        } else {
+            count / 340.0 + 36.53
         }
     }
 

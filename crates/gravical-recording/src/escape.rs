@@ -19,9 +19,10 @@ fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) 
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        match is_escaped(c) {
-            true => out.push_str(&write(c)),
-            false => out.push(c),
+        if is_escaped(c) {
+            out.push_str(&write(c))
+        } else {
+            out.push(c)
         }
     }
     Cow::Owned(out)

@@ -159,9 +159,10 @@ impl Clipping {
 
     /// Number of clipped values.
     fn count(&self) -> u64 {
-        let shown = match self.full.counts {
-            true => self.largest <= END_OF_COUNTS,
-            false => self.repeats >= 3,
+        let shown = if self.full.counts {
+            self.largest <= END_OF_COUNTS
+        } else {
+            self.repeats >= 3
         };
         if shown { self.lines.count() } else { 0 }
     }

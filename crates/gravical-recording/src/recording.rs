@@ -231,14 +231,15 @@ impl Recording {
     ///
     /// `averaged` (usage).
     pub fn refuse_averaged(&self, hint: &str) -> Result<()> {
-        match self.is_averaged() {
-            false => Ok(()),
-            true => Err(Error::usage(
+        if self.is_averaged() {
+            Err(Error::usage(
                 "averaged",
                 "the rows of this recording are means of neighbouring samples",
             )
             .at(self.name.as_ref(), None)
-            .with_hint(hint)),
+            .with_hint(hint))
+        } else {
+            Ok(())
         }
     }
 

@@ -171,9 +171,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let drift = options.thermal.is_empty()
         && options.estimate.method == Method::Joint
         && enough_poses(&segmentation.poses);
-    let mut temperature_model = match drift {
-        true => None,
-        false => for_calibration(recordings, &options.thermal, &mut segmentation)?,
+    let mut temperature_model = if drift {
+        None
+    } else {
+        for_calibration(recordings, &options.thermal, &mut segmentation)?
     };
 
     // M and b of u = M a + b, and their covariance.

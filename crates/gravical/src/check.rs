@@ -266,9 +266,10 @@ pub fn check(
         predicted_rms_mps2: root_mean_square(&used, |l| l.sd_mps2),
         test: result.test,
         p_value: result.p,
-        explanations: match judgement.is_change() {
-            true => result.explanations,
-            false => Vec::new(),
+        explanations: if judgement.is_change() {
+            result.explanations
+        } else {
+            Vec::new()
         },
         untested_axes,
         one_way_axes,

@@ -107,9 +107,10 @@ impl SortedWindow {
     pub fn median(&self) -> Option<f64> {
         let middle = self.0.len() / 2;
         let above = *self.0.get(middle)?;
-        Some(match self.0.len().is_multiple_of(2) {
-            true => 0.5 * (self.0[middle - 1] + above),
-            false => above,
+        Some(if self.0.len().is_multiple_of(2) {
+            0.5 * (self.0[middle - 1] + above)
+        } else {
+            above
         })
     }
 
@@ -131,9 +132,10 @@ impl SortedWindow {
                 above += 1;
             }
         }
-        match n.is_multiple_of(2) {
-            true => 0.5 * (before + last),
-            false => last,
+        if n.is_multiple_of(2) {
+            0.5 * (before + last)
+        } else {
+            last
         }
     }
 }

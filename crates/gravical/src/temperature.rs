@@ -418,13 +418,15 @@ fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
             "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
         );
     }
-    let idle = match !with_gyro && corrected.contains('g') {
-        true => " (for the gyroscope only after it is calibrated)",
-        false => "",
+    let idle = if !with_gyro && corrected.contains('g') {
+        " (for the gyroscope only after it is calibrated)"
+    } else {
+        ""
     };
-    let rest = match others.is_empty() {
-        true => String::new(),
-        false => format!("; that of {others} is not predictable or not significant"),
+    let rest = if others.is_empty() {
+        String::new()
+    } else {
+        format!("; that of {others} is not predictable or not significant")
     };
     finding!(
         TemperatureModel,

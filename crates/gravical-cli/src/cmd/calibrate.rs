@@ -109,9 +109,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         segmentation: &segmentation,
     };
     let drawn = args.report.is_wanted() || args.figures.figures.is_some();
-    let figures = match drawn {
-        true => figure::calibration::figures(&file, Some(session)),
-        false => Vec::new(),
+    let figures = if drawn {
+        figure::calibration::figures(&file, Some(session))
+    } else {
+        Vec::new()
     };
     args.figures.write(&figures, args.force, args.quiet)?;
     let document = report::calibration(&file, args.output.as_deref(), &figures);

@@ -153,9 +153,12 @@ impl Pair {
     fn new(a: &Sensor, b: &Sensor) -> Pair {
         let [of_a, of_b] = [a, b].map(Sensor::covariance_of_bends);
         let known = of_a.trace() > 0.0 && of_b.trace() > 0.0;
-        let [(by_a, free_a), (by_b, free_b)] = [a, b].map(|s| match known {
-            true => s.at_known_bends(),
-            false => (SMatrix::zeros(), s.covariance),
+        let [(by_a, free_a), (by_b, free_b)] = [a, b].map(|s| {
+            if known {
+                s.at_known_bends()
+            } else {
+                (SMatrix::zeros(), s.covariance)
+            }
         });
         let better = if of_a.trace() <= of_b.trace() { a } else { b };
         let bends = better.parameters.fixed_rows::<6>(BENDS);

@@ -107,12 +107,13 @@ impl Recording {
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..rows.rows()).contains(row));
-        let gyro_scale = match options.is_gyroscope {
-            true => Some(gyro_scale(format, format.accel, &accel)),
-            false => format
+        let gyro_scale = if options.is_gyroscope {
+            Some(gyro_scale(format, format.accel, &accel))
+        } else {
+            format
                 .gyro
                 .zip(gyro.as_ref())
-                .map(|(c, g)| gyro_scale(format, c, g)),
+                .map(|(c, g)| gyro_scale(format, c, g))
         };
         let is_calibrated_by_board = format.board.is_some_and(|b| b.is_calibrated());
         let reads = |own: &[&str; 3]| {
@@ -160,9 +161,10 @@ impl Recording {
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self, format: &Format, is_held: bool) {
         let gyro_names = ["gx", "gy", "gz"];
-        let accel_names = match format.options.is_gyroscope {
-            true => gyro_names,
-            false => ["ax", "ay", "az"],
+        let accel_names = if format.options.is_gyroscope {
+            gyro_names
+        } else {
+            ["ax", "ay", "az"]
         };
         let mut notes =
             judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
@@ -280,17 +282,18 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
             rows.ledger.sum()
         )));
     }
-    let (names, sensor, hint) = match format.options.is_gyroscope {
-        true => (
+    let (names, sensor, hint) = if format.options.is_gyroscope {
+        (
             ["gx", "gy", "gz"],
             "gyroscope",
             "check that the sketch wakes the gyroscope, or leave --gyro out",
-        ),
-        false => (
+        )
+    } else {
+        (
             ["ax", "ay", "az"],
             "accelerometer",
             "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
-        ),
+        )
     };
     let channels = format.accel.map(|c| &rows.columns[c]);
     for (channel, name) in channels.iter().zip(names) {
@@ -437,9 +440,10 @@ pub(crate) fn slipped_row(format: &Format, channels: [&[f64]; 6]) -> Option<usiz
         return None;
     }
     let [ax, ay, az, gx, gy, gz] = channels;
-    match a[0] < g[0] {
-        true => judge::slip(channels, 0),
-        false => judge::slip([gx, gy, gz, ax, ay, az], 3),
+    if a[0] < g[0] {
+        judge::slip(channels, 0)
+    } else {
+        judge::slip([gx, gy, gz, ax, ay, az], 3)
     }
 }
 

@@ -22,9 +22,10 @@ const MIN_TURNS: usize = 4;
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
     given::assign(format)?;
-    let file = match format.options.is_gyroscope {
-        true => Some(FileSensor::Gyro),
-        false => sensor_of_file(file_name),
+    let file = if format.options.is_gyroscope {
+        Some(FileSensor::Gyro)
+    } else {
+        sensor_of_file(file_name)
     };
     add_roles_from_units(format, file, file_name);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
@@ -135,9 +136,10 @@ fn columns_unknown(format: &Format) -> Error {
 }
 
 fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
-    let text = match has_accelerometer {
-        true => "this file has an accelerometer, but no gyroscope",
-        false => "no three columns of this file are a gyroscope's x, y and z",
+    let text = if has_accelerometer {
+        "this file has an accelerometer, but no gyroscope"
+    } else {
+        "no three columns of this file are a gyroscope's x, y and z"
     };
     let error = Error::input("no-gyroscope", text);
     if names.is_empty() {
@@ -174,12 +176,11 @@ fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
 /// `sensor-unknown`: there is no sensor `wanted` among these.
 pub(crate) fn sensor_unknown(wanted: &str, sensors: &[String]) -> Error {
     let error = Error::usage("sensor-unknown", format!("there is no sensor {wanted}"));
-    error
-        .of_option("sensor")
-        .with_hint(match sensors.len() < 2 {
-            true => "this file has one sensor: leave the option out".to_owned(),
-            false => format!("give one of: {}", sensors.join(", ")),
-        })
+    error.of_option("sensor").with_hint(if sensors.len() < 2 {
+        "this file has one sensor: leave the option out".to_owned()
+    } else {
+        format!("give one of: {}", sensors.join(", "))
+    })
 }
 
 fn is_accel(column: &Column) -> bool {
@@ -313,9 +314,10 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
     let is_open = sample.columns[n - 1].iter().all(|v| v.is_nan()) && !sample.is_text(n - 1);
     let clocks = (0..n).take_while(|c| is_clock(&sample.columns[*c])).count();
     // The rate of a turn may rise as time does.
-    let from = match format.options.is_gyroscope {
-        true => clocks.min((n - usize::from(is_open)).saturating_sub(3)),
-        false => clocks,
+    let from = if format.options.is_gyroscope {
+        clocks.min((n - usize::from(is_open)).saturating_sub(3))
+    } else {
+        clocks
     };
     for (column, values) in format.columns.iter_mut().zip(&sample.columns).take(from) {
         column.role = if is_counter(values) {

@@ -319,9 +319,10 @@ fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
     let (one, other) = by_name.or_else(by_count)?;
     let (p, q) = (&placements[one], &placements[other]);
     let absent: Vec<String> = missing.iter().map(|f| f.name()).collect();
-    let copied = match p.mean == q.mean && p.count == q.count {
-        true => ", which hold the same readings",
-        false => "",
+    let copied = if p.mean == q.mean && p.count == q.count {
+        ", which hold the same readings"
+    } else {
+        ""
     };
     let record = match named(other) {
         Some(face) => format!("\"{}\" with {} up", q.label, face.name()),
@@ -406,9 +407,12 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
             "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then --axes -x,-y,-z gives calibrated values the usual sign"
         )
     } else if let Some(map) = axes.renamed(&all) {
-        let what = match axes.is_identity() {
-            true => "a board that sits turned in its case; the calibration is in axes of the board. If the case is meant,".to_owned(),
-            false => format!("another way of sitting in the case than --axes {axes} does, which is believed;"),
+        let what = if axes.is_identity() {
+            "a board that sits turned in its case; the calibration is in axes of the board. If the case is meant,".to_owned()
+        } else {
+            format!(
+                "another way of sitting in the case than --axes {axes} does, which is believed;"
+            )
         };
         finding!(
             NamesTurned,

@@ -182,9 +182,10 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
         // Names that contradict each other, or --axes, are refused in the words of the closed form.
         ferraris::accelerometer(faces, options.gravity, Some(session.axes))?;
     }
-    let drift_test = match session.drift {
-        true => gravical_fit::test_drift(&found.poses, &options).ok(),
-        false => None,
+    let drift_test = if session.drift {
+        gravical_fit::test_drift(&found.poses, &options).ok()
+    } else {
+        None
     };
     options.drift = drift_test.is_some_and(|test| test.helps);
     let fit = fit(&found.poses, &options).map_err(|open| explain(open, session))?;

@@ -145,9 +145,10 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
             message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
         }
         let both = missing.iter().map(|a| format!("{a} up and {a} down"));
-        let pose = match missing.is_empty() {
-            true => direction,
-            false => both.collect::<Vec<_>>().join(", "),
+        let pose = if missing.is_empty() {
+            direction
+        } else {
+            both.collect::<Vec<_>>().join(", ")
         };
         Error::input("underdetermined", message).with_hint(format!(
             "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"

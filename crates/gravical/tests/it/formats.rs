@@ -257,9 +257,10 @@ fn the_fraction_of_a_second_may_be_in_another_column() {
         let text = written(&format!("{names},ax,ay,az\n"), |s| {
             let t = s.t_s + 0.37;
             let below = (per_s * (t - t.floor() + 1e-6)).floor();
-            let whole = match names.starts_with("Time") {
-                true => format!("14:00:{:02}", t as u64),
-                false => (t as u64).to_string(),
+            let whole = if names.starts_with("Time") {
+                format!("14:00:{:02}", t as u64)
+            } else {
+                (t as u64).to_string()
             };
             format!("{whole},{below},{}", csv(&mps2(s), 5))
         });
@@ -307,9 +308,12 @@ fn restarting_clocks_are_made_continuous() {
 #[test]
 fn rows_of_a_sensor_that_was_not_read_are_reported() {
     for gone in [0..100, 150..160, 390..400] {
-        let text = written("ms,ax,ay,az\n", |s| match gone.contains(&s.i) {
-            true => format!("{},0.00,0.00,0.00", 10 * s.i),
-            false => format!("{},{}", 10 * s.i, csv(&mps2(s), 5)),
+        let text = written("ms,ax,ay,az\n", |s| {
+            if gone.contains(&s.i) {
+                format!("{},0.00,0.00,0.00", 10 * s.i)
+            } else {
+                format!("{},{}", 10 * s.i, csv(&mps2(s), 5))
+            }
         });
         let recording = read_as(&text, "x.csv");
         assert_eq!(finding(&recording, "zero-rows").count, gone.len() as u64);

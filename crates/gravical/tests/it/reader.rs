@@ -266,9 +266,12 @@ fn a_sparse_file_may_write_null() {
         let mut text = "t_ms,ax,ay,az,gx,gy,gz,temp\n".to_owned();
         for i in 0..200 {
             let values = ["0.1", "0.2", "9.8", "0.01", "0.02", "0.03", "25.1"];
-            let cell = |channel: usize| match i % 7 == channel {
-                true => values[channel],
-                false => word,
+            let cell = |channel: usize| {
+                if i % 7 == channel {
+                    values[channel]
+                } else {
+                    word
+                }
             };
             let cells: Vec<&str> = (0..7).map(cell).collect();
             writeln!(text, "{},{}", 10 * i, cells.join(",")).unwrap();

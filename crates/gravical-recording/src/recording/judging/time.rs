@@ -211,9 +211,10 @@ pub(crate) fn find_clock(
         if values.iter().all(|v| v.is_nan()) {
             continue;
         }
-        let stamps = match is_step {
-            true => judge::sum_steps(values),
-            false => values.clone(),
+        let stamps = if is_step {
+            judge::sum_steps(values)
+        } else {
+            values.clone()
         };
         let unit_s = match column.unit.as_str() {
             _ if column.is_dated => Some(1.0),
@@ -240,9 +241,10 @@ pub(crate) fn find_clock(
 fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
     let steps = stamps.windows(2).map(|w| w[1] - w[0]);
     let step = judge::median(steps.filter(|s| *s > 0.0))?;
-    let unit = match step < 8000.0 {
-        true => TimeUnit::HundredMicroseconds,
-        false => TimeUnit::Microsecond,
+    let unit = if step < 8000.0 {
+        TimeUnit::HundredMicroseconds
+    } else {
+        TimeUnit::Microsecond
     };
     Some(unit.seconds())
 }
@@ -253,9 +255,12 @@ fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
 fn in_two_columns(format: &Format, rows: &Batch) -> Option<Vec<f64>> {
     let is_time = |c: &usize| format.columns[*c].role == Role::Time;
     let times: Vec<usize> = (0..format.columns.len()).filter(is_time).collect();
-    let unit_s = |c: usize| match format.columns[c].is_dated {
-        true => Some(1.0),
-        false => time_scale_s(&format.columns[c].unit),
+    let unit_s = |c: usize| {
+        if format.columns[c].is_dated {
+            Some(1.0)
+        } else {
+            time_scale_s(&format.columns[c].unit)
+        }
     };
     for &whole in times
         .iter()

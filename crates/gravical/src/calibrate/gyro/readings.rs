@@ -128,9 +128,10 @@ impl Readings {
     ) {
         let is_averaged = recording.is_averaged();
         let Some(rate_hz) = recording.timing.rate_hz().filter(|_| !is_averaged) else {
-            let why = match is_averaged {
-                true => "the samples were averaged",
-                false => "no time stamps and no --rate",
+            let why = if is_averaged {
+                "the samples were averaged"
+            } else {
+                "no time stamps and no --rate"
             };
             if rows.len() > 1 {
                 let finding = finding!(
