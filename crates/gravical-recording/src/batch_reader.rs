@@ -1,17 +1,18 @@
 //! A recording of any size: judged by its first rows, read batch by batch.
 
 use std::collections::VecDeque;
-use std::io::{self, BufRead};
+use std::io;
 use std::path::Path;
 
-use crate::bytes::{self, Input, peek, truncated};
+use crate::bytes::{Input, peek, truncated};
 use crate::cwa;
 use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::foreign::{self, in_file};
 use crate::later::{Later, Readings};
 use crate::options::ReadOptions;
-use crate::recording::{Recording, open_text};
+use crate::read::open_text;
+use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, CopiedText, Format, Ledger};
 
@@ -162,7 +163,7 @@ impl BatchReader {
         self.rows += batch.rows();
         self.judged_ledger.append(batch.ledger.clone());
         self.ledger.append(std::mem::take(&mut batch.ledger));
-        self.findings.append(&mut batch.notes);
+        self.findings.append(&mut batch.findings);
         let readings = self.later.read(&mut batch);
         let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {
@@ -247,10 +248,7 @@ fn open_batches(
         let batches = samples.with_text(&copied(&format));
         return Ok((format, Box::new(batches)));
     }
-    let mut text = bytes::utf8(reader).map_err(io)?;
-    foreign::refuse_calibration(text.fill_buf().map_err(io)?, here)?;
-    let file = here.file_name().unwrap_or_default().to_string_lossy();
-    let (format, text) = open_text(text, &file, options).map_err(|e| in_file(e, here))?;
+    let (format, text) = open_text(reader, here, options)?;
     let batches = format.batches(text).with_text(&copied(&format));
     Ok((format, Box::new(batches)))
 }

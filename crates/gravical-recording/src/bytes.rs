@@ -13,7 +13,7 @@ use crate::finding::{Finding, FindingKind};
 use crate::hash::hex;
 
 /// Bytes that decide on the encoding.
-const HEAD_BYTES: usize = 65_536;
+const ENCODING_BYTES: usize = 65_536;
 
 /// Bytes of a recording, unpacked.
 pub struct Input {
@@ -154,18 +154,18 @@ impl Read for Hashing {
 ///
 /// What reading the head returns.
 pub fn utf8(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
-    let head = read_head(&mut reader, HEAD_BYTES)?;
+    let head = read_head(&mut reader, ENCODING_BYTES)?;
     let encoding = encoding(&head);
     if encoding == UTF_8 && Encoding::for_bom(&head).is_none() {
         let text = io::Cursor::new(head).chain(reader);
-        return Ok(Box::new(BufReader::with_capacity(HEAD_BYTES, text)));
+        return Ok(Box::new(BufReader::with_capacity(ENCODING_BYTES, text)));
     }
     let decoder = DecodeReaderBytesBuilder::new()
         .encoding(Some(encoding))
         .bom_override(true)
         .strip_bom(true)
         .build(io::Cursor::new(head).chain(reader));
-    Ok(Box::new(BufReader::with_capacity(HEAD_BYTES, decoder)))
+    Ok(Box::new(BufReader::with_capacity(ENCODING_BYTES, decoder)))
 }
 
 /// The first bytes of a stream.

@@ -156,9 +156,12 @@ impl<R: Read> Samples<R> {
             }
         }
         if self.is_at_end && self.ahead.is_empty() {
-            self.batch.notes = std::mem::take(&mut self.blocks.order).notes();
+            self.batch.findings = std::mem::take(&mut self.blocks.order).findings();
         }
-        if self.batch.rows() == 0 && self.batch.ledger.total() == 0 && self.batch.notes.is_empty() {
+        if self.batch.rows() == 0
+            && self.batch.ledger.total() == 0
+            && self.batch.findings.is_empty()
+        {
             return None;
         }
         self.batch.ledger.lines = self.line;

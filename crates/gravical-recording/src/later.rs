@@ -77,7 +77,7 @@ pub struct Later {
     gravity: Option<f64>,
     tail: [Vec<f64>; 6],
     /// The unit changed, but the user gives it.
-    unit_note: Option<Finding>,
+    unit_finding: Option<Finding>,
     clock: Option<LaterClock>,
     /// A break or so many rows of zeros lie before the next measurement.
     is_broken: bool,
@@ -152,9 +152,9 @@ impl Later {
     ///
     /// Those of [`Recording::judge`].
     pub fn judge(format: &Format, mut head: Batch) -> Result<(Recording, Later), Error> {
-        let (mut note, mut sensor) = (None, None);
+        let (mut finding, mut sensor) = (None, None);
         if let Some((column, _)) = format.sensor {
-            note = keep_sensor(format, &mut head, column)?;
+            finding = keep_sensor(format, &mut head, column)?;
             sensor = (head.rows() > 0).then(|| (column, Cell::of(&head, column, 0)));
         }
         let columns = format.channels();
@@ -179,7 +179,7 @@ impl Later {
             last: (Vec::new(), 0),
             gravity: None,
             tail: Default::default(),
-            unit_note: None,
+            unit_finding: None,
             clock: Some(LaterClock::new(format, &head)),
             is_broken: false,
             rows_gone: 0,
@@ -199,7 +199,7 @@ impl Later {
         let last_line = head.lines.last().copied();
 
         let mut recording = Recording::judge(format, head)?;
-        recording.findings.extend(note);
+        recording.findings.extend(finding);
         let accel = recording.accel.each_ref().map(Vec::as_slice);
         later.marks_hung = repeats_are_rare && judge::resolves_noise(accel);
         later.gravity = judge::quiet_norm(accel);
@@ -295,11 +295,13 @@ impl Later {
             return Err(at(row, SLIPPED));
         }
         let before = gravity.filter(|_| !self.format.options.is_gyroscope);
-        if let Some((row, note)) = before.and_then(|g| judge::unit_change(&accel, lines, Some(g))) {
+        if let Some((row, finding)) =
+            before.and_then(|g| judge::unit_change(&accel, lines, Some(g)))
+        {
             if self.format.options.accel_unit.is_none() {
-                return Err(at(row, ("unit-changed", &note.message)));
+                return Err(at(row, ("unit-changed", &finding.message)));
             }
-            self.unit_note.get_or_insert(note);
+            self.unit_finding.get_or_insert(finding);
         }
         self.keep_tail(&accel, gyro.as_ref());
         let breaks = self.find_breaks(&own, marks, &is_read, &is_measured);
@@ -399,14 +401,14 @@ impl Later {
     #[must_use]
     pub fn finish(self) -> (Ledger, Vec<Finding>) {
         let clipped = self.clipping.iter().filter_map(|(name, c)| c.finding(name));
-        let gaps = self.clock.as_ref().and_then(LaterClock::gap_note);
-        let mut notes: Vec<Finding> = gaps.into_iter().chain(clipped).collect();
+        let gaps = self.clock.as_ref().and_then(LaterClock::gap_finding);
+        let mut findings: Vec<Finding> = gaps.into_iter().chain(clipped).collect();
         let line = self.first_line.unwrap_or_default();
-        for note in &mut notes {
-            note.message = format!("from line {line} on: {}", note.message);
+        for finding in &mut findings {
+            finding.message = format!("from line {line} on: {}", finding.message);
         }
-        notes.extend(self.unit_note);
-        (self.ledger, notes)
+        findings.extend(self.unit_finding);
+        (self.ledger, findings)
     }
 
     /// Rows of the sensor that is read.

@@ -6,7 +6,7 @@
 //!    [`read`](read()) does all of the following.
 //! 2. [`sniff`]: the head of a file to its [`Format`]: dialect, roles of the columns, claims.
 //! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
-//!    [`cwa::open`] does both for a file of Axivity.
+//!    `cwa` does both for a file of Axivity.
 //! 4. [`judge`]: functions over slices: clock, unit, encodings, defects, breaks.
 //! 5. [`Recording`]: one batch that holds everything, and what was judged of it.
 //! 6. [`write`](mod@write): batches to a table, other columns copied from the text of the rows.
@@ -30,7 +30,7 @@
 mod batch_reader;
 mod board;
 pub mod bytes;
-pub mod cwa;
+mod cwa;
 mod date;
 mod error;
 pub mod escape;
@@ -43,7 +43,7 @@ pub mod hash;
 mod join;
 pub mod judge;
 mod later;
-pub mod metadata;
+mod metadata;
 mod meter;
 #[doc(hidden)]
 pub mod option_text;
@@ -74,7 +74,7 @@ pub use options::{ColumnChoice, ColumnsSpec, ReadOptions, parse_columns};
 pub use range_end::range_end;
 pub use read::{read, read_bytes, read_head, read_samples};
 pub use recording::{
-    CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, open_text, whole_lines,
+    CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, whole_lines,
 };
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};

@@ -1,6 +1,6 @@
 //! From a file to a recording.
 
-use std::io::{Cursor, Read};
+use std::io::{BufRead, Cursor, Read};
 use std::path::Path;
 
 use crate::bytes::{self, Input, peek, truncated};
@@ -8,11 +8,9 @@ use crate::cwa;
 use crate::error::{Error, Result};
 use crate::foreign::{self, in_file};
 use crate::options::ReadOptions;
-use crate::recording::{HEAD_BYTES, Recording};
+use crate::recording::{HEAD_BYTES, Recording, whole_lines};
 use crate::source::{Source, open};
-
-/// Bytes that tell what a file is that is no recording.
-const KIND_BYTES: usize = 65_536;
+use crate::text::{Format, sniff};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
@@ -115,13 +113,23 @@ pub(crate) fn read_gyroscope(source: &Source<'_>, options: &ReadOptions) -> Resu
 }
 
 fn read_text(reader: Box<dyn Read>, here: &Path, options: &ReadOptions) -> Result<Recording> {
+    let (format, text) = open_text(reader, here, options)?;
+    Recording::collect(&format, format.batches(text)).map_err(|e| in_file(e, here))
+}
+
+/// The format of a text by its head, and the text from its beginning on; a calibration is refused.
+pub(crate) fn open_text(
+    reader: Box<dyn Read>,
+    here: &Path,
+    options: &ReadOptions,
+) -> Result<(Format, impl BufRead + use<>)> {
     let io = |e| Error::io(here, e);
     let mut text = bytes::utf8(reader).map_err(io)?;
-    let head = bytes::read_head(&mut text, KIND_BYTES).map_err(io)?;
+    let head = bytes::read_head(&mut text, HEAD_BYTES).map_err(io)?;
     foreign::refuse_calibration(&head, here)?;
     let file = here.file_name().unwrap_or_default().to_string_lossy();
-    let text = Cursor::new(head).chain(text);
-    Recording::read(text, &file, options).map_err(|e| in_file(e, here))
+    let format = sniff(&whole_lines(&head), &file, options).map_err(|e| in_file(e, here))?;
+    Ok((format, Cursor::new(head).chain(text)))
 }
 
 impl Recording {

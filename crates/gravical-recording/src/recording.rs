@@ -2,22 +2,20 @@
 
 pub(crate) mod judging;
 
-use std::io::{self, BufRead, Cursor, Read};
+use std::io;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::bytes;
 use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::judge::UnitDoubt;
-use crate::options::ReadOptions;
-use crate::text::{Batch, Format, Ledger, sniff};
+use crate::text::{Batch, Format, Ledger};
 use crate::time_unit::TimeUnit;
 use crate::units::{AccelScale, AccelUnit, GyroScale, Origin};
 use crate::utc::UtcTime;
 
-pub use judging::notes::CALIBRATED;
+pub use judging::findings::CALIBRATED;
 
 /// Bytes of the text that decide on the format.
 pub const HEAD_BYTES: usize = 262_144;
@@ -138,16 +136,6 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads UTF-8 (see [`bytes::utf8`]); the name of the file may tell the sensor.
-    ///
-    /// # Errors
-    ///
-    /// Reading fails, or there are no samples of an accelerometer.
-    pub fn read(text: impl BufRead, file_name: &str, options: &ReadOptions) -> Result<Self> {
-        let (format, text) = open_text(text, file_name, options)?;
-        Recording::collect(&format, format.batches(text))
-    }
-
     /// Collects the batches of a whole file.
     ///
     /// # Errors
@@ -337,21 +325,6 @@ pub fn between(breaks: &[usize], len: usize) -> Vec<Range<usize>> {
         .map(|w| w[0]..w[1])
         .filter(|r| !r.is_empty())
         .collect()
-}
-
-/// The format of a text by its head, and the text from its beginning on.
-///
-/// # Errors
-///
-/// Those of [`sniff`], and of reading.
-pub fn open_text<R: BufRead>(
-    mut text: R,
-    file_name: &str,
-    options: &ReadOptions,
-) -> Result<(Format, impl BufRead + use<R>)> {
-    let head = bytes::read_head(&mut text, HEAD_BYTES)?;
-    let format = sniff(&whole_lines(&head), file_name, options)?;
-    Ok((format, Cursor::new(head).chain(text)))
 }
 
 /// The first 256 KiB of a text, without the line that they cut.

@@ -147,7 +147,7 @@ impl Means {
             }
         }
         self.rows.ledger.append(std::mem::take(&mut batch.ledger));
-        self.rows.notes.append(&mut batch.notes);
+        self.rows.findings.append(&mut batch.findings);
     }
 
     fn push(&mut self) {
@@ -181,8 +181,8 @@ impl Means {
             .findings
             .retain(|n| n.kind != FindingKind::Clipped);
         recording.findings.extend(clipped);
-        let note = Finding::new(FindingKind::SamplesAveraged, text);
-        recording.findings.push(note);
+        let finding = Finding::new(FindingKind::SamplesAveraged, text);
+        recording.findings.push(finding);
         Ok(recording)
     }
 }

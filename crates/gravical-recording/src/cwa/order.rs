@@ -159,10 +159,10 @@ impl Order {
         }
     }
 
-    /// Notes on what is missing.
-    pub fn notes(&self) -> Vec<Finding> {
+    /// What is missing.
+    pub fn findings(&self) -> Vec<Finding> {
         let (blocks, jumps, first) = &self.missing;
-        let mut notes = Vec::new();
+        let mut findings = Vec::new();
         if let Some(first) = first {
             let count = |n: u64, noun: &str| {
                 let s = if n == 1 { "" } else { "s" };
@@ -181,16 +181,16 @@ impl Order {
                 "{}; each place is a break, first: {first} the one before",
                 what.join(", ")
             );
-            notes.push(Finding::new(FindingKind::MissingBlocks, text).at_lines(&self.breaks));
+            findings.push(Finding::new(FindingKind::MissingBlocks, text).at_lines(&self.breaks));
         }
         if self.sessions > 1 {
             let text = format!(
                 "{} sessions in one file; a break between them",
                 self.sessions
             );
-            notes.push(Finding::new(FindingKind::SeveralSessions, text));
+            findings.push(Finding::new(FindingKind::SeveralSessions, text));
         }
-        notes
+        findings
     }
 }
 

@@ -25,7 +25,7 @@ pub fn frozen_axes(
     resolution: &[f64],
     lines: &[u32],
 ) -> Vec<Finding> {
-    let mut notes = Vec::new();
+    let mut findings = Vec::new();
     for (axis, channel) in sensor.iter().enumerate() {
         let (mut spans, mut longest) = (LineSpans::default(), 0);
         for run in runs(channel.len(), |row| channel[row] == channel[row - 1]) {
@@ -53,10 +53,10 @@ pub fn frozen_axes(
             let text = format!(
                 "{name} keeps exactly one value for {longest} rows while the other axes change"
             );
-            notes.push(Finding::new(FindingKind::FrozenAxis, text).at_lines(&spans));
+            findings.push(Finding::new(FindingKind::FrozenAxis, text).at_lines(&spans));
         }
     }
-    notes
+    findings
 }
 
 /// Runs of rows that each repeat the one before, of two rows or more.

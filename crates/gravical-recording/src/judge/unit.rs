@@ -58,7 +58,7 @@ pub struct JudgedUnit {
     /// Why it is unknown
     pub doubt: Option<UnitDoubt>,
     /// Contradictions
-    pub notes: Vec<Finding>,
+    pub findings: Vec<Finding>,
 }
 
 /// The quietest third of the blocks of 20 rows. The sensor need not be at rest: gravity dominates the
@@ -117,7 +117,7 @@ pub fn accel_unit(
     let mut judged = JudgedUnit {
         scale: scale(AccelUnit::Unknown, None, Origin::Assumed),
         doubt: None,
-        notes: Vec::new(),
+        findings: Vec::new(),
     };
     judged.scale = judged.decide(quiet, is_unsigned, claim, options);
     judged
@@ -132,8 +132,8 @@ fn scale(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> AccelScale 
 }
 
 impl JudgedUnit {
-    fn note(&mut self, kind: FindingKind, text: String) {
-        self.notes.push(Finding::new(kind, text));
+    fn push(&mut self, kind: FindingKind, text: String) {
+        self.findings.push(Finding::new(kind, text));
     }
 
     fn decide(
@@ -185,7 +185,7 @@ impl JudgedUnit {
         let whole_zero = integers && norm >= 1.0;
         if !gravity_shows && (claim.without_gravity || (norm < MIN_GRAVITY && !whole_zero)) {
             self.doubt = Some(UnitDoubt::WithoutGravity);
-            self.note(
+            self.push(
             FindingKind::WithoutGravity,
             format!(
                 "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
@@ -198,7 +198,7 @@ impl JudgedUnit {
             if let Some(claim) = claimed
                 && claim != unit
             {
-                self.note(
+                self.push(
                 FindingKind::UnitMismatch,
                 format!(
                     "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
@@ -225,7 +225,7 @@ impl JudgedUnit {
                     "the magnitude at rest is {}: read as mg (cm/s² would fit as well; --accel-unit says which)",
                     short(norm)
                 );
-                self.note(FindingKind::UnitAssumed, text);
+                self.push(FindingKind::UnitAssumed, text);
                 scale(AccelUnit::MilliGravity, None, Origin::Data)
             }
             _ => self.unknown(
@@ -270,7 +270,7 @@ impl JudgedUnit {
                 short(measured)
             ),
         };
-        self.note(FindingKind::RangeMismatch, message);
+        self.push(FindingKind::RangeMismatch, message);
     }
 
     fn unknown(&mut self, norm: f64, what: &str) -> AccelScale {
@@ -278,12 +278,12 @@ impl JudgedUnit {
         let norm_text = short(norm);
         if let Some(guess) = wrong_full_scale(norm) {
             self.doubt = Some(UnitDoubt::WrongFullScale);
-            self.note(
+            self.push(
                 FindingKind::WrongFullScale,
                 format!("the magnitude at rest is {norm_text}{guess}"),
             );
         }
-        self.note(
+        self.push(
             FindingKind::UnitUnknown,
             format!("the magnitude at rest is {norm_text}: {what}"),
         );
@@ -296,7 +296,7 @@ impl JudgedUnit {
         };
         let g = norm / nominal / STANDARD_GRAVITY_MPS2;
         if !(0.75..=1.25).contains(&g) {
-            self.note(
+            self.push(
             FindingKind::UnitMismatch,
             format!(
                 "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::finding::Finding;
 use crate::judge::ClockOptions;
 use crate::recording::Recording;
-use crate::recording::judging::{find_clock, gap_note};
+use crate::recording::judging::{find_clock, gap_finding};
 use crate::role::Role;
 use crate::spans::LineSpans;
 use crate::text::{Batch, Format};
@@ -74,9 +74,9 @@ impl LaterClock {
     }
 
     /// What is said of the gaps.
-    pub fn gap_note(&self) -> Option<Finding> {
+    pub fn gap_finding(&self) -> Option<Finding> {
         let count = self.gaps.count() as usize;
-        (count > 0).then(|| gap_note(count, self.longest_gap_s).at_lines(&self.gaps))
+        (count > 0).then(|| gap_finding(count, self.longest_gap_s).at_lines(&self.gaps))
     }
 
     /// Times of these rows of a batch since the first row of the recording, s, NaN in the others;

@@ -1,9 +1,9 @@
 //! From the rows of a file to a recording.
 
-pub(crate) mod notes;
+pub(crate) mod findings;
 mod time;
 
-pub(crate) use time::{find_clock, gap_note};
+pub(crate) use time::{find_clock, gap_finding};
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -42,13 +42,13 @@ impl Recording {
         of_samples: Option<[f64; 6]>,
     ) -> Result<Self, Error> {
         let options = &format.options;
-        let mut notes = notes::of_columns(format);
+        let mut findings = findings::of_columns(format);
         if let Some((column, _)) = format.sensor {
-            notes.extend(keep_sensor(format, &mut rows, column)?);
+            findings.extend(keep_sensor(format, &mut rows, column)?);
         }
         check_values(format, &rows)?;
-        let text_cells = notes::of_text_cells(format, &rows);
-        let temperature_c = take_temperature(format, &mut rows, &mut notes);
+        let text_cells = findings::of_text_cells(format, &rows);
+        let temperature_c = take_temperature(format, &mut rows, &mut findings);
         let mut own = Vec::new();
         let mut time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut own);
         let columns = format.columns.iter().zip(&mut rows.columns);
@@ -61,7 +61,7 @@ impl Recording {
         let emptied = set_aside_defects(format, &mut rows, of_samples.is_some());
         let encoding = decode(format, &mut rows);
         set_aside_slipped(format, &mut rows);
-        let lines_notes = notes::of_lines(&rows);
+        let of_lines = findings::of_lines(&rows);
         let kept_temperature = rows.columns.pop().unwrap_or_default();
         let mut temperature_c = has_temperature.then_some(kept_temperature);
         let time_s = rows.columns.pop().unwrap_or_default();
@@ -81,10 +81,10 @@ impl Recording {
             let slices = axes.each_ref().map(Vec::as_slice);
             judge::accel_unit(slices, is_unsigned, accel_claim(format), options)
         };
-        notes.extend(lines_notes);
-        notes.extend(text_cells);
-        notes.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
-        notes.append(&mut own);
+        findings.extend(of_lines);
+        findings.extend(text_cells);
+        findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
+        findings.append(&mut own);
         let (empty, is_held) = judge::fill_cells(
             Channels {
                 accel: &mut accel,
@@ -98,8 +98,8 @@ impl Recording {
                 CHANNELS
             },
         );
-        notes.extend(empty);
-        notes.extend(emptied);
+        findings.extend(empty);
+        findings.extend(emptied);
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
         let judged = unit(&accel);
         let mut breaks = rows.breaks.clone();
@@ -146,11 +146,11 @@ impl Recording {
             resolution,
             timing: time.timing,
             ledger: rows.ledger,
-            findings: notes,
+            findings,
             lines: rows.lines,
         };
         if !options.is_gyroscope {
-            recording.findings.extend(judged.notes);
+            recording.findings.extend(judged.findings);
             let change = judge::unit_change(&recording.accel, &recording.lines, None);
             recording.findings.extend(change.map(|c| c.1));
         }
@@ -166,10 +166,10 @@ impl Recording {
         } else {
             ["ax", "ay", "az"]
         };
-        let mut notes =
+        let mut findings =
             judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
         if let Some(gyro) = &self.gyro {
-            notes.extend(judge::frozen_axes(
+            findings.extend(judge::frozen_axes(
                 gyro,
                 gyro_names,
                 &self.resolution[3..],
@@ -179,21 +179,21 @@ impl Recording {
         for (channel, name, end) in self.ends_of_ranges(format) {
             let mut clipping = Clipping::new(end);
             clipping.observe_all(channel, &self.lines);
-            notes.extend(clipping.finding(name));
+            findings.extend(clipping.finding(name));
         }
         if !is_held {
             let channels = self.accel.iter().chain(self.gyro.iter().flatten());
             let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
-            notes.extend(judge::repeated_rows(
+            findings.extend(judge::repeated_rows(
                 &channels,
                 &self.resolution,
                 &self.lines,
             ));
         }
         if format.is_guessed {
-            notes.extend(notes::not_an_accelerometer(&self.accel));
+            findings.extend(findings::not_an_accelerometer(&self.accel));
         }
-        self.findings.append(&mut notes);
+        self.findings.append(&mut findings);
     }
 
     /// Channels, their names and the ends of their ranges.
@@ -246,7 +246,7 @@ pub(crate) fn keep_sensor(
         },
     };
     let keep: Vec<bool> = (0..rows.rows()).map(|row| label(row) == *wanted).collect();
-    let note = (format.options.sensor.is_none() && all.len() > 1).then(|| {
+    let finding = (format.options.sensor.is_none() && all.len() > 1).then(|| {
         let name = format.names.get(column).map_or("", String::as_str);
         let text = format!(
             "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, --sensor {} chooses another",
@@ -257,7 +257,7 @@ pub(crate) fn keep_sensor(
         Finding::new(FindingKind::SeveralSensors, text)
     });
     rows.keep(&keep, Reason::OtherSensor);
-    Ok(note)
+    Ok(finding)
 }
 
 /// A cell as text: its word, its number, or nothing.
@@ -340,7 +340,7 @@ pub(crate) fn celsius(format: &Format, thermometer: usize, values: &mut [f64]) {
 fn take_temperature(
     format: &Format,
     rows: &mut Batch,
-    notes: &mut Vec<Finding>,
+    findings: &mut Vec<Finding>,
 ) -> Option<Vec<f64>> {
     let column = find_thermometer(format, rows)?;
     let mut values = std::mem::take(&mut rows.columns[column]);
@@ -352,7 +352,7 @@ fn take_temperature(
     let text = format!(
         "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
     );
-    notes.push(Finding::new(FindingKind::TemperatureUnit, text));
+    findings.push(Finding::new(FindingKind::TemperatureUnit, text));
     None
 }
 

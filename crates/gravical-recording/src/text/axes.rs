@@ -17,7 +17,7 @@ use crate::role::Role;
 /// Letters of the axes in the name of a file, and what stands for them.
 const LETTERS: [([char; 3], &str); 2] = [(['x', 'y', 'z'], "[xyz]"), (['X', 'Y', 'Z'], "[XYZ]")];
 /// Bytes by which a file of one channel is told.
-const HEAD_BYTES: usize = 16_384;
+const CHANNEL_BYTES: usize = 16_384;
 
 /// Puts one name, `accel_[xyz].txt`, in the place of three files of one channel each.
 #[must_use]
@@ -53,7 +53,7 @@ pub fn group_of(path: &Path) -> Option<PathBuf> {
         }
         let group = path.with_file_name(format!("{before}{pattern}{after}"));
         let holds_channel = |file: &PathBuf| {
-            let read = || bytes::read_head(&mut open_file(file)?.1, HEAD_BYTES);
+            let read = || bytes::read_head(&mut open_file(file)?.1, CHANNEL_BYTES);
             let holds = |head: Vec<u8>| Channel::parse(&String::from_utf8_lossy(&head)).is_some();
             // Opening a pipe would take its first bytes.
             file.is_file() && read().is_ok_and(holds)
@@ -71,7 +71,7 @@ pub fn files(group: &Path) -> Option<[PathBuf; 3]> {
 }
 
 /// The text of three files of one channel each, side by side, in the lines of the first; `None`
-/// for any other path. Comments at its end say what is left out, and the reader makes notes of
+/// for any other path. Comments at its end say what is left out, and the reader makes findings of
 /// them.
 ///
 /// # Errors
@@ -412,7 +412,7 @@ mod tests {
         let r = read_bytes("bytes", [x.as_bytes(), &y, z.as_bytes()]).unwrap();
         assert_eq!(r.accel[1], [0.01, 0.02, 0.01]);
         // The head ends within the letter.
-        let long = |row: &str| format!("{}\u{e4}\n{row}", row.repeat((HEAD_BYTES - 1) / 4));
+        let long = |row: &str| format!("{}\u{e4}\n{row}", row.repeat((CHANNEL_BYTES - 1) / 4));
         let texts = ["1.2\n", "0.1\n", "9.8\n"].map(long);
         let r = read_bytes("head", texts.each_ref().map(|t| t.as_bytes())).unwrap();
         assert_eq!(r.accel[2][..2], [9.8, 9.8]);

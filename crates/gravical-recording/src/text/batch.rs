@@ -179,7 +179,7 @@ pub struct Batch {
     /// Lines without a row
     pub ledger: Ledger,
     /// What was found beside that, in the last batch
-    pub notes: Vec<Finding>,
+    pub findings: Vec<Finding>,
     /// Text of columns, where it was asked for
     pub text: CopiedText,
 }
@@ -297,7 +297,7 @@ impl Batch {
         self.rejected += later.rejected;
         self.nul_lines.append(&later.nul_lines);
         self.ledger.append(later.ledger);
-        self.notes.append(&mut later.notes);
+        self.findings.append(&mut later.findings);
     }
 
     /// Forgets the other rows, but not the lines set aside.

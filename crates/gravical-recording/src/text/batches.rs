@@ -322,8 +322,8 @@ impl RowParser {
             let is_count =
                 matches!(words.next(), Some("sample" | "samples")) && words.next().is_none();
             self.batch.rejected += count.filter(|_| is_count).unwrap_or(1);
-        } else if let Some(note) = axes::parse_comment(text) {
-            self.batch.notes.push(note);
+        } else if let Some(finding) = axes::parse_comment(text) {
+            self.batch.findings.push(finding);
         } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
             && !before.has_units_of(&now)
         {

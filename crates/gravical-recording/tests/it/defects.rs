@@ -73,8 +73,8 @@ fn one_bad_stamp_is_mended_and_missing_rows_are_counted() {
     let recording = read(&text, "");
     assert!(has_rate(&recording, RATE_HZ));
     let lines = |kind| {
-        let note = recording.findings.iter().find(|n| n.kind == kind).unwrap();
-        (note.lines.clone(), note.message.clone())
+        let finding = recording.findings.iter().find(|n| n.kind == kind).unwrap();
+        (finding.lines.clone(), finding.message.clone())
     };
     assert_eq!(lines(FindingKind::BadStamps).0, [[79, 79]]);
     assert_eq!(lines(FindingKind::Gap).0, [[202, 202]]);
@@ -211,17 +211,17 @@ fn seconds_and_nanoseconds_are_one_stamp_across_a_gap() {
         format!("{sec},{below},{x:.5},{y:.5},{z:.5}")
     });
     let recording = read(&text, "");
-    let note = recording
+    let finding = recording
         .findings
         .iter()
         .find(|n| n.kind == FindingKind::Gap);
-    assert!(note.unwrap().message.contains("3.450 s"));
+    assert!(finding.unwrap().message.contains("3.450 s"));
 }
 
 #[test]
 fn hostile_cells_are_text() {
     let text = table("ms,ax,ay,az,note", |k, a| {
-        let note = if k == 9 {
+        let finding = if k == 9 {
             "\u{2212}".repeat(100_000)
         } else {
             k.to_string()

@@ -2,21 +2,19 @@
 
 use std::io::{Cursor, Read};
 
-use gravical_recording::{ReadOptions, Recording, bytes};
+use gravical_recording::{ReadOptions, bytes, read_bytes};
 use proptest::prelude::*;
 
 use crate::support::six_faces;
 
 /// Reads and counts; the lines of the text are counted anew.
 fn check(input: Vec<u8>) {
-    let utf8 = || bytes::utf8(Cursor::new(input.clone()));
     let mut text = String::new();
-    let Ok(mut reader) = utf8() else { return };
-    if reader.read_to_string(&mut text).is_err() {
+    let reader = bytes::utf8(Cursor::new(input.clone()));
+    if !reader.is_ok_and(|mut reader| reader.read_to_string(&mut text).is_ok()) {
         return;
     }
-    let Ok(utf8) = utf8() else { return };
-    if let Ok(recording) = Recording::read(utf8, "any.csv", &ReadOptions::default()) {
+    if let Ok(recording) = read_bytes(&input, "any.csv", &ReadOptions::default()) {
         let end = if text.contains('\n') { '\n' } else { '\r' };
         let lines = text.matches(end).count() + usize::from(!text.ends_with(end));
         assert_eq!(recording.ledger.lines, lines);

@@ -1,6 +1,6 @@
 //! The first lines of loggers and apps as they write them.
 
-use gravical_recording::{AccelUnit, ReadOptions, Recording};
+use gravical_recording::{AccelUnit, ReadOptions, read_bytes};
 
 use crate::support::{RATE_HZ, Row, has_rate, is_near, read, six_faces};
 
@@ -216,7 +216,7 @@ fn thousands_of_columns_are_read() {
             sensor: Some("node1234".to_owned()),
             ..ReadOptions::default()
         };
-        let recording = Recording::read(text.as_bytes(), "", &options).unwrap();
+        let recording = read_bytes(text.as_bytes(), "", &options).unwrap();
         assert_eq!(recording.accel.map(|axis| axis[0]), [2.2, 3.3, 4.4]);
     }
 }

@@ -29,7 +29,7 @@ impl JudgedTime {
         format: &Format,
         rows: &Batch,
         temperature_c: Option<&[f64]>,
-        notes: &mut Vec<Finding>,
+        findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
         let mut judged = JudgedTime {
@@ -54,24 +54,24 @@ impl JudgedTime {
             pauses: &pauses,
         };
         match find_clock(format, rows, options) {
-            Some(Ok(clock)) => judged.tell(clock, rows, notes),
+            Some(Ok(clock)) => judged.tell(clock, rows, findings),
             Some(Err(ClockFault::Frozen)) if rows.rows() < 2 => {}
             Some(Err(ClockFault::Frozen)) => {
                 let text = "the time stamps never advance; they are not used";
-                notes.push(Finding::new(FindingKind::FrozenTime, text));
+                findings.push(Finding::new(FindingKind::FrozenTime, text));
             }
             Some(Err(ClockFault::NoUnit(period))) => {
                 let text = format!(
                     "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used (give --time-unit)"
                 );
-                notes.push(Finding::new(FindingKind::TimeUnitUnknown, text));
+                findings.push(Finding::new(FindingKind::TimeUnitUnknown, text));
             }
-            None => notes.extend(unread_stamps(format, rows)),
+            None => findings.extend(unread_stamps(format, rows)),
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
         if judged.timing.rate_hz().is_none() && needs_rate {
             let text = "no time stamps and no --rate: static intervals are counted in rows";
-            notes.push(Finding::new(FindingKind::RateUnknown, text));
+            findings.push(Finding::new(FindingKind::RateUnknown, text));
         }
         judged
     }
@@ -91,13 +91,13 @@ impl JudgedTime {
         breaks
     }
 
-    fn tell(&mut self, clock: Clock, rows: &Batch, notes: &mut Vec<Finding>) {
+    fn tell(&mut self, clock: Clock, rows: &Batch, findings: &mut Vec<Finding>) {
         let lines = |rows_: &[usize]| rows_.iter().map(|r| u64::from(rows.lines[*r])).collect();
         let count = rows.rows() as f64;
         let share = |n: usize| 100.0 * n as f64 / count;
         let unit = TimeUnit::of_seconds(clock.unit_s);
         let mut say = |kind, message: String, at: &[usize]| {
-            notes.push(Finding::new(kind, message).at_lines(&lines(at)));
+            findings.push(Finding::new(kind, message).at_lines(&lines(at)));
         };
         if let (true, Some(unit)) = (clock.is_unit_assumed, unit) {
             let (name, rate) = (unit.name(), clock.rate_hz);
@@ -130,8 +130,8 @@ impl JudgedTime {
             say(FindingKind::AbsentTime, text, &clock.absent);
         }
         if !clock.gaps.is_empty() {
-            let note = gap_note(clock.gaps.len(), clock.longest_gap_s);
-            say(note.kind, note.message, &clock.gaps);
+            let finding = gap_finding(clock.gaps.len(), clock.longest_gap_s);
+            say(finding.kind, finding.message, &clock.gaps);
         }
         if let Some(bunched) = clock.bunched {
             let text = format!(
@@ -173,7 +173,7 @@ impl JudgedTime {
 }
 
 /// Steps of more than four samples, and the longest of them.
-pub(crate) fn gap_note(count: usize, longest_s: f64) -> Finding {
+pub(crate) fn gap_finding(count: usize, longest_s: f64) -> Finding {
     let gaps = if count == 1 {
         "1 gap".to_owned()
     } else {

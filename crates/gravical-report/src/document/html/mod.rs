@@ -158,8 +158,9 @@ fn table(t: &Table, title: &str) -> Markup {
         &t.caption
     };
     let grouped = t.columns.iter().any(|c| !c.group.is_empty());
+    let numeric: Vec<bool> = (0..t.columns.len()).map(|i| t.is_numeric(i)).collect();
     let head = |i: usize, rows: &str| {
-        html! { th class=[t.is_numeric(i).then_some("n")] scope="col" rowspan=(rows) { (t.columns[i].name) } }
+        html! { th class=[numeric[i].then_some("n")] scope="col" rowspan=(rows) { (t.columns[i].name) } }
     };
     let in_group = |i: &usize| !t.columns[*i].group.is_empty();
     let indices: Vec<usize> = (0..t.columns.len()).collect();
@@ -189,7 +190,7 @@ fn table(t: &Table, title: &str) -> Markup {
                                 @match cell {
                                     _ if i == 0 => th scope="row" { (cell_text(cell)) },
                                     Cell::Code(_) => td.hash { (cell_text(cell)) },
-                                    _ => td class=[t.is_numeric(i).then_some("n")] { (cell_text(cell)) },
+                                    _ => td class=[numeric[i].then_some("n")] { (cell_text(cell)) },
                                 }
                             }
                         }

@@ -29,7 +29,7 @@ function ticks(from, to) {
 // The points of a path of dots, which leads by steps.
 function points(path) {
   let x = 0, y = 0;
-  return [...path.matchAll(/([Ml])([-\d.]+) ?([-\d.]+)/g)].map(([, command, a, b]) =>
+  return [...path.matchAll(/([Ml])(\S+) ([-\d.]+)/g)].map(([, command, a, b]) =>
     command === "M" ? [x = +a, y = +b] : [x += +a, y += +b]);
 }
 

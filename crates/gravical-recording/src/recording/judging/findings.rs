@@ -15,7 +15,7 @@ pub const CALIBRATED: [[&str; 3]; 2] = [
 
 /// Which columns are read, where that is not sure.
 pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
-    let mut notes = Vec::new();
+    let mut findings = Vec::new();
     if let [_, second, ..] = &format.sensors[..] {
         let count = format.sensors.len();
         let all = format.sensors.join(", ");
@@ -23,7 +23,7 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             let second = shell_word(second);
             format!("{count} accelerometers: {all}; the first is read, --sensor {second} chooses another")
         });
-        notes.push(Finding::new(FindingKind::SeveralSensors, text));
+        findings.push(Finding::new(FindingKind::SeveralSensors, text));
     }
     if format.is_guessed {
         let why = match format.misfit {
@@ -37,7 +37,7 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             "{why}; assigned by the numbers as --columns {} (give that option to be sure)",
             spec(format)
         );
-        notes.push(Finding::new(FindingKind::ColumnsGuessed, text));
+        findings.push(Finding::new(FindingKind::ColumnsGuessed, text));
     }
     if let [first, others @ ..] = &format.unnamed_clocks[..] {
         let names: Vec<&str> = format
@@ -55,9 +55,9 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             names.join(", "),
             shell_word(&format!("t={}", name(format, *first)))
         );
-        notes.push(Finding::new(FindingKind::UnnamedClock, text));
+        findings.push(Finding::new(FindingKind::UnnamedClock, text));
     }
-    notes
+    findings
 }
 
 fn name(format: &Format, column: usize) -> &str {
@@ -148,7 +148,7 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         ..judge::Marks::default()
     };
     let regular = marks.regular_blanks(rows.rows());
-    let mut notes = Vec::new();
+    let mut findings = Vec::new();
     for (reason, aside) in &rows.ledger.reasons {
         // Kinds have the names of the reasons.
         let mut kinds = FindingKind::ALL.iter().copied();
@@ -167,7 +167,7 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         let n = aside.lines.count();
         let plural = if n == 1 { "" } else { "s" };
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
-        notes.push(Finding::new(kind, text).at_lines(&aside.lines));
+        findings.push(Finding::new(kind, text).at_lines(&aside.lines));
     }
     let irregular: Vec<u64> = rows
         .blanks
@@ -180,18 +180,18 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
             "more blank lines than between other rows in {} places: breaks between segments",
             irregular.len()
         );
-        notes.push(
+        findings.push(
             Finding::new(FindingKind::BlankRows, text).at_lines(&irregular.into_iter().collect()),
         );
     }
     if rows.rejected > 0 {
         let text = format!("the logger rejected {} samples", rows.rejected);
-        notes.push(Finding::new(FindingKind::RejectedSamples, text));
+        findings.push(Finding::new(FindingKind::RejectedSamples, text));
     }
     if !rows.nul_lines.is_empty() {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
-        notes.push(Finding::new(FindingKind::NulBytes, text).at_lines(&rows.nul_lines));
+        findings.push(Finding::new(FindingKind::NulBytes, text).at_lines(&rows.nul_lines));
     }
-    notes.extend(rows.notes.iter().cloned());
-    notes
+    findings.extend(rows.findings.iter().cloned());
+    findings
 }
