@@ -221,12 +221,12 @@ fn seconds_and_nanoseconds_are_one_stamp_across_a_gap() {
 #[test]
 fn hostile_cells_are_text() {
     let text = table("ms,ax,ay,az,note", |k, a| {
-        let finding = if k == 9 {
+        let cell = if k == 9 {
             "\u{2212}".repeat(100_000)
         } else {
             k.to_string()
         };
-        format!("{},{note}", plain(k, a))
+        format!("{},{cell}", plain(k, a))
     });
     assert_eq!(read(&text, "").rows(), 6 * FACE_ROWS);
 }

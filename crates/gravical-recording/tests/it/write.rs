@@ -44,7 +44,7 @@ fn rewritten(text: &str, keep_replaced: bool) -> (String, Table) {
 
 #[test]
 fn other_columns_are_copied_byte_for_byte() {
-    let text = "\"finding, of mine\",aX (g),t, aZ (g),aY (g),flag\n\
+    let text = "\"note, of mine\",aX (g),t, aZ (g),aY (g),flag\n\
         \"a,b\",0.1, 007,9.80,0.1,+1e0\n\
         \"c\"\"d\",0.1,8 ,9.81,0.2, x\r\n\
         \n\
@@ -53,7 +53,7 @@ fn other_columns_are_copied_byte_for_byte() {
     let (out, table) = rewritten(text, false);
     assert_eq!(
         out,
-        "\"finding, of mine\",new_x,t,new_z,new_y,flag\n\
+        "\"note, of mine\",new_x,t,new_z,new_y,flag\n\
          \"a,b\",0.100, 007,9.800,0.100,+1e0\n\
          \"c\"\"d\",0.100,8 ,9.810,0.200, x\n\
          \n\
