@@ -208,6 +208,21 @@ class Reports:
                 checked += 1
         assert checked or not self.browser.run("return f.querySelector('[data-mark=line]:not(.guide)')")
 
+    def keys_work(self):
+        """Arrows read, plus zooms, zero shows all, and the focus is seen."""
+        browser, said = self.browser, "return f.querySelector('output').textContent"
+        browser.run(FIRST_PLOT)
+        browser.run("f.querySelector('.panel[data-view]').focus()")
+        browser.key("ArrowRight")
+        first, before = browser.run(said), self.ticks()
+        browser.key("ArrowRight")
+        assert first and browser.run(said) != first, "the cursor moves"
+        browser.key("+")
+        assert before != self.ticks(), "+ zooms"
+        browser.key("0")
+        assert before == self.ticks(), "0 shows all"
+        assert browser.run("return getComputedStyle(document.activeElement).outlineStyle") != "none"
+
     def without_script(self):
         """The same sections, tables and drawings; no buttons, and the legends are there."""
         count = "return ['section', 'tr', '.drawing > svg', 'td'].map(s => document.querySelectorAll(s).length)"
@@ -239,6 +254,7 @@ class Reports:
         if browser.run(FIRST_PLOT):
             self.the_cursor_tells_what_is_drawn()
             self.an_interval_is_zoomed_into()
+            self.keys_work()
         assert browser.cdp("Page.printToPDF")["data"]
         for width in (1280, 800, 400):
             browser.size(width, 900)

@@ -97,7 +97,12 @@ function readAndZoom(figure) {
     // Those over the same axis go along.
     const together = panels.filter(p => p.x0 === panel.x0 && p.x1 === panel.x1);
     const show = (from, to) => together.forEach(p => p.show(from, to));
-    let start = null;
+    const tell = (from, x) => {
+      const decimals = ticks(panel.from, panel.to)[1] + 2;
+      together.forEach(p => p.mark(from, x));
+      out.textContent = [`${panel.g.dataset.x} ${fixed(x, decimals)}`, ...together.map(p => p.read(x))].join("; ");
+    };
+    let start = null, at = null;
     panel.g.onpointerdown = e => {
       if (e.button || e.pointerType === "touch") return;
       e.preventDefault();
@@ -105,9 +110,9 @@ function readAndZoom(figure) {
       start = panel.place(e);
     };
     panel.g.onpointermove = e => {
-      const x = panel.place(e), decimals = ticks(panel.from, panel.to)[1] + 2;
-      together.forEach(p => p.mark(start ?? x, x));
-      out.textContent = [`${panel.g.dataset.x} ${fixed(x, decimals)}`, ...together.map(p => p.read(x))].join("; ");
+      at = panel.place(e);
+      out.ariaLive = "off";
+      tell(start ?? at, at);
     };
     panel.g.onpointerup = e => {
       const [from, to] = [start ?? 0, panel.place(e)].sort((a, b) => a - b), span = panel.to - panel.from;
@@ -117,6 +122,18 @@ function readAndZoom(figure) {
     panel.g.onpointercancel = () => { start = null; };
     panel.g.onpointerleave = () => { for (const p of together) set(p.cursor, { visibility: "hidden" }); out.textContent = ""; };
     panel.g.ondblclick = () => show(panel.x0, panel.x1);
+    // Arrows move the cursor, + and - zoom around it, 0 shows all.
+    set(panel.g, { tabindex: 0, "aria-label": `${panel.g.dataset.title}, ${panel.g.dataset.x}` });
+    panel.g.onkeydown = e => {
+      const span = panel.to - panel.from, step = { ArrowLeft: -.01, ArrowRight: .01, 0: 0, "+": 0, "-": 0 }[e.key];
+      if (step === undefined || e.ctrlKey || e.metaKey || e.altKey) return;
+      e.preventDefault();
+      at = Math.min(panel.to, Math.max(panel.from, (at ?? (panel.from + panel.to) / 2) + step * span));
+      const half = { "+": span / 4, "-": span, 0: Infinity }[e.key];
+      if (half) show(Math.max(panel.x0, at - half), Math.min(panel.x1, at + half));
+      out.ariaLive = "polite";
+      tell(at, at);
+    };
   }
 }
 
