@@ -82,12 +82,6 @@ impl LineSpans {
     pub fn first(&self) -> Option<u64> {
         self.spans.first().map(|s| s[0])
     }
-
-    /// "12, 40-43, …" for people: at most `most` ranges.
-    #[must_use]
-    pub fn display(&self, most: usize) -> String {
-        format_spans(&self.spans, self.count, most)
-    }
 }
 
 impl FromIterator<u64> for LineSpans {
