@@ -149,10 +149,10 @@ impl Sensor {
     /// Derivatives (21 × 6) of the other parameters by the bends once these are fixed, and the
     /// covariance that is left: C_mb C_bb⁺ and C_mm − C_mb C_bb⁺ C_bm.
     pub(crate) fn at_known_bends(&self) -> (SMatrix<f64, 21, 6>, Covariance) {
-        const LEAST: f64 = 1e-14;
+        const MIN_VARIANCE: f64 = 1e-14;
         let with_bends: SMatrix<f64, 21, 6> = self.covariance.fixed_columns::<6>(BENDS).into();
         let of_bends = self.covariance_of_bends();
-        let inverse = of_bends.pseudo_inverse(LEAST).unwrap_or_default();
+        let inverse = of_bends.pseudo_inverse(MIN_VARIANCE).unwrap_or_default();
         let by_bends = with_bends * inverse;
         (
             by_bends,

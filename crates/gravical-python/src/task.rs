@@ -11,10 +11,10 @@ use pyo3::prelude::*;
 use crate::error::{OrRaise, panicked};
 
 /// How often signals are looked at.
-const EVERY: Duration = Duration::from_millis(50);
+const SIGNAL_PERIOD: Duration = Duration::from_millis(50);
 
-/// How long it is waited for work that was stopped: what is read and a motion end within a fraction
-/// of that, and nobody wants to wait for the rest.
+/// Time that stopped work has to end. Readers and `motion` end within a fraction of it; other work is left to
+/// finish on its own.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Runs `work` in a thread of its own. After Ctrl-C the meter stops what is read, and a motion that
@@ -40,12 +40,12 @@ pub fn run<T: Send + 'static>(
     // A panic is no end of the work, but one of the thread.
     let has_ended = || is_done.load(Ordering::Acquire) || thread.is_finished();
     while !has_ended() {
-        py.detach(|| thread::park_timeout(EVERY));
+        py.detach(|| thread::park_timeout(SIGNAL_PERIOD));
         if let Err(signal) = py.check_signals() {
             meter.stop();
             let stopped = Instant::now();
             while !has_ended() && stopped.elapsed() < PATIENCE {
-                py.detach(|| thread::park_timeout(EVERY));
+                py.detach(|| thread::park_timeout(SIGNAL_PERIOD));
             }
             if has_ended() {
                 let _ = py.detach(|| thread.join());

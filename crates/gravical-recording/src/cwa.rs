@@ -121,7 +121,7 @@ pub struct Samples<R> {
     /// Lines so far.
     line: usize,
     batch: Batch,
-    /// The batch by which the format was told.
+    /// The batch that determined the format.
     first: Option<Batch>,
     copied: Vec<(usize, usize)>,
     error: Option<io::Error>,

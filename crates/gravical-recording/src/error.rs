@@ -19,7 +19,7 @@ pub enum Category {
     Usage,
     /// The recording or file does not contain what is needed (exit 3).
     Input,
-    /// The recording contradicts what was told of it before (exit 4).
+    /// Later rows contradict what the first rows showed (exit 4).
     Contradiction,
     /// The machine: disk, permissions (exit 1).
     System,

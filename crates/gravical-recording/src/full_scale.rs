@@ -14,10 +14,10 @@ const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 pub const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
 /// Smallest count at the end of a 16-bit converter: some end a few counts early.
-const LARGEST_COUNT: f64 = 32764.0;
+const MIN_END_COUNT: f64 = 32764.0;
 /// Largest count of a 16-bit converter; larger values come from another converter, whose end is
 /// unknown.
-const END_OF_COUNTS: f64 = 32768.0;
+const MAX_END_COUNT: f64 = 32768.0;
 
 /// Ends of a sensor's range, in the unit of the file.
 #[derive(Debug, Clone)]
@@ -32,7 +32,7 @@ pub struct FullScale {
 impl FullScale {
     fn of_counts() -> Self {
         FullScale {
-            ends: vec![[LARGEST_COUNT, END_OF_COUNTS]],
+            ends: vec![[MIN_END_COUNT, MAX_END_COUNT]],
             counts: true,
         }
     }
@@ -160,7 +160,7 @@ impl Clipping {
     /// Number of clipped values.
     fn count(&self) -> u64 {
         let shown = if self.full.counts {
-            self.largest <= END_OF_COUNTS
+            self.largest <= MAX_END_COUNT
         } else {
             self.repeats >= 3
         };

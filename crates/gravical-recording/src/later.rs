@@ -73,7 +73,7 @@ pub struct Later {
     marks_hung: bool,
     /// Channels of the last row, and length of the run in which they repeat.
     last: (Vec<f64>, usize),
-    /// Gravity in the unit of the file, and the last rows: by them shifted channels are told.
+    /// Gravity in the unit of the file, and the last rows: shifted channels are recognised by them.
     gravity: Option<f64>,
     tail: [Vec<f64>; 6],
     /// The unit changed, but the user gives it.

@@ -102,7 +102,7 @@ const SERIAL: [&str; 7] = [
     "serial code",
 ];
 /// Largest number of characters of a serial number.
-const LONGEST: usize = 64;
+const MAX_SERIAL_CHARS: usize = 64;
 
 /// The sensor's serial number: `Serial Number: MOS2D12345678`, `// DeviceId: 00B41234`,
 /// `Serial no.,1234`.
@@ -121,7 +121,8 @@ pub fn serial(metadata: &[String]) -> Option<String> {
             .next()?;
         let usual = |c: char| c.is_ascii_alphanumeric() || "-_:./".contains(c);
         let digits = value.chars().any(|c| c.is_ascii_digit());
-        (digits && value.len() <= LONGEST && value.chars().all(usual)).then(|| value.to_owned())
+        (digits && value.len() <= MAX_SERIAL_CHARS && value.chars().all(usual))
+            .then(|| value.to_owned())
     })
 }
 

@@ -210,7 +210,7 @@ fn no_recordings(folder: &Path) -> Error {
 
 /// The same with what each file is instead.
 fn none_among(folder: &Path, left_out: &[Finding], gyroscopes: &[&PathBuf]) -> Error {
-    const MOST: usize = 4;
+    const MAX_LISTED: usize = 4;
     let alone = gyroscopes
         .iter()
         .map(|p| format!("{}: a gyroscope alone", p.display()));
@@ -219,8 +219,8 @@ fn none_among(folder: &Path, left_out: &[Finding], gyroscopes: &[&PathBuf]) -> E
         format!("{file}: {}", f.message.trim_end_matches("; left out"))
     });
     let mut all: Vec<String> = alone.chain(others).collect();
-    if let more @ 1.. = all.len().saturating_sub(MOST) {
-        all.truncate(MOST);
+    if let more @ 1.. = all.len().saturating_sub(MAX_LISTED) {
+        all.truncate(MAX_LISTED);
         all.push(format!("and {more} more"));
     }
     let error = no_recordings(folder);

@@ -28,7 +28,7 @@ const COUNTERS: [f64; 3] = [65_536.0, 16_777_216.0, 4_294_967_296.0];
 const REGULAR_ROWS: usize = 20;
 /// So many blank lines, or more, at even distances part no poses either: nobody places a sensor so often.
 const MANY_POSES: usize = 64;
-/// Steps of which a share is regular if missing rows can be told from jitter.
+/// Fraction of regular steps above which missing rows can be distinguished from jitter.
 const REGULAR: f64 = 0.9;
 
 /// What is known of the stamps beside themselves.

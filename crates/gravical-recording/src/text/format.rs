@@ -51,7 +51,7 @@ pub struct Format {
     pub sensor: Option<(usize, usize)>,
     /// Names of all sensors of which the first is read, or the one that the user asks for
     pub(crate) sensors: Vec<String>,
-    /// The columns were told by their numbers
+    /// The columns were recognised by their numbers
     pub(crate) is_guessed: bool,
     /// Line of names that are not as many as the columns, and their number
     pub(crate) misfit: Option<(usize, usize)>,

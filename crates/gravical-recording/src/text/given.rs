@@ -77,7 +77,7 @@ fn missing(text: String) -> Error {
 }
 
 /// Names of columns that a hint lists.
-const LISTED: usize = 16;
+const MAX_LISTED: usize = 16;
 
 /// A hint that lists the columns of a file.
 pub(super) fn list_columns(names: &[String]) -> String {
@@ -87,8 +87,8 @@ pub(super) fn list_columns(names: &[String]) -> String {
     }
     let names = names.iter().map(String::as_str);
     let list: Vec<&str> = names.filter(|n| !n.is_empty()).collect();
-    let more = if list.len() > LISTED { ", …" } else { "" };
-    let shown = list[..list.len().min(LISTED)].join(", ");
+    let more = if list.len() > MAX_LISTED { ", …" } else { "" };
+    let shown = list[..list.len().min(MAX_LISTED)].join(", ");
     format!("its columns are: {shown}{more}; assign them with --columns ax=…,ay=…,az=…")
 }
 

@@ -10,13 +10,13 @@ use gravical::numfmt::count;
 const WIDTH: usize = 80;
 
 /// Rows of a table in a summary.
-const LISTED: usize = 24;
+const MAX_SUMMARY_ROWS: usize = 24;
 
 /// Findings in a summary, unless one more would be all.
 const FINDINGS: usize = 3;
 
 /// Smallest width of a column of sentences.
-const NARROWEST: usize = 20;
+const MIN_PROSE_WIDTH: usize = 20;
 
 /// Its width in a table that is split; two of them fit side by side.
 const PART: usize = 36;
@@ -219,7 +219,7 @@ struct Printed {
 
 fn table_text(table: &Table, detail: Detail) -> String {
     let cut = match detail {
-        Detail::Summary if table.all > LISTED => LISTED - 1,
+        Detail::Summary if table.all > MAX_SUMMARY_ROWS => MAX_SUMMARY_ROWS - 1,
         _ => table.rows.len(),
     };
     let rows = table.rows.iter().enumerate();
@@ -242,7 +242,7 @@ fn table_text(table: &Table, detail: Detail) -> String {
     if over > 0 {
         let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
         let room = prose.and_then(|width| width.checked_sub(over));
-        layout.room = room.filter(|room| *room >= NARROWEST).unwrap_or(PART);
+        layout.room = room.filter(|room| *room >= MIN_PROSE_WIDTH).unwrap_or(PART);
         columns = print(&layout);
     }
     let mut out = String::new();

@@ -35,7 +35,7 @@ const WIDTH: f64 = 760.0;
 const HALF: f64 = 372.0;
 
 /// Largest number that is drawn: the difference of two must not overflow.
-const LARGEST: f64 = 1e300;
+const MAX_DRAWN: f64 = 1e300;
 
 /// The labels of more points than this show on hovering only.
 const MAX_LABELLED: usize = 40;
@@ -282,7 +282,7 @@ impl View {
     /// From the smallest to the largest finite value, `pad` of the span wider.
     fn new<'a>(axis: &'a Axis, values: impl Iterator<Item = &'a f64>, pad: f64) -> View {
         let values = values.chain(&axis.include).filter(|v| v.is_finite());
-        let (low, high) = extent(values.map(|v| v.clamp(-LARGEST, LARGEST)));
+        let (low, high) = extent(values.map(|v| v.clamp(-MAX_DRAWN, MAX_DRAWN)));
         let (mut low, mut high) = if let Scale::Names(names) = &axis.scale {
             (-0.5, names.len().max(1) as f64 - 0.5)
         } else if low > high {

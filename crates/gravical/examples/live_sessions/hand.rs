@@ -20,11 +20,11 @@ const CARRIED_S: f64 = 1.8;
 /// A hold that is neither accepted nor rejected is given up, s.
 const PATIENCE_S: f64 = 8.0;
 /// Free poses until the user is content with what there is.
-const MOST_FREE: u32 = 9;
+const MAX_FREE: u32 = 9;
 /// A free pose is off what was asked for by this, standard deviation of each component.
 const FREE_OFF: f64 = 0.12;
 /// No session is longer, s.
-const MOST_S: f64 = 600.0;
+const MAX_S: f64 = 600.0;
 
 /// What goes wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -224,7 +224,7 @@ impl Hand {
         let mut good_s = None;
         let mut lost_once = false;
         self.pass(4.0);
-        while self.now_s < MOST_S {
+        while self.now_s < MAX_S {
             let wanted = self.messages.iter().rev().find_map(|m| match &m.event {
                 Event::NextPose {
                     kind, faces, up, ..
@@ -240,7 +240,7 @@ impl Hand {
                 good_s = Some(self.now_s);
                 break;
             }
-            if free >= MOST_FREE {
+            if free >= MAX_FREE {
                 break;
             }
             if self.clumsiness == Clumsiness::LostRows && !lost_once && free == 1 {

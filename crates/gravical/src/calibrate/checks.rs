@@ -22,7 +22,7 @@ const BIAS_NOTE_MPS2: f64 = 1.2;
 const FACE_NOTE_DEG: f64 = 10.0;
 /// Of many free poses some have to be beyond this on both sides of each axis, g: the limit of van
 /// Hees et al. (2014) and GGIR.
-const LEAST_COVERED_G: f64 = 0.3;
+const MIN_COVERED_G: f64 = 0.3;
 /// Oblique placements further off than so many times the predicted error
 /// contradict the result.
 const OBLIQUE_GATE: f64 = 3.0;
@@ -185,13 +185,13 @@ fn orientations(estimate: &Estimate) -> Option<Finding> {
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         of.fold(none, |[low, high], v| [low.min(v), high.max(v)])
     });
-    let covered = |[low, high]: &[f64; 2]| *low < -LEAST_COVERED_G && *high > LEAST_COVERED_G;
+    let covered = |[low, high]: &[f64; 2]| *low < -MIN_COVERED_G && *high > MIN_COVERED_G;
     let list = AXES.iter().zip(&ranges);
     let list = list.map(|(axis, [low, high])| format!("{axis} {low:+.2} to {high:+.2} g"));
     (!ranges.iter().all(covered)).then(|| {
         finding!(
             FewOrientations,
-            "not enough orientations: only {} are covered; each axis has to be beyond ±{LEAST_COVERED_G} g on both sides",
+            "not enough orientations: only {} are covered; each axis has to be beyond ±{MIN_COVERED_G} g on both sides",
             list.collect::<Vec<_>>().join(", ")
         )
     })

@@ -7,12 +7,12 @@ use super::{CalibrationFile, Covariance};
 use crate::{Error, Result};
 
 /// Upper limit of all parameters, in any unit.
-const MOST: f64 = 1e9;
+const MAX_PARAMETER: f64 = 1e9;
 /// Lower limit of nonzero factors.
-const LEAST: f64 = 1e-12;
+const MIN_FACTOR: f64 = 1e-12;
 /// Smallest volume spanned by the rows of a matrix, scaled to length one, at which it is not
 /// singular: that of axes 0.006° from one plane.
-const LEAST_VOLUME: f64 = 1e-4;
+const MIN_VOLUME: f64 = 1e-4;
 /// Rounded correlations may have eigenvalues this far below zero.
 const ROUNDING: f64 = 1e-6;
 /// Plausible gravity, m/s²: from that of the Moon to above that of the Earth.
@@ -45,7 +45,7 @@ impl CalibrationFile {
             ("predicted_norm_error_mps2", a.predicted_norm_error_mps2),
             ("pose_tilt_deg", a.pose_tilt_deg.map(|t| t.value)),
         ] {
-            if value.is_some_and(|v| !(0.0..MOST).contains(&v)) {
+            if value.is_some_and(|v| !(0.0..MAX_PARAMETER).contains(&v)) {
                 let field = format!("accelerometer.{field}");
                 return Err(wrong(
                     &field,
@@ -87,13 +87,13 @@ fn sensor(
     let field = |part: &str| format!("{name}.{part}");
     sizes(&field("bias"), bias)?;
     sizes(&field("scale"), scale)?;
-    if scale.iter().any(|v| v.abs() < LEAST) {
+    if scale.iter().any(|v| v.abs() < MIN_FACTOR) {
         return Err(wrong(&field("scale"), "a scale is zero".to_owned()));
     }
     for (part, m) in [("matrix", matrix), ("orientation", orientation)] {
         sizes(&field(part), m.as_flattened())?;
         let lengths: [f64; 3] = m.map(|r| r.iter().map(|v| v * v).sum::<f64>().sqrt());
-        if lengths.iter().any(|l| *l < LEAST) {
+        if lengths.iter().any(|l| *l < MIN_FACTOR) {
             return Err(wrong(
                 &field(part),
                 "a row of the matrix is zero".to_owned(),
@@ -101,7 +101,7 @@ fn sensor(
         }
         let unit = [0, 1, 2].map(|i| m[i].map(|v| v / lengths[i]));
         // NaN was refused above.
-        if matrix3::det(&unit).abs() < LEAST_VOLUME {
+        if matrix3::det(&unit).abs() < MIN_VOLUME {
             return Err(wrong(&field(part), "the matrix is singular".to_owned()));
         }
     }
@@ -109,7 +109,10 @@ fn sensor(
 }
 
 fn sizes(field: &str, values: &[f64]) -> Result<()> {
-    match values.iter().find(|v| !(-MOST..MOST).contains(*v)) {
+    match values
+        .iter()
+        .find(|v| !(-MAX_PARAMETER..MAX_PARAMETER).contains(*v))
+    {
         None => Ok(()),
         Some(v) if v.is_finite() => Err(wrong(field, format!("{v:e} is beyond any sensor"))),
         Some(_) => Err(wrong(
@@ -137,7 +140,8 @@ impl Covariance {
         let value = |i: usize, j: usize| self.values.get(i).and_then(|r| r.get(j)).copied();
         let c = DMatrix::from_fn(n, n, |i, j| value(i, j).unwrap_or(f64::NAN));
         let sd: Vec<f64> = c.diagonal().iter().map(|v| v.sqrt()).collect();
-        if c.iter().any(|v| !v.is_finite()) || sd.iter().any(|s| !(0.0..MOST).contains(s)) {
+        if c.iter().any(|v| !v.is_finite()) || sd.iter().any(|s| !(0.0..MAX_PARAMETER).contains(s))
+        {
             return Err(wrong(
                 &field,
                 "a variance is negative, beyond any sensor, or not a number".to_owned(),

@@ -11,7 +11,7 @@ use crate::recording::Recording;
 use crate::{Error, Result};
 
 /// Largest size of a calibration or a list, which are read at once.
-const MOST_BYTES: u64 = 16 << 20;
+const MAX_BYTES: u64 = 16 << 20;
 
 /// An input file of a result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -95,12 +95,12 @@ impl InputFile {
     ) -> Result<(T, Self)> {
         let mut bytes = Vec::new();
         std::fs::File::open(path)
-            .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
+            .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
             .map_err(|e| Error::io(path, e))?;
-        if bytes.len() as u64 > MOST_BYTES {
+        if bytes.len() as u64 > MAX_BYTES {
             let what = format!(
                 "more than {} MiB, too large for: {}",
-                MOST_BYTES >> 20,
+                MAX_BYTES >> 20,
                 words(&role)
             );
             return Err(Error::input("too-large", what)
@@ -160,7 +160,7 @@ mod tests {
         let error = InputFile::read(&path, InputRole::Sections, failed).unwrap_err();
         assert_eq!(error.location().unwrap().path, path);
         let large = std::fs::File::create(&path).unwrap();
-        large.set_len(MOST_BYTES + 1).unwrap();
+        large.set_len(MAX_BYTES + 1).unwrap();
         let error = InputFile::read(&path, InputRole::Sections, |_| Ok(())).unwrap_err();
         assert_eq!(error.code(), "too-large");
         let absent = folder.path().join("absent");

@@ -9,7 +9,7 @@ use super::words;
 
 /// Durations that visible moves are reported of, s.
 const REPORTED_S: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
-/// An only rest that is shorter, s, cannot be told from a part of the move, nor does it tell a bias.
+/// A single rest shorter than this, s, cannot be distinguished from a part of the move, and shows no bias.
 const LONE_REST_S: f64 = 1.0;
 
 /// The moves of an estimate.

@@ -248,7 +248,7 @@ pub(super) fn unusable(why: Unusable) -> String {
 /// Why a rest that is the only one and short confirms nothing, s.
 pub(super) fn lone_rest(rest_s: f64) -> String {
     format!(
-        "the sensor rests once, for {rest_s:.1} s: too short to be told from a part of the move; hold it still for 2 s at both ends"
+        "the sensor rests once, for {rest_s:.1} s: too short to be distinguished from a part of the move; hold it still for 2 s at both ends"
     )
 }
 

@@ -66,7 +66,7 @@ pub use words::{Unit, duration_text};
 use series::{Pieces, scatter};
 
 /// Shortest static interval whose noise is analysed, s.
-const SHORTEST_S: f64 = 10.0;
+const MIN_DURATION_S: f64 = 10.0;
 /// Static intervals of less than this fraction of the longest one are left out: a hand lets go of the
 /// sensor at the start of each.
 const MIN_OF_LONGEST: f64 = 0.25;
@@ -242,7 +242,7 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     let mut ranges = find_quiet(recording);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
-    if longest_s < SHORTEST_S {
+    if longest_s < MIN_DURATION_S {
         let what = if longest == 0 {
             format!(
                 "the sensor is never at rest: {}",

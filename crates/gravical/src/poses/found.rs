@@ -232,7 +232,7 @@ fn means_of_rows(
     recording: &Recording,
     findings: &mut Vec<Finding>,
 ) -> Option<Result<Vec<Interval>>> {
-    const LEAST: usize = 6;
+    const MIN_DIRECTIONS: usize = 6;
     const FAR_APART_DEG: f64 = 25.0;
     /// What scale and bias of a sensor may make of gravity.
     const ALIKE: f64 = 0.25;
@@ -255,7 +255,7 @@ fn means_of_rows(
     let norms: Vec<f64> = rows.iter().map(matrix3::norm).collect();
     let usual = crate::stats::median(&mut norms.clone())?;
     let alike = norms.iter().all(|n| (n / usual - 1.0).abs() < ALIKE);
-    if alike && apart.len() >= LEAST {
+    if alike && apart.len() >= MIN_DIRECTIONS {
         return Some(Ok(rows_as_poses(index, recording, findings)));
     }
     Some(Err(Error::input(

@@ -16,7 +16,7 @@ const SPIKE: f64 = 6.0;
 /// what begins and ends at rest has a mean acceleration of zero, but not without its peaks.
 const SHARE: [f64; 2] = [0.02, 1.0 / 3.0];
 /// Fewest spikes that are taken out: one or two of a short pose depend on the last digit.
-const LEAST: f64 = 3.0;
+const MIN_SPIKES: f64 = 3.0;
 
 /// Makes the rows of three channels empty in which any of them has a spike, and counts
 /// them. `step` is what the values of each are rounded to: less than six of those is never
@@ -32,7 +32,7 @@ pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
     }
     let count = spike.iter().filter(|s| **s).count();
     let [least, most] = SHARE.map(|share| share * rows as f64);
-    if !(least.max(LEAST)..=most).contains(&(count as f64)) {
+    if !(least.max(MIN_SPIKES)..=most).contains(&(count as f64)) {
         return 0;
     }
     for channel in channels {
