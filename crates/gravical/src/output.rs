@@ -2,12 +2,16 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+use std::path::{MAIN_SEPARATOR, Path};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use tempfile::NamedTempFile;
 
 use crate::{Error, Result};
+
+/// Prefix of temporary files.
+const PREFIX: &str = ".gravical-";
 
 /// Refuses a `path` that exists unless `force` is given, and a folder in any case.
 ///
@@ -99,9 +103,8 @@ pub fn make_folder(path: &Path) -> Result<()> {
 ///
 /// What a name ends in `.gz` for is packed.
 ///
-/// Until it is complete the new file has no name, if the file system supports this: nothing is
-/// left behind however the program ends. Otherwise it is a temporary file in the same folder. A
-/// replaced file keeps its permissions.
+/// Until it is complete it is a hidden temporary file in the same folder (`.gravical-…`), which is left
+/// behind where a signal ends the program. A replaced file keeps its permissions.
 ///
 /// # Errors
 ///
@@ -136,12 +139,12 @@ pub fn write_atomic<T>(
     if !folder.is_dir() {
         return Err(no_folder(folder, path));
     }
-    let new = NewFile::in_folder(folder).map_err(io)?;
-    let mut writer = BufWriter::with_capacity(1 << 18, new.file());
+    let file = temporary_file(folder).map_err(io)?;
+    let mut writer = BufWriter::with_capacity(1 << 18, file.as_file());
     let filled = fill(&mut writer)?;
     writer.flush().map_err(io)?;
     drop(writer);
-    new.put(path, force).map_err(|e| match e.kind() {
+    persist(file, path, force).map_err(|e| match e.kind() {
         // Another program created it after the check above.
         io::ErrorKind::AlreadyExists if !force => exists(path),
         _ if path.is_dir() => is_folder(path),
@@ -179,88 +182,32 @@ fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
     Ok(Box::new(file))
 }
 
-/// A file that is not yet visible.
-enum NewFile {
-    /// Without a name.
-    #[cfg(target_os = "linux")]
-    Unnamed(File, PathBuf),
-    /// With a temporary name; deleted with this value.
-    Named(tempfile::NamedTempFile),
+/// A new file of a hidden name in `folder`; deleted with this value.
+fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // By default a temporary file is readable by its owner only; the umask still applies.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
 }
 
-impl NewFile {
-    fn in_folder(folder: &Path) -> io::Result<Self> {
-        #[cfg(target_os = "linux")]
-        {
-            use rustix::fs::{Mode, OFlags};
-            let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
-            // Permissions as for an ordinary new file; the umask still applies.
-            let mode = Mode::from_raw_mode(0o666);
-            if let Ok(file) = rustix::fs::open(folder, flags, mode)
-                && Path::new("/proc/self/fd").is_dir()
-            {
-                return Ok(NewFile::Unnamed(file.into(), folder.to_owned()));
-            }
-        }
-        let mut temporary = tempfile::Builder::new();
-        let temporary = temporary.prefix(PREFIX);
-        #[cfg(unix)]
-        let temporary = {
-            use std::os::unix::fs::PermissionsExt;
-            // By default a temporary file is readable by its owner only.
-            temporary.permissions(std::fs::Permissions::from_mode(0o666))
-        };
-        temporary.tempfile_in(folder).map(NewFile::Named)
+/// Gives a complete file its name; with `force` it replaces an existing file.
+fn persist(file: NamedTempFile, path: &Path, force: bool) -> io::Result<()> {
+    file.as_file().sync_all()?;
+    if !force {
+        file.persist_noclobber(path)?;
+        return Ok(());
     }
-
-    fn file(&self) -> &File {
-        match self {
-            #[cfg(target_os = "linux")]
-            NewFile::Unnamed(file, _) => file,
-            NewFile::Named(file) => file.as_file(),
-        }
+    if let Some(old) = path.symlink_metadata().ok().filter(|m| m.is_file()) {
+        file.as_file().set_permissions(old.permissions())?;
     }
-
-    /// Gives the file its name; with `force` it replaces an existing file.
-    fn put(self, path: &Path, force: bool) -> io::Result<()> {
-        self.file().sync_all()?;
-        let there = std::fs::symlink_metadata(path).ok();
-        if let Some(old) = there.filter(|m| m.is_file() && force) {
-            self.file().set_permissions(old.permissions())?;
-        }
-        match self {
-            #[cfg(target_os = "linux")]
-            NewFile::Unnamed(file, folder) => {
-                let linked = link(&file, path);
-                let exists_already = |e: &io::Error| e.kind() == io::ErrorKind::AlreadyExists;
-                if !(force && linked.as_ref().is_err_and(exists_already)) {
-                    return linked;
-                }
-                // Linking cannot replace an existing file atomically: give the file a temporary
-                // name and rename it.
-                let mut temporary = tempfile::Builder::new();
-                let named = temporary
-                    .prefix(PREFIX)
-                    .make_in(folder, |name| link(&file, name))?;
-                named.persist(path).map(drop).map_err(|e| e.error)
-            }
-            NewFile::Named(file) if force => file.persist(path).map(drop).map_err(|e| e.error),
-            NewFile::Named(file) => file.persist_noclobber(path).map(drop).map_err(|e| e.error),
-        }
-    }
+    file.persist(path)?;
+    Ok(())
 }
-
-/// Gives this name to an open file without a name.
-#[cfg(target_os = "linux")]
-fn link(file: &File, path: &Path) -> io::Result<()> {
-    use rustix::fs::{AtFlags, CWD, linkat};
-    use std::os::fd::AsRawFd;
-    let own = format!("/proc/self/fd/{}", file.as_raw_fd());
-    Ok(linkat(CWD, own, CWD, path, AtFlags::SYMLINK_FOLLOW)?)
-}
-
-/// Prefix of temporary files.
-const PREFIX: &str = ".gravical-";
 
 #[cfg(test)]
 mod tests {
@@ -285,8 +232,6 @@ mod tests {
         std::fs::write(&path, "old").unwrap();
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();
         write_atomic(&path, true, |w| {
-            // Without support for unnamed files there is a temporary file.
-            assert!(names() == 1 || !cfg!(target_os = "linux"));
             w.write_all(b"new").map_err(|e| Error::io(&path, e))
         })
         .unwrap();

@@ -272,36 +272,3 @@ fn what_cannot_be_printed_is_said_on_stderr() {
         assert!(err.starts_with("error: "), "{line}: {err}");
     }
 }
-
-#[test]
-#[cfg(target_os = "linux")]
-fn whatever_ends_a_run_leaves_no_piece_of_a_file() {
-    use std::io::Write as _;
-    use std::process::{Command, Stdio};
-    let folder = folder();
-    let at = folder.path();
-    let names = || fs::read_dir(at).unwrap().count();
-    let before = names();
-    let head = fs::read(at.join("line.csv")).unwrap();
-    for signal in ["INT", "TERM", "HUP", "KILL"] {
-        // Under nohup, or behind a shell, the tests ignore some of them, and so would the program.
-        let mut run = Command::new("env")
-            .arg("--default-signal")
-            .arg(program())
-            .args(words("apply cal.json - -o out.csv"))
-            .current_dir(at)
-            .stdin(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut input = run.stdin.take().unwrap();
-        // More than the head: it writes by now.
-        for _ in 0..8 {
-            input.write_all(&head).unwrap();
-        }
-        let kill = ["-s", signal, &run.id().to_string()];
-        assert!(Command::new("kill").args(kill).status().unwrap().success());
-        run.wait().unwrap();
-        assert_eq!(names(), before, "{signal}");
-    }
-}
