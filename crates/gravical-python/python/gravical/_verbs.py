@@ -119,7 +119,8 @@ def denoise(
     Parameters
     ----------
     recording : path, recording or table
-        Breaks, gaps, uneven time stamps and empty cells are respected.
+        Breaks, gaps and empty cells are respected; uneven time stamps are refused
+        (``uneven-stamps``).
     filter : str or list of str
         ``"savgol:WINDOW,ORDER"``, ``"butter:ORDER,CUTOFFHz"``, ``"highpass:…"``,
         ``"hampel:WINDOW,SIGMAS"``, ``"mean:WINDOW"`` …, in this order.

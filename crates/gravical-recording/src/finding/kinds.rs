@@ -159,9 +159,7 @@ kinds! {
     PoorCalibration "poor-calibration" Warning "`apply`, `check`, `compare`: the verdict of the calibration is poor";
     AlreadyCalibrated "already-calibrated" Warning "the columns have the names of calibrated columns, or the board says that it calibrates";
     SameFileTwice "same-file-twice" Warning "two inputs are identical";
-    LostSamplesFilled "lost-samples-filled" Note "samples are missing";
-    Resampled "resampled" Warning "uneven sampling";
-    Parted "parted" Warning "time steps longer than ten usual ones, or decreasing time stamps";
+    Parted "parted" Warning "time steps that are longer than ten usual ones or no whole number of them, or decreasing time stamps";
     NotFiltered "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs";
     ShortForCutoff "short-for-cutoff" Warning "one period of the cutoff frequency is longer than the recording";
     NeverStatic "never-static" Note "no static interval was found";

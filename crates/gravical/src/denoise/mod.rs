@@ -4,15 +4,14 @@
 //!
 //! A [`FilterSpec`] specifies a filter (`savgol:5,2`, `butter:4,5Hz` …), a [`Filter`] is designed
 //! for a sampling rate, and [`denoise`] runs several filters over a recording, [`denoise_file`]
-//! from file to file: not across breaks and gaps, on an even grid if sampling is uneven, and around
-//! empty cells. It reports the effect of each filter on white noise
+//! from file to file: not across breaks and gaps, and around empty cells. It reports the effect of each filter on white noise
 //! ([`Response`]) and on the noise of this recording at rest ([`DenoiseSummary`]).
 //!
 //! - `savgol`: polynomials over a window (Savitzky–Golay), and the moving average, which is the one
 //!   of order 0.
 //! - `butterworth`: second-order sections of `gravical-core`, one pass or two.
 //! - `hampel`: outliers.
-//! - `rows`: columns through the filters; `even`: uneven sampling.
+//! - `rows`: columns through the filters.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would
 //! have averaged out in the integral, and an offset passes every low-pass filter unchanged.
@@ -37,7 +36,6 @@
 //! ```
 
 mod butterworth;
-mod even;
 mod filter;
 mod hampel;
 mod rows;
@@ -153,17 +151,16 @@ pub struct Denoised {
 
 /// Replaces the channels of a recording by filtered ones.
 ///
-/// No filter runs across a break, a gap (a step longer than 10 usual steps) or a step back of the
-/// time stamps. Empty cells stay empty, and the samples around them are filtered as if one were
-/// lost. If time stamps are uneven (a step differs from the usual one by more than 5 % of it and
-/// by more than the resolution of the time stamps), samples are interpolated to an even grid, and
-/// the result back to the time stamps. Parts that are too short for a filter are left unchanged.
-/// Each of these is reported as a finding.
+/// No filter runs across a break, or a step of the time stamps that goes back, is longer than 10
+/// usual steps (a gap), or is no whole number of them. Lost samples are interpolated for the filter,
+/// and not written; empty cells stay empty, and the samples around them are filtered as if one were
+/// lost. Parts that are too short for a filter are left unchanged, which is a finding.
 ///
 /// # Errors
 ///
 /// `no-filter`, `filter-range`, `rate-unknown` (usage); `no-gyroscope` (input) if only the
-/// gyroscope is to be filtered and there is none.
+/// gyroscope is to be filtered and there is none; `uneven-stamps` (input) if more than 1 % of the
+/// steps are uneven, for all filters but Hampel's.
 pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
     options.validate()?;
     let summary = filter(&mut recording, options)?;
@@ -263,7 +260,7 @@ fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<Denoise
         reach += filter.reach();
         at_rest.push(inner_rows(&rests, reach));
     }
-    let done = rows::run(recording, &filters, options.channels, &at_rest);
+    let done = rows::run(recording, &filters, options.channels, &at_rest)?;
     Ok(DenoiseSummary::new(recording, &rests, &filters, &done))
 }
 
@@ -284,7 +281,7 @@ pub(crate) fn smooth(
     filters: &[FilterSpec],
 ) -> Result<(Recording, Vec<Finding>)> {
     let filters = design(&recording, filters)?;
-    let done = rows::run(&mut recording, &filters, Channels::Accel, &[]);
+    let done = rows::run(&mut recording, &filters, Channels::Accel, &[])?;
     let findings = summary::findings(&filters, &done, recording.timing.duration_s);
     Ok((recording, findings))
 }

@@ -1,37 +1,30 @@
-//! Columns through the filters: not across breaks and gaps, around empty cells, and on an even grid.
+//! Columns through the filters: not across breaks and gaps, around empty cells and lost samples.
 
-use std::borrow::Cow;
 use std::ops::Range;
+use std::path::Path;
 
 use super::Channels;
-use super::even::{EvenGrid, WHOLE_SHARE, whole_share};
 use super::filter::Filter;
 use crate::recording::Recording;
+use crate::{Error, Result};
 
 /// Steps longer than this many usual steps are gaps: twice the window of the weakest smoothing.
-const GAP_STEPS: f64 = 10.0;
-
-/// Where filters restart.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Parts {
-    /// Parts between breaks, gaps and steps back.
-    pub count: usize,
-    /// Gaps and steps back between breaks.
-    pub gaps: usize,
-    pub backward: usize,
-    /// A longer step is a gap, s.
-    pub gap_s: f64,
-}
+const GAP_STEPS: usize = 10;
+/// Steps that are whole multiples of the usual one within this share are due to lost samples.
+const WHOLE_SHARE: f64 = 0.25;
+/// The same where the stamps are coarse: 1.5 steps are a lost sample.
+const MAX_WHOLE_SHARE: f64 = 0.45;
+/// Stamps that differ by less than this share of the usual step are equal.
+const SAME_SHARE: f64 = 0.01;
+/// Number of time stamps from which their resolution is determined.
+const FIRST_STAMPS: usize = 2000;
+/// Fraction of the steps that may be uneven: a clock that hesitates now and then. With more the
+/// recording is not evenly sampled.
+const MAX_UNEVEN: f64 = 0.01;
 
 /// What a filter did, over all channels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Treatment {
-    /// All samples.
-    pub samples: usize,
-    /// Lost samples that were interpolated.
-    pub filled: usize,
-    /// Samples that were interpolated to an even grid and back.
-    pub resampled: usize,
     /// Outliers that were replaced.
     pub replaced: usize,
     /// Samples that were left unchanged because there are too few, and their stretches.
@@ -44,7 +37,10 @@ pub(super) type ChannelSigmas = [Option<f64>; 6];
 
 /// Results.
 pub(super) struct Done {
-    pub parts: Parts,
+    /// Parts in which filters restart.
+    pub parts: usize,
+    /// Parts that begin at a time stamp, not at a break.
+    pub restarts: usize,
     /// Of each filter.
     pub treatments: Vec<Treatment>,
     /// Before the filters and after each, if requested.
@@ -53,36 +49,30 @@ pub(super) struct Done {
 
 /// Filters the channels of a recording in place. `at_rest`: rows in which noise is measured, before the
 /// filters and after each.
+///
+/// # Errors
+///
+/// `uneven-stamps` (input) if a filter needs even steps.
 pub(super) fn run(
     recording: &mut Recording,
     filters: &[Filter],
     channels: Channels,
     at_rest: &[Vec<Range<usize>>],
-) -> Done {
-    let step_s = recording.timing.rate_hz().map_or(1.0, f64::recip);
-    let Recording {
-        accel,
-        gyro,
-        time_s,
-        breaks,
-        ..
-    } = recording;
-    let rows = Rows {
-        time_s: times(time_s.as_deref(), accel[0].len(), step_s),
-        breaks,
-        step_s,
-        whole_share: time_s
-            .as_deref()
-            .map_or(WHOLE_SHARE, |t| whole_share(t, step_s)),
-    };
+) -> Result<Done> {
+    let grid = Grid::new(recording);
+    if grid.is_uneven() && filters.iter().any(Filter::needs_even_steps) {
+        return Err(uneven(recording, &grid));
+    }
     let mut done = Done {
-        parts: rows.parts(),
+        parts: grid.starts.len(),
+        restarts: grid.restarts,
         treatments: vec![Treatment::default(); filters.len()],
         noise: vec![ChannelSigmas::default(); at_rest.len()],
     };
+    let Recording { accel, gyro, .. } = recording;
     let columns = accel.iter_mut().chain(gyro.iter_mut().flatten());
     for (c, column) in columns.enumerate().filter(|(c, _)| channels.contain(*c)) {
-        let stretches = rows.stretches(column);
+        let stretches = grid.stretches(column);
         let mut noise = done.noise.iter_mut().zip(at_rest);
         let mut measure = |column: &[f64]| {
             if let Some((sigmas, at_rest)) = noise.next() {
@@ -92,62 +82,100 @@ pub(super) fn run(
         measure(column);
         for (filter, treatment) in filters.iter().zip(&mut done.treatments) {
             for stretch in &stretches {
-                rows.filter(filter, stretch, column, treatment);
+                grid.filter(filter, stretch, column, treatment);
             }
             measure(column);
         }
     }
-    done
+    Ok(done)
 }
 
-/// The rows of a recording.
-struct Rows<'a> {
-    /// Times, s (or rows, without time stamps and rate).
-    time_s: Cow<'a, [f64]>,
-    /// Rows that do not continue the one before.
-    breaks: &'a [usize],
-    /// The usual step, s.
-    step_s: f64,
-    /// Steps that are whole multiples of it within this share are on the grid.
-    whole_share: f64,
+fn uneven(recording: &Recording, grid: &Grid) -> Error {
+    let percent = 100.0 * grid.uneven as f64 / grid.steps as f64;
+    let rate_hz = recording.timing.rate_hz().unwrap_or(f64::NAN);
+    let what = format!(
+        "{percent:.1} % of the steps between time stamps are no whole number of periods at {rate_hz:.6} Hz; filters need evenly spaced samples"
+    );
+    Error::input("uneven-stamps", what)
+        .at(Path::new(&recording.name), None)
+        .with_hint("resample it to an even rate first; if only its clock is uneven, ignore it: --columns t=- --rate HZ; hampel filters take samples as they come")
 }
 
-impl Rows<'_> {
-    fn parts(&self) -> Parts {
-        let mut parts = Parts {
-            count: usize::from(!self.time_s.is_empty()),
-            gap_s: GAP_STEPS * self.step_s,
-            ..Parts::default()
+/// The rows of a recording on an even grid.
+struct Grid {
+    /// Rows at which filters start.
+    starts: Vec<usize>,
+    /// Those of them that a time stamp makes, not a break: gaps, steps back and uneven steps.
+    restarts: usize,
+    /// Point of each row, ascending within a part; rows with equal time stamps share one.
+    points: Vec<usize>,
+    /// Steps between time stamps, and those that are no whole number of usual ones.
+    steps: usize,
+    uneven: usize,
+}
+
+impl Grid {
+    /// A row without a time stamp follows the one before it by a step.
+    fn new(recording: &Recording) -> Self {
+        let step_s = recording.timing.rate_hz().map_or(1.0, f64::recip);
+        let stamps = recording.time_s.as_deref().unwrap_or_default();
+        let whole_share = whole_share(stamps, step_s);
+        let mut grid = Grid {
+            starts: Vec::new(),
+            restarts: 0,
+            points: Vec::with_capacity(recording.rows()),
+            steps: 0,
+            uneven: 0,
         };
-        for (before, times) in self.time_s.windows(2).enumerate() {
-            let step_s = times[1] - times[0];
-            let is_break = self.breaks.binary_search(&(before + 1)).is_ok();
-            let is_gap = !is_break && step_s > parts.gap_s;
-            let is_backward = !is_break && step_s < 0.0;
-            parts.gaps += usize::from(is_gap);
-            parts.backward += usize::from(is_backward);
-            parts.count += usize::from(is_break || is_gap || is_backward);
+        // The last stamp and its point.
+        let mut last: Option<(f64, usize)> = None;
+        for row in 0..recording.rows() {
+            let stamp = stamps.get(row).copied().filter(|t| t.is_finite());
+            let following = grid.points.last().map_or(0, |point| point + 1);
+            let is_start = row == 0 || recording.breaks.binary_search(&row).is_ok();
+            let point = match (stamp, last) {
+                _ if is_start => None,
+                (Some(stamp), Some((before, at))) => {
+                    grid.steps += 1;
+                    let steps = (stamp - before) / step_s;
+                    let most = GAP_STEPS + (following - 1 - at);
+                    let is_whole = is_whole(steps, whole_share);
+                    grid.uneven += usize::from(!is_whole && (0.0..=most as f64).contains(&steps));
+                    let is_next = is_whole && steps.round() <= most as f64;
+                    grid.restarts += usize::from(!is_next);
+                    is_next.then(|| (at + steps.round() as usize).max(following - 1))
+                }
+                _ => Some(following),
+            };
+            if point.is_none() {
+                grid.starts.push(row);
+                last = None;
+            }
+            let point = point.unwrap_or(0);
+            grid.points.push(point);
+            last = stamp.map(|stamp| (stamp, point)).or(last);
         }
-        parts
+        grid
     }
 
-    /// Rows of a channel between breaks, gaps and steps back of its samples; both ends are samples.
+    fn is_uneven(&self) -> bool {
+        self.uneven as f64 > MAX_UNEVEN * self.steps as f64
+    }
+
+    /// Rows of a channel between the starts and gaps of its samples; both ends are samples.
     fn stretches(&self, column: &[f64]) -> Vec<Range<usize>> {
-        let within = 0.0..=GAP_STEPS * self.step_s;
         let mut stretches: Vec<Range<usize>> = Vec::new();
-        let mut breaks = self.breaks.iter().peekable();
-        let mut is_broken = true;
-        for row in (0..column.len()).filter(|row| column[*row].is_finite()) {
-            while breaks.next_if(|b| **b <= row).is_some() {
-                is_broken = true;
-            }
-            match stretches.last_mut().filter(|_| !is_broken) {
-                Some(last) if within.contains(&(self.time_s[row] - self.time_s[last.end - 1])) => {
-                    last.end = row + 1;
+        let ends = self.starts.iter().skip(1).copied().chain([column.len()]);
+        for (start, end) in self.starts.iter().copied().zip(ends) {
+            let mut last: Option<usize> = None;
+            for row in (start..end).filter(|row| column[*row].is_finite()) {
+                let is_near = |point: usize| self.points[row] - point <= GAP_STEPS;
+                match stretches.last_mut() {
+                    Some(stretch) if last.is_some_and(is_near) => stretch.end = row + 1,
+                    _ => stretches.push(row..row + 1),
                 }
-                _ => stretches.push(row..row + 1),
+                last = Some(self.points[row]);
             }
-            is_broken = false;
         }
         stretches
     }
@@ -162,56 +190,62 @@ impl Rows<'_> {
     ) {
         let rows = stretch.clone().filter(|row| column[*row].is_finite());
         let rows: Vec<usize> = rows.collect();
-        let mut samples: Vec<f64> = rows.iter().map(|row| column[*row]).collect();
-        treatment.samples += samples.len();
-        let grid = filter.needs_even_steps().then(|| {
-            let times: Vec<f64> = rows.iter().map(|row| self.time_s[*row]).collect();
-            EvenGrid::new(self.step_s, self.whole_share, &times)
-        });
-        let grid = grid.filter(|grid| !grid.is_even());
-        let points = grid.as_ref().map_or(samples.len(), EvenGrid::len);
-        if samples.len().min(points) < filter.shortest() {
-            treatment.too_short += samples.len();
+        let is_even = filter.needs_even_steps();
+        let mut samples: Vec<f64> = if is_even {
+            self.interpolate(&rows, column)
+        } else {
+            rows.iter().map(|row| column[*row]).collect()
+        };
+        if rows.len().min(samples.len()) < filter.shortest() {
+            treatment.too_short += rows.len();
             treatment.short_stretches += 1;
             return;
         }
-        if let Some(grid) = grid {
-            if grid.is_resampled {
-                treatment.resampled += samples.len();
-            } else {
-                treatment.filled += grid.lost();
+        treatment.replaced += filter.apply(&mut samples);
+        for (i, row) in rows.iter().enumerate() {
+            let point = self.points[*row] - self.points[rows[0]];
+            column[*row] = samples[if is_even { point } else { i }];
+        }
+    }
+
+    /// Values at all points from the first row to the last: the mean of rows at one point, and
+    /// between rows, where samples are lost, linear interpolation.
+    fn interpolate(&self, rows: &[usize], column: &[f64]) -> Vec<f64> {
+        let mut even: Vec<f64> = Vec::with_capacity(rows.len());
+        for same in rows.chunk_by(|a, b| self.points[*a] == self.points[*b]) {
+            let sum: f64 = same.iter().map(|row| column[*row]).sum();
+            let value = sum / same.len() as f64;
+            if let Some(&before) = even.last() {
+                let steps = self.points[same[0]] - self.points[rows[0]] + 1 - even.len();
+                let between =
+                    (1..steps).map(|k| before + (value - before) * k as f64 / steps as f64);
+                even.extend(between);
             }
-            let mut even = grid.interpolate(&samples);
-            filter.apply(&mut even);
-            samples = grid.back(&even);
-        } else {
-            treatment.replaced += filter.apply(&mut samples);
+            even.push(value);
         }
-        for (row, value) in rows.into_iter().zip(samples) {
-            column[row] = value;
-        }
+        even
     }
 }
 
-/// Times of all rows, s: rows without a stamp lie evenly between their neighbours, at the ends at the usual step.
-fn times(stamps: Option<&[f64]>, rows: usize, step_s: f64) -> Cow<'_, [f64]> {
-    if let Some(stamps) = stamps.filter(|t| t.iter().all(|t| t.is_finite())) {
-        return Cow::Borrowed(stamps);
-    }
-    let stamp = |row: usize| stamps.map(|t| t[row]).filter(|t| t.is_finite());
-    let stamped_from = |from: usize| (from..rows).find_map(|row| Some((row, stamp(row)?)));
-    let (mut before, mut next) = (None, stamped_from(0));
-    let time = |row: usize| match (before, next) {
-        (_, Some((at, time))) if at == row => {
-            (before, next) = (next, stamped_from(row + 1));
-            time
-        }
-        (Some((a, from)), Some((b, to))) => from + (to - from) * (row - a) as f64 / (b - a) as f64,
-        (Some((at, time)), None) => time + (row - at) as f64 * step_s,
-        (None, Some((at, time))) => time - (at - row) as f64 * step_s,
-        (None, None) => row as f64 * step_s,
+/// True if a number of steps is whole. Samples at one point must have equal time stamps.
+fn is_whole(steps: f64, whole_share: f64) -> bool {
+    let off = (steps - steps.round()).abs();
+    steps >= 0.0
+        && off <= whole_share * (1.0 + 1e-6)
+        && (steps <= SAME_SHARE || steps.round() >= 1.0)
+}
+
+/// Share of a step within which steps are whole: wider where the resolution of the stamps is coarse (1e-3 s
+/// if all are whole milliseconds).
+fn whole_share(stamps: &[f64], step_s: f64) -> f64 {
+    let first = stamps.iter().filter(|t| t.is_finite()).take(FIRST_STAMPS);
+    let is_digit = |digit: &f64| {
+        let off = |t: &f64| (t - digit * (t / digit).round()).abs();
+        first.clone().all(|t| off(t) < 1e-4 * digit.min(step_s))
     };
-    Cow::Owned((0..rows).map(time).collect())
+    let digits = (0..=9).map(|digits| 10_f64.powi(-digits));
+    let digit_s = digits.into_iter().find(is_digit).unwrap_or(0.0);
+    WHOLE_SHARE.max((digit_s / step_s).min(MAX_WHOLE_SHARE))
 }
 
 /// √(Σ(x − mean of its interval)²/Σ(n − 1)) over intervals; `None` if none has two values.

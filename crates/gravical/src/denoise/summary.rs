@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use crate::finding::finding;
 use crate::numfmt::count;
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 
 use super::filter::{Filter, Response};
-use super::rows::{ChannelSigmas, Done, Parts, Treatment};
+use super::rows::{ChannelSigmas, Done};
 use super::spec::FilterSpec;
 
 /// Result of [`denoise`](super::denoise).
@@ -22,7 +23,7 @@ pub struct DenoiseSummary {
     pub rows: usize,
     /// The rate that the filters were designed for, Hz; null if unknown.
     pub rate_hz: Option<f64>,
-    /// Number of parts between breaks, gaps and steps back; filters restart in each.
+    /// Number of parts between breaks, gaps, uneven steps and steps back; filters restart in each.
     pub segments: usize,
     /// Number of static intervals in which the noise was measured.
     pub static_intervals: usize,
@@ -118,9 +119,9 @@ impl DenoiseSummary {
         let mut all = recording.findings.clone();
         all.extend(findings(filters, done, recording.timing.duration_s));
         if rests.is_empty() {
-            all.push(Finding::new(
-                FindingKind::NeverStatic,
-                "no static interval was found: the effect of the filters on the noise of this recording is unknown",
+            all.push(finding!(
+                NeverStatic,
+                "no static interval was found: the effect of the filters on the noise of this recording is unknown"
             ));
         }
         DenoiseSummary {
@@ -128,7 +129,7 @@ impl DenoiseSummary {
             description: recording.description.clone(),
             rows: recording.rows(),
             rate_hz: recording.timing.rate_hz(),
-            segments: done.parts.count,
+            segments: done.parts,
             static_intervals: rests.len(),
             static_rows: rests.iter().map(ExactSizeIterator::len).sum(),
             accel_unit: nominal[0].map_or(accel.unit.name(), |_| "m/s^2"),
@@ -149,81 +150,38 @@ impl DenoiseSummary {
 
 /// Findings of all filters, and about rows.
 pub(super) fn findings(filters: &[Filter], done: &Done, duration_s: Option<f64>) -> Vec<Finding> {
-    let filters = filters.iter().zip(&done.treatments);
-    let of_filters = filters.flat_map(|(f, treatment)| filter_findings(f, treatment, duration_s));
-    of_filters.chain(restarts(&done.parts)).collect()
-}
-
-/// Findings about samples that needed special treatment.
-fn filter_findings(
-    filter: &Filter,
-    treatment: &Treatment,
-    duration_s: Option<f64>,
-) -> Vec<Finding> {
-    let spec = filter.spec;
-    let share = |n: usize| 100.0 * n as f64 / treatment.samples.max(1) as f64;
-    let counted = [
-        (
-            FindingKind::LostSamplesFilled,
-            treatment.filled,
-            format!(
-                "{} lost samples ({:.2} %) were interpolated for the filter; they are not written",
-                treatment.filled,
-                share(treatment.filled)
-            ),
-        ),
-        (
-            FindingKind::Resampled,
-            treatment.resampled,
-            format!(
-                "{:.2} % of the samples are unevenly spaced; they were interpolated to {:.6} Hz and back, which also smooths (white noise to 0.6 at worst)",
-                share(treatment.resampled),
-                1.0 / filter.step_s
-            ),
-        ),
-        (
-            FindingKind::NotFiltered,
-            treatment.too_short,
-            format!(
-                "{} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
+    let mut findings = Vec::new();
+    for (filter, treatment) in filters.iter().zip(&done.treatments) {
+        let spec = filter.spec;
+        if treatment.too_short > 0 {
+            let finding = finding!(
+                NotFiltered,
+                "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
                 treatment.short_stretches,
                 filter.shortest(),
                 treatment.too_short
-            ),
-        ),
-    ];
-    let counted = counted.into_iter().filter(|(_, count, _)| *count > 0);
-    let mut out: Vec<Finding> = counted
-        .map(|(kind, count, text)| {
-            Finding::new(kind, format!("{spec}: {text}")).counting(count as u64)
-        })
-        .collect();
-    if let FilterSpec::Butterworth { band, .. } = spec
-        && let Some(duration_s) = duration_s
-        && let Some(slowest_hz) = band.edges_hz().first()
-        && duration_s * slowest_hz < 1.0
-    {
-        out.push(Finding::new(
-            FindingKind::ShortForCutoff,
-            format!("{spec}: {slowest_hz} Hz has a period of {:.3} s and the recording lasts {duration_s:.3} s: the result depends mainly on the treatment of the ends", 1.0 / slowest_hz),
-        ));
+            );
+            findings.push(finding.counting(treatment.too_short as u64));
+        }
+        if let FilterSpec::Butterworth { band, .. } = spec
+            && let Some(duration_s) = duration_s
+            && let Some(slowest_hz) = band.edges_hz().first()
+            && duration_s * slowest_hz < 1.0
+        {
+            findings.push(finding!(
+                ShortForCutoff,
+                "{spec}: {slowest_hz} Hz has a period of {:.3} s and the recording lasts {duration_s:.3} s: the result depends mainly on the treatment of the ends",
+                1.0 / slowest_hz
+            ));
+        }
     }
-    out
-}
-
-/// Where filters restart.
-fn restarts(parts: &Parts) -> Option<Finding> {
-    let mut why = Vec::new();
-    if parts.gaps > 0 {
-        let steps = count(parts.gaps, "step");
-        why.push(format!("{steps} of more than {:.3} s", parts.gap_s));
+    if done.restarts > 0 {
+        let stamps = count(done.restarts, "time stamp");
+        let finding = finding!(
+            Parted,
+            "the filters restart at {stamps} that are not a whole number of up to ten usual steps after the one before"
+        );
+        findings.push(finding.counting(done.restarts as u64));
     }
-    if parts.backward > 0 {
-        let runs = if parts.backward == 1 { "runs" } else { "run" };
-        let stamps = count(parts.backward, "stamp");
-        why.push(format!("{stamps} that {runs} backwards"));
-    }
-    let text = format!("the filters restart at {}", why.join(" and "));
-    let finding = Finding::new(FindingKind::Parted, text);
-    (!why.is_empty()).then(|| finding.counting((parts.gaps + parts.backward) as u64))
+    findings
 }
