@@ -144,7 +144,6 @@ def noise(recording: Any, **options: Any) -> Result:
     recording : path, recording or table
         Of a sensor that lies still for ten seconds (else ``not-at-rest``); what moves is left out.
     **options
-        ``spacing`` of averaging times: ``"octave"`` (the default), ``"dense"`` or ``"decade"``;
         ``part`` whose data sheet it is compared with: ``"MPU6050"`` …; those of
         :func:`gravical.read`.
     """

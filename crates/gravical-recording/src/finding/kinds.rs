@@ -175,15 +175,12 @@ kinds! {
     TruthGaps "truth-gaps" Note "rows of the reference without a position";
     TruthOffset "truth-offset" Warning "the speeds are too dissimilar to determine the time offset";
     NoiseFromRests "noise-from-rests" Warning "`noise`: the sensor moved in a part of the recording";
-    NoiseBumps "noise-bumps" Note "`noise`: short disturbances in a static interval, e.g. a knock on the table";
-    NoiseGaps "noise-gaps" Note "`noise`: missing rows or breaks within a static interval";
-    NoiseSamplesFilled "noise-samples-filled" Either "`noise`: up to eight consecutive samples are missing; a warning from 5 % of the samples";
+    NoiseSamplesFilled "noise-samples-filled" Warning "`noise`: more than 5 % of the samples are missing, up to eight in a row";
     NoiseBelowResolution "noise-below-resolution" Warning "`noise`: the noise is smaller than a third of the resolution of a channel";
-    NoiseFiltered "noise-filtered" Note "`noise`: for the shortest averaging times the noise is not white, as behind a low-pass";
     NoiseMisfit "noise-misfit" Warning "`noise`: the Allan variance deviates from the model by more than chance";
     NoiseDensityDiffers "noise-density-differs" Warning "`noise`: the power spectral density at 1 to 10 Hz disagrees with the fitted curve by more than 15 %";
     NoiseDrift "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up";
-    NoiseTemperature "noise-temperature" Either "`noise`: the temperature moved; a warning if it explains most of the slow changes of a channel";
+    NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved, and explains most of the slow changes of a channel";
     NoiseChannelEmpty "noise-channel-empty" Warning "`noise`: a channel has hardly two samples in a row";
     NoiseUsed "noise-used" Note "`motion --noise`: N of the Allan deviation is used in place of the noise at rest";
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";

@@ -4,7 +4,7 @@
 //!
 //! It prints the tables of docs/accuracy-noise.md.
 
-use gravical::noise::{ChannelNoise, NoiseOptions, Term, noise_of_samples};
+use gravical::noise::{ChannelNoise, Term, noise_of_samples};
 
 #[path = "../../../../tests/support/noise.rs"]
 mod noise;
@@ -48,7 +48,7 @@ fn main() {
 fn run(hours: f64, truth: [f64; 3], seed: u64) -> ChannelNoise {
     let count = (hours * 3600.0 / PERIOD_S) as usize;
     let samples = samples(count, PERIOD_S, truth, seed);
-    noise_of_samples("ax", &samples, PERIOD_S, &NoiseOptions::default())
+    noise_of_samples("ax", &samples, PERIOD_S)
 }
 
 fn print_row(case: &str, results: &[ChannelNoise], term: Term, truth: f64) {

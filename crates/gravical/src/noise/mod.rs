@@ -18,7 +18,7 @@
 //! # Example
 //!
 //! ```
-//! use gravical::noise::{NoiseOptions, noise_of_samples};
+//! use gravical::noise::noise_of_samples;
 //! # let mut state = 1_u64;
 //! # let mut uniform = move || {
 //! #     state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -27,7 +27,7 @@
 //!
 //! // White noise of standard deviation 0.0289 at 100 Hz: N = 0.00289.
 //! let samples: Vec<f64> = (0..50_000).map(|_| 0.1 * uniform()).collect();
-//! let channel = noise_of_samples("ax", &samples, 0.01, &NoiseOptions::default());
+//! let channel = noise_of_samples("ax", &samples, 0.01);
 //! let n = channel.n.unwrap();
 //! assert!(n.low < 0.00289 && 0.00289 < n.high);
 //! assert!(channel.k.is_none());
@@ -47,7 +47,7 @@ use gravical_signal::{
 use serde::Deserialize;
 
 use crate::calibration_file::{CHANNELS, InputFile};
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Finding, finding};
 use crate::poses::check_units;
 use crate::poses::gyro_unit::{Claims, Evidence, decide};
 use crate::poses::rests::{find_quiet, find_rests, why_never_static};
@@ -76,60 +76,11 @@ const DISTURBED: f64 = 3.0;
 /// many standard deviations, is a steady drift.
 const STEADY_DRIFT: f64 = 3.0;
 
-/// Averaging times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Spacing {
-    /// 1, 2, 4, 8 … samples. The default.
-    #[default]
-    Octave,
-    /// Four in each octave.
-    Dense,
-    /// 1, 2, 5, 10 … samples.
-    Decade,
-}
-
-impl Spacing {
-    /// Averaging times in samples, in order, up to `max`. The octaves are always among them: the fit
-    /// uses them.
-    #[must_use]
-    pub fn factors(self, max: usize) -> Vec<usize> {
-        let octaves = (0..40).map(|octave| 2_f64.powi(octave));
-        let mut all: Vec<f64> = match self {
-            Spacing::Octave => octaves.collect(),
-            Spacing::Dense => octaves
-                .flat_map(|m| [0.0, 0.25, 0.5, 0.75].map(|k| m * 2_f64.powf(k)))
-                .collect(),
-            Spacing::Decade => (0..12)
-                .flat_map(|decade| [1.0, 2.0, 5.0].map(|k| k * 10_f64.powi(decade)))
-                .chain(octaves)
-                .collect(),
-        };
-        all.sort_unstable_by(f64::total_cmp);
-        let mut all: Vec<usize> = all.into_iter().map(|m| m as usize).collect();
-        all.dedup();
-        all.retain(|m| *m <= max);
-        all
-    }
-}
-
 /// Options of [`noise`].
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct NoiseOptions {
-    /// octave, dense or decade
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "SPACING",
-            default_value = "octave",
-            hide_possible_values = true
-        )
-    )]
-    pub spacing: Spacing,
     /// Compare with MPU6050, MPU9250 or ICM42688P
     #[serde(deserialize_with = "crate::option_text::optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "PART"))]
@@ -176,9 +127,13 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
         let Some(per_si) = per_si else { continue };
         let column: Vec<f64> = column.iter().map(|v| v / per_si).collect();
         let segments = pieces.samples(&column);
-        let mut channel = channel_noise(CHANNELS[i], &segments, period_s, options);
+        let mut channel = noise_of_segments(CHANNELS[i], &segments, period_s);
         if channel.adev.is_empty() {
-            findings.push(words::without_values(&channel));
+            findings.push(finding!(
+                NoiseChannelEmpty,
+                "{}: hardly two samples follow each other; this channel is left out",
+                channel.channel
+            ));
             continue;
         }
         if let (Some(temperature_c), Some(_)) = (&recording.temperature_c, channel.fit) {
@@ -202,7 +157,7 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
         description: recording.description.clone(),
         rate_hz: 1.0 / period_s,
         recorded_s: recording.timing.duration_s.unwrap_or(rows_s),
-        used_s: counts.rows.saturating_sub(counts.disturbed) as f64 * period_s,
+        used_s: counts.used as f64 * period_s,
         static_intervals: ranges.len(),
         segments: counts.segments,
         temperature_c: counts.temperature_c,
@@ -217,15 +172,8 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
 /// Noise of one channel from samples in memory, `period_s` apart. Samples must be finite; a name that
 /// begins with `g` is a gyroscope.
 #[must_use]
-pub fn noise_of_samples(
-    channel: &str,
-    samples: &[f64],
-    period_s: f64,
-    options: &NoiseOptions,
-) -> ChannelNoise {
-    let mut channel = channel_noise(channel, &[samples.to_vec()], period_s, options);
-    channel.data_sheet = options.part.map(|part| part.data_sheet(&channel));
-    channel
+pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> ChannelNoise {
+    noise_of_segments(channel, &[samples.to_vec()], period_s)
 }
 
 /// The rows at rest that are used, and the sampling rate, Hz.
@@ -281,35 +229,27 @@ fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64>
     let evidence = Evidence::of(recording, &stills, &moves);
     let nominal = decide(claims, &evidence, findings).nominal();
     if nominal.is_none() {
-        findings.push(Finding::warning(
-            FindingKind::GyroUnitUnknown,
-            "the scale of the gyroscope is unknown: its noise is left out (--gyro-unit, --gyro-range)",
+        findings.push(finding!(
+            GyroUnitUnknown,
+            "the scale of the gyroscope is unknown: its noise is left out (--gyro-unit, --gyro-range)"
         ));
     }
     nominal
 }
 
 /// The result of one channel, of segments of samples in SI units.
-fn channel_noise(
-    name: &str,
-    segments: &[Vec<f64>],
-    period_s: f64,
-    options: &NoiseOptions,
-) -> ChannelNoise {
+fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> ChannelNoise {
     let lengths: Vec<usize> = segments.iter().map(Vec::len).collect();
     let longest = lengths.iter().max().copied().unwrap_or(0);
-    let factors = options.spacing.factors(longest / 2);
-    let shown = variances(segments, &factors);
-    let octaves = |variances: &[(usize, f64)]| -> Vec<(usize, f64)> {
-        let octaves = variances.iter().filter(|(m, _)| m.is_power_of_two());
-        octaves.copied().collect()
-    };
-    let fitted = octaves(&shown);
-    let mut fit = fit_noise(&NoisePoints::new(&fitted, &lengths, period_s));
+    let octaves = (0..).map(|octave| 1_usize << octave);
+    let octaves: Vec<usize> = octaves.take_while(|m| 2 * m <= longest).collect();
+    let found = variances(segments, &octaves);
+    let points = NoisePoints::new(&found, &lengths, period_s);
+    let mut fit = fit_noise(&points);
     let drift = fit.is_some().then(|| slope(segments, longest)).flatten();
     let drift_per_s = drift.and_then(|slope| {
-        let octaves = octaves(&variances(&detrended(segments, slope), &factors));
-        let without = fit_noise(&NoisePoints::new(&octaves, &lengths, period_s))?;
+        let found = variances(&detrended(segments, slope), &octaves);
+        let without = fit_noise(&NoisePoints::new(&found, &lengths, period_s))?;
         let variance = largest_model(&without).slope_variance(longest as f64 * period_s);
         let per_s = slope / period_s;
         let is_steady = per_s.abs() > STEADY_DRIFT * variance.sqrt();
@@ -318,10 +258,9 @@ fn channel_noise(
             per_s
         })
     });
-    let points = NoisePoints::new(&shown, &lengths, period_s);
     // Without a fit, white noise: the distribution of the points has to be that of some noise.
     let white = NoiseModel {
-        squares: [fitted.first().map_or(0.0, |o| o.1) * period_s, 0.0, 0.0],
+        squares: [found.first().map_or(0.0, |o| o.1) * period_s, 0.0, 0.0],
     };
     let model = fit.as_ref().map_or(white, |fit| fit.model);
     let unit = if name.starts_with('g') {
@@ -332,11 +271,11 @@ fn channel_noise(
     let mut channel = ChannelNoise {
         channel: name.to_owned(),
         unit: unit.to_owned(),
-        adev: allan_points(&shown, &points.degrees_of_freedom(&model), period_s),
+        adev: allan_points(&found, &points.degrees_of_freedom(&model), period_s),
         ..ChannelNoise::default()
     };
     let Some(fit) = fit else {
-        words::nothing_fitted(&mut channel, fitted.iter().any(|o| o.1 > 0.0));
+        words::nothing_fitted(&mut channel, found.iter().any(|o| o.1 > 0.0));
         return channel;
     };
     take_estimates(&mut channel, &fit, longest as f64 * period_s);

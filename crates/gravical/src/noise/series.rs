@@ -21,19 +21,13 @@ const MIN_MEANS: usize = 10;
 const EXPLAINED: f64 = 0.5;
 const SIGNIFICANT: f64 = 5.0;
 
-/// What was used of a recording, and what was not.
+/// What was used of a recording.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Counts {
-    pub rows: u64,
-    /// Rows in blocks that are not quiet, and number of such blocks.
-    pub disturbed: u64,
-    pub disturbances: u64,
-    /// Gaps and breaks within the intervals.
-    pub gaps: u64,
-    /// Samples that were replaced, gaps where too many are missing, and segments between gaps: of the
-    /// channel with most.
+    /// Rows in quiet blocks.
+    pub used: u64,
+    /// Samples that were replaced, and segments between gaps: of the channel with most.
     pub filled: u64,
-    pub channel_gaps: u64,
     pub segments: u64,
     pub temperature_c: Option<[f64; 2]>,
 }
@@ -58,7 +52,7 @@ impl Pieces {
             // Stamps that repeat are made up for by the next gap.
             let mut repeated = 0;
             for row in range.clone() {
-                counts.rows += 1;
+                counts.used += 1;
                 let step_s = if row > range.start {
                     stamp(row) - stamp(row - 1)
                 } else {
@@ -67,7 +61,6 @@ impl Pieces {
                 let steps = (step_s / period_s).round();
                 let is_break = recording.breaks.binary_search(&row).is_ok();
                 if row > range.start && is_break || steps < 0.0 || steps > (MAX_FILLED + 1) as f64 {
-                    counts.gaps += 1;
                     pieces.push(std::mem::take(&mut piece));
                     repeated = 0;
                 } else if steps == 0.0 {
@@ -112,8 +105,7 @@ impl Pieces {
                     standard_deviation(&values.collect::<Vec<f64>>()).powi(2)
                 };
                 if accel.iter().map(variance).sum::<f64>() > max {
-                    self.counts.disturbances += 1;
-                    self.counts.disturbed += block.iter().filter(|r| **r != MISSING).count() as u64;
+                    self.counts.used -= block.iter().filter(|r| **r != MISSING).count() as u64;
                     quiet.push(std::mem::take(&mut part));
                 } else {
                     part.extend_from_slice(block);
@@ -127,7 +119,7 @@ impl Pieces {
     /// The samples of a column in segments. Missing ones are replaced by earlier ones: they have the
     /// noise of the sensor, which an interpolation does not have. After too many a new segment begins.
     pub fn samples(&mut self, column: &[f64]) -> Vec<Vec<f64>> {
-        let (mut segments, mut filled, mut gaps) = (Vec::new(), 0, 0);
+        let (mut segments, mut filled) = (Vec::new(), 0);
         for piece in &self.pieces {
             let mut samples: Vec<f64> = Vec::with_capacity(piece.len());
             let mut missing = 0;
@@ -137,7 +129,6 @@ impl Pieces {
                     continue;
                 }
                 if missing > MAX_FILLED && !samples.is_empty() {
-                    gaps += 1;
                     segments.push(std::mem::take(&mut samples));
                 } else if !samples.is_empty() {
                     for _ in 0..missing {
@@ -153,7 +144,6 @@ impl Pieces {
         segments.retain(|samples| !samples.is_empty());
         let counts = &mut self.counts;
         counts.filled = counts.filled.max(filled);
-        counts.channel_gaps = counts.channel_gaps.max(gaps);
         counts.segments = counts.segments.max(segments.len() as u64);
         segments
     }

@@ -2,6 +2,7 @@ use rand::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::*;
+use crate::finding::FindingKind;
 use crate::recording::read_bytes;
 
 /// Rows of a sensor at rest with white noise of 0.03 m/s² and 0.002 rad/s, of which `change` makes
@@ -87,8 +88,6 @@ fn lost_rows_and_gaps_leave_the_noise_as_it_is() {
         // 2 % lost, one or three at a time, and a pause of 4 s.
         k % 97 != 5 && !(k % 301 == 7 || k % 301 == 8 || k % 301 == 9) && !(9000..9400).contains(&k)
     }));
-    assert!(kinds(&lossy).contains(&FindingKind::NoiseSamplesFilled));
-    assert!(kinds(&lossy).contains(&FindingKind::NoiseGaps));
     assert_eq!(lossy.segments, 2);
     assert!(
         (lossy.rate_hz / 100.0 - 1.0).abs() < 1e-6,
@@ -110,7 +109,7 @@ fn a_knock_is_left_out() {
         }
         true
     }));
-    assert!(kinds(&knocked).contains(&FindingKind::NoiseBumps));
+    assert!(knocked.used_s < quiet.used_s);
     let ratio = knocked.channels[0].adev[0].sigma / quiet.channels[0].adev[0].sigma;
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
 }
@@ -166,12 +165,10 @@ fn noise_behind_a_low_pass_is_that_of_long_averaging_times() {
         state
     };
     let samples: Vec<f64> = (0..400_000).map(&mut sample).collect();
-    let mut channel = noise_of_samples("ax", &samples, 0.01, &NoiseOptions::default());
+    let channel = noise_of_samples("ax", &samples, 0.01);
     let n = channel.n.unwrap();
     assert!((n.value / 0.003 - 1.0).abs() < 0.05, "{n:?}");
     assert!(channel.fit.unwrap().from_s > 1.0);
-    let findings = words::judge(&mut channel, 0.0, 0.004, 0.01);
-    assert_eq!(findings[0].kind, FindingKind::NoiseFiltered);
 }
 
 /// Neighbours behind a low-pass differ by less than a step, and the noise still dithers it.
@@ -237,7 +234,7 @@ fn a_channel_without_values_is_left_out() {
     let result = of(&empty);
     assert!(kinds(&result).contains(&FindingKind::NoiseChannelEmpty));
     assert_eq!(result.channels.len(), 5);
-    let nothing = noise_of_samples("ax", &[], 0.01, &NoiseOptions::default());
+    let nothing = noise_of_samples("ax", &[], 0.01);
     assert!(nothing.adev.is_empty() && nothing.n.is_none());
 }
 
@@ -252,7 +249,7 @@ fn a_steady_drift_is_told_from_a_random_walk() {
         walk += 1e-4 * 0.1 * normal();
         wandering.push(0.03 * normal() + walk);
     }
-    let of = |samples: &[f64]| noise_of_samples("ax", samples, 0.01, &NoiseOptions::default());
+    let of = |samples: &[f64]| noise_of_samples("ax", samples, 0.01);
     let (drifting, wandering) = (of(&drifting), of(&wandering));
     let drift = drifting.fit.unwrap().drift_per_s.unwrap();
     assert!((drift / 1e-5 - 1.0).abs() < 0.05, "{drift:e}");

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::series::Counts;
 use super::{ChannelNoise, NotObservable, Term};
-use crate::finding::{Finding, FindingKind, LineSpans};
-use crate::numfmt::count;
+use crate::finding::{Finding, LineSpans, finding};
+use crate::numfmt;
 use crate::recording::Recording;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -16,10 +16,8 @@ const DENSITY_SIGMAS: f64 = 4.0;
 /// Noise before rounding below this fraction of the resolution does not average it away
 /// ([`gravical_core::rounding`]).
 const MIN_OF_RESOLUTION: f64 = 0.34;
-/// Fraction of samples that are replaced beyond which it is a warning.
+/// Fraction of samples that are replaced beyond which it is a finding.
 const MAX_FILLED: f64 = 0.05;
-/// A temperature that moves by less than this is constant, °C.
-const STEADY_C: f64 = 0.5;
 
 /// The unit in which a parameter is printed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,17 +94,6 @@ fn all_missing(channel: &mut ChannelNoise, reason: &str, limit_n: Option<f64>) {
     channel.not_observable = Term::ALL.map(missing).into();
 }
 
-/// A channel without samples that follow each other.
-pub(super) fn without_values(channel: &ChannelNoise) -> Finding {
-    Finding::warning(
-        FindingKind::NoiseChannelEmpty,
-        format!(
-            "{}: hardly two samples follow each other; this channel is left out",
-            channel.channel
-        ),
-    )
-}
-
 /// What is odd about a channel whose samples have that resolution and standard deviation. Noise
 /// below the resolution is taken out of the result.
 pub(super) fn judge(
@@ -116,61 +103,53 @@ pub(super) fn judge(
     period_s: f64,
 ) -> Vec<Finding> {
     let name = channel.channel.clone();
-    let warning = |kind, text: String| Finding::warning(kind, format!("{name}: {text}"));
     let before = (deviation * deviation - step * step / 12.0).max(0.0).sqrt();
     let rounding = gravical_core::rounding::floor(step).sqrt();
     if step > 0.0 && before < MIN_OF_RESOLUTION * step {
         let reason = format!(
             "the values change in steps of {step:.2e} {}, which hide the noise",
-            crate::numfmt::unit(&channel.unit)
+            numfmt::unit(&channel.unit)
         );
         let most = MIN_OF_RESOLUTION.hypot(rounding / step) * step * period_s.sqrt();
         all_missing(channel, &reason, Some(most));
-        let text = format!(
-            "{reason}; only an upper limit of N is known, for noise that no low-pass has reduced"
-        );
-        return vec![warning(FindingKind::NoiseBelowResolution, text)];
+        return vec![finding!(
+            NoiseBelowResolution,
+            "{name}: {reason}; only an upper limit of N is known, for noise that no low-pass has reduced"
+        )];
     }
+    let mut findings = Vec::new();
     let Some(fit) = channel.fit else {
-        return Vec::new();
+        return findings;
     };
-    let filtered = (fit.from_s > 1.5 * period_s).then(|| {
-        let text = format!(
-            "{name}: the fit begins at {:.2} s; for shorter averaging times the noise is not white, as behind a low-pass",
-            fit.from_s
-        );
-        Finding::note(FindingKind::NoiseFiltered, text)
-    });
-    let misfit = fit.misfit.map(|misfit| {
-        let text = format!(
-            "at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
+    if let Some(misfit) = fit.misfit {
+        findings.push(finding!(
+            NoiseMisfit,
+            "{name}: at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
             duration_text(misfit.tau_s),
             misfit.ratio
-        );
-        warning(FindingKind::NoiseMisfit, text)
-    });
-    let drift = fit.drift_per_s.map(|drift| {
+        ));
+    }
+    if let Some(drift_per_s) = fit.drift_per_s {
         let unit = Unit::of(Term::B, channel.is_gyroscope());
-        let drift = crate::numfmt::digits(unit.factor * 3600.0 * drift, 2);
-        let text = format!(
-            "the bias drifts steadily by {drift} {} per hour; B and K are what remains without that line",
+        findings.push(finding!(
+            NoiseDrift,
+            "{name}: the bias drifts steadily by {} {} per hour; B and K are what remains without that line",
+            numfmt::digits(unit.factor * 3600.0 * drift_per_s, 2),
             unit.name
-        );
-        warning(FindingKind::NoiseDrift, text)
-    });
-    let density = channel.density.filter(|density| {
+        ));
+    }
+    if let Some(density) = channel.density.filter(|_| channel.n.is_some()) {
         let tolerance = DENSITY_TOLERANCE.max(DENSITY_SIGMAS * density.ratio_sd);
-        channel.n.is_some() && (density.ratio - 1.0).abs() > tolerance
-    });
-    let density = density.map(|density| {
-        let text = format!(
-            "between {:.0} and {:.0} Hz the power is {:.2} times that of the fitted curve: not white there, by vibration or a low-pass",
-            density.band_hz[0], density.band_hz[1], density.ratio
-        );
-        warning(FindingKind::NoiseDensityDiffers, text)
-    });
-    let found = [filtered, misfit, drift, density];
-    found.into_iter().flatten().collect()
+        if (density.ratio - 1.0).abs() > tolerance {
+            let [low_hz, high_hz] = density.band_hz;
+            findings.push(finding!(
+                NoiseDensityDiffers,
+                "{name}: between {low_hz:.0} and {high_hz:.0} Hz the power is {:.2} times that of the fitted curve: not white there, by vibration or a low-pass",
+                density.ratio
+            ));
+        }
+    }
+    findings
 }
 
 /// What is odd about the samples that were used.
@@ -189,95 +168,56 @@ pub(super) fn of_recording(
             let (from, to) = (recording.line(range.start), recording.line(range.end - 1));
             lines.push_range(from, to, range.len() as u64);
         }
-        let interval = match ranges.len() {
-            1 => "the longest static interval is".to_owned(),
-            n => format!("the {n} longest static intervals are"),
-        };
-        findings.push(
-            Finding::warning(
-                FindingKind::NoiseFromRests,
-                format!(
-                    "the sensor moved: {interval} used, {} of {}",
-                    duration_text(rest as f64 * period_s),
-                    duration_text(rows as f64 * period_s)
-                ),
-            )
-            .at_lines(&lines),
+        let finding = finding!(
+            NoiseFromRests,
+            "the sensor moved: {} used, {} of {}",
+            match ranges.len() {
+                1 => "the longest static interval is".to_owned(),
+                n => format!("the {n} longest static intervals are"),
+            },
+            duration_text(rest as f64 * period_s),
+            duration_text(rows as f64 * period_s)
         );
+        findings.push(finding.at_lines(&lines));
     }
-    let mut note = |kind, count: u64, is_serious: bool, text: String| {
-        if count > 0 {
-            let finding = if is_serious {
-                Finding::warning(kind, text)
-            } else {
-                Finding::note(kind, text)
-            };
-            findings.push(finding.counting(count));
-        }
-    };
-    let text = format!(
-        "{}, {} in total, left out like gaps",
-        count(counts.disturbances, "disturbance"),
-        duration_text(counts.disturbed as f64 * period_s)
-    );
-    note(FindingKind::NoiseBumps, counts.disturbed, false, text);
-    let gaps = counts.gaps + counts.channel_gaps;
-    let text = format!(
-        "{gaps} gaps; no difference is taken across them, and averaging times are limited by the segments between them"
-    );
-    note(FindingKind::NoiseGaps, gaps, false, text);
-    let share = counts.filled as f64 / counts.rows.max(1) as f64;
-    let text = format!(
-        "{} missing samples ({:.2} %) are replaced by samples a moment before them",
-        counts.filled,
-        100.0 * share
-    );
-    let is_serious = share > MAX_FILLED;
-    note(
-        FindingKind::NoiseSamplesFilled,
-        counts.filled,
-        is_serious,
-        text,
-    );
+    let share = counts.filled as f64 / rest.max(1) as f64;
+    if share > MAX_FILLED {
+        let finding = finding!(
+            NoiseSamplesFilled,
+            "{} missing samples ({:.1} %) are replaced by samples a moment before them",
+            counts.filled,
+            100.0 * share
+        );
+        findings.push(finding.counting(counts.filled));
+    }
     findings
 }
 
-/// Whether the temperature moved, and what follows it.
+/// Which channels follow a temperature that moved.
 pub(super) fn of_temperature(
     channels: &[ChannelNoise],
     range_c: Option<[f64; 2]>,
 ) -> Option<Finding> {
     let [low, high] = range_c?;
-    let moved = high - low;
-    let follow: Vec<String> = channels
-        .iter()
-        .filter_map(|c| {
-            let drift = c.temperature?;
-            let unit = Unit::of(Term::B, c.is_gyroscope());
-            let slope = crate::numfmt::digits(unit.factor * drift.slope_per_c, 2);
-            let share = 100.0 * drift.explained;
-            Some(format!(
-                "{} {slope} {} per °C ({share:.0} %)",
-                c.channel, unit.name
-            ))
-        })
-        .collect();
-    if moved <= STEADY_C && follow.is_empty() {
-        return None;
-    }
-    if follow.is_empty() {
-        return Some(Finding::note(
-            FindingKind::NoiseTemperature,
-            format!("the temperature moved by {moved:.1} °C; no channel follows it visibly"),
-        ));
-    }
-    Some(Finding::warning(
-        FindingKind::NoiseTemperature,
-        format!(
-            "the temperature moved by {moved:.1} °C, and it explains most of the slow changes of {}: what looks like random walk or bias instability there is drift with temperature",
+    let follow = channels.iter().filter_map(|c| {
+        let drift = c.temperature?;
+        let unit = Unit::of(Term::B, c.is_gyroscope());
+        let slope = numfmt::digits(unit.factor * drift.slope_per_c, 2);
+        let share = 100.0 * drift.explained;
+        Some(format!(
+            "{} {slope} {} per °C ({share:.0} %)",
+            c.channel, unit.name
+        ))
+    });
+    let follow: Vec<String> = follow.collect();
+    (!follow.is_empty()).then(|| {
+        finding!(
+            NoiseTemperature,
+            "the temperature moved by {:.1} °C, and it explains most of the slow changes of {}: what looks like random walk or bias instability there is drift with temperature",
+            high - low,
             follow.join(", ")
-        ),
-    ))
+        )
+    })
 }
 
 #[cfg(test)]

@@ -116,6 +116,10 @@ fn lost_rows_are_bridged_and_uneven_stamps_are_refused() {
     }
     let rows = written(folder.path());
     for row in &rows[1..] {
-        close(row[1].parse().unwrap(), value(row[0].parse().unwrap()), 3e-6);
+        close(
+            row[1].parse().unwrap(),
+            value(row[0].parse().unwrap()),
+            3e-6,
+        );
     }
 }
