@@ -60,6 +60,7 @@ use serde::{Deserialize, Serialize};
 use gravical_recording::split_hint;
 
 use crate::calibration_file::CalibrationFile;
+use crate::finding::finding;
 use crate::poses::face::AxisMap;
 use crate::recording::why_calibrated;
 use crate::recording::{
@@ -75,7 +76,7 @@ pub use drift::TemperatureOutcome;
 pub use unit::OutputUnit;
 
 use drift::Drift;
-use judge::{Judged, judge};
+use judge::{judge_accelerometer, judge_gyroscope};
 
 /// Names of the calibrated channels of the gyroscope.
 const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
@@ -233,7 +234,12 @@ pub fn apply(
     };
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
-    applied.findings.extend(renamed(&table));
+    for (name, free) in &table.renamed {
+        applied.findings.push(finding!(
+            RenamedColumn,
+            "the input has a column {name}; it is written as {free}"
+        ));
+    }
     let columns = table.names.clone();
     let (recording, ledger, written, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);
@@ -259,14 +265,6 @@ fn table(calibration: &CalibrationFile, format: &Format, options: &ApplyOptions)
         None => {}
     }
     Table::with_new(format, &columns, DECIMALS, options.keep_raw)
-}
-
-fn renamed(table: &Table) -> Vec<Finding> {
-    let renamed = table.renamed.iter().map(|(name, free)| {
-        let text = format!("the input has a column {name}; it is written as {free}");
-        Finding::new(FindingKind::RenamedColumn, text)
-    });
-    renamed.collect()
 }
 
 /// Calibrated channels of a recording in memory.
@@ -348,8 +346,9 @@ pub fn apply_recording(
 /// A calibration on its way over the rows of a recording.
 struct Application<'a> {
     calibration: &'a CalibrationFile,
-    judged: Judged,
-    has_gyro: bool,
+    scale: AccelScale,
+    quiet_norm_mps2: Option<f64>,
+    gyroscope: GyroscopeOutcome,
     accel: Calibration<f64>,
     /// `None` if the gyroscope is not calibrated.
     gyro: Option<GyroscopeCalibration<f64>>,
@@ -376,28 +375,36 @@ impl<'a> Application<'a> {
             // Temperatures matter to the drift alone.
             findings.retain(|f| f.kind != FindingKind::TemperatureUnit);
         }
-        let has_gyro = recording.gyro.is_some();
-        let drift = Drift::new(calibration, recording, has_gyro, &mut findings);
-        let read = &options.read;
-        let judged = judge(calibration, recording, read, drift.as_ref(), &mut findings)?;
+        let drift = Drift::new(calibration, recording, &mut findings);
+        let quiet_norm_mps2 =
+            judge_accelerometer(calibration, recording, drift.as_ref(), &mut findings)?;
+        let gyroscope = match judge_gyroscope(calibration, recording, &mut findings)? {
+            Some(unit) => GyroscopeOutcome::Calibrated(unit),
+            None if recording.gyro.is_some() => GyroscopeOutcome::Kept,
+            None => GyroscopeOutcome::Absent,
+        };
+        let is_calibrated = matches!(gyroscope, GyroscopeOutcome::Calibrated(_));
         findings.extend(calibration.poor_finding());
         if recording.is_calibrated {
             let why = why_calibrated(recording.is_calibrated_by_board);
-            let text = format!("{why}: calibrating again would apply the correction twice");
-            findings.push(Finding::new(FindingKind::AlreadyCalibrated, text));
+            findings.push(finding!(
+                AlreadyCalibrated,
+                "{why}: calibrating again would apply the correction twice"
+            ));
         }
         let gyro = calibration.gyroscope_calibration();
         Ok(Application {
             calibration,
-            has_gyro,
+            scale: recording.accel_scale,
+            quiet_norm_mps2,
+            gyroscope,
             accel: calibration.accelerometer_calibration(),
-            gyro: gyro.filter(|_| judged.gyro.is_some()),
+            gyro: gyro.filter(|_| is_calibrated),
             zero_offset: recording.zero_offset,
             axes: options.axes,
             output_unit: options.output_unit,
             drift,
             without_acceleration: 0,
-            judged,
             findings,
         })
     }
@@ -450,16 +457,12 @@ impl<'a> Application<'a> {
             rows: rows as u64,
             rows_without_acceleration: self.without_acceleration,
             set_aside: set_aside(ledger),
-            accelerometer: self.judged.accel,
+            accelerometer: self.scale,
             calibration_unit: self.calibration.accelerometer.input_unit,
             output_unit: self.output_unit,
-            gyroscope: match self.judged.gyro {
-                Some(unit) => GyroscopeOutcome::Calibrated(unit),
-                None if self.has_gyro => GyroscopeOutcome::Kept,
-                None => GyroscopeOutcome::Absent,
-            },
+            gyroscope: self.gyroscope,
             temperature,
-            quiet_norm_mps2: self.judged.quiet_norm_mps2,
+            quiet_norm_mps2: self.quiet_norm_mps2,
             gravity_mps2: self.calibration.gravity_mps2,
             columns,
             findings: self.findings,

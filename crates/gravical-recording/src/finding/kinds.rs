@@ -108,7 +108,6 @@ kinds! {
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureReference "temperature-reference" Warning "a temperature recording is given, but the poses have no temperature";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
-    TemperatureHeld "temperature-held" Note "`apply`: rows without a temperature";
     TemperatureNotApplied "temperature-not-applied" Warning "`apply`, `check`: the calibration has a temperature model, the recording (or some of its rows) no temperatures";
     GyroUnitUnknown "gyro-unit-unknown" Warning "the unit of the gyroscope is unknown";
     TemperatureUnit "temperature-unit" Note "the temperature column is not in °C, e.g. raw counts";

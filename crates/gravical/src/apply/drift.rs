@@ -9,6 +9,7 @@ use gravical_recording::Readings;
 use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
+use crate::finding::finding;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 use crate::temperature::cost_text;
 
@@ -42,27 +43,23 @@ pub(super) struct Drift {
     at: [f64; 6],
     outside_range_c: [f64; 2],
     outside: LineSpans,
-    held: LineSpans,
     without: LineSpans,
+    /// Rows for which the last temperature holds.
+    held: u64,
 }
 
 impl Drift {
-    /// `with_gyro`: there is a gyroscope, in the recording or joined to it. `None` if the calibration
-    /// has no drift, or if the recording has no temperatures; a finding
+    /// `None` if the calibration has no drift, or if the recording has no temperatures; a finding
     /// then reports the possible error.
     pub fn new(
         calibration: &CalibrationFile,
         recording: &Recording,
-        with_gyro: bool,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
         let model = calibration.temperature_model.as_ref()?;
         // Without a calibration of the gyroscope its columns stay unchanged.
-        let channels = if calibration.gyroscope.is_some() && with_gyro {
-            6
-        } else {
-            3
-        };
+        let has_gyro = calibration.gyroscope.is_some() && recording.gyro.is_some();
+        let channels = if has_gyro { 6 } else { 3 };
         let is_corrected = |name: &&str| model.channel(name).is_some_and(|c| c.is_corrected());
         let applied = CHANNELS.into_iter().take(channels).filter(is_corrected);
         let applied: Vec<&'static str> = applied.collect();
@@ -78,12 +75,10 @@ impl Drift {
                 } else {
                     "the recording has no temperatures"
                 };
-                findings.push(Finding::new(
-                    FindingKind::TemperatureNotApplied,
-                    format!(
-                        "{why}, so the calibration's temperature drift is not subtracted: {}",
-                        cost_text(model)
-                    ),
+                findings.push(finding!(
+                    TemperatureNotApplied,
+                    "{why}, so the calibration's temperature drift is not subtracted: {}",
+                    cost_text(model)
                 ));
                 return None;
             }
@@ -95,8 +90,8 @@ impl Drift {
             at: [0.0; 6],
             outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
             outside: LineSpans::default(),
-            held: LineSpans::default(),
             without: LineSpans::default(),
+            held: 0,
         };
         // Rows before the first temperature use that temperature.
         if let Some(first) = temperatures.find(|t| t.is_finite()) {
@@ -138,7 +133,7 @@ impl Drift {
         } else if self.now_c.is_nan() {
             self.without.push(line);
         } else {
-            self.held.push(line);
+            self.held += 1;
         }
         let [low, high] = self.model.range_c;
         if self.now_c.is_finite() && !(low - NEAR_C..=high + NEAR_C).contains(&self.now_c) {
@@ -162,44 +157,29 @@ impl Drift {
     /// Adds the findings and returns the result; to be called after the last row.
     pub fn finish(self, findings: &mut Vec<Finding>) -> TemperatureOutcome {
         let [low, high] = self.model.range_c;
-        let mut report = |kind, lines: &LineSpans, text: String| {
-            if !lines.is_empty() {
-                let text = format!("{} rows {text}", lines.count());
-                findings.push(Finding::new(kind, text).at_lines(lines));
-            }
-        };
-        let [coldest, warmest] = self.outside_range_c;
-        let beyond = [
-            (coldest < low).then(|| format!("down to {coldest:.1} °C")),
-            (warmest > high).then(|| format!("up to {warmest:.1} °C")),
-        ];
-        let beyond: Vec<String> = beyond.into_iter().flatten().collect();
-        report(
-            FindingKind::TemperatureOutside,
-            &self.outside,
-            format!(
-                "are outside the range of {low:.1} to {high:.1} °C in which the drift was measured ({}): the drift at its edge is subtracted, which may be wrong",
-                beyond.join(", ")
-            ),
-        );
-        report(
-            FindingKind::TemperatureHeld,
-            &self.held,
-            "have no temperature: the last known one was used".to_owned(),
-        );
-        report(
-            FindingKind::TemperatureNotApplied,
-            &self.without,
-            format!(
-                "are before the first temperature, so the calibration's drift is not subtracted from them: {}",
+        if !self.outside.is_empty() {
+            let [coldest, warmest] = self.outside_range_c;
+            let finding = finding!(
+                TemperatureOutside,
+                "{} rows at {coldest:.1} to {warmest:.1} °C are outside the range of {low:.1} to {high:.1} °C in which the drift was measured: the drift at its edge is subtracted, which may be wrong",
+                self.outside.count()
+            );
+            findings.push(finding.at_lines(&self.outside));
+        }
+        if !self.without.is_empty() {
+            let finding = finding!(
+                TemperatureNotApplied,
+                "{} rows are before the first temperature, so the calibration's drift is not subtracted from them: {}",
+                self.without.count(),
                 cost_text(&self.model)
-            ),
-        );
+            );
+            findings.push(finding.at_lines(&self.without));
+        }
         TemperatureOutcome {
             channels: self.applied.iter().map(|c| (*c).to_owned()).collect(),
             range_c: self.model.range_c,
             rows_outside: self.outside.count(),
-            rows_held: self.held.count(),
+            rows_held: self.held,
             rows_without: self.without.count(),
         }
     }

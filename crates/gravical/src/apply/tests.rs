@@ -5,7 +5,7 @@ use super::*;
 use crate::Error;
 use crate::recording::{Origin, parse_columns, read_bytes};
 use gravical_recording::bytes::from_reader;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 
 /// A calibration in imucal's format, which is the shortest; no gyroscope.
 fn calibration(unit: Option<&str>, scale: f64, bias: [f64; 3]) -> CalibrationFile {
@@ -202,17 +202,4 @@ fn columns_without_a_header_are_named_by_channel() {
     };
     let (out, _) = run_with(&si(), text.as_bytes(), &spec).unwrap();
     assert!(out.starts_with("column_1,ax_mps2,ay_mps2,az_mps2,column_5,label,column_7,column_8\n"));
-}
-
-#[test]
-fn two_header_rows_are_merged() {
-    let text = "sensor,left,left,left,right,right,right\naxis,acc_x,acc_y,acc_z,acc_x,acc_y,acc_z\n\
-                0,0.1,0.2,9.8,1,2,3\n1,0.1,0.2,9.8,1,2,4\n";
-    let (out, _) = run(&si(), text);
-    assert!(
-        out.starts_with(
-            "sensor.axis,ax_mps2,ay_mps2,az_mps2,right.acc_x,right.acc_y,right.acc_z\n0,"
-        ),
-        "{out}"
-    );
 }

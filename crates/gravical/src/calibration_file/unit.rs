@@ -6,7 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::CalibrationFile;
 use crate::finding::finding;
-use crate::recording::{AccelScale, AccelUnit, Finding, FindingKind, Origin, Recording};
+use crate::recording::{AccelUnit, Finding, FindingKind, Origin, Recording};
 use crate::{Error, Result};
 
 /// Largest relative deviation of calibrated gravity, or of counts per g: far beyond any sensor
@@ -16,27 +16,15 @@ pub(crate) const TOLERANCE: f64 = 0.2;
 /// A recording that a calibration is applied to.
 pub(crate) struct Applied<'a> {
     pub calibration: &'a CalibrationFile,
-    /// Path of the recording.
-    pub name: &'a str,
-    pub scale: AccelScale,
-    /// The user gave the unit: what contradicts it is a finding, not an error.
-    pub given: bool,
+    pub recording: &'a Recording,
     /// Calibrated magnitude at rest, m/s²; `None` if no row is complete.
     pub norm_mps2: Option<f64>,
     pub gravity_mps2: f64,
     /// What rests: `its static intervals`.
     pub at_rest: &'a str,
-    /// The sensor moves, and its magnitude need not be gravity.
-    pub moves: bool,
 }
 
 impl Applied<'_> {
-    /// True if the calibrated magnitude at rest is gravity.
-    pub fn measures_gravity(&self) -> bool {
-        let norm = self.norm_mps2.unwrap_or(f64::NAN);
-        (norm / self.gravity_mps2 - 1.0).abs() <= TOLERANCE
-    }
-
     /// Compares unit, counts per g and gravity.
     ///
     /// # Errors
@@ -44,10 +32,11 @@ impl Applied<'_> {
     /// `unit-mismatch` (input). With a unit that the user gave, a wrong range or size is a finding
     /// of that kind.
     pub fn judge(&self, findings: &mut Vec<Finding>) -> Result<()> {
-        let (unit, wanted) = (self.scale.unit, self.calibration.accelerometer.input_unit);
+        let scale = self.recording.accel_scale;
+        let (unit, wanted) = (scale.unit, self.calibration.accelerometer.input_unit);
         let unknown = unit == AccelUnit::Unknown || wanted == AccelUnit::Unknown;
         if !unknown && unit != wanted {
-            let source = match self.scale.origin {
+            let source = match scale.origin {
                 Origin::Given => "according to --accel-unit",
                 Origin::Data => "according to gravity",
                 Origin::Header => "according to its header",
@@ -58,6 +47,7 @@ impl Applied<'_> {
                 &format!("a calibration from recordings in {unit}"),
             );
         }
+        let is_gravity = |norm: f64| (norm / self.gravity_mps2 - 1.0).abs() <= TOLERANCE;
         let measured = match self.norm_mps2 {
             Some(norm) => format!("calibrated, {} measure {norm:.2} m/s²", self.at_rest),
             None => "no row is complete".to_owned(),
@@ -67,7 +57,7 @@ impl Applied<'_> {
                 "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
             );
             Some((what, "a calibration for this range"))
-        } else if self.norm_mps2.is_some() && !self.moves && !self.measures_gravity() {
+        } else if self.norm_mps2.is_some_and(|norm| !is_gravity(norm)) {
             let what = format!(
                 "{measured}, gravity is {:.2}: another sensor, range or unit",
                 self.gravity_mps2
@@ -77,12 +67,12 @@ impl Applied<'_> {
             None
         };
         let finding = match wrong {
-            Some((message, other)) if !self.given => return self.refuse(message, other),
+            Some((message, other)) if scale.origin != Origin::Given => return self.refuse(message, other),
             Some((message, _)) => {
                 // Already reported if the given unit itself has the wrong size.
                 let same = |f: &Finding| {
                     let file = f.file.as_deref();
-                    f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == self.name)
+                    f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == self.recording.name)
                 };
                 (!findings.iter().any(same)).then(|| finding!(UnitMismatch, "{message}"))
             }
@@ -93,7 +83,7 @@ impl Applied<'_> {
                 )
             }),
         };
-        findings.extend(finding.map(|f| f.in_file(self.name)));
+        findings.extend(finding.map(|f| f.in_file(&self.recording.name)));
         Ok(())
     }
 
@@ -101,7 +91,7 @@ impl Applied<'_> {
     fn other_range(&self) -> Option<[f64; 2]> {
         let section = &self.calibration.accelerometer;
         let counts = section.input_unit == AccelUnit::Counts;
-        let lsb = self.scale.lsb_per_g.filter(|_| counts)?;
+        let lsb = self.recording.accel_scale.lsb_per_g.filter(|_| counts)?;
         let expected = section.mean_scale() * STANDARD_GRAVITY_MPS2;
         ((lsb / expected - 1.0).abs() > TOLERANCE).then_some([lsb, expected])
     }
@@ -112,7 +102,7 @@ impl Applied<'_> {
             known => known.name(),
         };
         Err(Error::input("unit-mismatch", message)
-            .at(Path::new(self.name), None)
+            .at(Path::new(&self.recording.name), None)
             .with_hint(format!(
                 "use {other}, or --accel-unit {wanted} to apply this one regardless"
             )))
@@ -134,13 +124,10 @@ pub(crate) fn judge_unit(
 ) -> Result<()> {
     let applied = Applied {
         calibration,
-        name: &recording.name,
-        scale: recording.accel_scale,
-        given: recording.accel_scale.origin == Origin::Given,
+        recording,
         norm_mps2: crate::stats::median(norms),
         gravity_mps2,
         at_rest: "its static intervals",
-        moves: false,
     };
     applied.judge(findings)
 }

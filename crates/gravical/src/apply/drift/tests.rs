@@ -109,7 +109,7 @@ fn outside_the_range_the_edge_is_used_and_reported() {
         .find(|f| f.kind == "temperature-outside")
         .unwrap();
     assert_eq!((reported.count, &reported.lines[..]), (2, &[[4, 5]][..]));
-    for number in ["0.0 to 50.0", "down to -30.0", "up to 90.0"] {
+    for number in ["0.0 to 50.0", "-30.0 to 90.0"] {
         assert!(reported.message.contains(number), "{}", reported.message);
     }
 }
@@ -124,7 +124,7 @@ fn an_empty_temperature_repeats_the_last_one() {
             "0.300000", "0.300000", "0.300000", "0.300000", "0.300000", "0.500000"
         ]
     );
-    assert_eq!(kinds(&summary), ["temperature-held"]);
+    assert!(kinds(&summary).is_empty());
     assert_eq!(summary.temperature.unwrap().rows_held, 4);
 }
 

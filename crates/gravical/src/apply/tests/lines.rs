@@ -69,19 +69,6 @@ fn rows_that_are_no_measurement_stay_rows_without_values() {
     );
 }
 
-#[test]
-fn sparse_channels_are_held() {
-    let row = |i: usize| match i % 3 {
-        0 => format!("{i},0.{},,", i % 7),
-        1 => format!("{i},,0.2,"),
-        _ => format!("{i},,,9.8"),
-    };
-    let (out, summary) = run(&si(), &still("t,ax,ay,az", 60, row));
-    assert_eq!(summary.rows_without_acceleration, 2);
-    assert_eq!(out.lines().nth(1).unwrap(), "0,,,");
-    assert!(!out.lines().nth(4).unwrap().contains(",,"));
-}
-
 /// Delivers a few bytes at a time, as a pipe does.
 struct SmallReads<'a>(&'a [u8], usize);
 
@@ -164,37 +151,10 @@ fn findings_equal_those_of_reading_into_memory() {
 }
 
 #[test]
-fn a_truncated_gzip_file_is_applied_up_to_its_end() {
-    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    gz.write_all(faulty().as_bytes()).unwrap();
-    let packed = gz.finish().unwrap();
-    let (_, summary) = run_with(&si(), &packed[..packed.len() / 2], &options()).unwrap();
-    assert!(summary.rows > 1000);
-    finding(&summary, "truncated-file");
-}
-
-#[test]
 fn files_without_rows_are_refused_before_writing() {
     let input = from_reader(Box::new(&b"ax,ay,az\n,0.1,9.8\n,0.2,9.8\n"[..]), false).unwrap();
     let mut out = Vec::new();
     let error = apply(&si(), input, "rec.csv", &mut out, &options()).unwrap_err();
     assert_eq!((error.code(), out.len()), ("no-values", 0));
     assert_eq!(refused(&si(), "", &options()).code(), "empty-file");
-}
-
-#[test]
-fn breaks_at_a_repeated_header_stay_breaks() {
-    let pose = |z: &str| {
-        (0..20)
-            .map(|i| format!("0.1,0.{},{z}\n", i % 3))
-            .collect::<String>()
-    };
-    let text = format!("ax,ay,az\n{}ax,ay,az\n{}", pose("9.8"), pose("-9.8"));
-    let (out, _) = run(&si(), &text);
-    assert_eq!(
-        read_bytes(out.as_bytes(), "", &Default::default())
-            .unwrap()
-            .breaks,
-        [20]
-    );
 }

@@ -69,34 +69,6 @@ fn unknown_units_are_checked_by_gravity() {
 }
 
 #[test]
-fn the_header_gives_the_unit_of_a_moving_sensor() {
-    let moving = |unit: &str, size: f64| {
-        still(&format!("ax ({unit}),ay ({unit}),az ({unit})"), 400, |i| {
-            let x = i as f64;
-            let swing = [1.9 * x, 2.3 * x, 3.1 * x].map(|p| size * p.sin());
-            format!(
-                "{:.3},{:.3},{:.3}",
-                swing[0],
-                swing[1],
-                1.5 * size + swing[2]
-            )
-        })
-    };
-    let (_, summary) = run(&si(), &moving("m/s^2", 9.8));
-    finding(&summary, "unit-unverified");
-    assert_eq!(summary.accelerometer.origin, Origin::Header);
-    assert_eq!(
-        refused(&si(), &moving("g", 1.0), &options()).code(),
-        "unit-mismatch"
-    );
-    // The header is wrong, and the magnitude cannot be motion.
-    assert_eq!(
-        refused(&si(), &moving("m/s^2", 500.0), &options()).code(),
-        "unit-mismatch"
-    );
-}
-
-#[test]
 fn the_unit_of_the_gyroscope_is_checked() {
     let rows = |unit: &str, accel: &str| {
         let header =
