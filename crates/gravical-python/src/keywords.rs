@@ -58,17 +58,15 @@ impl Keywords {
     pub fn take<T: DeserializeOwned>(&mut self) -> Result<T> {
         let names = fields::<T>();
         self.accepted.extend(names);
-        let given = names
-            .iter()
-            .filter_map(|name| self.given.remove_entry(*name));
-        let given: Map<String, Value> = given.collect();
-        // Each alone at first: its error names it.
-        for (name, value) in &given {
-            let alone = Map::from_iter([(name.clone(), value.clone())]);
-            options::<T>(alone)
-                .map_err(|what| Error::usage("usage", format!("{name}=: {what}")))?;
+        let mut taken = Map::new();
+        for name in names {
+            if let Some((name, value)) = self.given.remove_entry(*name) {
+                let value = fitting::<T>(&name, value)
+                    .map_err(|what| Error::usage("usage", format!("{name}=: {what}")))?;
+                taken.insert(name, value);
+            }
         }
-        options(given).map_err(|what| Error::usage("usage", what))
+        options(taken).map_err(|what| Error::usage("usage", what))
     }
 
     /// How a recording is read; the meter stops it.
@@ -96,6 +94,52 @@ impl Keywords {
     pub fn gravity(&mut self) -> Result<Option<Gravity>> {
         self.take::<GravityOptions>()?.given()
     }
+}
+
+/// The value in the form that the option `name` of `T` takes: as it is, as the only one of a list, or
+/// as the text that the program takes. Else the error of the first form of the right type.
+fn fitting<T: DeserializeOwned>(name: &str, value: Value) -> Result<Value, String> {
+    let forms = [
+        Some(value.clone()),
+        Some(Value::Array(vec![value.clone()])),
+        text(&value, ",").map(Value::String),
+    ];
+    let mut errors = Vec::new();
+    for form in forms.into_iter().flatten() {
+        match options::<T>(Map::from_iter([(name.to_owned(), form.clone())])) {
+            Ok(_) => return Ok(form),
+            Err(what) => errors.push(what),
+        }
+    }
+    let is_of_type = |what: &String| !what.starts_with("invalid type");
+    let at = errors.iter().position(is_of_type).unwrap_or(0);
+    Err(errors.swap_remove(at))
+}
+
+/// `y,-x,z`, `0-5,7.2-`, `t=time,gx=-`; none if a part of a mapping cannot be told from the next.
+fn text(value: &Value, separator: &str) -> Option<String> {
+    Some(match value {
+        Value::Null => String::new(),
+        Value::Bool(on) => if *on { "on" } else { "off" }.to_owned(),
+        Value::Number(number) => number.to_string(),
+        Value::String(text) => text.clone(),
+        Value::Array(parts) => {
+            let parts: Option<Vec<String>> = parts.iter().map(|part| text(part, "-")).collect();
+            parts?.join(separator)
+        }
+        Value::Object(pairs) => {
+            let pair = |(key, part): (&String, &Value)| {
+                let part = if part.is_null() {
+                    "-".to_owned()
+                } else {
+                    text(part, "-")?
+                };
+                (!part.contains([',', '='])).then(|| format!("{key}={part}"))
+            };
+            let pairs: Option<Vec<String>> = pairs.iter().map(pair).collect();
+            pairs?.join(",")
+        }
+    })
 }
 
 /// The options, or what is wrong, with names of types in words.

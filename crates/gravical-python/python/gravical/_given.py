@@ -17,13 +17,6 @@ from ._errors import UsageError
 Path = Union[str, "os.PathLike[str]"]
 Floats = npt.NDArray[np.float64]
 
-#: Options that the program takes as one text, and those that it takes several times.
-TEXTS = {
-    *("axes", "columns", "name", "part", "prior", "recorded", "rests", "rotation"),
-    *("sensor", "sensor_id", "sensor_model", "soak", "stances"),
-}
-LISTS = {"face_pose", "filter", "free_pose", "smooth", "thermal"}
-
 
 def is_path(value: Any) -> bool:
     """True for what names a file."""
@@ -31,12 +24,8 @@ def is_path(value: Any) -> bool:
 
 
 def keywords(given: Mapping[str, Any]) -> str:
-    """The keywords as JSON, without those that are None; the native part knows their defaults."""
+    """The keywords as JSON, without those that are None; the native part knows their forms and defaults."""
     plain = {name: _plain(name, value) for name, value in given.items() if value is not None}
-    for name in TEXTS & plain.keys():
-        plain[name] = _text(name, plain[name])
-    for name in LISTS & plain.keys():
-        plain[name] = plain[name] if isinstance(plain[name], list) else [plain[name]]
     return json.dumps(plain)
 
 
@@ -56,22 +45,6 @@ def _plain(name: str, value: Any) -> Any:
     if isinstance(value, Iterable) and not isinstance(value, (bytes, bytearray)):
         return [_plain(name, part) for part in value]
     raise UsageError(f"{name}=: a {type(value).__name__} is no option")
-
-
-def _text(name: str, value: Any, separator: str = ",") -> str:
-    """As the program is given it: ``y,-x,z``, ``0-5,7.2-``, ``t=time,gx=-``."""
-    if isinstance(value, dict):
-        pairs = {k: "-" if v is None else _text(name, v, "-") for k, v in value.items()}
-        for part in pairs.values():
-            if "," in part or "=" in part:
-                what = f"{part!r} has a comma or an equals sign in it; rename it first"
-                raise UsageError(f"{name}=: {what}")
-        return ",".join(f"{key}={part}" for key, part in pairs.items())
-    if isinstance(value, list):
-        return separator.join(_text(name, part, "-") for part in value)
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    return "" if value is None else str(value)
 
 
 def vectors(values: Any, name: str, rows: int | None = None) -> Floats:
