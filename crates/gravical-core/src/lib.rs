@@ -4,7 +4,7 @@
 //! calibration to one sample and filtering it: no `std`, no allocation, no
 //! `unsafe`, in `f32` or `f64`.
 //!
-//! - [`calibration`]: what a calibration is; apply, compose, invert.
+//! - [`calibration`]: what a calibration is, and how it is applied.
 //! - [`six_position`]: estimate one from six placements and three turns.
 //! - [`filter`]: Butterworth, sample by sample.
 //! - [`mod@unit`]: units, the MPU6050's nominal sensitivities, local gravity.

@@ -89,12 +89,6 @@ pub fn add<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// `v`, each element multiplied by `factor`.
-#[must_use]
-pub fn scaled<T: Real>(v: &[T; 3], factor: T) -> [T; 3] {
-    v.map(|x| x * factor)
-}
-
 /// Each row `r` of `m` multiplied by `factors[r]`: diag(factors) · m.
 #[must_use]
 pub fn scale_rows<T: Real>(m: &[[T; 3]; 3], factors: &[T; 3]) -> [[T; 3]; 3] {

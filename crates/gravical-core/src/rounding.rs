@@ -20,8 +20,7 @@ const ROOT_PI: f64 = 1.772_453_850_905_516;
 /// The variance that is expected wherever between two steps the truth lies, with
 /// s = σ/q, is q² (s² + Σ_k (1 − exp(−4π²k²s²))/(2π²k²)): s/√π under s = 0.25, and
 /// s² + 1/12 less the first of the exponentials above. This is its inverse.
-#[must_use]
-pub fn noise_before<T: Real>(variance: T, step: T) -> T {
+fn noise_before<T: Real>(variance: T, step: T) -> T {
     if step <= T::zero() {
         return variance.max(T::zero()).sqrt();
     }

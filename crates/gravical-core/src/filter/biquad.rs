@@ -58,8 +58,7 @@ impl<T: Real> Biquad<T> {
 
     /// What a constant is multiplied by once it has lasted, Σb/(1 + Σa); infinite
     /// or NaN for a section that sums up what it is given (a pole at z = 1).
-    #[must_use]
-    pub fn steady_gain(&self) -> T {
+    fn steady_gain(&self) -> T {
         let [b0, b1, b2] = self.forward;
         let [a1, a2] = self.back;
         (b0 + b1 + b2) / (T::one() + a1 + a2)
