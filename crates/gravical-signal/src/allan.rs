@@ -31,10 +31,10 @@ pub struct AllanVariance {
 /// assert_eq!(variances, [0.5, 0.0]);
 /// ```
 #[must_use]
-pub fn allan_variances(segments: &[&[f64]], m: &[usize]) -> Vec<AllanVariance> {
+pub fn allan_variances(segments: &[impl AsRef<[f64]>], m: &[usize]) -> Vec<AllanVariance> {
     let mut sums = vec![(0, 0.0); m.len()];
     for segment in segments {
-        let phases = phases(segment);
+        let phases = phases(segment.as_ref());
         for (m, (terms, squares)) in m.iter().zip(&mut sums) {
             if *m > 0 && phases.len() > 2 * m {
                 *terms += phases.len() - 2 * m;

@@ -32,13 +32,17 @@ pub struct DensityRatio {
 /// frequencies are enough: their sums are cheaper than a transform.
 #[must_use]
 pub fn density_ratio(
-    segments: &[&[f64]],
+    segments: &[impl AsRef<[f64]>],
     period_s: f64,
     expected: impl Fn(f64) -> f64,
 ) -> Option<DensityRatio> {
     let length = ((SEGMENT_S / period_s).round() as usize).min(MAX_SAMPLES);
     let max_hz = MAX_HZ.min(MAX_OF_RATE / period_s);
-    let chunks = || segments.iter().flat_map(|s| s.chunks_exact(length.max(1)));
+    let chunks = || {
+        segments
+            .iter()
+            .flat_map(|s| s.as_ref().chunks_exact(length.max(1)))
+    };
     if max_hz <= 2.0 * MIN_HZ || chunks().next().is_none() {
         return None;
     }

@@ -4,7 +4,6 @@ use std::fmt;
 use std::str::FromStr;
 
 use gravical_core::filter::butterworth::MAX_ORDER;
-use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
@@ -84,9 +83,7 @@ pub enum Band {
 }
 
 /// Number of passes over the samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Passes {
     /// Forwards only, as on a microcontroller: the output is delayed.
     Causal,
@@ -101,56 +98,44 @@ impl FilterSpec {
     ///
     /// `filter-range` (usage), with the range.
     pub fn validate(&self) -> Result<()> {
-        match self.fault() {
-            None => Ok(()),
-            Some(fault) => {
-                Err(Error::usage("filter-range", format!("{self}: {fault}")).with_hint(EXAMPLES))
-            }
-        }
+        self.check().map_err(|fault| {
+            Error::usage("filter-range", format!("{self}: {fault}")).with_hint(EXAMPLES)
+        })
     }
 
-    fn fault(&self) -> Option<String> {
-        let of_window = |window: usize, min: usize| {
-            if !(min..=MAX_WINDOW).contains(&window) {
-                Some(format!(
-                    "the window has to be {min} to {MAX_WINDOW} samples"
-                ))
-            } else if window.is_multiple_of(2) {
-                Some("the window has to be odd: an even one has no middle".to_owned())
-            } else {
-                None
-            }
+    fn check(&self) -> Result<(), String> {
+        let require = |holds: bool, what: String| if holds { Ok(()) } else { Err(what) };
+        let require_window = |window: usize, min: usize| -> Result<(), String> {
+            let range = format!("the window has to be {min} to {MAX_WINDOW} samples");
+            require((min..=MAX_WINDOW).contains(&window), range)?;
+            let odd = "the window has to be odd: an even one has no middle".to_owned();
+            require(!window.is_multiple_of(2), odd)
         };
         match *self {
             FilterSpec::SavitzkyGolay {
                 window,
                 order,
                 derivative,
-            } => of_window(window, 1).or_else(|| {
-                if order >= window || order > MAX_POLYNOMIAL {
-                    Some(format!(
-                        "the order has to be below the window and at most {MAX_POLYNOMIAL}"
-                    ))
-                } else if derivative > order {
-                    Some(format!(
-                        "a polynomial of order {order} has no derivative {derivative}"
-                    ))
-                } else {
-                    None
-                }
-            }),
-            FilterSpec::Hampel { window, sigmas } => of_window(window, 3).or_else(|| {
-                let is_valid = (0.0..=1e6).contains(&sigmas);
-                (!is_valid).then(|| "sigmas have to be between 0 and 1e6".to_owned())
-            }),
-            FilterSpec::Butterworth { order, .. } if !(1..=MAX_ORDER).contains(&order) => {
-                Some(format!("the order has to be 1 to {MAX_ORDER}"))
+            } => {
+                require_window(window, 1)?;
+                let below =
+                    format!("the order has to be below the window and at most {MAX_POLYNOMIAL}");
+                require(order < window && order <= MAX_POLYNOMIAL, below)?;
+                let none = format!("a polynomial of order {order} has no derivative {derivative}");
+                require(derivative <= order, none)
             }
-            FilterSpec::Butterworth { band, .. } => {
+            FilterSpec::Hampel { window, sigmas } => {
+                require_window(window, 3)?;
+                let range = "sigmas have to be between 0 and 1e6".to_owned();
+                require((0.0..=1e6).contains(&sigmas), range)
+            }
+            FilterSpec::Butterworth { order, band, .. } => {
+                let range = format!("the order has to be 1 to {MAX_ORDER}");
+                require((1..=MAX_ORDER).contains(&order), range)?;
                 let edges = band.edges_hz();
                 let is_positive = edges.iter().all(|f| *f > 0.0 && f.is_finite());
-                (!(is_positive && edges.is_sorted_by(|a, b| a < b)))
-                    .then(|| "cutoffs have to be above 0 Hz and in ascending order".to_owned())
+                let ascending = "cutoffs have to be above 0 Hz and in ascending order".to_owned();
+                require(is_positive && edges.is_sorted_by(|a, b| a < b), ascending)
             }
         }
     }

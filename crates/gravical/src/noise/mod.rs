@@ -285,7 +285,7 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
         drift_per_s,
         misfit: fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio }),
     });
-    let density = density_ratio(&slices(segments), period_s, |hz| model.density(hz));
+    let density = density_ratio(segments, period_s, |hz| model.density(hz));
     channel.density = density.map(|density| DensityCheck {
         n: (model.squares[Term::N as usize] * density.ratio).sqrt(),
         band_hz: density.band_hz,
@@ -295,14 +295,10 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     channel
 }
 
-fn slices(segments: &[Vec<f64>]) -> Vec<&[f64]> {
-    segments.iter().map(Vec::as_slice).collect()
-}
-
 /// Averaging times in samples, and Allan variances.
 fn variances(segments: &[Vec<f64>], factors: &[usize]) -> Vec<(usize, f64)> {
-    let variances = allan_variances(&slices(segments), factors).into_iter();
-    variances.map(|v| (v.m, v.variance)).collect()
+    let variances = allan_variances(segments, factors);
+    variances.iter().map(|v| (v.m, v.variance)).collect()
 }
 
 /// Slope of the line fitted to the first segment of this length, per sample; `None` with fewer than

@@ -330,16 +330,11 @@ impl SimulateOptions {
     pub fn validate(&self) -> Result<()> {
         self.scenario.validate()?;
         let decimals = f64::from(self.file.decimals);
+        let max_jitter_ms = 400.0 / self.rate_hz;
         check(&[
             ("gravity", self.gravity_mps2, 9.7, 9.9, "m/s²"),
             ("rate", self.rate_hz, 1.0, 1000.0, "Hz"),
-            (
-                "jitter",
-                self.stamp_jitter_ms,
-                0.0,
-                400.0 / self.rate_hz,
-                "ms",
-            ),
+            ("jitter", self.stamp_jitter_ms, 0.0, max_jitter_ms, "ms"),
             ("drop", self.dropped_fraction, 0.0, 0.9, "of the rows"),
             ("tilt", self.tilt_sd_deg, 0.0, 20.0, "°"),
             ("decimals", decimals, 1.0, 9.0, "digits"),
@@ -348,9 +343,8 @@ impl SimulateOptions {
             return Err(bad("raw counts have no header of units"));
         }
         if self.file.raw && !self.sensor.quantise {
-            return Err(bad(
-                "raw counts need a quantised sensor: leave `quantise` on",
-            ));
+            let text = "raw counts need a quantised sensor: leave `quantise` on";
+            return Err(bad(text));
         }
         self.sensor.validate()
     }
@@ -459,39 +453,22 @@ impl SensorOptions {
     fn validate(&self) -> Result<()> {
         let (range_g, range_deg_s) = (self.accel_range_g, self.gyro_range_deg_s);
         if ![2, 4, 8, 16].contains(&range_g) {
-            return Err(bad(format!(
-                "range {range_g} g: the part has 2, 4, 8, 16 g"
-            )));
+            let text = format!("range {range_g} g: the part has 2, 4, 8, 16 g");
+            return Err(bad(text));
         }
         if self.gyro_lsb_per_deg_s().is_none() {
             let text =
                 format!("gyro-range {range_deg_s} °/s: the part has 250, 500, 1000, 2000 °/s");
             return Err(bad(text));
         }
+        let low_pass_hz = self.low_pass_hz.unwrap_or(44.0);
+        let (rise_c, drift) = (self.temperature_rise_c, self.bias_drift_mg_per_c);
         check(&[
-            (
-                "low-pass",
-                self.low_pass_hz.unwrap_or(44.0),
-                1.0,
-                260.0,
-                "Hz",
-            ),
+            ("low-pass", low_pass_hz, 1.0, 260.0, "Hz"),
             ("noise", self.noise_factor, 0.0, 100.0, ""),
             ("scale-sd", self.scale_sd_percent, 0.0, 10.0, "%"),
-            (
-                "temperature-rise",
-                self.temperature_rise_c,
-                -40.0,
-                40.0,
-                "°C",
-            ),
-            (
-                "temperature-drift",
-                self.bias_drift_mg_per_c,
-                0.0,
-                10.0,
-                "mg/°C",
-            ),
+            ("temperature-rise", rise_c, -40.0, 40.0, "°C"),
+            ("temperature-drift", drift, 0.0, 10.0, "mg/°C"),
         ])
     }
 }
