@@ -19,7 +19,7 @@ use super::spec::{Band, EXAMPLES, Passes};
 use crate::numfmt::digits;
 use crate::{Error, Result};
 
-/// Lowest cutoff, its least distance from half the rate and the narrowest band, as a share of the rate; below it
+/// Least distance of the cutoffs from 0, from half the rate and from each other, as a share of the rate; below it
 /// too many digits are lost: the gain at zero frequency is off by 1e-7 there.
 const MIN_SHARE: f64 = 1e-5;
 
@@ -34,36 +34,29 @@ impl Butterworth {
     ///
     /// `filter-range` (usage) for cutoffs that the rate does not allow.
     pub fn new(order: usize, band: Band, passes: Passes, rate_hz: f64) -> Result<Self> {
-        let allowed = MIN_SHARE * rate_hz..(0.5 - MIN_SHARE) * rate_hz;
-        let is_wrong = |f: &f64| !(*f > allowed.start && *f < allowed.end);
-        if let Some(wrong) = band.edges_hz().into_iter().find(is_wrong) {
+        let mut ends = vec![0.0];
+        ends.extend(band.edges_hz());
+        ends.push(0.5 * rate_hz);
+        let least_hz = MIN_SHARE * rate_hz;
+        if !ends.is_sorted_by(|a, b| b - a > least_hz) {
             let what = format!(
-                "a cutoff of {wrong} Hz is not possible at {} samples per second; {} to {} Hz is",
-                digits(rate_hz, 4),
-                digits(allowed.start, 1),
-                digits(allowed.end, 4)
+                "cutoffs have to be at least {} Hz from 0, from each other and from half the rate of {} Hz",
+                digits(least_hz, 1),
+                digits(rate_hz, 4)
             );
             return Err(Error::usage("filter-range", what)
                 .with_hint("choose another cutoff; `gravical inspect` shows the rate"));
         }
-        if let Band::Between { low_hz, high_hz } = band
-            && high_hz - low_hz < allowed.start
-        {
-            let what = format!(
-                "a band of {} Hz is too narrow at {} samples per second",
-                digits(high_hz - low_hz, 2),
-                digits(rate_hz, 4)
-            );
-            return Err(Error::usage("filter-range", what).with_hint(EXAMPLES));
-        }
-        let is_band = matches!(band, Band::Between { .. });
+        let (low_hz, high_hz) = designed_at(order, band, passes, rate_hz);
+        let is_band = low_hz.is_some() && high_hz.is_some();
         let count = if is_band { order } else { sections_of(order) };
         let mut sections = vec![Biquad::default(); count];
-        let designed = match designed_at(order, band, passes, rate_hz) {
-            Band::Low { cutoff_hz } => low_pass(order, cutoff_hz, rate_hz, &mut sections),
-            Band::High { cutoff_hz } => high_pass(order, cutoff_hz, rate_hz, &mut sections),
-            Band::Between { low_hz, high_hz } => {
-                band_pass(order, low_hz, high_hz, rate_hz, &mut sections)
+        let designed = match (low_hz, high_hz) {
+            (Some(low), Some(high)) => band_pass(order, low, high, rate_hz, &mut sections),
+            (Some(cutoff), None) => high_pass(order, cutoff, rate_hz, &mut sections),
+            (None, cutoff) => {
+                let cutoff = cutoff.unwrap_or(f64::NAN);
+                low_pass(order, cutoff, rate_hz, &mut sections)
             }
         };
         designed.map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
@@ -129,31 +122,31 @@ impl Butterworth {
     }
 }
 
-/// The band of one pass for the `band` of all passes together.
-fn designed_at(order: usize, band: Band, passes: Passes, rate_hz: f64) -> Band {
+/// The cutoffs of one pass for the `band` of all passes together.
+fn designed_at(
+    order: usize,
+    band: Band,
+    passes: Passes,
+    rate_hz: f64,
+) -> (Option<f64>, Option<f64>) {
     if passes == Passes::Causal {
-        return band;
+        return (band.low_hz, band.high_hz);
     }
     // The −3 dB frequency of two passes relative to that of one.
     let factor = (SQRT_2 - 1.0).powf(0.5 / order as f64);
     let warp = |f: f64| (PI * f / rate_hz).tan();
     let unwarp = |omega: f64| rate_hz / PI * omega.atan();
-    match band {
-        Band::Low { cutoff_hz } => Band::Low {
-            cutoff_hz: unwarp(warp(cutoff_hz) / factor),
-        },
-        Band::High { cutoff_hz } => Band::High {
-            cutoff_hz: unwarp(warp(cutoff_hz) * factor),
-        },
-        Band::Between { low_hz, high_hz } => {
-            let (low, high) = (warp(low_hz), warp(high_hz));
+    let (low, high) = match (band.low_hz.map(warp), band.high_hz.map(warp)) {
+        (Some(low), Some(high)) => {
             let half = 0.5 * (high - low) / factor;
             // (root − half)(root + half) = Ω₁Ω₂; this form avoids cancellation.
             let upper = half + (half * half + low * high).sqrt();
-            Band::Between {
-                low_hz: unwarp(low * high / upper),
-                high_hz: unwarp(upper),
-            }
+            (Some(low * high / upper), Some(upper))
         }
-    }
+        (low, high) => (
+            low.map(|omega| omega * factor),
+            high.map(|omega| omega / factor),
+        ),
+    };
+    (low.map(unwarp), high.map(unwarp))
 }

@@ -59,27 +59,14 @@ pub enum FilterSpec {
     },
 }
 
-/// Band of a Butterworth filter, Hz. The gain of the whole filter is −3 dB at these frequencies,
-/// for one pass and for two.
+/// Band of a Butterworth filter. The gain of the whole filter is −3 dB at these frequencies, for one
+/// pass and for two.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Band {
-    /// All frequencies below.
-    Low {
-        /// Above 0, below half the rate.
-        cutoff_hz: f64,
-    },
-    /// All frequencies above.
-    High {
-        /// Above 0, below half the rate.
-        cutoff_hz: f64,
-    },
-    /// All frequencies between.
-    Between {
-        /// Above 0.
-        low_hz: f64,
-        /// Above `low_hz`, below half the rate.
-        high_hz: f64,
-    },
+pub struct Band {
+    /// Lower cutoff, Hz, above 0; `None` for a low-pass.
+    pub low_hz: Option<f64>,
+    /// Upper cutoff, Hz, above the lower one and below half the rate; `None` for a high-pass.
+    pub high_hz: Option<f64>,
 }
 
 /// Number of passes over the samples.
@@ -134,6 +121,7 @@ impl FilterSpec {
                 require((1..=MAX_ORDER).contains(&order), range)?;
                 let edges = band.edges_hz();
                 let is_positive = edges.iter().all(|f| *f > 0.0 && f.is_finite());
+                let is_positive = is_positive && !edges.is_empty();
                 let ascending = "cutoffs have to be above 0 Hz and in ascending order".to_owned();
                 require(is_positive && edges.is_sorted_by(|a, b| a < b), ascending)
             }
@@ -145,7 +133,7 @@ impl FilterSpec {
     pub fn keeps_constants(&self) -> bool {
         match self {
             FilterSpec::SavitzkyGolay { derivative, .. } => *derivative == 0,
-            FilterSpec::Butterworth { band, .. } => matches!(band, Band::Low { .. }),
+            FilterSpec::Butterworth { band, .. } => band.low_hz.is_none(),
             FilterSpec::Hampel { .. } => true,
         }
     }
@@ -170,10 +158,7 @@ impl Band {
     /// The cutoffs.
     #[must_use]
     pub fn edges_hz(&self) -> Vec<f64> {
-        match *self {
-            Band::Low { cutoff_hz } | Band::High { cutoff_hz } => vec![cutoff_hz],
-            Band::Between { low_hz, high_hz } => vec![low_hz, high_hz],
-        }
+        [self.low_hz, self.high_hz].into_iter().flatten().collect()
     }
 }
 
@@ -194,8 +179,7 @@ impl fmt::Display for FilterSpec {
                 band,
                 passes,
             } => {
-                let is_high = matches!(band, Band::High { .. });
-                let name = if is_high { "highpass" } else { "butter" };
+                let name = band.high_hz.map_or("highpass", |_| "butter");
                 let one = if passes == Passes::Causal { "1" } else { "" };
                 let edges: Vec<String> = band.edges_hz().iter().map(f64::to_string).collect();
                 write!(f, "{name}{one}:{order},{}Hz", edges.join("-"))
@@ -243,16 +227,15 @@ fn parse(text: &str) -> Option<FilterSpec> {
             derivative: 0,
         }),
         (kind @ ("butter" | "highpass"), 2) => {
-            let edges = hertz(arguments[1])?;
-            let band = match (kind, edges) {
-                ("butter", (cutoff_hz, None)) => Band::Low { cutoff_hz },
-                ("butter", (low_hz, Some(high_hz))) => Band::Between { low_hz, high_hz },
-                (_, (cutoff_hz, None)) => Band::High { cutoff_hz },
+            let (low_hz, high_hz) = match (kind, hertz(arguments[1])?) {
+                ("butter", (cutoff_hz, None)) => (None, Some(cutoff_hz)),
+                ("butter", (low_hz, high_hz)) => (Some(low_hz), high_hz),
+                (_, (cutoff_hz, None)) => (Some(cutoff_hz), None),
                 _ => return None,
             };
             Some(FilterSpec::Butterworth {
                 order: whole(0)?,
-                band,
+                band: Band { low_hz, high_hz },
                 passes,
             })
         }
