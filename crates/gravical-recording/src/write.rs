@@ -43,8 +43,6 @@ pub enum Cell {
 pub struct Table {
     /// Their names
     pub names: Vec<String>,
-    /// Columns of the input that were renamed, because a new one has their name: old and new name
-    pub renamed: Vec<(String, String)>,
     cells: Vec<Cell>,
     delimiter: u8,
     decimal_comma: bool,
@@ -66,7 +64,6 @@ impl Table {
         let (delimiter, decimal_comma) = dialect(format);
         let mut table = Table {
             names: Vec::new(),
-            renamed: Vec::new(),
             cells: Vec::new(),
             delimiter: match delimiter {
                 Delimiter::Byte(byte) => byte,
@@ -107,7 +104,6 @@ impl Table {
         let (names, cells) = columns.into_iter().unzip();
         Table {
             names,
-            renamed: Vec::new(),
             cells,
             delimiter: b',',
             decimal_comma: false,
@@ -143,15 +139,12 @@ impl Table {
     }
 
     /// The name of a copied column, or one that no other column has if a new one is called so.
-    fn unused_name(&mut self, name: &str, new: &[NewColumn], input: &[String]) -> String {
+    fn unused_name(&self, name: &str, new: &[NewColumn], input: &[String]) -> String {
         let is_new = |name: &str| new.iter().any(|c| c.name == name);
         let mut free = name.to_owned();
         while is_new(&free) || free != name && (input.contains(&free) || self.names.contains(&free))
         {
             free.insert_str(0, "input_");
-        }
-        if free != name {
-            self.renamed.push((name.to_owned(), free.clone()));
         }
         free
     }

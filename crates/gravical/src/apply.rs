@@ -234,12 +234,6 @@ pub fn apply(
     };
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
-    for (name, free) in &table.renamed {
-        applied.findings.push(finding!(
-            RenamedColumn,
-            "the input has a column {name}; it is written as {free}"
-        ));
-    }
     let columns = table.names.clone();
     let (recording, ledger, written, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);

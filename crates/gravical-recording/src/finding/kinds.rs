@@ -76,7 +76,6 @@ kinds! {
     GyroRowByRow "gyro-row-by-row" Note "`--gyro`: at least one of the files has no time stamps";
     GyroInterpolated "gyro-interpolated" Note "`--gyro`: rows of the accelerometer are between two time stamps of the gyroscope";
     GyroUncovered "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby";
-    RenamedColumn "renamed-column" Note "`apply`: the input has a column with the name of a calibrated column";
     TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits";
     TimeUnitUnknown "time-unit-unknown" Warning "the steps fit no unit, or no usual sampling rate";
     FrozenTime "frozen-time" Warning "the time stamps never advance";
