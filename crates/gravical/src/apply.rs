@@ -213,14 +213,6 @@ pub fn apply(
         )
         .with_hint("leave --gyro out, or calibrate with --gyro"));
     }
-    if name == "-" && gyro == Some(Path::new("-")) {
-        return Err(Error::usage(
-            "gyro-stdin",
-            "standard input cannot be both the recording and the gyroscope",
-        )
-        .of_option("gyro")
-        .with_hint("give one of them as a file"));
-    }
     let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();
     let mut reader = match gyro {

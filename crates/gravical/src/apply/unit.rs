@@ -24,26 +24,17 @@ impl OutputUnit {
     /// Name in files and options.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            OutputUnit::MetrePerSecondSquared => "m/s^2",
-            OutputUnit::StandardGravity => "g",
-        }
+        ["m/s^2", "g"][self as usize]
     }
 
     /// Names of the columns, by which they are recognised as calibrated.
     #[must_use]
     pub fn columns(self) -> [&'static str; 3] {
-        match self {
-            OutputUnit::MetrePerSecondSquared => CALIBRATED[0],
-            OutputUnit::StandardGravity => CALIBRATED[1],
-        }
+        CALIBRATED[self as usize]
     }
 
     /// One m/s² in this unit.
     pub(super) fn per_mps2(self) -> f64 {
-        match self {
-            OutputUnit::MetrePerSecondSquared => 1.0,
-            OutputUnit::StandardGravity => 1.0 / STANDARD_GRAVITY_MPS2,
-        }
+        [1.0, 1.0 / STANDARD_GRAVITY_MPS2][self as usize]
     }
 }

@@ -22,7 +22,6 @@ pub(super) struct Piece {
     pub attitude: UnitQuaternion<f64>,
     /// Rotation vector in the sensor frame, rad.
     pub rotation: Vector3<f64>,
-    pub position: Vector3<f64>,
     pub displacement: Vector3<f64>,
 }
 
@@ -44,10 +43,6 @@ impl Piece {
 
     pub(super) fn end_attitude(&self) -> UnitQuaternion<f64> {
         self.attitude * UnitQuaternion::from_scaled_axis(self.rotation)
-    }
-
-    pub(super) fn end_position(&self) -> Vector3<f64> {
-        self.position + self.displacement
     }
 }
 

@@ -150,11 +150,10 @@ impl Builder {
             duration_s,
             attitude: self.attitude,
             rotation,
-            position: self.position,
             displacement,
         };
         self.attitude = piece.end_attitude();
-        self.position = piece.end_position();
+        self.position += displacement;
         self.path.pieces.push(piece);
     }
 
