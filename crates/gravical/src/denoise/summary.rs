@@ -176,10 +176,10 @@ pub(super) fn findings(filters: &[Filter], done: &Done, duration_s: Option<f64>)
         }
     }
     if done.restarts > 0 {
-        let stamps = count(done.restarts, "time stamp");
+        let times = count(done.restarts, "time");
         let finding = finding!(
             Parted,
-            "the filters restart at {stamps} that are not a whole number of up to ten usual steps after the one before"
+            "the filters restart {times}, where a time stamp is no whole number of up to ten usual steps after the one before"
         );
         findings.push(finding.counting(done.restarts as u64));
     }
