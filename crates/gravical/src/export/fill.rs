@@ -3,7 +3,7 @@
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::ExportOptions;
-use super::diagonal::{Diagonal, fit_diagonal};
+use super::diagonal::fit_diagonal;
 use super::sensor::{Sensor, round_counts};
 use super::template::Values;
 use crate::calibration_file::{CalibrationFile, to_imucal};
@@ -16,10 +16,6 @@ const MPU6050_STEPS_PER_G: f64 = 1024.0;
 
 /// The registers hold ±16 g.
 const MAX_MPU6050_STEPS: f64 = 16.0 * MPU6050_STEPS_PER_G;
-
-/// The range of ArduPilot's offsets, m/s², and of its scales.
-const MAX_ARDUPILOT_OFFSET: f64 = 3.5;
-const ARDUPILOT_SCALES: std::ops::RangeInclusive<f64> = 0.8..=1.2;
 
 /// An export in the making.
 pub(super) struct Draft<'a> {
@@ -62,8 +58,8 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// The diagonal model of an autopilot.
-    fn fill_autopilot(&mut self) -> Result<Diagonal> {
+    /// The diagonal model of an autopilot; `without_id`: what to do without the id of the sensor.
+    fn fill_autopilot(&mut self, without_id: &str) -> Result<()> {
         self.take_nominal()?;
         let mut d = fit_diagonal(&self.accelerometer, None)?;
         self.note(d.loss.describe("cross-axis terms"));
@@ -84,11 +80,12 @@ impl Draft<'_> {
                     .text(&format!("{key}{i}"), format!("{value:.9}"));
             }
         }
-        if let Some(id) = self.options.device_id {
+        match self.options.device_id {
             // The parameters are signed numbers with the same bits.
-            self.values.text("device_id", id.cast_signed().to_string());
+            Some(id) => self.values.text("device_id", id.cast_signed().to_string()),
+            None => self.note(without_id),
         }
-        Ok(d)
+        Ok(())
     }
 }
 
@@ -173,25 +170,12 @@ pub(super) fn kalibr(draft: &mut Draft<'_>) -> Result<()> {
 
 /// `(raw − OFF) · SCALE`, m/s²: a parameter file of QGroundControl.
 pub(super) fn px4(draft: &mut Draft<'_>) -> Result<()> {
-    draft.fill_autopilot()?;
-    if draft.options.device_id.is_none() {
-        draft.note("PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give it with --device-id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then.");
-    }
-    Ok(())
+    draft.fill_autopilot("PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give it with --device-id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then.")
 }
 
 /// `(raw − OFFS) · SCAL`, m/s²: a parameter file of ArduPilot.
 pub(super) fn ardupilot(draft: &mut Draft<'_>) -> Result<()> {
-    let d = draft.fill_autopilot()?;
-    if draft.options.device_id.is_none() {
-        draft.note("ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give it with --device-id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then.");
-    }
-    let is_far = |offset: &f64| offset.abs() > MAX_ARDUPILOT_OFFSET;
-    let is_unusual = |scale: &f64| !ARDUPILOT_SCALES.contains(scale);
-    if d.offset.iter().any(is_far) || d.scale.iter().any(is_unusual) {
-        draft.note("A value is outside of ArduPilot's range: offsets within 3.5 m/s², scales from 0.8 to 1.2. Its own calibration would refuse this sensor.");
-    }
-    Ok(())
+    draft.fill_autopilot("ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give it with --device-id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then.")
 }
 
 /// The hardware adds the registers to every reading. Their unit is 1/2048 g on most parts, but
