@@ -1,11 +1,17 @@
 //! Errors of the library as exceptions of the package.
 
 use gravical::{Category, Error};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
+
+/// Code of a keyword that does not exist: an exception of Python itself.
+pub const UNEXPECTED: &str = "unexpected-keyword";
 
 /// The exception for an error, of a class of `_errors.py`.
 fn raised(py: Python<'_>, error: &Error) -> PyErr {
+    if error.code() == UNEXPECTED {
+        return PyTypeError::new_err(error.message().to_owned());
+    }
     let class = match (error.code(), error.category()) {
         ("not-found", _) => "NotFoundError",
         ("exists", _) => "ExistsError",

@@ -10,13 +10,13 @@ use std::path::PathBuf;
 use gravical::gravity::{Gravity, GravityOptions};
 use gravical::recording::{Meter, ReadOptions};
 use gravical::{Error, Result};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::de::{self, DeserializeOwned, Deserializer, Error as _, Visitor};
 use serde::forward_to_deserialize_any;
 use serde_json::{Map, Value};
 
-use crate::error::OrRaise;
+use crate::error::UNEXPECTED;
 
 /// Keyword arguments that no options have taken yet.
 pub struct Keywords {
@@ -37,21 +37,22 @@ impl FromPyObject<'_, '_> for Keywords {
 }
 
 impl Keywords {
-    /// The options of one call; `TypeError` for keywords that `read` does not take.
-    pub fn read<T>(
-        mut self,
-        py: Python<'_>,
-        read: impl FnOnce(&mut Self) -> Result<T>,
-    ) -> PyResult<T> {
-        let options = read(&mut self).or_raise(py)?;
+    /// Refuses keywords that nothing has taken.
+    pub fn end(&self) -> Result<()> {
         let Some(name) = self.given.keys().next() else {
-            return Ok(options);
+            return Ok(());
         };
-        let accepted: Vec<&str> = self.accepted.into_iter().collect();
-        Err(PyTypeError::new_err(format!(
-            "unexpected keyword argument '{name}'; accepted: {}",
-            accepted.join(", ")
-        )))
+        let accepted: Vec<&str> = self.accepted.iter().copied().collect();
+        let accepted = accepted.join(", ");
+        let what = format!("unexpected keyword argument '{name}'; accepted: {accepted}");
+        Err(Error::usage(UNEXPECTED, what))
+    }
+
+    /// The last options of a call: [`take`](Self::take), and nothing may be left.
+    pub fn last<T: DeserializeOwned>(&mut self) -> Result<T> {
+        let options = self.take()?;
+        self.end()?;
+        Ok(options)
     }
 
     /// The options whose names are the fields of `T`.

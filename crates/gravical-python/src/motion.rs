@@ -38,14 +38,13 @@ impl Stepper {
         py: Python<'_>,
         first: Inputs,
         calibration: Option<(Py<Outcome>, String)>,
-        keywords: Keywords,
+        mut keywords: Keywords,
     ) -> PyResult<Self> {
         let meter = Meter::default();
-        let (options, reading) = keywords.read(py, |k| {
-            let options = motion_options(k)?;
-            Ok((options, Reading::new(first, k, &meter)?))
-        })?;
-        let (stepper, timed) = task::run(py, &meter, move || {
+        let (stepper, timed) = task::run(py, &meter.clone(), move || {
+            let options = motion_options(&mut keywords)?;
+            let reading = Reading::new(first, &mut keywords, &meter)?;
+            keywords.end()?;
             let rows = reading.one()?;
             let name = calibration.as_ref().map_or("", |(_, name)| name.as_str());
             let file = calibration

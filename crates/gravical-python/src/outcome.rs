@@ -204,10 +204,11 @@ impl Outcome {
         &self,
         py: Python<'_>,
         to: &str,
-        keywords: Keywords,
+        mut keywords: Keywords,
     ) -> PyResult<(String, Vec<String>)> {
-        let options = keywords.read(py, Keywords::take::<ExportOptions>)?;
-        self.exported(to, &options).or_raise(py)
+        let options: Result<ExportOptions> = keywords.last();
+        let exported = options.and_then(|options| self.exported(to, &options));
+        exported.or_raise(py)
     }
 
     /// The table beside the document: names of its columns, and its values row by row.

@@ -66,14 +66,18 @@ pub fn read(
     py: Python<'_>,
     source: Source<'_>,
     name: Option<String>,
-    keywords: Keywords,
+    mut keywords: Keywords,
 ) -> PyResult<Recording> {
     let meter = Meter::default();
-    let (options, gyro) = keywords.read(py, |k| match source {
-        Source::Recording(_) => Ok((ReadOptions::default(), None)),
-        Source::Path(_) => Ok((k.reading(&meter)?, k.path("gyro")?)),
-        Source::Bytes(_) | Source::Table(..) => Ok((k.reading(&meter)?, None)),
-    })?;
+    let options = match source {
+        Source::Recording(_) => ReadOptions::default(),
+        _ => keywords.reading(&meter).or_raise(py)?,
+    };
+    let gyro = match source {
+        Source::Path(_) => keywords.path("gyro").or_raise(py)?,
+        _ => None,
+    };
+    keywords.end().or_raise(py)?;
     let given = name.clone().unwrap_or_default();
     let mut rows = match source {
         Source::Recording(recording) => (*recording.get().shared).clone(),

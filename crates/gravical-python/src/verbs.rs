@@ -1,4 +1,4 @@
-//! The verbs of the program: their options are taken from the keywords first, then they run.
+//! The verbs of the program: each takes its options from the keywords, then it runs.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -23,17 +23,15 @@ use gravical::{Error, Result};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::error::OrRaise;
 use crate::keywords::Keywords;
 use crate::outcome::{Kind, Outcome, Table};
 use crate::recording::{Inputs, Reading, json};
 use crate::task;
 
-/// What a verb does once its options are known.
-type Work = Box<dyn FnOnce(Call) -> Result<Outcome> + Send>;
-
-/// What a verb is given beside its own options.
+/// What a verb is given.
 struct Call {
+    /// Of the verb: those of reading are taken.
+    keywords: Keywords,
     reading: Reading,
     /// With their names.
     calibrations: Vec<(Arc<CalibrationFile>, String)>,
@@ -86,9 +84,9 @@ pub fn run(
     calibrations: Vec<(Py<Outcome>, String)>,
     noise: Option<Py<Outcome>>,
     output: Option<Output>,
-    keywords: Keywords,
+    mut keywords: Keywords,
 ) -> PyResult<Outcome> {
-    let plan: fn(&mut Keywords) -> Result<Work> = match verb {
+    let work: fn(Call) -> Result<Outcome> = match verb {
         "inspect" => inspect,
         "calibrate" => calibrate,
         "apply" => apply,
@@ -99,38 +97,33 @@ pub fn run(
         "motion" => motion,
         _ => return Err(PyValueError::new_err(format!("there is no verb {verb:?}"))),
     };
-    let named = |(outcome, name): (Py<Outcome>, String)| {
-        let file = outcome.get().file()?;
-        Ok((file, name))
-    };
-    let calibrations: Result<_> = calibrations.into_iter().map(named).collect();
+    let named = |(outcome, name): (Py<Outcome>, String)| Ok((outcome.get().file()?, name));
+    let calibrations: Result<Vec<_>> = calibrations.into_iter().map(named).collect();
     let noise = noise.map(|outcome| outcome.get().noise()).transpose();
     let meter = Meter::default();
-    let (work, reading) = keywords.read(py, |k| {
-        let reading = Reading::new(inputs, k, &meter)?;
-        Ok((plan(k)?, reading))
-    })?;
-    let call = Call {
-        reading,
-        calibrations: calibrations.or_raise(py)?,
-        noise: noise.or_raise(py)?,
-        output,
-        meter: meter.clone(),
-    };
-    task::run(py, &meter, move || work(call))
+    task::run(py, &meter.clone(), move || {
+        let reading = Reading::new(inputs, &mut keywords, &meter)?;
+        work(Call {
+            keywords,
+            reading,
+            calibrations: calibrations?,
+            noise: noise?,
+            output,
+            meter,
+        })
+    })
 }
 
-fn inspect(k: &mut Keywords) -> Result<Work> {
-    let options: InspectOptions = k.take()?;
-    Ok(Box::new(move |call: Call| {
-        let rows = call.reading.one()?;
-        let found = gravical::inspect::inspect(&rows, &options.axes);
-        let inputs = InputFile::of(from_ref(&*rows));
-        Ok(Outcome::new(Kind::Inspection(Box::new(found)), inputs))
-    }))
+fn inspect(mut call: Call) -> Result<Outcome> {
+    let options: InspectOptions = call.keywords.last()?;
+    let rows = call.reading.one()?;
+    let found = gravical::inspect::inspect(&rows, &options.axes);
+    let inputs = InputFile::of(from_ref(&*rows));
+    Ok(Outcome::new(Kind::Inspection(Box::new(found)), inputs))
 }
 
-fn calibrate(k: &mut Keywords) -> Result<Work> {
+fn calibrate(mut call: Call) -> Result<Outcome> {
+    let (k, reading) = (&mut call.keywords, call.reading);
     let gravity = k.gravity()?;
     let record: RecordOptions = k.take()?;
     let mut options = CalibrateOptions {
@@ -142,46 +135,32 @@ fn calibrate(k: &mut Keywords) -> Result<Work> {
         ..CalibrateOptions::default()
     };
     options.validate()?;
-    let files: SessionFiles = k.take()?;
-    Ok(Box::new(move |call: Call| {
-        let reading = call.reading;
-        files.read_into(&mut options, &reading.options)?;
-        let mut done = match reading.paths() {
-            Some(paths) => Session {
-                inputs: paths,
-                gyro: reading.gyro.as_deref(),
-                read: &reading.options,
-                options: &options,
-                gravity,
-            }
-            .calibrate()?,
-            None => calibrate_recordings(reading.owned()?, &options)?,
-        };
-        if let Some((noise, inputs)) = call.noise {
-            done.file.noise = Some(noise);
-            done.file.inputs.extend(inputs);
+    let files: SessionFiles = k.last()?;
+    files.read_into(&mut options, &reading.options)?;
+    let mut done = match reading.paths() {
+        Some(paths) => Session {
+            inputs: paths,
+            gyro: reading.gyro.as_deref(),
+            read: &reading.options,
+            options: &options,
+            gravity,
         }
-        let file = done.file.clone();
-        Ok(Outcome::calibration(file, Some(Box::new(done))))
-    }))
+        .calibrate()?,
+        None => calibrate_recordings(reading.owned()?, &options)?,
+    };
+    if let Some((noise, inputs)) = call.noise {
+        done.file.noise = Some(noise);
+        done.file.inputs.extend(inputs);
+    }
+    let file = done.file.clone();
+    Ok(Outcome::calibration(file, Some(Box::new(done))))
 }
 
-fn apply(k: &mut Keywords) -> Result<Work> {
-    let mut options: ApplyOptions = k.take()?;
-    Ok(Box::new(move |mut call: Call| {
-        let (file, _) = call.calibration()?;
-        let reading = call.reading;
-        let Some(output) = call.output else {
-            if options.keep_raw {
-                let what = "keep_raw=: columns in memory stay as they are";
-                return Err(Error::usage("usage", what).with_hint("it needs output="));
-            }
-            let rows = reading.one()?;
-            let done = apply_recording(&file, &rows, &options)?;
-            let table = Table::of_applied(&done, rows.time_s.as_deref());
-            let kind = Kind::Apply(Box::new(done.summary), Some(table));
-            return Ok(Outcome::new(kind, Vec::new()));
-        };
+fn apply(mut call: Call) -> Result<Outcome> {
+    let mut options: ApplyOptions = call.keywords.last()?;
+    let (file, _) = call.calibration()?;
+    let reading = call.reading;
+    let (summary, table) = if let Some(output) = call.output {
         options.gyro.clone_from(&reading.gyro);
         options.read = ReadOptions {
             hash: false,
@@ -192,24 +171,26 @@ fn apply(k: &mut Keywords) -> Result<Work> {
             let name = path.display().to_string();
             gravical::apply::apply(&file, input, &name, out, &options)
         })?;
-        let kind = Kind::Apply(Box::new(summary), None);
-        Ok(Outcome::new(kind, Vec::new()))
-    }))
+        (summary, None)
+    } else {
+        if options.keep_raw {
+            let what = "keep_raw=: columns in memory stay as they are";
+            return Err(Error::usage("usage", what).with_hint("it needs output="));
+        }
+        let rows = reading.one()?;
+        let done = apply_recording(&file, &rows, &options)?;
+        let table = Table::of_applied(&done, rows.time_s.as_deref());
+        (done.summary, Some(table))
+    };
+    let kind = Kind::Apply(Box::new(summary), table);
+    Ok(Outcome::new(kind, Vec::new()))
 }
 
-fn denoise(k: &mut Keywords) -> Result<Work> {
-    let options: DenoiseOptions = k.take()?;
+fn denoise(mut call: Call) -> Result<Outcome> {
+    let options: DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    Ok(Box::new(move |call: Call| {
-        let reading = call.reading;
-        let Some(output) = call.output else {
-            let rows = reading.one()?;
-            let inputs = InputFile::of(from_ref(&*rows));
-            let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
-            let filtered = Some(Arc::new(done.recording));
-            let kind = Kind::Denoise(Box::new(done.summary), filtered);
-            return Ok(Outcome::new(kind, inputs));
-        };
+    let reading = call.reading;
+    let (summary, filtered, inputs) = if let Some(output) = call.output {
         if reading.gyro.is_some() {
             let what = "gyro=: one file is filtered at a time";
             return Err(Error::usage("usage", what).with_hint("leave out output= or gyro="));
@@ -217,55 +198,53 @@ fn denoise(k: &mut Keywords) -> Result<Work> {
         let (summary, inputs) = output.write(&reading, |path, out| {
             denoise_file(path, &reading.options, &options, out)
         })?;
-        let kind = Kind::Denoise(Box::new(summary), None);
-        Ok(Outcome::new(kind, inputs))
-    }))
+        (summary, None, inputs)
+    } else {
+        let rows = reading.one()?;
+        let inputs = InputFile::of(from_ref(&*rows));
+        let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
+        (done.summary, Some(Arc::new(done.recording)), inputs)
+    };
+    let kind = Kind::Denoise(Box::new(summary), filtered);
+    Ok(Outcome::new(kind, inputs))
 }
 
-fn estimate_noise(k: &mut Keywords) -> Result<Work> {
-    let options: NoiseOptions = k.take()?;
-    Ok(Box::new(move |call: Call| {
-        let reading = call.reading;
-        let result = match (reading.paths(), &reading.gyro) {
-            (Some([path]), None) => noise(path, &reading.options, &options)?,
-            _ => {
-                let rows = reading.one()?;
-                noise_of(&rows, &options)?
-            }
-        };
-        let inputs = result.inputs.clone();
-        Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))
-    }))
+fn estimate_noise(mut call: Call) -> Result<Outcome> {
+    let options: NoiseOptions = call.keywords.last()?;
+    let reading = call.reading;
+    let result = match (reading.paths(), &reading.gyro) {
+        (Some([path]), None) => noise(path, &reading.options, &options)?,
+        _ => noise_of(&reading.one()?, &options)?,
+    };
+    let inputs = result.inputs.clone();
+    Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))
 }
 
-fn check(k: &mut Keywords) -> Result<Work> {
-    let gravity = k.gravity()?;
+fn check(mut call: Call) -> Result<Outcome> {
+    let gravity = call.keywords.gravity()?;
     let options = CheckOptions {
         gravity,
-        ..k.take()?
+        ..call.keywords.last()?
     };
-    Ok(Box::new(move |mut call: Call| {
-        let (file, name) = call.calibration()?;
-        let reading = call.reading;
-        let (rows, left_out) = match reading.paths() {
-            Some(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
-            None => (reading.owned()?, Vec::new()),
-        };
-        let mut result = gravical::check::check(&file, &name, &rows, &options)?;
-        result.findings.extend(left_out);
-        let inputs = InputFile::of(&rows);
-        Ok(Outcome::new(Kind::Check(Box::new(result)), inputs))
-    }))
+    let (file, name) = call.calibration()?;
+    let reading = call.reading;
+    let (rows, left_out) = match reading.paths() {
+        Some(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
+        None => (reading.owned()?, Vec::new()),
+    };
+    let mut result = gravical::check::check(&file, &name, &rows, &options)?;
+    result.findings.extend(left_out);
+    let inputs = InputFile::of(&rows);
+    Ok(Outcome::new(Kind::Check(Box::new(result)), inputs))
 }
 
-fn compare(_: &mut Keywords) -> Result<Work> {
-    Ok(Box::new(|mut call: Call| {
-        let (second, second_name) = call.calibration()?;
-        let (first, first_name) = call.calibration()?;
-        let names = [first_name.as_str(), second_name.as_str()];
-        let result = gravical::compare::compare(&first, &second, names)?;
-        Ok(Outcome::new(Kind::Comparison(Box::new(result)), Vec::new()))
-    }))
+fn compare(mut call: Call) -> Result<Outcome> {
+    call.keywords.end()?;
+    let (second, second_name) = call.calibration()?;
+    let (first, first_name) = call.calibration()?;
+    let names = [first_name.as_str(), second_name.as_str()];
+    let result = gravical::compare::compare(&first, &second, names)?;
+    Ok(Outcome::new(Kind::Comparison(Box::new(result)), Vec::new()))
 }
 
 /// The options of a motion that are keywords.
@@ -279,42 +258,42 @@ pub fn motion_options(k: &mut Keywords) -> Result<MotionOptions> {
     Ok(options)
 }
 
-fn motion(k: &mut Keywords) -> Result<Work> {
-    let mut options = motion_options(k)?;
-    let truth = k.path("truth")?;
-    Ok(Box::new(move |call: Call| {
-        let (noise, noise_files) = call.noise.unzip();
-        options.noise = noise;
-        options.meter = Some(call.meter);
-        let rows = call.reading.one()?;
-        let calibration = call.calibrations.first();
-        let calibrated = calibration.map(|(file, name)| Calibrated { file, name });
-        let mut motion = gravical::motion::motion(&rows, calibrated, &options)?;
-        let mut inputs = InputFile::of(from_ref(&*rows));
-        inputs.extend(noise_files.unwrap_or_default());
-        if let Some(path) = truth {
-            let here = PathBuf::from(&rows.name);
-            let reference = read_reference(&path, &rows, &here)?;
-            add_comparison(&mut motion, &reference)?;
-            inputs.push(reference.input());
-        }
-        let table = Table::of_motion(&motion);
-        let kind = Kind::Motion(Box::new(motion), rows, table);
-        Ok(Outcome::new(kind, inputs))
-    }))
+fn motion(mut call: Call) -> Result<Outcome> {
+    let mut options = motion_options(&mut call.keywords)?;
+    let truth = call.keywords.path("truth")?;
+    call.keywords.end()?;
+    let (noise, noise_files) = call.noise.unzip();
+    options.noise = noise;
+    options.meter = Some(call.meter);
+    let rows = call.reading.one()?;
+    let calibration = call.calibrations.first();
+    let calibrated = calibration.map(|(file, name)| Calibrated { file, name });
+    let mut motion = gravical::motion::motion(&rows, calibrated, &options)?;
+    let mut inputs = InputFile::of(from_ref(&*rows));
+    inputs.extend(noise_files.unwrap_or_default());
+    if let Some(path) = truth {
+        let here = PathBuf::from(&rows.name);
+        let reference = read_reference(&path, &rows, &here)?;
+        add_comparison(&mut motion, &reference)?;
+        inputs.push(reference.input());
+    }
+    let table = Table::of_motion(&motion);
+    let kind = Kind::Motion(Box::new(motion), rows, table);
+    Ok(Outcome::new(kind, inputs))
 }
 
 /// Writes simulated recordings; the truth as JSON, and the paths, that of the truth last.
 #[pyfunction]
 pub fn simulate(
     py: Python<'_>,
-    scenario: &str,
+    scenario: String,
     output: PathBuf,
     force: bool,
     keywords: Keywords,
 ) -> PyResult<(String, Vec<PathBuf>)> {
-    let options = keywords.read(py, |k| {
-        let scenario = match scenario {
+    let mut k = keywords;
+    let (truth, paths) = task::run(py, &Meter::default(), move || {
+        let scenario = match scenario.as_str() {
             "six-position" => Scenario::SixPosition(k.take()?),
             "poses" => Scenario::Poses(k.take()?),
             "static" => Scenario::Static(k.take()?),
@@ -324,14 +303,13 @@ pub fn simulate(
                 return Err(error.with_hint("one of six-position, poses, static, line"));
             }
         };
-        Ok(SimulateOptions {
+        let options = SimulateOptions {
             scenario,
             sensor: k.take()?,
             file: k.take()?,
-            ..k.take()?
-        })
+            ..k.last()?
+        };
+        simulate_to(&options, &output, force)
     })?;
-    let run = move || simulate_to(&options, &output, force);
-    let (truth, paths) = task::run(py, &Meter::default(), run)?;
     Ok((json(&truth)?, paths))
 }
