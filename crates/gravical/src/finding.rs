@@ -16,7 +16,6 @@ macro_rules! finding {
 pub(crate) use finding;
 
 /// Adds the findings of `kind` to an error: a file that was left out can be its cause.
-#[must_use]
 pub(crate) fn after(error: Error, findings: &[Finding], kind: FindingKind) -> Error {
     let of_kind = findings.iter().filter(|f| f.kind == kind);
     of_kind.fold(error, |error, finding| {
@@ -26,7 +25,6 @@ pub(crate) fn after(error: Error, findings: &[Finding], kind: FindingKind) -> Er
 }
 
 /// Adds to an error what reading `recordings` lost, each with its findings: too few poses can be too few rows.
-#[must_use]
 pub(crate) fn after_losses<'a>(
     error: Error,
     recordings: impl IntoIterator<Item = (&'a str, &'a [Finding])>,

@@ -2,7 +2,6 @@
 //! typographic sign.
 
 /// Decimals that show `uncertainty` with two digits, 0 to 6.
-#[must_use]
 pub fn decimals_for(uncertainty: f64) -> usize {
     if !(uncertainty.is_finite() && uncertainty > 0.0) {
         return 6;
@@ -11,14 +10,12 @@ pub fn decimals_for(uncertainty: f64) -> usize {
 }
 
 /// Decimals that show `value` with `digits` significant digits, 0 to 6.
-#[must_use]
 pub fn decimals_of(value: f64, digits: i32) -> usize {
     let magnitude = value.abs().max(1e-9).log10().floor() as i32;
     (digits - 1 - magnitude).clamp(0, 6) as usize
 }
 
 /// Two digits of the standard deviation where there is one, else six digits of `scale`.
-#[must_use]
 pub fn decimals_by(sd: Option<f64>, scale: f64) -> usize {
     match sd {
         Some(sd) if sd > 0.0 && sd.is_finite() => decimals_for(sd),
@@ -27,7 +24,6 @@ pub fn decimals_by(sd: Option<f64>, scale: f64) -> usize {
 }
 
 /// `value` with `decimals`; no sign if it rounds to zero.
-#[must_use]
 pub fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -40,7 +36,6 @@ pub fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// The same, with a plus sign for positive values.
-#[must_use]
 pub fn signed(value: f64, decimals: usize) -> String {
     let text = fixed(value, decimals);
     if value > 0.0 && value.is_finite() && !is_zero(&text) {
@@ -54,7 +49,6 @@ fn is_zero(text: &str) -> bool {
 }
 
 /// `value` with this number of significant digits.
-#[must_use]
 pub fn digits(value: f64, digits: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -63,7 +57,6 @@ pub fn digits(value: f64, digits: i32) -> String {
 }
 
 /// As [`digits`], with a power of ten for values of which six decimals would not show the digits.
-#[must_use]
 pub fn small(value: f64, count: i32) -> String {
     let limit = 10_f64.powi(count - 8).max(1e-4);
     if value != 0.0 && value.is_finite() && value.abs() < limit {
@@ -74,13 +67,11 @@ pub fn small(value: f64, count: i32) -> String {
 }
 
 /// m/s² in mg: 1 mg is a thousandth of 9.80665 m/s².
-#[must_use]
 pub fn milli_g(mps2: f64) -> f64 {
     1000.0 * mps2 / gravical_core::unit::STANDARD_GRAVITY_MPS2
 }
 
 /// m/s² as mg with two digits.
-#[must_use]
 pub fn mg(mps2: f64) -> String {
     let mg = milli_g(mps2);
     if mg != 0.0 && mg.abs() < 0.001 {
@@ -90,7 +81,6 @@ pub fn mg(mps2: f64) -> String {
 }
 
 /// A unit as printed; files and options have `m/s^2`.
-#[must_use]
 pub fn unit(name: &str) -> String {
     match name {
         "deg" => "°".to_owned(),
@@ -101,7 +91,6 @@ pub fn unit(name: &str) -> String {
 }
 
 /// A value of an enum in words: its name in JSON with spaces.
-#[must_use]
 pub fn words(value: &impl serde::Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name.replace('-', " "),
@@ -110,7 +99,6 @@ pub fn words(value: &impl serde::Serialize) -> String {
 }
 
 /// A number of things: `1 pose`, `2 poses`.
-#[must_use]
 pub fn count(n: impl std::fmt::Display, word: &str) -> String {
     let n = n.to_string();
     let ending = if n == "1" { "" } else { "s" };

@@ -69,7 +69,6 @@ pub(crate) fn no_folder(folder: &Path, path: &Path) -> Error {
 
 /// True for a device or a pipe such as /dev/null, which is written to and never replaced by a
 /// file, and for a name of the system such as /dev/stdout, even if it refers to a file.
-#[must_use]
 pub fn is_special(path: &Path) -> bool {
     let of_system = ["/dev", "/proc"]
         .iter()

@@ -97,7 +97,6 @@ fn is_input(path: &Path, what: &str) -> Error {
 }
 
 /// The error of two results with one path.
-#[must_use]
 pub fn same_target(path: &Path) -> Error {
     Error::usage("same-target", "two results would be written here")
         .at(path, None)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import _gravical
 from ._errors import UsageError
-from ._given import Floats, keywords, scalars, vectors
+from ._arguments import Floats, keywords, scalars, vectors
 from ._recording import session_of
 from ._result import Groups, Record, calibration_of, parsed, split
 

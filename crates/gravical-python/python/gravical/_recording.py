@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _gravical
 from ._errors import UsageError
-from ._given import Floats, is_path, is_table, keywords, scalars, table_columns, vectors
+from ._arguments import Floats, is_path, is_table, keywords, scalars, table_columns, vectors
 from ._result import Record, parsed
 
 CHANNELS = ("t", "ax", "ay", "az", "gx", "gy", "gz", "temperature")

@@ -15,7 +15,7 @@ import numpy as np
 
 from . import _gravical
 from ._errors import UsageError
-from ._given import Floats, Path, is_path, keywords, vectors
+from ._arguments import Floats, Path, is_path, keywords, vectors
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -7,7 +7,7 @@ import tempfile
 from typing import Any
 
 from . import _gravical
-from ._given import Path, keywords
+from ._arguments import Path, keywords
 from ._motion import MOTION
 from ._recording import Recording, read, session_of
 from ._result import Calibration, Result, calibration_of, noise_of, parsed

@@ -111,7 +111,6 @@ pub struct Export {
 
 impl Target {
     /// The target of this name.
-    #[must_use]
     pub fn find(name: &str) -> Option<&'static Target> {
         TARGETS.iter().find(|t| t.name == name)
     }
@@ -262,7 +261,6 @@ fn in_comment(text: &str) -> String {
 /// The calibration as code to paste: its language, the mark of that language in Markdown, and the
 /// text.
 #[doc(hidden)]
-#[must_use]
 pub fn snippets(file: &CalibrationFile) -> [(&'static str, &'static str, String); 3] {
     let fill = |template: &str, write: fn(f64) -> String| {
         let mut values = Values::new(write);
