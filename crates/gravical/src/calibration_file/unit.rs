@@ -32,7 +32,8 @@ impl Applied<'_> {
     /// `unit-mismatch` (input). With a unit that the user gave, a wrong range or size is a finding
     /// of that kind.
     pub fn judge(&self, findings: &mut Vec<Finding>) -> Result<()> {
-        let scale = self.recording.accel_scale;
+        let (scale, name) = (self.recording.accel_scale, &self.recording.name);
+        let is_given = scale.origin == Origin::Given;
         let (unit, wanted) = (scale.unit, self.calibration.accelerometer.input_unit);
         let unknown = unit == AccelUnit::Unknown || wanted == AccelUnit::Unknown;
         if !unknown && unit != wanted {
@@ -67,12 +68,12 @@ impl Applied<'_> {
             None
         };
         let finding = match wrong {
-            Some((message, other)) if scale.origin != Origin::Given => return self.refuse(message, other),
+            Some((message, other)) if !is_given => return self.refuse(message, other),
             Some((message, _)) => {
                 // Already reported if the given unit itself has the wrong size.
                 let same = |f: &Finding| {
                     let file = f.file.as_deref();
-                    f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == self.recording.name)
+                    f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == name)
                 };
                 (!findings.iter().any(same)).then(|| finding!(UnitMismatch, "{message}"))
             }
@@ -83,7 +84,7 @@ impl Applied<'_> {
                 )
             }),
         };
-        findings.extend(finding.map(|f| f.in_file(&self.recording.name)));
+        findings.extend(finding.map(|f| f.in_file(name)));
         Ok(())
     }
 
