@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _gravical
-from ._errors import UsageError
 from ._arguments import Floats, keywords, scalars, vectors
+from ._errors import UsageError
 from ._recording import session_of
 from ._result import Groups, Record, calibration_of, parsed, split
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from . import _gravical
-from ._errors import UsageError
 from ._arguments import Floats, is_path, is_table, keywords, scalars, table_columns, vectors
+from ._errors import UsageError
 from ._result import Record, parsed
 
 CHANNELS = ("t", "ax", "ay", "az", "gx", "gy", "gz", "temperature")

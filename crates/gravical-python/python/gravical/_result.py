@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from . import _gravical
-from ._errors import UsageError
 from ._arguments import Floats, Path, is_path, keywords, vectors
+from ._errors import UsageError
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -4,8 +4,9 @@
 //!
 //! A [`FilterSpec`] specifies a filter (`savgol:5,2`, `butter:4,5Hz` …), a [`Filter`] is designed
 //! for a sampling rate, and [`denoise`] runs several filters over a recording, [`denoise_file`]
-//! from file to file: not across breaks and gaps, and around empty cells. It reports the effect of each filter on white noise
-//! ([`Response`]) and on the noise of this recording at rest ([`DenoiseSummary`]).
+//! from file to file: not across breaks and gaps, and around empty cells. It reports the effect of
+//! each filter on white noise ([`Response`]) and on the noise of this recording at rest
+//! ([`DenoiseSummary`]).
 //!
 //! - `savgol`: polynomials over a window (Savitzky–Golay), and the moving average, which is the one
 //!   of order 0.
