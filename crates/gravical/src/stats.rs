@@ -72,6 +72,19 @@ pub(crate) fn standard_deviation(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
+/// √(Σ(x − mean of its interval)²/Σ(n − 1)) over the finite values of intervals; NaN unless one of
+/// them has two.
+pub(crate) fn pooled_deviation<'a>(intervals: impl Iterator<Item = &'a [f64]>) -> f64 {
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for interval in intervals {
+        let values = || interval.iter().filter(|v| v.is_finite());
+        let mean = mean_of_finite(values());
+        squares += values().map(|v| (v - mean) * (v - mean)).sum::<f64>();
+        freedom += (values().count() as f64 - 1.0).max(0.0);
+    }
+    (squares / freedom).sqrt()
+}
+
 /// The values of a window in order: from one sample to the next few of them change.
 #[derive(Debug, Clone)]
 pub(crate) struct SortedWindow(Vec<f64>);

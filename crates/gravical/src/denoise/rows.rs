@@ -6,6 +6,7 @@ use std::path::Path;
 use super::Channels;
 use super::filter::Filter;
 use crate::recording::Recording;
+use crate::stats::pooled_deviation;
 use crate::{Error, Result};
 
 /// Steps longer than this many usual steps are gaps: twice the window of the weakest smoothing.
@@ -76,7 +77,9 @@ pub(super) fn run(
         let mut noise = done.noise.iter_mut().zip(at_rest);
         let mut measure = |column: &[f64]| {
             if let Some((sigmas, at_rest)) = noise.next() {
-                sigmas[c] = sigma_at_rest(column, at_rest);
+                let intervals = at_rest.iter().filter_map(|rows| column.get(rows.clone()));
+                let sigma = pooled_deviation(intervals);
+                sigmas[c] = sigma.is_finite().then_some(sigma);
             }
         };
         measure(column);
@@ -246,19 +249,4 @@ fn whole_share(stamps: &[f64], step_s: f64) -> f64 {
     let digits = (0..=9).map(|digits| 10_f64.powi(-digits));
     let digit_s = digits.into_iter().find(is_digit).unwrap_or(0.0);
     WHOLE_SHARE.max((digit_s / step_s).min(MAX_WHOLE_SHARE))
-}
-
-/// √(Σ(x − mean of its interval)²/Σ(n − 1)) over intervals; `None` if none has two values.
-fn sigma_at_rest(column: &[f64], intervals: &[Range<usize>]) -> Option<f64> {
-    let (mut squares, mut freedom) = (0.0, 0.0);
-    for rows in intervals {
-        let values = column.get(rows.clone()).unwrap_or_default();
-        let values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-        if values.len() >= 2 {
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            squares += values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
-            freedom += values.len() as f64 - 1.0;
-        }
-    }
-    (freedom > 0.0).then(|| (squares / freedom).sqrt())
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::TemperatureDrift;
 use crate::recording::Recording;
-use crate::stats::{mean_of_finite, standard_deviation};
+use crate::stats::{mean_of_finite, pooled_deviation, standard_deviation};
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
 const MAX_FILLED: usize = 8;
@@ -197,15 +197,7 @@ impl Pieces {
 /// follow each other.
 pub(super) fn scatter(segments: &[Vec<f64>], period_s: f64) -> f64 {
     let length = (MEAN_S / period_s).max(2.0) as usize;
-    let (mut squares, mut freedom) = (0.0, 0.0);
-    for second in segments.iter().flat_map(|s| s.chunks(length)) {
-        if second.len() > 1 {
-            let n = second.len() as f64 - 1.0;
-            squares += n * standard_deviation(second).powi(2);
-            freedom += n;
-        }
-    }
-    (squares / freedom).sqrt()
+    pooled_deviation(segments.iter().flat_map(|s| s.chunks(length)))
 }
 
 /// Cells of a column; NaN for missing samples.
