@@ -32,7 +32,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
 use gravical_recording::write::{Cell, Table};
 use gravical_recording::{Role, source};
 use serde::{Deserialize, Serialize};
@@ -45,9 +45,6 @@ use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 use gravical_recording::{BatchReader, Rows};
-
-/// As [`GyroScale::nominal`] has it, so that °/s stay as they are.
-const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
 /// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
 const CLOCK_SET_S: f64 = 1.0;
@@ -211,7 +208,6 @@ impl Conversion {
         let has_stamps = recording.time_s.is_some();
         let rate_hz = recording.timing.rate_hz();
         let has_temperature = recording.temperature_c.is_some();
-        let axes = ["x", "y", "z"];
         let decimals = if in_g { G_DECIMALS } else { SI_DECIMALS };
         let mut cells = Vec::new();
         if has_stamps || rate_hz.is_some() {
@@ -221,17 +217,16 @@ impl Conversion {
             let value = cells.len();
             cells.push((name, Cell::Trimmed(value, decimals)));
         };
-        let calibrated = options.output_unit.columns();
-        for (axis, calibrated) in axes.into_iter().zip(calibrated) {
-            let name = match (recording.is_calibrated, in_g) {
-                (true, _) => calibrated.to_owned(),
-                (false, true) => format!("a{axis}_g"),
-                (false, false) => format!("a{axis}_m_s2"),
-            };
-            push(name, decimals);
+        let accel = match (recording.is_calibrated, in_g) {
+            (true, _) => options.output_unit.columns(),
+            (false, true) => ["ax_g", "ay_g", "az_g"],
+            (false, false) => ["ax_m_s2", "ay_m_s2", "az_m_s2"],
+        };
+        for name in accel {
+            push(name.to_owned(), decimals);
         }
         if let Some((_, unit)) = gyro {
-            for axis in axes {
+            for axis in ["x", "y", "z"] {
                 push(format!("g{axis}{unit}"), decimals);
             }
         }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::options::{LINE_OFFSET_M, LineOptions, Scenario, SimulateOptions, bad};
-use super::poses::{Draws, Z_UP};
+use super::poses::{Draws, Z_UP, attitude_of};
 use super::record::{INSIDE_HZ, warmer_c};
 use super::scenario::Builder;
 use super::sensor::{Part, Reading};
@@ -129,7 +129,11 @@ impl InteractiveSensor {
     pub fn push(&mut self, line: &LineOptions) -> Result<f64> {
         Scenario::Line(*line).validate()?;
         self.begin();
-        let displacement = self.heading() * LINE_OFFSET_M + self.across() * line.distance_m;
+        let attitude = self.builder.attitude;
+        let up = attitude.inverse_transform_vector(&Vector3::z());
+        // From the frame of the scenario to the world.
+        let turned = attitude * attitude_of(up).inverse();
+        let displacement = turned * Vector3::new(LINE_OFFSET_M, line.distance_m, 0.0);
         self.builder
             .go(Vector3::zeros(), displacement, line.move_time_s);
         Ok(self.builder.now_s() - self.now_s())
@@ -160,26 +164,6 @@ impl InteractiveSensor {
             self.builder
                 .rest(Vector3::from(Z_UP.direction()), begins_s - free_s);
         }
-    }
-
-    /// The horizontal component of the sensor's x; of y if x is up.
-    fn heading(&self) -> Vector3<f64> {
-        let up = self
-            .builder
-            .attitude
-            .inverse_transform_vector(&Vector3::z());
-        let reference = if up.x.abs() > 0.9 {
-            Vector3::y()
-        } else {
-            Vector3::x()
-        };
-        let mut heading = self.builder.attitude * reference;
-        heading.z = 0.0;
-        heading.normalize()
-    }
-
-    fn across(&self) -> Vector3<f64> {
-        Vector3::z().cross(&self.heading())
     }
 }
 
