@@ -94,7 +94,6 @@ pub const RECORDINGS: &[&str] = &[
     "inspect {data}/tofupilot-thermal/part1_rows0-5249.tsv --json",
     "inspect {data}/imu_tk-xsens/xsens_gyro.txt.gz --json",
     "convert {data}/skdh-axivity/ax6_sample.cwa --output-unit g --absolute-time -o {out} --json",
-    "denoise {data}/pabrod-elevator/skyscrapper_up.csv --filter hampel:7,5 --filter savgol:5,2 --filter butter:4,5Hz -o {out} --json",
     "denoise {data}/xio-gait/short_walk.csv --filter hampel:7,5 --filter savgol:5,2 --filter butter:4,5Hz -o {out} --json",
     "denoise {data}/tofupilot-thermal/part1_rows0-5249.tsv --filter butter:4,0.2Hz -o {out} --json",
     "noise {data}/tofupilot-thermal/part1_rows0-5249.tsv --gyro-unit rad/s --json",

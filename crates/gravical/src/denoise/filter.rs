@@ -25,7 +25,7 @@ use crate::{Error, Result};
 pub struct Filter {
     pub(super) spec: FilterSpec,
     /// Time between even samples, s; 1 if the rate is unknown.
-    pub(super) step_s: f64,
+    step_s: f64,
     kind: Kind,
     response: Response,
 }
