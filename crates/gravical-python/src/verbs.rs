@@ -214,7 +214,7 @@ fn estimate_noise(mut call: Call) -> Result<Outcome> {
     let reading = call.reading;
     let result = match (reading.paths(), &reading.gyro) {
         (Some([path]), None) => noise(path, &reading.options, &options)?,
-        _ => noise_of(&reading.one()?, &options)?,
+        _ => noise_of(&*reading.one()?, &options)?,
     };
     let inputs = result.inputs.clone();
     Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))
