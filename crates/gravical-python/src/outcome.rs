@@ -86,7 +86,7 @@ impl Outcome {
         Ok((result.section(), inputs))
     }
 
-    fn drawn(&self) -> Vec<Figure> {
+    fn draw_figures(&self) -> Vec<Figure> {
         match &self.kind {
             Kind::Calibration(file, session) => {
                 let session = session.as_ref().map(|s| figure::calibration::Session {
@@ -101,7 +101,7 @@ impl Outcome {
         }
     }
 
-    fn presented<'a>(&self, figures: &'a [Figure]) -> Document<'a> {
+    fn build_document<'a>(&self, figures: &'a [Figure]) -> Document<'a> {
         let document = match &self.kind {
             Kind::Calibration(file, _) => return report::calibration(file, None, figures),
             Kind::Inspection(result) => report::inspection(result),
@@ -134,7 +134,7 @@ impl Outcome {
         }
     }
 
-    fn exported(&self, to: &str, options: &ExportOptions) -> Result<(String, Vec<String>)> {
+    fn export_to(&self, to: &str, options: &ExportOptions) -> Result<(String, Vec<String>)> {
         let unknown = || {
             let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
             Error::usage("usage", format!("to=: {to:?} is no target"))
@@ -169,7 +169,7 @@ impl Outcome {
     /// Name, title, caption and SVG of each.
     fn figures(&self, py: Python<'_>) -> Vec<(String, String, String, String)> {
         py.detach(|| {
-            let drawn = self.drawn().into_iter().map(|f| {
+            let drawn = self.draw_figures().into_iter().map(|f| {
                 let svg = svg::standalone(&f);
                 (f.name, f.title, f.caption, svg)
             });
@@ -183,8 +183,8 @@ impl Outcome {
             return format!("{}: {} rows calibrated\n", summary.input, summary.rows);
         }
         py.detach(|| {
-            let figures = self.drawn();
-            let document = self.presented(&figures);
+            let figures = self.draw_figures();
+            let document = self.build_document(&figures);
             match format {
                 "html" => document.to_html(),
                 "md" => document.to_markdown(None),
@@ -207,7 +207,7 @@ impl Outcome {
         keywords: Keywords,
     ) -> PyResult<(String, Vec<String>)> {
         let options = keywords.read(py, Keywords::take::<ExportOptions>)?;
-        self.exported(to, &options).or_raise(py)
+        self.export_to(to, &options).or_raise(py)
     }
 
     /// The table beside the document: names of its columns, and its values row by row.

@@ -66,7 +66,7 @@ impl Remark {
     }
 
     /// The message with its place.
-    pub(super) fn said(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         match self.place.as_str() {
             "" => self.text.clone(),
             place => format!("{} [{place}]", self.text),

@@ -30,7 +30,7 @@ fn verdict_markdown(v: &Verdict) -> String {
         format!("- **{number}** {}\n", escaped(&f.what))
     });
     let why = figures.collect::<String>() + &list(&v.reasons);
-    let mut out = format!("\n## {}\n\n**{}**\n\n{why}", v.heading, escaped(&v.word));
+    let mut out = format!("\n## Verdict\n\n**{}**\n\n{why}", escaped(&v.word));
     if !v.next.is_empty() {
         out.push_str(&format!("\nNext:\n\n{}", list(&v.next)));
     }
@@ -54,7 +54,6 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
     match block {
         Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
         Block::Equation(lines) => fenced("", &format!("{}\n", lines.join("\n"))),
-        Block::List(points) => list(points),
         Block::Facts(facts) => facts
             .iter()
             .map(|(name, text)| match name.as_str() {
@@ -84,7 +83,7 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
 
 fn remark(r: &Remark) -> String {
     let word = if r.warning { "warning" } else { "note" };
-    let text = escaped(&r.said());
+    let text = escaped(&r.describe());
     format!("- **{}** ({word}): {text}\n", escaped(&r.kind))
 }
 
@@ -150,18 +149,13 @@ fn number_text(text: &str) -> String {
     escaped(&text.replace('-', "−"))
 }
 
-/// The target of a link, percent-encoded.
+/// The target of a link, percent-encoded where that is necessary.
 fn target(link: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "/._- ".contains(c);
-    let mut out = String::new();
-    for c in link.chars() {
-        if plain(c) {
-            out.push(c);
-        } else {
-            out.extend(c.to_string().bytes().map(|b| format!("%{b:02X}")));
-        }
-    }
-    out
+    let encoded = |c: char| match c {
+        '%' | '<' | '>' | '\\' | '#' | '?' | '\0'..='\x1f' => format!("%{:02X}", u32::from(c)),
+        c => c.to_string(),
+    };
+    link.chars().map(encoded).collect()
 }
 
 /// The text in one line, with commands and options as code, and a backslash before everything

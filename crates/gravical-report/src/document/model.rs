@@ -9,8 +9,7 @@ use gravical::numfmt::fixed;
 /// How much of a document is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// For a terminal: the main blocks and columns, the first rows of long tables, the weightiest
-    /// findings.
+    /// For a terminal: the main blocks, the first rows of long tables, the weightiest findings.
     Summary,
     /// Everything.
     Full,
@@ -36,8 +35,6 @@ pub struct Document<'a> {
 #[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// Its heading on a page.
-    pub heading: &'static str,
     /// Which sign and colour it has.
     pub grade: Grade,
     /// The verdict in a word or two.
@@ -85,8 +82,6 @@ pub struct Section<'a> {
     pub id: &'static str,
     /// Its heading.
     pub title: &'static str,
-    /// Whether a text omits the heading, because the subject is right above.
-    pub opening: bool,
     /// Its content, each block from this detail on.
     pub blocks: Vec<(Detail, Block<'a>)>,
 }
@@ -101,8 +96,6 @@ pub enum Block<'a> {
     Note(String),
     /// One line each.
     Equation(Vec<&'static str>),
-    /// Points.
-    List(Vec<String>),
     /// Names and values.
     Facts(Vec<(String, String)>),
     /// Numbers.
@@ -148,8 +141,6 @@ pub struct Column {
     pub group: String,
     /// Quantity and unit.
     pub name: String,
-    /// Lowest detail that shows it.
-    pub detail: Detail,
 }
 
 /// A row of a table.
@@ -160,10 +151,6 @@ pub struct Row {
     pub cells: Vec<Cell>,
     /// A sentence below the row; empty for none.
     pub note: String,
-    /// Whether it is the sum of the rows above.
-    pub sum: bool,
-    /// Whether it is kept when a long table is cut.
-    pub stays: bool,
 }
 
 /// A cell of a table.
@@ -232,7 +219,6 @@ impl Verdict {
     /// A verdict with its reasons alone.
     pub fn new(grade: Grade, word: &str, reasons: &[String]) -> Self {
         Verdict {
-            heading: "Verdict",
             grade,
             word: word.to_owned(),
             conclusion: None,
@@ -249,15 +235,8 @@ impl<'a> Section<'a> {
         Section {
             id,
             title,
-            opening: false,
             blocks: Vec::new(),
         }
-    }
-
-    /// Without its heading in a text.
-    pub fn opening(mut self) -> Self {
-        self.opening = true;
-        self
     }
 
     /// With a block that every rendering has.
@@ -292,6 +271,13 @@ impl Block<'_> {
     /// Sentences.
     pub fn paragraph(text: impl Into<String>) -> Self {
         Block::Paragraph(text.into())
+    }
+
+    /// Names and values; those without a value are left out.
+    pub fn facts<const N: usize>(facts: [(&str, Option<String>); N]) -> Self {
+        let facts = facts.into_iter();
+        let known = facts.filter_map(|(name, text)| Some((name.to_owned(), text?)));
+        Block::Facts(known.collect())
     }
 
     /// Small print.
@@ -332,11 +318,11 @@ impl Table {
         self.rows([row.into()])
     }
 
-    /// With more rows; beyond [`ROWS`] they are counted and not kept, unless they stay.
+    /// With more rows; beyond [`ROWS`] they are counted and not kept.
     pub fn rows(mut self, rows: impl IntoIterator<Item = Row>) -> Self {
         for row in rows {
             self.all += 1;
-            if self.all <= ROWS || row.stays {
+            if self.all <= ROWS {
                 self.rows.push(row);
             }
         }
@@ -345,36 +331,26 @@ impl Table {
 }
 
 impl Column {
-    /// A column that every rendering has.
-    pub fn new(name: impl Into<String>) -> Self {
-        Column {
-            group: String::new(),
-            name: name.into(),
-            detail: Detail::Summary,
-        }
+    /// Adjacent columns below one heading.
+    pub fn group<const N: usize>(group: &str, names: [&str; N]) -> [Self; N] {
+        names.map(|name| Column {
+            group: group.to_owned(),
+            ..Column::from(name)
+        })
     }
 
     /// Three columns of numbers, for the axes.
     pub fn axes(group: &str) -> [Self; 3] {
-        ["x", "y", "z"].map(|axis| Column::new(axis).below(group))
-    }
-
-    /// Below a heading that it shares with its neighbours.
-    pub fn below(mut self, group: &str) -> Self {
-        group.clone_into(&mut self.group);
-        self
-    }
-
-    /// Only where all is shown.
-    pub fn full(mut self) -> Self {
-        self.detail = Detail::Full;
-        self
+        Column::group(group, ["x", "y", "z"])
     }
 }
 
 impl From<&str> for Column {
     fn from(name: &str) -> Self {
-        Column::new(name)
+        Column {
+            group: String::new(),
+            name: name.to_owned(),
+        }
     }
 }
 
@@ -401,12 +377,6 @@ impl Row {
     /// With a sentence below it.
     pub fn noted(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
-        self
-    }
-
-    /// As a sum of those above.
-    pub fn sum(mut self) -> Self {
-        self.sum = true;
         self
     }
 }

@@ -20,7 +20,7 @@ fn remark() -> Remark {
 fn document(figure: &Figure) -> Document<'_> {
     let table = Table::new("Bias, ± 1σ")
         .columns(["axis", "b, m/s²"])
-        .columns(Column::axes("mean").map(Column::full))
+        .columns(Column::axes("mean"))
         .row([
             Cell::text("<x>|*"),
             Cell::number("-0.2246").plus_minus(Some(0.0012), 4),
@@ -77,8 +77,9 @@ Bias
   c = d
 
   Bias, ± 1σ
-  axis            b, m/s²
-  <x>|*  -0.2246 ± 0.0012
+                            mean
+  axis            b, m/s²  x  y  z
+  <x>|*  -0.2246 ± 0.0012  –  –  –
   b: bias.
 
 Findings
@@ -91,10 +92,6 @@ Verdict: good
 "
     );
     let full = document(&figure).to_text(Detail::Full);
-    assert!(
-        full.contains("                            mean\n"),
-        "{full}"
-    );
     assert!(full.contains("  C\n    a = b < c;\n"), "{full}");
     assert!(
         full.ends_with("  - It fits.\n  - 0.20 mg: error\n  - Go on.\n"),
@@ -190,22 +187,19 @@ fn html() {
 
 #[test]
 fn long_tables_are_cut_and_say_so() {
-    let row = |i: usize| Row {
-        stays: i == 400,
-        ..Row::from([Cell::text(format!("row {i}"))])
-    };
+    let row = |i: usize| Row::from([Cell::text(format!("row {i}"))]);
     let table = Table::new("").columns(["name"]).rows((0..1000).map(row));
     let document = Document::new("").with(Section::new("a", "A").with(table));
     let text = document.to_text(Detail::Summary);
-    assert_eq!(text.lines().count(), 3 + 23 + 1 + 1, "{text}");
-    assert!(text.ends_with("  row 22\n  row 400\n  … and 976 more; --json has all\n"));
+    assert_eq!(text.lines().count(), 3 + 23 + 1, "{text}");
+    assert!(text.ends_with("  row 22\n  … and 977 more; --json has all\n"));
     for full in [
         document.to_text(Detail::Full),
         document.to_html(),
         document.to_markdown(None),
     ] {
         assert!(full.contains("row 199") && !full.contains("row 200"));
-        assert!(full.contains("row 400") && full.contains("… and 799 more"));
+        assert!(full.contains("… and 800 more"));
     }
 }
 
@@ -235,7 +229,7 @@ fn no_line_is_wider_than_a_terminal() {
         cells.push(Cell::text("some more words ".repeat(9)));
         Table::new("Wide")
             .columns(["name"])
-            .columns((0..9).map(|i| Column::new(format!("column {i}, m/s²"))))
+            .columns((0..9).map(|i| Column::from(&*format!("column {i}, m/s²"))))
             .columns(["sentences"])
             .row(Row::from(cells).noted("a reason ".repeat(20)))
     };

@@ -49,25 +49,13 @@ fn conclusion(verdict: &Verdict) -> String {
 }
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
-    let shown = || {
-        section
-            .shown(detail)
-            .filter(|b| !matches!(b, Block::Figure(_)))
-    };
-    if shown().next().is_none() {
-        return String::new();
-    }
-    let mut out = String::new();
-    if !section.opening {
-        out.push_str(&format!("\n{}\n", section.title));
-    }
+    let shown = section.shown(detail);
     let mut before: Option<&Block<'_>> = None;
-    for block in shown() {
+    let mut out = String::new();
+    for block in shown.filter(|b| !matches!(b, Block::Figure(_))) {
         let apart = match (before, block) {
-            (None, Block::Table(_)) => section.opening,
             (None, _) | (_, Block::Note(_)) => false,
-            (Some(Block::Table(_) | Block::Facts(_)), _) => true,
-            (_, Block::Table(_)) => true,
+            (Some(Block::Table(_) | Block::Facts(_)), _) | (_, Block::Table(_)) => true,
             _ => false,
         };
         if apart {
@@ -76,14 +64,16 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
         out.push_str(&block_text(block, detail));
         before = Some(block);
     }
-    out
+    if out.is_empty() {
+        return out;
+    }
+    format!("\n{}\n{out}", section.title)
 }
 
 fn block_text(block: &Block<'_>, detail: Detail) -> String {
     match block {
         Block::Paragraph(text) | Block::Note(text) => paragraph("  ", text),
         Block::Equation(lines) => lines.iter().map(|l| paragraph("  ", l)).collect(),
-        Block::List(points) => points.iter().map(|p| paragraph("  - ", p)).collect(),
         Block::Facts(facts) => facts_text(facts),
         Block::Table(table) => table_text(table, detail),
         Block::Figure(_) => String::new(),
@@ -120,7 +110,7 @@ impl Remark {
     #[must_use]
     pub fn to_text(&self) -> String {
         let mark = if self.warning { "  ! " } else { "  · " };
-        paragraph(mark, &format!("{}: {}", self.kind, self.said()))
+        paragraph(mark, &format!("{}: {}", self.kind, self.describe()))
     }
 }
 
@@ -218,16 +208,12 @@ struct Printed {
 }
 
 fn table_text(table: &Table, detail: Detail) -> String {
-    let cut = match detail {
-        Detail::Summary if table.all > MAX_SUMMARY_ROWS => MAX_SUMMARY_ROWS - 1,
-        _ => table.rows.len(),
+    let rows = match detail {
+        Detail::Summary if table.all > MAX_SUMMARY_ROWS => &table.rows[..MAX_SUMMARY_ROWS - 1],
+        _ => &table.rows[..],
     };
-    let rows = table.rows.iter().enumerate();
-    let rows = rows.filter(|(i, row)| *i < cut || row.stays);
-    let rows: Vec<&Row> = rows.map(|(_, row)| row).collect();
     let print = |layout: &Layout| -> Vec<Printed> {
         let columns = table.columns.iter().enumerate();
-        let columns = columns.filter(|(_, column)| column.detail <= detail);
         let print = |(i, column)| {
             let cells = rows.iter().map(|r| &r.cells[i]);
             Printed::new(column, table.is_numeric(i), cells, layout)
@@ -253,13 +239,13 @@ fn table_text(table: &Table, detail: Detail) -> String {
     let mut part: Vec<Printed> = Vec::new();
     for column in columns {
         if part.len() > 1 && total(&part, layout.gap) + layout.gap + column.width > WIDTH {
-            out.push_str(&part_text(&part, &rows, layout.gap));
+            out.push_str(&part_text(&part, rows, layout.gap));
             out.push('\n');
             part.truncate(1);
         }
         part.push(column);
     }
-    out.push_str(&part_text(&part, &rows, layout.gap));
+    out.push_str(&part_text(&part, rows, layout.gap));
     let left_out = table.all.saturating_sub(rows.len());
     if left_out > 0 {
         out.push_str(&format!("  … and {left_out} more; --json has all\n"));
@@ -325,7 +311,7 @@ fn lines(text: &str, width: usize) -> Vec<String> {
     lines.into_iter().map(Cow::into_owned).collect()
 }
 
-fn part_text(columns: &[Printed], rows: &[&Row], gap: usize) -> String {
+fn part_text(columns: &[Printed], rows: &[Row], gap: usize) -> String {
     let mut out = groups_text(columns, gap);
     for i in 0..=rows.len() {
         let high = columns.iter().map(|c| c.cells[i].len()).max().unwrap_or(0);
@@ -342,7 +328,7 @@ fn part_text(columns: &[Printed], rows: &[&Row], gap: usize) -> String {
             out.push_str(format!("  {line}").trim_end());
             out.push('\n');
         }
-        if let Some(row) = i.checked_sub(1).map(|i| rows[i])
+        if let Some(row) = i.checked_sub(1).map(|i| &rows[i])
             && !row.note.is_empty()
         {
             out.push_str(&paragraph("      ", &row.note));

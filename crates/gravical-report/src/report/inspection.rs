@@ -2,7 +2,7 @@
 
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use gravical::inspect::{Inspection, StillSpan};
-use gravical::numfmt::{decimals_of, fixed};
+use gravical::numfmt::{decimals_of, digits, fixed};
 use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
 use gravical::recording::units::{AccelUnit, GyroUnit};
@@ -15,43 +15,52 @@ const BAR: usize = 64;
 
 /// The document of an inspection.
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
-    let mut facts: Vec<(String, String)> = Vec::new();
-    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
-    fact("format", inspection.description.clone());
-    if let Some(serial) = &inspection.serial {
-        fact("sensor", format!("serial number {serial}"));
-    }
-    fact("lines", inspection.row_counts.sum.clone());
-    fact("time", time(inspection));
-    fact("accel", accel(inspection));
-    if let Some(text) = gyro(inspection) {
-        fact("gyro", text);
-    }
-    if let Some([low, high]) = inspection.temperature_c {
-        fact("temp", format!("{low:.1} to {high:.1} °C"));
-    }
-    if !inspection.labels.is_empty() {
-        let labels = inspection.labels.iter().take(12);
-        let shown: Vec<String> = labels
-            .map(|(name, rows)| format!("{name} {rows}"))
-            .collect();
-        fact("labels", shown.join(", "));
-    }
-    fact("static", stillness(inspection));
-    fact("", bar(inspection));
-    if !inspection.turns.is_empty() {
-        let turns = inspection.turns.iter();
-        let about: Vec<String> = turns.map(|t| t.axis.to_string()).collect();
-        fact("turns", format!("full turns about {}", about.join(", ")));
-    }
-    let reading = Section::new("reading", "How it was read").opening();
+    let labels = inspection.labels.iter().take(12);
+    let labels: Vec<String> = labels
+        .map(|(name, rows)| format!("{name} {rows}"))
+        .collect();
+    let turns: Vec<String> = inspection
+        .turns
+        .iter()
+        .map(|t| t.axis.to_string())
+        .collect();
+    let listed = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
+    let (serial, temperature) = (inspection.serial.as_ref(), inspection.temperature_c);
+    let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
+    let facts = Block::facts([
+        ("format", Some(inspection.description.clone())),
+        (
+            "sensor",
+            serial.map(|serial| format!("serial number {serial}")),
+        ),
+        ("lines", Some(inspection.row_counts.sum.clone())),
+        ("time", Some(time(inspection))),
+        (
+            "missing",
+            missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2))),
+        ),
+        ("accel", Some(accel(inspection))),
+        ("gyro", gyro(inspection)),
+        (
+            "temp",
+            temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C")),
+        ),
+        ("labels", listed(labels)),
+        ("static", Some(stillness(inspection))),
+        ("", Some(bar(inspection))),
+        (
+            "turns",
+            listed(turns).map(|axes| format!("full turns about {axes}")),
+        ),
+    ]);
+    let reading = Section::new("reading", "How it was read");
     let intervals = &inspection.static_intervals;
     let temperature = inspection.temperature_drift.as_ref();
     Document {
         subject: vec![inspection.file.clone()],
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
-    .with(reading.with(Block::Facts(facts)))
+    .with(reading.with(facts))
     .with((!intervals.is_empty()).then(|| stills(intervals)))
     .with(temperature.map(|model| drift(Section::new("temperature", "Temperature"), model)))
     .with_findings(&inspection.findings, false)

@@ -3,7 +3,7 @@
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use gravical::core::matrix3::norm;
 use gravical::motion::{Budget, Comparison, Ends, MotionResult, Move, MoveComparison};
-use gravical::numfmt::{decimals_for, decimals_of, digits, fixed};
+use gravical::numfmt::{count, decimals_for, decimals_of, digits, fixed};
 
 use super::short_name;
 
@@ -42,32 +42,36 @@ fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> 
 }
 
 pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
-    let uncertain = result.moves.iter().any(|m| m.sigma_m.is_some());
-    let group = if uncertain {
-        "displacement ± 1σ, m"
-    } else {
-        "displacement, m"
-    };
-    let mut table = Table::new("")
+    let table = Table::new("")
         .columns(["move", "from, s", "to, s"])
-        .columns(Column::axes(group));
-    let plain = result.moves.iter().any(|m| m.uncalibrated_m.is_some());
-    if plain {
-        table = table.columns(Column::axes("uncalibrated, m").map(Column::full));
-    }
-    let table = table.columns(["path, m", "speed, m/s", "rest at"]).rows(
-        result
-            .moves
-            .iter()
-            .enumerate()
-            .map(|(i, m)| one_move(i, m, plain)),
-    );
-    Section::new("moves", "Moves").with(table).with(Block::note(
+        .columns(Column::axes("displacement ± 1σ, m"))
+        .columns(["path, m", "speed, m/s", "rest at"])
+        .rows((1..).zip(&result.moves).map(one_move));
+    let section = Section::new("moves", "Moves").with(table).with(Block::note(
         "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
-    ))
+    ));
+    let plain = (1..)
+        .zip(&result.moves)
+        .filter(|(_, m)| m.uncalibrated_m.is_some());
+    let plain = plain.map(|(number, m)| {
+        let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
+        Row::named(
+            number.to_string(),
+            Cell::axes(m.uncalibrated_m, |k, v| far(v, n[k])),
+        )
+    });
+    let plain: Vec<Row> = plain.collect();
+    if plain.is_empty() {
+        return section;
+    }
+    let columns = Column::axes("displacement, m");
+    let table = Table::new("Without the calibration")
+        .columns(["move"])
+        .columns(columns);
+    section.full(table.rows(plain))
 }
 
-fn one_move(i: usize, m: &Move, plain: bool) -> Row {
+fn one_move((number, m): (usize, &Move)) -> Row {
     let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
     let finest = n.into_iter().max().unwrap_or(3).min(6);
     let ends = match m.ends {
@@ -77,34 +81,28 @@ fn one_move(i: usize, m: &Move, plain: bool) -> Row {
         Ends::Free => "none",
     };
     let mut cells = vec![
-        Cell::text((i + 1).to_string()),
+        Cell::text(number.to_string()),
         Cell::number(fixed(m.start_s, 2)),
         Cell::number(fixed(m.end_s, 2)),
     ];
     cells.extend(lengths(m.displacement_m, m.sigma_m, n));
-    if plain {
-        cells.extend(Cell::axes(m.uncalibrated_m, |k, v| far(v, n[k])));
-    }
     cells.extend([
         // At most the digits of the displacement.
         Cell::maybe(m.path_m, |v| far(v, decimals_of(v, 3).min(finest))),
         Cell::maybe(m.peak_speed_mps, |v| far(v, decimals_of(v, 2).min(5))),
         Cell::text(ends),
     ]);
-    let row = Row::from(cells);
-    let mut notes = Vec::new();
-    notes.extend(m.unusable.as_ref().map(|why| format!("not usable: {why}")));
-    if m.closure.is_some_and(|c| c.widened) {
-        notes.push("the rest after it contradicts it: band widened".to_owned());
-    }
-    if m.replaced > 0 {
-        notes
-            .push("values at the end of the range or far from all around them replaced".to_owned());
-    }
-    if m.stances > 0 {
-        notes.push(gravical::numfmt::count(m.stances, "stance"));
-    }
-    row.noted(notes.join("; "))
+    let widened = m.closure.is_some_and(|c| c.widened);
+    let notes = [
+        m.unusable.as_ref().map(|why| format!("not usable: {why}")),
+        widened.then(|| "the rest after it contradicts it: band widened".to_owned()),
+        (m.replaced > 0).then(|| {
+            "values at the end of the range or far from all around them replaced".to_owned()
+        }),
+        (m.stances > 0).then(|| count(m.stances, "stance")),
+    ];
+    let notes: Vec<String> = notes.into_iter().flatten().collect();
+    Row::from(cells).noted(notes.join("; "))
 }
 
 pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
@@ -116,32 +114,15 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
         ));
     };
     let n = decimals(last.sigma_m, position);
-    let at_end = lengths(Some(position), last.sigma_m, n);
-    let mut rows = vec![Row::named("position, m", at_end)];
-    let plain = result.uncalibrated;
-    if let Some(u) = plain {
-        let cells = lengths(u.position_m, None, n);
-        rows.push(Row::named("uncalibrated, m", cells));
-    }
-    let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
-    if let Some(velocity) = last.velocity_mps.filter(moving) {
-        let n = [decimals_of(largest(velocity), 2).min(3); 3];
-        let cells = lengths(Some(velocity), None, n);
-        rows.push(Row::named("velocity, m/s", cells));
-        if let Some(u) = plain {
-            let cells = lengths(u.velocity_mps, None, n);
-            rows.push(Row::named("uncalibrated, m/s", cells));
-        }
-    }
-    let uncertain = if last.sigma_m.is_some() {
-        " (± 1σ)"
-    } else {
-        ""
-    };
-    let table = Table::new(format!("Position relative to the start{uncertain}"))
+    let plain = result.uncalibrated.map(|u| lengths(u.position_m, None, n));
+    let table = Table::new("Position relative to the start (± 1σ)")
         .columns([""])
         .columns(Column::axes(""))
-        .rows(rows);
+        .row(Row::named(
+            "position, m",
+            lengths(Some(position), last.sigma_m, n),
+        ))
+        .rows(plain.map(|cells| Row::named("uncalibrated, m", cells)));
     section.with(table)
 }
 
@@ -163,18 +144,13 @@ pub(super) fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section
         return section;
     }
     let n = decimals_of(1e3 * total, 2).min(3);
-    let share = |v: f64| 100.0 * v * v / (total * total);
-    let parts = parts.map(|(value, what)| {
-        Row::from([
-            Cell::text(what),
-            Cell::number(far(1e3 * value, n)),
-            Cell::number(fixed(share(value), 0)),
-        ])
-    });
-    let sum = |name: &str, factor: f64, share: Cell| {
-        let mm = factor * 1e3 * total;
-        Row::from([Cell::text(name), Cell::number(far(mm, n)), share]).sum()
+    let row = |what: &str, value: f64, share: Cell| {
+        Row::named(what, [Cell::number(far(1e3 * value, n)), share])
     };
+    let parts = parts.map(|(value, what)| {
+        let share = 100.0 * value * value / (total * total);
+        row(what, value, Cell::number(fixed(share, 0)))
+    });
     let of = if only {
         "the displacement".to_owned()
     } else {
@@ -183,12 +159,12 @@ pub(super) fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section
     let table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ"))
         .columns(["source", "mm", "% of the variance"])
         .rows(parts)
-        .row(sum(
+        .row(row(
             "combined (root sum of squares)",
-            1.0,
+            total,
             Cell::number("100"),
         ))
-        .row(sum("expanded, k = 2", 2.0, Cell::text("")));
+        .row(row("expanded, k = 2", 2.0 * total, Cell::text("")));
     section.with(table)
 }
 

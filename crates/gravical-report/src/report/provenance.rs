@@ -21,16 +21,12 @@ impl Document<'_> {
     /// Adds the date below the title and a section with the provenance.
     pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
         self.stamp = format!("{} · {}", origin.created, origin.tool);
-        let command = origin
-            .command
-            .map_or("–".to_owned(), |command| format!("`{command}`"));
-        let facts = [
-            ("program", origin.tool),
-            ("command", command.as_str()),
-            ("computed", origin.created),
-        ];
-        let facts = facts.map(|(name, text)| (name.to_owned(), text.to_owned()));
-        let section = Section::new("provenance", "Provenance").full(Block::Facts(facts.to_vec()));
+        let command = origin.command.map(|command| format!("`{command}`"));
+        let section = Section::new("provenance", "Provenance").full(Block::facts([
+            ("program", Some(origin.tool.to_owned())),
+            ("command", command),
+            ("computed", Some(origin.created.to_owned())),
+        ]));
         self.with(match origin.inputs {
             [] => section,
             some => section.full(files(some)),

@@ -15,25 +15,11 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Secti
         "R² warming → cooling",
         "verdict",
     ];
-    let channels = model.channels.iter();
     let table = Table::new("Drift of each channel")
         .columns(columns)
-        .rows(channels.map(channel));
-    // The table is enough for an accepted channel.
-    let refused = model.channels.iter().filter(|c| !c.is_corrected());
-    let reasons: Vec<_> = refused
-        .map(|c| (c.channel.clone(), c.reason.clone()))
-        .collect();
-    let section = section
-        .with(Block::paragraph(format!(
-            "{low:.1} to {high:.1} °C at rest"
-        )))
-        .with(table);
-    if reasons.is_empty() {
-        section
-    } else {
-        section.with(Block::Facts(reasons))
-    }
+        .rows(model.channels.iter().map(channel));
+    let range = format!("{low:.1} to {high:.1} °C at rest");
+    section.with(Block::paragraph(range)).with(table)
 }
 
 fn channel(c: &ChannelDrift) -> Row {
@@ -46,14 +32,20 @@ fn channel(c: &ChannelDrift) -> Row {
         "unknown" => "?".to_owned(),
         known => unit(known),
     };
-    Row::from([
+    let cells = Row::from([
         Cell::text(&c.channel),
         Cell::maybe(c.coefficients.first().copied(), |d| small(d, 3)),
         Cell::text(input_unit),
         Cell::maybe(c.r2_cooling_to_warming, r2_text),
         Cell::maybe(c.r2_warming_to_cooling, r2_text),
         Cell::text(verdict),
-    ])
+    ]);
+    // The numbers are enough for an accepted channel.
+    cells.noted(if c.is_corrected() {
+        ""
+    } else {
+        c.reason.as_str()
+    })
 }
 
 /// R² with two decimals, never rounded up to the limit of the test.

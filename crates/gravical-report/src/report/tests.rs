@@ -5,7 +5,7 @@ use super::*;
 use crate::document::{Block, Cell, Detail, Document};
 use crate::figure::{Axis, Panel, Role, Series};
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, Method};
+use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
 use gravical::check::CheckOptions;
 use gravical::compare::compare;
 use gravical::denoise::DenoiseOptions;
@@ -126,7 +126,6 @@ fn holds(document: &Document<'_>) -> usize {
         match block {
             Block::Paragraph(text) | Block::Note(text) => said.push(text.clone()),
             Block::Equation(lines) => said.extend(lines.iter().map(|l| (*l).to_owned())),
-            Block::List(points) => said.extend(points.iter().cloned()),
             Block::Facts(facts) => {
                 said.extend(facts.iter().flat_map(|(n, t)| [n.clone(), t.clone()]))
             }
@@ -358,26 +357,4 @@ fn names_are_no_markup() {
     assert!(!drawing.contains("<img"));
     let options = roxmltree::ParsingOptions::default();
     roxmltree::Document::parse_with_options(&drawing, options).unwrap();
-}
-
-#[test]
-fn a_pose_that_was_not_used_says_why() {
-    let mut file = faces();
-    let method = |file: &CalibrationFile| calibration(file, None, &[]).to_markdown(None);
-    assert!(method(&file).contains("All poses were used in the fit."));
-    let pose = &mut file.accelerometer.poses[1];
-    "+z".clone_into(&mut pose.label);
-    (pose.lines, pose.fitted) = (Some([41, 80]), false);
-    pose.magnitude_error_mps2 = Some(0.51);
-    let text = method(&file);
-    assert!(!text.contains("All poses were used in the fit."));
-    let reads = "in lines 41-80 | reads +52.0 mg off the magnitude that all others agree on";
-    assert!(text.contains(reads), "{text}");
-    file.accelerometer.method = Method::Ferraris;
-    assert!(method(&file).contains("it is on no face, and ferraris uses face poses only"));
-    file.accelerometer.method = Method::Joint;
-    // By the thousand they are cut.
-    let one = file.accelerometer.poses[0].clone();
-    file.accelerometer.poses = vec![one; 1000];
-    assert!(method(&file).contains("… and 800 more"));
 }

@@ -22,7 +22,7 @@ impl Document<'_> {
     pub fn to_html(&self) -> String {
         let mut room = DRAWINGS;
         let verdict = self.verdict.iter();
-        let verdict = verdict.map(|v| ("verdict", v.heading, verdict_html(v)));
+        let verdict = verdict.map(|v| ("verdict", "Verdict", verdict_html(v)));
         let sections = self.sections.iter().map(|s| {
             let blocks = s.shown(Detail::Full);
             let blocks = blocks.map(|b| block(b, s.title, &mut room).into_string());
@@ -116,7 +116,6 @@ fn block(block: &Block<'_>, title: &str, room: &mut usize) -> Markup {
         Block::Equation(lines) => html! {
             p.equation { @for (i, line) in lines.iter().enumerate() { @if i > 0 { br; } (line) } }
         },
-        Block::List(points) => list(points),
         Block::Facts(facts) => html! {
             dl { @for (name, text) in facts { div { dt { (name) } dd class=[name.is_empty().then_some("bar")] { (words(text)) } } } }
         },
@@ -185,7 +184,7 @@ fn table(t: &Table, title: &str) -> Markup {
                 }
                 tbody {
                     @for row in &t.rows {
-                        tr class=[row.sum.then_some("sum")] {
+                        tr {
                             @for (i, cell) in row.cells.iter().enumerate() {
                                 @match cell {
                                     _ if i == 0 => th scope="row" { (cell_text(cell)) },
