@@ -4,8 +4,6 @@
 //! and does not stop the others.
 
 use std::collections::{BTreeMap, HashSet};
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -20,7 +18,7 @@ use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 
-use crate::failure::QUALITY;
+use crate::failure::quality;
 use crate::{crash, progress, text};
 
 #[derive(Debug, Default, clap::Args)]
@@ -231,28 +229,12 @@ pub fn run(
     if !plan.quiet {
         text::say(&tally(&rows));
     }
-    if rows.values().any(|row| row.is_poor) {
-        return Ok(ExitCode::from(QUALITY));
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(quality(rows.values().any(|row| row.is_poor)))
 }
 
 fn threads(each: &EachArgs) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     each.threads.map_or_else(cores, usize::from)
-}
-
-/// Bytes of a list of paths.
-const MAX_LIST_BYTES: u64 = 1 << 24;
-
-fn read_list(list: &Path) -> Result<String> {
-    let mut text = String::new();
-    let file = File::open(list).map_err(|e| Error::io(list, e))?;
-    let read = file.take(MAX_LIST_BYTES + 1).read_to_string(&mut text);
-    match read.map_err(|e| Error::io(list, e))? as u64 {
-        ..=MAX_LIST_BYTES => Ok(text),
-        _ => Err(Error::input("too-large", "more than 16 MiB: not a list of paths").at(list, None)),
-    }
 }
 
 /// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
@@ -274,7 +256,7 @@ fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         match text.strip_prefix('@').filter(|_| !argument.exists()) {
             Some(list) => {
                 let list = Path::new(list);
-                let text = read_list(list)?;
+                let text = std::fs::read_to_string(list).map_err(|e| Error::io(list, e))?;
                 let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
                 let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
                 found.extend(lines.map(PathBuf::from));

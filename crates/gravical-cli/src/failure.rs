@@ -18,6 +18,11 @@ pub const DEVICE: u8 = 5;
 /// Exit code when the user stopped an incomplete recording.
 pub const INTERRUPTED: u8 = 130;
 
+/// Exit code of a result that was computed.
+pub fn quality(failed: bool) -> ExitCode {
+    ExitCode::from(if failed { QUALITY } else { 0 })
+}
+
 /// An error as it is printed.
 pub struct RenderedError {
     /// The exit code.

@@ -7,7 +7,6 @@ mod crash;
 mod device;
 mod each;
 mod failure;
-mod figures;
 mod options;
 mod outlet;
 mod progress;

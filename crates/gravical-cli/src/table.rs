@@ -143,11 +143,9 @@ impl<'a> Target<'a> {
     }
 }
 
-/// The summary of a table as a document: `facts` with their names, and what was found.
-pub fn how_it_was_read(facts: Vec<(String, String)>, findings: &[Finding]) -> Document<'static> {
-    let mut section = Section::new("reading", "How it was read")
-        .opening()
-        .with(Block::Facts(facts));
+/// The summary of a table as a document: `facts` and what was found.
+pub fn how_it_was_read(facts: Block<'static>, findings: &[Finding]) -> Document<'static> {
+    let mut section = Section::new("reading", "How it was read").with(facts);
     if !findings.is_empty() {
         section = section.with(Block::Findings(Remark::all(findings, false)));
     }

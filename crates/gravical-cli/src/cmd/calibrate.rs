@@ -17,10 +17,9 @@ use gravical_report::figure::calibration::Session;
 use gravical_report::report;
 
 use crate::each::{self, EachArgs, Outcome, Plan};
-use crate::failure::QUALITY;
-use crate::figures::FigureArgs;
+use crate::failure::quality;
 use crate::options::{GravityArgs, command_line, reading};
-use crate::report::{ReportArgs, check_outputs, next_step};
+use crate::report::{FigureArgs, ReportArgs, check_outputs, next_step};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -108,8 +107,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         recordings: &recordings,
         segmentation: &segmentation,
     };
-    let drawn = args.report.is_wanted() || args.figures.figures.is_some();
-    let figures = if drawn {
+    let figures = if args.figures.are_wanted(&args.report) {
         figure::calibration::figures(&file, Some(session))
     } else {
         Vec::new()
@@ -136,10 +134,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
         text::print(&next_step(&document, args.report.detail()))?;
     }
-    Ok(match file.verdict.grade {
-        Grade::Poor => ExitCode::from(QUALITY),
-        _ => ExitCode::SUCCESS,
-    })
+    Ok(quality(file.verdict.grade == Grade::Poor))
 }
 
 /// Runs the command for each of its sessions.

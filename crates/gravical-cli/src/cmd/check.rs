@@ -13,10 +13,9 @@ use gravical_report::report;
 
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
-use crate::failure::QUALITY;
+use crate::failure::quality;
 use crate::options::{GravityArgs, SWAPPED, reading};
-use crate::report::{ReportArgs, next_step, with_origin};
-use crate::text;
+use crate::report::{ReportArgs, with_origin};
 
 /// Test whether a calibration still fits new recordings at rest
 ///
@@ -93,19 +92,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut inputs = InputFile::of(&recordings);
     inputs.push(calibration.input);
     let document = with_origin(report::check(&result), &inputs);
-    args.report.write(args.force, &document)?;
-    if args.json {
-        text::print_json(&result)?;
-    } else {
-        text::print_report(&document.to_text(args.report.detail()))?;
-        text::print(&next_step(&document, args.report.detail()))?;
-    }
-    args.report.say();
-    Ok(if result.verdict.judgement.is_change() {
-        ExitCode::from(QUALITY)
-    } else {
-        ExitCode::SUCCESS
-    })
+    args.report
+        .present(&result, &document, args.json, args.force)?;
+    Ok(quality(result.verdict.judgement.is_change()))
 }
 
 /// Runs the command for each of its sessions, as on a production line.

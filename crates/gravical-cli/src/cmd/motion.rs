@@ -17,10 +17,9 @@ use gravical_report::figure;
 use gravical_report::report;
 
 use crate::calibration::{OriginArgs, files_of};
-use crate::failure::QUALITY;
-use crate::figures::FigureArgs;
+use crate::failure::quality;
 use crate::options::{GravityArgs, reading};
-use crate::report::{ReportArgs, check_outputs, with_origin};
+use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
 use crate::table::Target;
 use crate::text;
 
@@ -170,8 +169,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         Target::Stdout if !args.json => write_table(&motion, &mut text::table_out())?,
         Target::Stdout | Target::Nowhere => {}
     }
-    let drawn = args.report.is_wanted() || args.figures.figures.is_some();
-    let figures = if drawn {
+    let figures = if args.figures.are_wanted(&args.report) {
         figure::motion::figures(&motion)
     } else {
         Vec::new()
@@ -216,9 +214,7 @@ fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Re
         }
         args.report.say();
     }
-    Ok(if result.verdict.judgement == MotionJudgement::NotUsable {
-        ExitCode::from(QUALITY)
-    } else {
-        ExitCode::SUCCESS
-    })
+    Ok(quality(
+        result.verdict.judgement == MotionJudgement::NotUsable,
+    ))
 }

@@ -12,9 +12,8 @@ use gravical::recording::ReadOptions;
 use gravical_report::figure::noise::figures;
 use gravical_report::report;
 
-use crate::figures::FigureArgs;
 use crate::options::reading;
-use crate::report::{ReportArgs, check_outputs, with_origin};
+use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
 use crate::text;
 
 /// Determine the noise of a sensor at rest (Allan deviation)

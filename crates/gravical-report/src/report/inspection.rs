@@ -94,7 +94,8 @@ fn time(inspection: &Inspection) -> String {
 }
 
 /// How a unit is known.
-pub(super) fn origin(origin: Origin) -> &'static str {
+#[must_use]
+pub fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Given => "given",
         Origin::Data => "from the data",

@@ -24,7 +24,7 @@ pub use calibration::calibration;
 pub use check::check;
 pub use compare::comparison;
 pub use denoise::denoise;
-pub use inspection::inspection;
+pub use inspection::{inspection, origin};
 pub use motion::motion;
 pub use noise::noise;
 pub use provenance::Provenance;
