@@ -1,6 +1,6 @@
 //! A document as Markdown: CommonMark with the tables of GitHub and pandoc.
 
-use super::inline::{self, Part};
+use super::inline::parts;
 use super::{Block, Cell, Detail, Document, Remark, Section, Table, Verdict};
 use gravical::escape::one_line;
 
@@ -139,8 +139,6 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) => escaped(text),
-        // Backticks would end the code span.
-        Cell::Code(text) => format!("`{}`", text.replace(['`', '|'], "?")),
         Cell::Number(..) => number_text(&cell.plain()),
     }
 }
@@ -158,16 +156,19 @@ fn target(link: &str) -> String {
     link.chars().map(encoded).collect()
 }
 
-/// The text in one line, with commands and options as code, and a backslash before everything
+/// The text in one line, with commands as code, and a backslash before everything
 /// else that Markdown or HTML would interpret.
 fn escaped(text: &str) -> String {
     let text = one_line(text);
-    let parts = inline::parts(text.trim()).into_iter().enumerate();
+    let parts = parts(text.trim()).enumerate();
     parts
-        .map(|(i, part)| match part {
+        .map(|(i, (part, is_code))| {
             // A bar ends the cell of a table even within code.
-            Part::Code(code) if !code.contains('|') => format!("`{code}`"),
-            Part::Code(words) | Part::Words(words) => escaped_words(words, i == 0),
+            if is_code && !part.contains('|') {
+                format!("`{part}`")
+            } else {
+                escaped_words(part, i == 0)
+            }
         })
         .collect()
 }

@@ -159,8 +159,6 @@ pub struct Row {
 pub enum Cell {
     /// Words.
     Text(String),
-    /// Machine-readable text: a checksum.
-    Code(String),
     /// A number and its standard uncertainty, with significant digits and a hyphen as minus sign.
     Number(String, Option<String>),
 }

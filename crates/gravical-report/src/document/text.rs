@@ -18,13 +18,10 @@ const FINDINGS: usize = 3;
 /// Smallest width of a column of sentences.
 const MIN_PROSE_WIDTH: usize = 20;
 
-/// Its width in a table that is split; two of them fit side by side.
-const PART: usize = 36;
-
 impl Document<'_> {
     /// The document in lines of 80 columns: subject, conclusion, sections, and the verdict with
     /// its reasons at the end, where a terminal stops. In a table that is too wide, uncertainties
-    /// are placed below their values; then it is split. Figures are left out.
+    /// are placed below their values. Figures are left out.
     #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
@@ -185,7 +182,7 @@ const LAYOUTS: [Layout; 5] = [
     layout(false, 2, 8),
     layout(false, 1, 5),
     layout(true, 2, 8),
-    layout(true, 2, 5),
+    layout(true, 1, 5),
 ];
 
 const fn layout(below: bool, gap: usize, head: usize) -> Layout {
@@ -223,29 +220,19 @@ fn table_text(table: &Table, detail: Detail) -> String {
     let fits = |layout: &&Layout| total(&print(layout), layout.gap) <= WIDTH;
     let mut layout = *LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[4]);
     let mut columns = print(&layout);
-    // Sentences share what the numbers leave; if that is too little, the table is split.
+    // Sentences share what the numbers leave.
     let over = total(&columns, layout.gap).saturating_sub(WIDTH);
     if over > 0 {
         let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
-        let room = prose.and_then(|width| width.checked_sub(over));
-        layout.room = room.filter(|room| *room >= MIN_PROSE_WIDTH).unwrap_or(PART);
+        let room = prose.map_or(0, |width| width.saturating_sub(over));
+        layout.room = room.max(MIN_PROSE_WIDTH);
         columns = print(&layout);
     }
     let mut out = String::new();
     if !table.caption.is_empty() {
         out.push_str(&paragraph("  ", &table.caption));
     }
-    // The first column names the row: it is repeated in each part.
-    let mut part: Vec<Printed> = Vec::new();
-    for column in columns {
-        if part.len() > 1 && total(&part, layout.gap) + layout.gap + column.width > WIDTH {
-            out.push_str(&part_text(&part, rows, layout.gap));
-            out.push('\n');
-            part.truncate(1);
-        }
-        part.push(column);
-    }
-    out.push_str(&part_text(&part, rows, layout.gap));
+    out.push_str(&grid_text(&columns, rows, layout.gap));
     let left_out = table.all.saturating_sub(rows.len());
     if left_out > 0 {
         out.push_str(&format!("  … and {left_out} more; --json has all\n"));
@@ -311,7 +298,7 @@ fn lines(text: &str, width: usize) -> Vec<String> {
     lines.into_iter().map(Cow::into_owned).collect()
 }
 
-fn part_text(columns: &[Printed], rows: &[Row], gap: usize) -> String {
+fn grid_text(columns: &[Printed], rows: &[Row], gap: usize) -> String {
     let mut out = groups_text(columns, gap);
     for i in 0..=rows.len() {
         let high = columns.iter().map(|c| c.cells[i].len()).max().unwrap_or(0);
@@ -355,7 +342,7 @@ impl Cell {
     /// The text of the cell in one line.
     pub(super) fn plain(&self) -> String {
         match self {
-            Cell::Text(text) | Cell::Code(text) => text.clone(),
+            Cell::Text(text) => text.clone(),
             Cell::Number(q, None) => q.clone(),
             Cell::Number(q, Some(sd)) => format!("{q} ± {sd}"),
         }

@@ -408,51 +408,36 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
         Row::from([
             Cell::text(words(&part.source)),
             Cell::maybe(part.norm_mps2, mg),
-            Cell::Text(basis(part.source, file)),
+            Cell::text(basis(part.source)),
         ])
     });
-    let sum = |name: &str, value: f64, how: String| {
-        let value = Cell::number(mg(value));
-        Row::from([Cell::text(name), value, Cell::Text(how)])
+    let sum = |name: &str, value: f64, how: &str| {
+        Row::named(name, [Cell::number(mg(value)), Cell::text(how)])
     };
-    let squares = "root sum of squares".to_owned();
     let k = format!("k = {}", budget.coverage_factor);
     let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
         .columns(["source", "mg", "from"])
         .rows(parts)
-        .row(sum("combined", budget.combined_mps2, squares))
-        .row(sum("expanded", budget.expanded_mps2, k));
+        .row(sum("combined", budget.combined_mps2, "root sum of squares"))
+        .row(sum("expanded", budget.expanded_mps2, &k));
     Some(table)
 }
 
 /// What the value of a source rests on.
-fn basis(source: Source, file: &CalibrationFile) -> String {
-    let tilt = || {
-        file.accelerometer
-            .pose_tilt_deg
-            .map_or("no face poses".to_owned(), |t| {
-                format!("σ of {:.2}° in each of two components", t.value)
-            })
-    };
-    let text = match source {
+fn basis(source: Source) -> &'static str {
+    match source {
         Source::Noise => "standard errors of the means",
         Source::Quantisation => "steps of the converter",
         Source::ModelError => "deviation of the poses from the model, beyond their noise",
         Source::Nonlinearity => "response that the poses show, not corrected",
-        Source::PoseTilt => return tilt(),
+        Source::PoseTilt => "tilt of the face poses, in each of two components",
         Source::DataSheet => {
             "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the poses determine less"
         }
-        Source::NoiseAndTilt => return format!("standard errors of the means; {}", tilt()),
-        Source::LocalGravity => match file.gravity_source {
-            GravitySource::Given => "taken as exact: it was given",
-            GravitySource::Latitude => "anomalies of the field at that latitude",
-            GravitySource::Standard => "9.80665 m/s² assumed; 9.780 to 9.832 at sea level",
-        },
-        Source::Temperature => match &file.temperature_c {
-            None => "no temperature was recorded",
-            Some(t) => return format!("{:.1} to {:.1} °C during the session", t.min, t.max),
-        },
-    };
-    text.to_owned()
+        Source::NoiseAndTilt => "standard errors of the means, tilt of the face poses",
+        Source::LocalGravity => {
+            "none where given; anomalies at a latitude; 9.780 to 9.832 m/s² if assumed"
+        }
+        Source::Temperature => "its range during the session",
+    }
 }

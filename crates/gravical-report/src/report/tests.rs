@@ -148,7 +148,7 @@ fn holds(document: &Document<'_>) -> usize {
                     said.push(row.note.clone());
                     for cell in &row.cells {
                         said.push(match cell {
-                            Cell::Text(text) | Cell::Code(text) => text.clone(),
+                            Cell::Text(text) => text.clone(),
                             Cell::Number(text, sd) => {
                                 numbers += 1;
                                 format!("{text} {}", sd.as_deref().unwrap_or_default())

@@ -4,7 +4,7 @@
 use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::inline::{self, Part};
+use super::inline::parts;
 use super::{Block, Cell, DRAWINGS, Detail, Document, Grade, Remark, Table, Verdict};
 use crate::figure::{Figure, svg};
 
@@ -103,8 +103,8 @@ fn list(points: &[String]) -> Markup {
 /// Commands and options as code.
 fn words(text: &str) -> Markup {
     html! {
-        @for part in inline::parts(text) {
-            @match part { Part::Words(words) => (words), Part::Code(code) => code { (code) } }
+        @for (part, is_code) in parts(text) {
+            @if is_code { code { (part) } } @else { (part) }
         }
     }
 }
@@ -188,7 +188,6 @@ fn table(t: &Table, title: &str) -> Markup {
                             @for (i, cell) in row.cells.iter().enumerate() {
                                 @match cell {
                                     _ if i == 0 => th scope="row" { (cell_text(cell)) },
-                                    Cell::Code(_) => td.hash { (cell_text(cell)) },
                                     _ => td class=[numeric[i].then_some("n")] { (cell_text(cell)) },
                                 }
                             }
@@ -207,7 +206,6 @@ fn table(t: &Table, title: &str) -> Markup {
 fn cell_text(c: &Cell) -> Markup {
     match c {
         Cell::Text(text) => html! { (text) },
-        Cell::Code(text) => html! { code { (text) } },
         Cell::Number(text, sd) => html! {
             (shown(text))
             @if let Some(sd) = sd { " " span.sd { "± " (shown(sd)) } }
