@@ -114,23 +114,7 @@ fn main() -> ExitCode {
         .and_then(|m| Cli::from_arg_matches(&m));
     let cli = match parsed {
         Ok(cli) => cli,
-        Err(error) => {
-            // `help` is a command of its own and has no options.
-            let words: Vec<String> = std::env::args_os()
-                .skip(1)
-                .map(|w| w.to_string_lossy().into_owned())
-                .collect();
-            if matches!(&words[..], [help, flag] if help == "help" && ["-h", "--help"].contains(&flag.as_str()))
-            {
-                let printed = program().print_help();
-                return if printed.is_ok() {
-                    ExitCode::SUCCESS
-                } else {
-                    ExitCode::FAILURE
-                };
-            }
-            return failure::usage(&error);
-        }
+        Err(error) => return failure::usage(&error),
     };
     let json = cli.verb.wants_json();
     progress::watch();

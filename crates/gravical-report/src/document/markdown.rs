@@ -54,14 +54,12 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
     match block {
         Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
         Block::Equation(lines) => fenced("", &format!("{}\n", lines.join("\n"))),
-        Block::Facts(facts) => facts
-            .iter()
-            .map(|(name, text)| match name.as_str() {
-                // It continues the fact before.
-                "" => format!("  {}\n", escaped(text)),
-                name => format!("- {}: {}\n", escaped(name), escaped(text)),
-            })
-            .collect(),
+        Block::Facts(facts) => {
+            let line = |(name, text): &(String, String)| {
+                format!("- {}: {}\n", escaped(name), escaped(text))
+            };
+            facts.iter().map(line).collect()
+        }
         Block::Table(table) => table_markdown(table, title),
         Block::Figure(figure) => folder.map_or_else(String::new, |folder| {
             let caption = escaped(&figure.caption);

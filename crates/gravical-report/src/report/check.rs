@@ -1,7 +1,7 @@
 //! Report of a check of a calibration.
 
-use crate::document::{Cell, Column, Document, Grade, Row, Section, Table, Verdict};
-use gravical::check::{Cause, CheckReport, GyroscopeCheck, Judgement, StillCheck};
+use crate::document::{Cell, Document, Grade, Row, Section, Table, Verdict};
+use gravical::check::{Cause, CheckReport, Judgement, StillCheck};
 use gravical::numfmt::{fixed, milli_g, signed, words};
 
 use super::{gravity_source, short_name};
@@ -35,7 +35,6 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         ..Document::new(format!("Check of {calibration}"))
     }
     .with(intervals(report))
-    .with(report.gyroscope.as_ref().map(gyroscope_at_rest))
     .with_findings(&report.findings, report.recordings.len() > 1)
 }
 
@@ -120,21 +119,4 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         Cell::text(mark),
     ];
     Row::from(cells)
-}
-
-fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
-    let rate = |i: usize| {
-        let sigma = g.standard_error_deg_s.map(|e| e[i]);
-        Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma, 3)
-    };
-    let table = Table::new("")
-        .columns([""])
-        .columns(Column::axes(""))
-        .row(Row::named("rate, °/s", [0, 1, 2].map(rate)))
-        .row(Row::axes(
-            &format!("bias at rest now, {}", g.input_unit),
-            Some(g.bias_now),
-            |_, v| fixed(v, 5),
-        ));
-    Section::new("gyroscope", "Gyroscope at rest, calibrated").with(table)
 }

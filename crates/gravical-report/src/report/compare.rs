@@ -1,12 +1,12 @@
 //! Report of a comparison of two calibrations.
 
 use crate::document::{Block, Cell, Document, Row, Section, Table, Verdict};
-use gravical::compare::{Comparison, GyroscopeDifference, Judgement, ParameterDifference};
+use gravical::compare::{Comparison, Judgement, ParameterDifference};
 use gravical::numfmt::{decimals_for, fixed, milli_g, signed, unit};
 use gravical::poses::face::in_words;
 
 use super::check::judged;
-use super::{XYZ, short_name};
+use super::short_name;
 
 /// The document of a comparison.
 pub fn comparison(c: &Comparison) -> Document<'static> {
@@ -37,7 +37,6 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     .with(magnitude(c))
     .with(parameters(&c.parameters))
     .with(frame)
-    .with(c.gyroscope.as_ref().map(gyroscopes))
     .with(Section::new("calibrations", "Calibrations").with(facts))
     .with_findings(&c.findings, true)
 }
@@ -95,25 +94,4 @@ fn magnitude(c: &Comparison) -> Section<'static> {
         .row(row("RMS over all directions", rms.0, rms.1))
         .row(row(&largest, m.norm_largest_mps2, None));
     Section::new("magnitude", "Magnitude at rest").with(table)
-}
-
-fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
-    let row = |i: usize| {
-        let scale = g.scale_difference_percent.map(|s| s[i]);
-        let cells = [
-            Cell::number(fixed(g.bias_a_deg_s[i], 4)),
-            Cell::number(fixed(g.bias_b_deg_s[i], 4)),
-            Cell::number(signed(g.bias_difference_deg_s[i], 4)),
-            Cell::maybe(scale, |v| signed(v, 3)),
-        ];
-        Row::named(format!("bias {}, °/s", XYZ[i]), cells)
-    };
-    let table = Table::new("")
-        .columns(["", "A", "B", "B − A", "scale B/A, %"])
-        .rows((0..3).map(row));
-    Section::new("gyroscope", "Gyroscope")
-        .with(table)
-        .with(Block::note(
-            "Shown, not tested: the bias of a gyroscope changes with every power-up.",
-        ))
 }

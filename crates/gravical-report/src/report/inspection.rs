@@ -10,9 +10,6 @@ use gravical::recording::units::{AccelUnit, GyroUnit};
 use super::short_name;
 use super::temperature::drift;
 
-/// Cells of the bar of static intervals.
-const BAR: usize = 64;
-
 /// The document of an inspection.
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let labels = inspection.labels.iter().take(12);
@@ -47,7 +44,6 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         ),
         ("labels", listed(labels)),
         ("static", Some(stillness(inspection))),
-        ("", Some(bar(inspection))),
         (
             "turns",
             listed(turns).map(|axes| format!("full turns about {axes}")),
@@ -140,27 +136,6 @@ fn stillness(inspection: &Inspection) -> String {
         1 => format!("{share:.0} % of the rows, one interval"),
         n => format!("{share:.0} % of the rows, {n} intervals"),
     }
-}
-
-/// `█` where most of a cell is static, `▒` where some of it is, `·` where the sensor moves.
-fn bar(inspection: &Inspection) -> String {
-    let rows = inspection.row_counts.rows.max(1) as usize;
-    (0..BAR)
-        .map(|cell| {
-            let from = cell * rows / BAR;
-            let to = ((cell + 1) * rows / BAR).max(from + 1);
-            let held: usize = inspection
-                .static_intervals
-                .iter()
-                .map(|s| s.end_row.min(to).saturating_sub(s.start_row.max(from)))
-                .sum();
-            match held as f64 / (to - from) as f64 {
-                share if share > 0.6 => '█',
-                share if share > 0.05 => '▒',
-                _ => '·',
-            }
-        })
-        .collect()
 }
 
 fn stills(all: &[StillSpan]) -> Section<'static> {

@@ -117,7 +117,7 @@ fn block(block: &Block<'_>, title: &str, room: &mut usize) -> Markup {
             p.equation { @for (i, line) in lines.iter().enumerate() { @if i > 0 { br; } (line) } }
         },
         Block::Facts(facts) => html! {
-            dl { @for (name, text) in facts { div { dt { (name) } dd class=[name.is_empty().then_some("bar")] { (words(text)) } } } }
+            dl { @for (name, text) in facts { div { dt { (name) } dd { (words(text)) } } } }
         },
         Block::Table(t) => table(t, title),
         Block::Figure(f) => figure(f, room),
