@@ -107,16 +107,22 @@ fn with_common_options(verb: clap::Command) -> clap::Command {
     }
 }
 
+/// Whether errors are written as JSON on stdout.
+fn wants_json(words: &clap::ArgMatches) -> bool {
+    let json = words.try_get_one::<bool>("json").ok().flatten();
+    let verb = words.subcommand();
+    json == Some(&true) || verb.is_some_and(|(_, words)| wants_json(words))
+}
+
 fn main() -> ExitCode {
     crash::watch();
     let parsed = program()
         .try_get_matches()
-        .and_then(|m| Cli::from_arg_matches(&m));
-    let cli = match parsed {
-        Ok(cli) => cli,
+        .and_then(|words| Ok((wants_json(&words), Cli::from_arg_matches(&words)?)));
+    let (json, cli) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => return failure::usage(&error),
     };
-    let json = cli.verb.wants_json();
     progress::watch();
     let done = cli.verb.run();
     progress::end();

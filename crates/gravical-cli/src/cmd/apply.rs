@@ -39,7 +39,7 @@ pub struct Args {
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
-    pub output: TableArgs,
+    output: TableArgs,
     #[command(flatten)]
     options: ApplyOptions,
     /// Print all findings

@@ -45,7 +45,7 @@ pub struct Args {
     force: bool,
     /// Print the calibration as JSON instead of the report
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     /// Print errors only
     #[arg(short, long)]
     quiet: bool,

@@ -46,7 +46,7 @@ pub struct Args {
     force: bool,
     /// Print the result as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     /// With --each: print only what does not fit
     #[arg(short, long, requires = "each")]
     quiet: bool,

@@ -34,7 +34,7 @@ pub struct Args {
     force: bool,
     /// Print the result as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
 }
 
 /// Runs the command.

@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]
-    pub output: TableArgs,
+    output: TableArgs,
     #[command(flatten)]
     options: ConvertOptions,
     /// Print all findings

@@ -55,7 +55,7 @@ pub struct Args {
     force: bool,
     /// Print the files and numbers as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
 }
 
 /// Result of the demo.

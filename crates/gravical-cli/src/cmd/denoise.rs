@@ -24,7 +24,7 @@ pub struct Args {
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]
-    pub output: TableArgs,
+    output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]

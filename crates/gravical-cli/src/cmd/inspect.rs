@@ -34,7 +34,7 @@ pub struct Args {
     force: bool,
     /// Print JSON: {"recordings": […], "errors": […]}
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     #[command(flatten)]
     recording: ReadOptions,
     #[command(flatten)]

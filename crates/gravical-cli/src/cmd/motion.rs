@@ -59,7 +59,7 @@ pub struct Args {
     force: bool,
     /// Print the result as JSON; the table needs -o
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,

@@ -56,7 +56,7 @@ pub struct Args {
     quiet: bool,
     /// Print the result as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     #[command(flatten)]
     recording: ReadOptions,
 }

@@ -172,8 +172,10 @@ struct Layout {
     gap: usize,
     /// Smallest width to which headings are wrapped.
     head: usize,
-    /// Largest width of sentences.
-    room: usize,
+}
+
+const fn layout(below: bool, gap: usize, head: usize) -> Layout {
+    Layout { below, gap, head }
 }
 
 /// Layouts of a table, from wide to narrow; the first that fits is used.
@@ -182,18 +184,8 @@ const LAYOUTS: [Layout; 5] = [
     layout(false, 2, 8),
     layout(false, 1, 5),
     layout(true, 2, 8),
-    layout(true, 1, 5),
+    layout(true, 2, 5),
 ];
-
-const fn layout(below: bool, gap: usize, head: usize) -> Layout {
-    let room = usize::MAX;
-    Layout {
-        below,
-        gap,
-        head,
-        room,
-    }
-}
 
 /// A column in print.
 struct Printed {
@@ -209,24 +201,23 @@ fn table_text(table: &Table, detail: Detail) -> String {
         Detail::Summary if table.all > MAX_SUMMARY_ROWS => &table.rows[..MAX_SUMMARY_ROWS - 1],
         _ => &table.rows[..],
     };
-    let print = |layout: &Layout| -> Vec<Printed> {
+    let print = |layout: &Layout, room: usize| -> Vec<Printed> {
         let columns = table.columns.iter().enumerate();
         let print = |(i, column)| {
             let cells = rows.iter().map(|r| &r.cells[i]);
-            Printed::new(column, table.is_numeric(i), cells, layout)
+            Printed::new(column, table.is_numeric(i), cells, layout, room)
         };
         columns.map(print).collect()
     };
-    let fits = |layout: &&Layout| total(&print(layout), layout.gap) <= WIDTH;
-    let mut layout = *LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[4]);
-    let mut columns = print(&layout);
+    let fits = |layout: &&Layout| total(&print(layout, usize::MAX), layout.gap) <= WIDTH;
+    let layout = LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[4]);
+    let mut columns = print(layout, usize::MAX);
     // Sentences share what the numbers leave.
     let over = total(&columns, layout.gap).saturating_sub(WIDTH);
     if over > 0 {
         let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
         let room = prose.map_or(0, |width| width.saturating_sub(over));
-        layout.room = room.max(MIN_PROSE_WIDTH);
-        columns = print(&layout);
+        columns = print(layout, room.max(MIN_PROSE_WIDTH));
     }
     let mut out = String::new();
     if !table.caption.is_empty() {
@@ -252,19 +243,17 @@ impl Printed {
         right: bool,
         cells: impl Iterator<Item = &'c Cell>,
         layout: &Layout,
+        room: usize,
     ) -> Self {
         let cells = cells.map(|cell| match cell {
-            Cell::Text(text) if !right => lines(&one_line(text), layout.room),
+            Cell::Text(text) if !right => lines(&one_line(text), room),
             Cell::Number(q, Some(sd)) if layout.below => vec![q.clone(), format!("± {sd}")],
             _ => vec![one_line(&cell.plain()).into_owned()],
         });
         let mut cells: Vec<Vec<String>> = cells.collect();
         let widest = |cells: &[Vec<String>]| cells.iter().flatten().map(|t| length(t)).max();
         let words = column.name.split(' ').map(length).max();
-        let room = widest(&cells)
-            .max(words)
-            .max(Some(layout.head))
-            .unwrap_or(0);
+        let room = widest(&cells).max(words).unwrap_or(0).max(layout.head);
         let head = match column.name.rsplit_once(", ") {
             // A unit gets its own line if that is enough.
             Some((name, unit)) if length(&column.name) > room && length(name) < room => {

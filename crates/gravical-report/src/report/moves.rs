@@ -7,9 +7,6 @@ use gravical::numfmt::{count, decimals_for, decimals_of, digits, fixed};
 
 use super::short_name;
 
-/// Values beyond this are drift; they are shown with two digits and a power of ten.
-const ROUND: f64 = 1e6;
-
 /// Decimals of each axis for a length with this uncertainty, m: two digits of it;
 /// without one four digits of the largest value.
 fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
@@ -22,23 +19,13 @@ pub(super) fn largest(value: [f64; 3]) -> f64 {
     value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
-/// As [`fixed`]; beyond [`ROUND`] with two digits.
-fn far(v: f64, decimals: usize) -> String {
-    if v.abs() < ROUND || !v.is_finite() {
-        fixed(v, decimals)
-    } else {
-        format!("{v:.1e}")
-    }
-}
-
 /// Lengths along the axes with their standard uncertainties, if known.
-fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> Vec<Cell> {
+fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> [Cell; 3] {
     let cell = |k: usize| {
-        let sigma = sigma.map(|s| s[k]).filter(|s| s.is_finite());
-        let sigma = sigma.map(|s| far(s, n[k]));
-        values.map_or_else(Cell::none, |v| Cell::Number(far(v[k], n[k]), sigma))
+        let length = Cell::maybe(values.map(|v| v[k]), |v| fixed(v, n[k]));
+        length.plus_minus(sigma.map(|s| s[k]).filter(|_| values.is_some()), n[k])
     };
-    (0..3).map(cell).collect()
+    [0, 1, 2].map(cell)
 }
 
 pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
@@ -57,7 +44,7 @@ pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
         let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
         Row::named(
             number.to_string(),
-            Cell::axes(m.uncalibrated_m, |k, v| far(v, n[k])),
+            Cell::axes(m.uncalibrated_m, |k, v| fixed(v, n[k])),
         )
     });
     let plain: Vec<Row> = plain.collect();
@@ -88,8 +75,8 @@ fn one_move((number, m): (usize, &Move)) -> Row {
     cells.extend(lengths(m.displacement_m, m.sigma_m, n));
     cells.extend([
         // At most the digits of the displacement.
-        Cell::maybe(m.path_m, |v| far(v, decimals_of(v, 3).min(finest))),
-        Cell::maybe(m.peak_speed_mps, |v| far(v, decimals_of(v, 2).min(5))),
+        Cell::maybe(m.path_m, |v| fixed(v, decimals_of(v, 3).min(finest))),
+        Cell::maybe(m.peak_speed_mps, |v| fixed(v, decimals_of(v, 2).min(5))),
         Cell::text(ends),
     ]);
     let widened = m.closure.is_some_and(|c| c.widened);
@@ -145,7 +132,7 @@ pub(super) fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section
     }
     let n = decimals_of(1e3 * total, 2).min(3);
     let row = |what: &str, value: f64, share: Cell| {
-        Row::named(what, [Cell::number(far(1e3 * value, n)), share])
+        Row::named(what, [Cell::number(fixed(1e3 * value, n)), share])
     };
     let parts = parts.map(|(value, what)| {
         let share = 100.0 * value * value / (total * total);
@@ -236,9 +223,6 @@ mod tests {
             })
             .collect();
         assert_eq!(texts, ["0.6993 0.0028", "0.00 0.31", "– 0.012"]);
-        // Drift of a day fits its column.
-        assert_eq!(far(-2.484e9, 0), "-2.5e9");
-        assert_eq!(far(999_999.4, 0), "999999");
         assert_eq!(decimals(None, [12.3, 0.1, 0.0]), [2; 3]);
         assert_eq!(decimals(Some([f64::NAN; 3]), [0.0; 3]), [6; 3]);
     }

@@ -186,9 +186,10 @@ fn table(t: &Table, title: &str) -> Markup {
                     @for row in &t.rows {
                         tr {
                             @for (i, cell) in row.cells.iter().enumerate() {
-                                @match cell {
-                                    _ if i == 0 => th scope="row" { (cell_text(cell)) },
-                                    _ => td class=[numeric[i].then_some("n")] { (cell_text(cell)) },
+                                @if i == 0 {
+                                    th scope="row" { (cell_text(cell)) }
+                                } @else {
+                                    td class=[numeric[i].then_some("n")] { (cell_text(cell)) }
                                 }
                             }
                         }
