@@ -24,13 +24,14 @@ impl Document<'_> {
 }
 
 fn verdict_markdown(v: &Verdict) -> String {
-    let figures = v.figures.iter().map(|f| {
-        let number = format!("{} {}", f.value, f.unit);
-        let number = number_text(number.trim_end());
-        format!("- **{number}** {}\n", escaped(&f.what))
-    });
-    let why = figures.collect::<String>() + &list(&v.reasons);
-    let mut out = format!("\n## Verdict\n\n**{}**\n\n{why}", escaped(&v.word));
+    let word = escaped(&v.word);
+    let conclusion = v
+        .conclusion
+        .as_deref()
+        .map(|text| format!(": {}", escaped(text)));
+    let conclusion = conclusion.unwrap_or_default();
+    let reasons = list(&v.reasons);
+    let mut out = format!("\n## Verdict\n\n**{word}**{conclusion}\n\n{reasons}");
     if !v.next.is_empty() {
         out.push_str(&format!("\nNext:\n\n{}", list(&v.next)));
     }

@@ -39,12 +39,10 @@ pub struct Verdict {
     pub grade: Grade,
     /// The verdict in a word or two.
     pub word: String,
-    /// One sentence that sums it up, for the top of a text; by default the first reason.
+    /// One sentence that sums it up; by default the first reason.
     pub conclusion: Option<String>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
-    /// The main numbers; on pages.
-    pub figures: Vec<KeyFigure>,
     /// Next steps; on pages (the program prints them with file names).
     pub next: Vec<String>,
 }
@@ -60,18 +58,6 @@ pub enum Grade {
     Poor,
     /// ?, grey.
     Unknown,
-}
-
-/// A main number with its meaning.
-#[must_use]
-#[derive(Debug, Clone, PartialEq)]
-pub struct KeyFigure {
-    /// The number.
-    pub value: String,
-    /// Its unit; empty for none.
-    pub unit: &'static str,
-    /// What it is.
-    pub what: String,
 }
 
 /// A section with a heading.
@@ -205,14 +191,6 @@ impl<'a> Document<'a> {
     }
 }
 
-impl KeyFigure {
-    /// A number in this unit, and what it is.
-    pub fn new(value: String, unit: &'static str, what: impl Into<String>) -> Self {
-        let what = what.into();
-        KeyFigure { value, unit, what }
-    }
-}
-
 impl Verdict {
     /// A verdict with its reasons alone.
     pub fn new(grade: Grade, word: &str, reasons: &[String]) -> Self {
@@ -221,7 +199,6 @@ impl Verdict {
             word: word.to_owned(),
             conclusion: None,
             reasons: reasons.to_vec(),
-            figures: Vec::new(),
             next: Vec::new(),
         }
     }

@@ -38,11 +38,7 @@ fn document(figure: &Figure) -> Document<'_> {
         stamp: "today".to_owned(),
         verdict: Some(Verdict {
             next: vec!["Go on.".to_owned()],
-            figures: vec![KeyFigure {
-                value: "0.20".to_owned(),
-                unit: "mg",
-                what: "error".to_owned(),
-            }],
+            conclusion: Some("It holds.".to_owned()),
             ..Verdict::new(Grade::Good, "good", &["It fits.".to_owned()])
         }),
         ..Document::new("Report of <x>")
@@ -70,7 +66,7 @@ fn text() {
         document(&figure).to_text(Detail::Summary),
         "\
 of <x>|*
-good: It fits.
+good: It holds.
 
 Bias
   a = b
@@ -93,10 +89,7 @@ Verdict: good
     );
     let full = document(&figure).to_text(Detail::Full);
     assert!(full.contains("  C\n    a = b < c;\n"), "{full}");
-    assert!(
-        full.ends_with("  - It fits.\n  - 0.20 mg: error\n  - Go on.\n"),
-        "{full}"
-    );
+    assert!(full.ends_with("  - It fits.\n  - Go on.\n"), "{full}");
 }
 
 #[test]
@@ -113,9 +106,8 @@ today
 
 ## Verdict
 
-**good**
+**good**: It holds.
 
-- **0.20 mg** error
 - It fits.
 
 Next:
@@ -164,7 +156,7 @@ fn html() {
     let body = page.split("<main").nth(1).unwrap();
     for part in [
         "<p class=\"badge good\"><span class=\"sign\" aria-hidden=\"true\">✓</span> <strong>good</strong></p>",
-        "<p class=\"value\">0.20 <span class=\"unit\">mg</span></p><p class=\"what\">error</p>",
+        "<p class=\"conclusion\">It holds.</p>",
         "<p class=\"equation\">a = b<br>c = d</p>",
         "<caption>Bias, ± 1σ</caption><thead><tr><th scope=\"col\" rowspan=\"2\">axis</th><th class=\"n\" scope=\"col\" rowspan=\"2\">b, m/s²</th><th scope=\"colgroup\" colspan=\"3\">mean</th></tr><tr><th class=\"n\" scope=\"col\" rowspan=\"1\">x</th>",
         "<tr><th scope=\"row\">&lt;x&gt;|*</th><td class=\"n\">−0.2246 <span class=\"sd\">± 0.0012</span></td><td class=\"n\">–</td>",

@@ -120,13 +120,8 @@ fn facts_text(facts: &[(String, String)]) -> String {
 
 fn verdict_text(verdict: &Verdict, detail: Detail) -> String {
     let mut out = paragraph("\nVerdict: ", &verdict.word);
-    let mut points = verdict.reasons.clone();
-    if detail == Detail::Full {
-        let figures = verdict.figures.iter();
-        points.extend(figures.map(|f| format!("{} {}: {}", f.value, f.unit, f.what)));
-        points.extend(verdict.next.iter().cloned());
-    }
-    for point in &points {
+    let next = verdict.next.iter().filter(|_| detail == Detail::Full);
+    for point in verdict.reasons.iter().chain(next) {
         out.push_str(&paragraph("  - ", point));
     }
     out

@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::document::{
-    self, Block, Cell, Column, Document, KeyFigure, Row, Section, Snippet, Table, Verdict,
-};
+use crate::document::{self, Block, Cell, Column, Document, Row, Section, Snippet, Table, Verdict};
 use crate::figure::Figure;
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
@@ -104,39 +102,17 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
 }
 
 fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
-    let a = &file.accelerometer;
     let grade = match file.verdict.grade {
         Grade::Good => document::Grade::Good,
         Grade::Fair => document::Grade::Fair,
         Grade::Poor => document::Grade::Poor,
         Grade::NotVerifiable => document::Grade::Unknown,
     };
-    let figures = [
-        (
-            a.worst_direction.map(|w| w.error_mps2),
-            "error of ‖a‖ in the worst direction (95 %)",
-        ),
-        (
-            a.predicted_norm_error_mps2,
-            "predicted error of ‖a‖ (1σ, over all directions)",
-        ),
-        (a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
-        (
-            a.undetected.as_ref().map(|u| u.effect_mps2),
-            "effect of an error of one pose that would not be detected",
-        ),
-    ];
-    let figures = figures.into_iter();
-    let figures = figures.filter_map(|(value, what)| Some(KeyFigure::new(mg(value?), "mg", what)));
+    let word = file.verdict.grade.to_string();
     Verdict {
         conclusion: conclusion(file),
-        figures: figures.collect(),
         next: next(file, saved),
-        ..Verdict::new(
-            grade,
-            &file.verdict.grade.to_string(),
-            &file.verdict.reasons,
-        )
+        ..Verdict::new(grade, &word, &file.verdict.reasons)
     }
 }
 

@@ -3,7 +3,7 @@
 
 use gravical::core::matrix3::norm;
 
-use crate::document::{Block, Cell, Document, Grade, KeyFigure, Row, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Grade, Row, Section, Table, Verdict};
 use crate::figure::Figure;
 use gravical::motion::{MotionJudgement, MotionResult};
 use gravical::numfmt::{decimals_by, digits, fixed, words};
@@ -56,67 +56,38 @@ fn verdict(result: &MotionResult) -> Verdict {
         MotionJudgement::AtRest => Grade::Unknown,
         _ => Grade::Fair,
     };
-    let displacement = single(result);
-    let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
     // One number for one move, the end for several.
-    let conclusion = match (&displacement, &sigma) {
+    let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
+    let conclusion = match (displacement(result), sigma) {
         _ if usable == 0 => None,
-        (Some(f), _) if f.value.contains('±') => {
-            Some(format!("displacement {} m (± 1σ)", f.value))
-        }
-        (Some(f), _) => Some(format!("displacement {} m", f.value)),
+        (Some(displacement), _) => Some(displacement),
         (None, Some(sigma)) => Some(format!(
             "{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)"
         )),
         (None, None) => None,
     };
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
-    let duration = || KeyFigure::new(fixed(result.duration_s, 2), "s", "duration");
-    let end = sigma.map(|sigma| {
-        let what = "standard uncertainty of the end position, worst axis (1σ)";
-        KeyFigure::new(format!("± {sigma}"), "m", what)
-    });
-    let mut figures = vec![
-        displacement.unwrap_or_else(duration),
-        KeyFigure::new(format!("{usable} of {all}"), "", "usable moves"),
-    ];
-    figures.extend(end);
+    let word = words(&result.verdict.judgement);
     Verdict {
         conclusion: conclusion.map(|text| text + doubt),
-        figures,
-        ..Verdict::new(
-            grade,
-            &words(&result.verdict.judgement),
-            &result.verdict.reasons,
-        )
+        ..Verdict::new(grade, &word, &result.verdict.reasons)
     }
 }
 
-/// Displacement of the only move, calibrated and uncalibrated.
-fn single(result: &MotionResult) -> Option<KeyFigure> {
+/// Displacement of the only move, with its uncertainty along it where that is known.
+fn displacement(result: &MotionResult) -> Option<String> {
     let [only] = &result.moves[..] else {
         return None;
     };
     let displacement = only.displacement_m?;
     let long = norm(&displacement);
-    // Uncertainty along the displacement; undefined if that is zero.
-    let sd = only.sigma_m.filter(|_| long > 0.0).map(|s| {
-        let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
-        norm(&parts)
-    });
-    let n = decimals_by(sd, long);
-    let text = match sd {
-        Some(sd) => format!("{} ± {}", fixed(long, n), digits(sd, 2)),
-        None => digits(long, 3),
+    let Some(s) = only.sigma_m.filter(|_| long > 0.0) else {
+        return Some(format!("displacement {} m", digits(long, 3)));
     };
-    let plain = only.uncalibrated_m.map_or(String::new(), |u| {
-        format!("; uncalibrated {} m", fixed(norm(&u), n))
-    });
-    Some(KeyFigure::new(
-        text,
-        "m",
-        format!("displacement ± 1σ{plain}"),
-    ))
+    let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
+    let sd = norm(&parts);
+    let long = fixed(long, decimals_by(Some(sd), long));
+    Some(format!("displacement {long} ± {} m (± 1σ)", digits(sd, 2)))
 }
 
 /// How the recording was read and processed.

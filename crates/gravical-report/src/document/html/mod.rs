@@ -71,7 +71,7 @@ impl Document<'_> {
     }
 }
 
-/// Badge, main numbers, reasons, next steps.
+/// Badge, conclusion, reasons, next steps.
 fn verdict_html(v: &Verdict) -> Markup {
     let (class, sign) = match v.grade {
         Grade::Good => ("good", "✓"),
@@ -81,16 +81,7 @@ fn verdict_html(v: &Verdict) -> Markup {
     };
     html! {
         p.badge.(class) { span.sign aria-hidden="true" { (sign) } " " strong { (v.word) } }
-        @if !v.figures.is_empty() {
-            div.tiles {
-                @for f in &v.figures {
-                    div.tile {
-                        p.value { (shown(&f.value)) " " span.unit { (f.unit) } }
-                        p.what { (f.what) }
-                    }
-                }
-            }
-        }
+        @if let Some(conclusion) = &v.conclusion { p.conclusion { (words(conclusion)) } }
         (list(&v.reasons))
         @if !v.next.is_empty() { h3 { "Next" } (list(&v.next)) }
     }
