@@ -109,10 +109,8 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
         ("--json", args.json),
     ])?;
     args.origin.refuse(&args.calibration)?;
-    if args.each.resume {
-        let why = "check writes no results that a second run could keep";
-        return Err(each::each_option("--resume", why, "leave it out").into());
-    }
+    let why = "check writes no results that a second run could keep";
+    each::refuse(&[("--resume", args.each.resume)], why, "leave it out")?;
     let options = args.options()?;
     let read = ReadOptions {
         meter: None,
