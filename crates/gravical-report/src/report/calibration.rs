@@ -7,7 +7,7 @@ use crate::document::{self, Block, Cell, Column, Document, Row, Section, Snippet
 use crate::figure::Figure;
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind, ReferenceSource, Source,
+    PoseKind, Source,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -310,32 +310,23 @@ fn power_of_ten(matrix: &[[f64; 3]; 3], precision: usize) -> impl Fn(f64) -> Str
 }
 
 fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
-    let seen = match &file.temperature_c {
-        Some(t) => format!(
-            "Temperature of the poses: {} °C on average, from {} to {} °C.",
-            fixed(t.mean, 1),
-            fixed(t.min, 1),
-            fixed(t.max, 1)
-        ),
-        None => "The recordings contain no temperature.".to_owned(),
-    };
-    let section = Section::new("temperature", "Temperature and time")
-        .full(Block::Paragraph(seen))
-        .figures(figures);
+    let mut section = Section::new("temperature", "Temperature").figures(figures);
+    if let Some(t) = &file.temperature_c {
+        section = section.full(Block::paragraph(format!(
+            "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",
+            t.mean, t.min, t.max
+        )));
+    }
     let Some(model) = &file.temperature_model else {
-        return section.full(Block::paragraph("Drift with temperature was not measured."));
+        return section;
     };
     let section = drift(section, model);
     if !model.any_corrected() {
         return section;
     }
-    let how = match model.reference_source {
-        ReferenceSource::Session => "the mean of the poses",
-        ReferenceSource::Soak => "the middle of the temperature recording",
-    };
     section.with(Block::paragraph(format!(
-        "The drift is relative to {} °C, {how}. Outside the measured range the value at its limit is used.",
-        fixed(model.reference_c, 1)
+        "The drift is relative to {:.1} °C. Outside the measured range the value at its limit is used.",
+        model.reference_c
     )))
 }
 

@@ -132,11 +132,8 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
 
 fn time(result: &MotionResult) -> String {
     let rate = match (result.rate_hz.r#true, result.rate_hz.nominal) {
-        (Some(t), Some(n)) if (t / n - 1.0).abs() > 0.002 => {
-            format!("{t:.2} Hz from time stamps; {n} Hz according to the file")
-        }
-        (Some(t), _) => format!("{t:.2} Hz from time stamps"),
-        (None, Some(n)) => format!("{n} Hz according to the file, no time stamps"),
+        (Some(rate), _) => format!("{rate:.2} Hz from time stamps"),
+        (None, Some(rate)) => format!("{rate} Hz according to the file, no time stamps"),
         (None, None) => "rate unknown".to_owned(),
     };
     let left_out = match result.rows_left_out {

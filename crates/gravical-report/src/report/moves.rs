@@ -161,24 +161,27 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
         0.0 => String::new(),
         offset => format!(", time offset {offset:+.3} s"),
     };
-    let section =
-        Section::new("truth", "Comparison with the reference").with(Block::paragraph(format!(
-            "{}: {} points from {:.2} to {:.2} s, {rotated}{shifted}",
-            short_name(&c.source),
-            c.points,
-            c.from_s,
-            c.to_s
-        )));
-    let row = |name: &str, value: Option<f64>, n: i32| {
-        Row::from([Cell::text(name), Cell::maybe(value, |v| digits(v, n))])
-    };
-    let errors = Table::new("Errors")
-        .columns(["", "value"])
-        .row(row("end error, m", Some(c.end_error_m), 2))
-        .row(row("RMSE, m", Some(c.rmse_m), 2))
-        .row(row("end error, % of the path", c.percent_of_path, 2))
-        .row(row("path of the reference, m", Some(c.path_m), 3));
-    let section = section.with(errors);
+    let source = format!(
+        "{}: {} points from {:.2} to {:.2} s, {rotated}{shifted}",
+        short_name(&c.source),
+        c.points,
+        c.from_s,
+        c.to_s
+    );
+    let percent = c.percent_of_path;
+    let percent = percent.map_or(String::new(), |v| {
+        format!(" ({} % of the path)", digits(v, 2))
+    });
+    let section = Section::new("truth", "Comparison with the reference")
+        .with(Block::paragraph(source))
+        .with(Block::facts([
+            (
+                "end error",
+                Some(format!("{} m{percent}", digits(c.end_error_m, 2))),
+            ),
+            ("RMSE", Some(format!("{} m", digits(c.rmse_m, 2)))),
+            ("path", Some(format!("{} m", digits(c.path_m, 3)))),
+        ]));
     if c.moves.is_empty() {
         return section;
     }
