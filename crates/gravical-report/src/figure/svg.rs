@@ -86,57 +86,37 @@ fn style_of(role: Role) -> (&'static str, &'static str, bool) {
     }
 }
 
-/// The panels of a figure that stand one below the other.
-struct Drawing {
-    width: f64,
-    height: f64,
-    body: Markup,
-}
-
 /// The figure as a file of its own, with its title in it; dark where the viewer is.
 #[must_use]
 pub fn standalone(figure: &Figure) -> String {
-    let (mut body, mut bottom) = (String::new(), 30.0);
-    // Two in a row, which end at one height.
-    for row in drawings(figure).chunks(2) {
-        bottom += row.iter().map(|d| d.height).fold(0.0, f64::max);
-        for (i, d) in row.iter().enumerate() {
-            let place = moved(i as f64 * (WIDTH - d.width), bottom - d.height);
-            body += &html! { g transform=(place) { (d.body) } }.into_string();
-        }
-    }
+    let (drawing, height) = drawing(figure, 30.0);
     let body = html! {
         style { (PreEscaped(STYLE)) "@media (prefers-color-scheme: dark){" (PreEscaped(DARK)) "}" }
         rect.paper width="100%" height="100%" {}
         text.title x="16" y="22" { (figure.title) }
-        (PreEscaped(body))
+        (drawing)
     };
-    let file = whole(figure, &figure.name, [WIDTH, bottom], &body);
-    escape::shown(&file.into_string()).into_owned() + "\n"
+    let file = whole(figure, height, &body).into_string();
+    escape::shown(&file).into_owned() + "\n"
 }
 
-/// The figure for a page, which has its title and caption: one drawing, or one for each panel
-/// where they stand side by side, so that the page can break between them.
+/// The figure for a page, which has its title and caption.
 #[must_use]
-pub fn inline(figure: &Figure) -> Vec<String> {
-    let drawings = drawings(figure).into_iter().enumerate();
-    let svg = |(i, d): (usize, Drawing)| {
-        let id = format!("{}-{}", figure.name, i + 1);
-        whole(figure, &id, [d.width, d.height], &d.body).into_string()
-    };
-    drawings.map(svg).collect()
+pub fn inline(figure: &Figure) -> String {
+    let (drawing, height) = drawing(figure, 0.0);
+    whole(figure, height, &drawing).into_string()
 }
 
 /// How every figure begins.
 pub(super) const BEGIN: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=";
 
 /// The outermost element, with what a screen reader says.
-fn whole(figure: &Figure, id: &str, [width, height]: [f64; 2], body: &Markup) -> Markup {
-    let height = r(height);
-    let labels = format!("{id}-title {id}-desc");
+fn whole(figure: &Figure, height: f64, body: &Markup) -> Markup {
+    let (id, height) = (&figure.name, r(height));
     html! {
-        svg xmlns="http://www.w3.org/2000/svg" class="gv" width=(width) height=(height)
-            viewBox={ "0 0 " (width) " " (height) } role="img" aria-labelledby=(labels) {
+        svg xmlns="http://www.w3.org/2000/svg" class="gv" width=(WIDTH) height=(height)
+            viewBox={ "0 0 " (WIDTH) " " (height) } role="img"
+            aria-labelledby={ (id) "-title " (id) "-desc" } {
             title id={ (id) "-title" } { (figure.title) }
             desc id={ (id) "-desc" } { (figure.caption) }
             (body)
@@ -144,37 +124,39 @@ fn whole(figure: &Figure, id: &str, [width, height]: [f64; 2], body: &Markup) ->
     }
 }
 
-/// The drawings of a figure, all of one width. The first carries the legend.
-fn drawings(figure: &Figure) -> Vec<Drawing> {
-    let together = if figure.beside {
-        1
-    } else {
-        figure.panels.len().max(1)
-    };
-    let width = if figure.panels.len() > together {
-        HALF
-    } else {
-        WIDTH
-    };
-    let mut legend = Some(legend(figure, width));
-    let drawing = |panels| {
-        let (legend, top) = legend.take().unwrap_or_default();
-        column(panels, width, legend, top + 6.0)
-    };
-    figure.panels.chunks(together).map(drawing).collect()
+/// Legend and panels from `top` on, one below the other or two in a row, and where they end.
+fn drawing(figure: &Figure, top: f64) -> (Markup, f64) {
+    let (legend, mut bottom) = legend(figure, top);
+    let mut body = legend.into_string();
+    if figure.beside && figure.panels.len() > 1 {
+        for row in figure.panels.chunks(2) {
+            let top = bottom + 6.0;
+            for (i, panel) in row.iter().enumerate() {
+                let (panel, end) = column(std::slice::from_ref(panel), HALF, top);
+                let place = moved(i as f64 * (WIDTH - HALF), 0.0);
+                body += &html! { g transform=(place) { (panel) } }.into_string();
+                bottom = bottom.max(end);
+            }
+        }
+    } else if !figure.panels.is_empty() {
+        let (panels, end) = column(&figure.panels, WIDTH, bottom + 6.0);
+        body += &panels.into_string();
+        bottom = end;
+    }
+    (PreEscaped(body), bottom)
 }
 
 /// Names of series, each once, and where their lines end.
-fn legend(figure: &Figure, width: f64) -> (Markup, f64) {
+fn legend(figure: &Figure, top: f64) -> (Markup, f64) {
     let (mut entries, mut names) = (String::new(), Vec::<&String>::new());
-    let (mut x, mut y) = (16.0, 18.0);
+    let (mut x, mut y) = (16.0, top + 18.0);
     for s in figure.panels.iter().flat_map(|p| &p.series) {
         if !s.has_values() || s.role == Role::Guide || names.contains(&&s.name) {
             continue;
         }
         names.push(&s.name);
         let needs = 50.0 + width_of(&s.name);
-        if x > 16.0 && x + needs > width {
+        if x > 16.0 && x + needs > WIDTH {
             (x, y) = (16.0, y + 18.0);
         }
         let entry = html! {
@@ -186,7 +168,7 @@ fn legend(figure: &Figure, width: f64) -> (Markup, f64) {
         entries += &entry.into_string();
         x += needs;
     }
-    let bottom = if names.is_empty() { 4.0 } else { y + 6.0 };
+    let bottom = if names.is_empty() { top + 4.0 } else { y + 6.0 };
     (html! { g.legend { (PreEscaped(entries)) } }, bottom)
 }
 
@@ -201,8 +183,8 @@ fn swatch(s: &Series) -> Markup {
     }
 }
 
-/// Panels one below the other over one x axis, from `top` on.
-fn column(panels: &[Panel], width: f64, legend: Markup, top: f64) -> Drawing {
+/// Panels one below the other over one x axis, from `top` on, and where they end.
+fn column(panels: &[Panel], width: f64, top: f64) -> (Markup, f64) {
     let ys: Vec<View> = panels.iter().map(View::of_y).collect();
     let margins = panels.iter().zip(&ys).map(|(p, y)| match p.y.scale {
         Scale::Hidden => 16.0,
@@ -213,7 +195,7 @@ fn column(panels: &[Panel], width: f64, legend: Markup, top: f64) -> Drawing {
     let hidden = panels.iter().all(|p| p.x.scale == Scale::Hidden);
     let length = width - left - if hidden { 16.0 } else { 22.0 };
     let shared = View::of_x(panels, length);
-    let (mut body, mut bottom) = (legend.into_string(), top);
+    let (mut body, mut bottom) = (String::new(), top);
     for (i, (panel, mut y)) in panels.iter().zip(ys).enumerate() {
         let mut x = shared;
         y.length = if panel.equal {
@@ -251,12 +233,7 @@ fn column(panels: &[Panel], width: f64, legend: Markup, top: f64) -> Drawing {
         };
         body += &plot.draw().into_string();
     }
-    let (height, body) = (bottom + 4.0, PreEscaped(body));
-    Drawing {
-        width,
-        height,
-        body,
-    }
+    (PreEscaped(body), bottom + 4.0)
 }
 
 /// The part of an axis that is shown, on `length` dots.
@@ -785,7 +762,7 @@ mod tests {
         let labels = (0..7).map(|i| format!("pose {i}")).collect();
         let points = Series::points("pose", Role::X, x, y).labelled(labels);
         let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", "")).with(points);
-        let text = inline(&Figure::new("e", "E", "").with(panel)).concat();
+        let text = inline(&Figure::new("e", "E", "").with(panel));
         // Lone points have theirs; of those on one another as many as find room.
         let shown = |i: usize| text.contains(&format!(">pose {i}</text>"));
         assert!(shown(0) && shown(6) && (1..6).any(shown) && !(1..6).all(shown));

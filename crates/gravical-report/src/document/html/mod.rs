@@ -211,18 +211,15 @@ fn shown(text: &str) -> String {
 }
 
 fn figure(f: &Figure, room: &mut usize) -> Markup {
-    let drawings = svg::inline(f);
-    let size: usize = drawings.iter().map(String::len).sum();
-    let fits = size <= *room;
-    *room -= if fits { size } else { 0 };
+    let drawing = svg::inline(f);
+    let fits = drawing.len() <= *room;
+    *room -= if fits { drawing.len() } else { 0 };
     let id = format!("figure-{}", f.name);
     html! {
         figure id=(id) aria-labelledby={ (id) "-h" } {
             figcaption { h3 id={ (id) "-h" } { (f.title) } p { (f.caption) } }
             @if fits {
-                div.drawings.beside[drawings.len() > 1] {
-                    @for drawing in &drawings { div.drawing { (PreEscaped(drawing)) } }
-                }
+                div.drawing { (PreEscaped(drawing)) }
             } @else {
                 p.note {
                     "This drawing would make the page too large; "
