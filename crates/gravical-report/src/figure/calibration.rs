@@ -38,14 +38,9 @@ pub fn figures(file: &CalibrationFile, session: Option<Session<'_>>) -> Vec<Figu
     all
 }
 
-/// Unit of raw values in a figure, and what to multiply differences in the file's unit with to have
-/// them in it: m/s² where that can be.
-fn shown_unit(file: &CalibrationFile) -> (String, f64) {
-    let a = &file.accelerometer;
-    match a.nominal_per_mps2() {
-        Some(nominal) => ("m/s²".to_owned(), 1.0 / nominal),
-        None => (numfmt::unit(a.input_unit.name()), 1.0),
-    }
+/// Unit of raw values.
+fn raw_unit(file: &CalibrationFile) -> String {
+    numfmt::unit(file.accelerometer.input_unit.name())
 }
 
 /// A panel over the poses.
@@ -240,11 +235,10 @@ impl<'a> Track<'a> {
         &self,
         name: &str,
         role: Role,
-        factor: f64,
         column: impl Fn(&'a Recording) -> Option<&'a Vec<f64>>,
     ) -> Series {
         let values = |r: &'a Recording| {
-            let known = column(r).into_iter().flatten().map(|v| factor * v);
+            let known = column(r).into_iter().flatten().copied();
             known.chain(std::iter::repeat(f64::NAN)).take(r.rows())
         };
         let y = self.recordings.iter().flat_map(values).collect();
@@ -266,13 +260,11 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
             }
         }
     }
-    let (in_unit, factor) = shown_unit(file);
-    let nominal = if factor == 1.0 { "" } else { ", nominal scale" };
-    let caption = format!("Raw recording{nominal}. Shaded: the poses whose means were used.");
+    let caption = "Raw recording. Shaded: the poses whose means were used.";
     let mut figure = Figure::new("captures", "Recorded poses", caption);
     for (axis, (name, _)) in XYZ.into_iter().enumerate() {
-        let line = track.line("raw", Role::Raw, factor, |r| r.accel.get(axis));
-        let mut panel = Panel::new(name, track.axis(), Axis::new("", &in_unit));
+        let line = track.line("raw", Role::Raw, |r| r.accel.get(axis));
+        let mut panel = Panel::new(name, track.axis(), Axis::new("", &raw_unit(file)));
         panel = panel.with(Series::intervals("used", &windows));
         // The names of few windows, above the line.
         if axis == 0 && windows.len() <= 12 {
@@ -289,10 +281,6 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
 
 /// Standard deviation of the samples in each pose.
 fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
-    let (in_unit, factor) = match shown_unit(file) {
-        (unit, factor) if unit == "m/s²" => ("mm/s²".to_owned(), 1e3 * factor),
-        other => other,
-    };
     let poses = &session.segmentation.poses;
     let results = &file.accelerometer.poses;
     let results = (results.len() == poses.len()).then_some(results);
@@ -301,13 +289,13 @@ fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
         let sigma = [0, 1, 2].map(|axis| {
             let rows = pose.rows.iter();
             let rows = rows.filter_map(|r| recording.accel[axis].get(r.clone()));
-            factor * deviation(rows.flatten().copied())
+            deviation(rows.flatten().copied())
         });
         let name = results.map_or(&pose.label, |results| &results[i].label);
         sigma.iter().any(|s| s.is_finite()).then_some((name, sigma))
     });
     let (names, sigma): (Vec<&String>, Vec<[f64; 3]>) = noise.unzip();
-    let y = Axis::new("noise, 1σ of a sample", &in_unit).including(&[0.0]);
+    let y = Axis::new("noise, 1σ of a sample", &raw_unit(file)).including(&[0.0]);
     let panel = Panel::new("", Axis::names("pose", names), y);
     let caption = "Standard deviation of the samples of each pose. A high value indicates a disturbed pose, zero a frozen axis.";
     let figure = Figure::new("noise", "Noise at rest", caption);
@@ -326,9 +314,7 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
 /// Temperature over time, and the drift that a model takes off; none without either.
 fn temperature(file: &CalibrationFile, track: Option<&Track<'_>>) -> Option<Figure> {
     let over_time = track.and_then(|track| {
-        let line = track.line("temperature", Role::Result, 1.0, |r| {
-            r.temperature_c.as_ref()
-        });
+        let line = track.line("temperature", Role::Result, |r| r.temperature_c.as_ref());
         let y = Axis::new("temperature", "°C");
         line.has_values()
             .then(|| Panel::new("over time", track.axis(), y).with(line))
