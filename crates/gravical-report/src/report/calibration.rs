@@ -286,7 +286,7 @@ fn bias_and_scale(
 
 /// R and the calibration matrix, side by side.
 fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
-    let text = power_of_ten(matrix, 6);
+    let text = power_of_ten(matrix);
     let row = |i: usize| {
         let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
         let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
@@ -300,11 +300,11 @@ fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> 
 }
 
 /// Formats the elements of a matrix, with powers of ten if all are small.
-fn power_of_ten(matrix: &[[f64; 3]; 3], precision: usize) -> impl Fn(f64) -> String {
+fn power_of_ten(matrix: &[[f64; 3]; 3]) -> impl Fn(f64) -> String {
     let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
     move |v| match v {
         0.0 => "0".to_owned(),
-        v if largest < 0.1 => format!("{v:.precision$e}"),
+        v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
     }
 }

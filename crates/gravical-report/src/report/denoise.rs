@@ -15,14 +15,14 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         None => "rate unknown".to_owned(),
     };
     let segments = count(summary.segments, "segment");
-    let at_rest = (summary.static_intervals > 0).then(|| {
+    let rests = (summary.static_intervals > 0).then(|| {
         let spans = count(summary.static_intervals, "static interval");
         format!("{spans}, {} rows", summary.static_rows)
     });
     let facts = Block::facts([
         ("read as", Some(summary.description.clone())),
         ("sampling", Some(format!("{rate}, {segments}"))),
-        ("at rest", at_rest),
+        ("at rest", rests),
     ]);
     let mut filters = Section::new("filters", "Filters").with(white(summary));
     let sensors: [(_, _, fn(&Sigmas) -> _); 2] = [
