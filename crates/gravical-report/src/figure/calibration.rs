@@ -2,12 +2,11 @@
 
 use std::f64::consts::PI;
 
-use gravical::calibration_file::{CalibrationFile, PoseResult, TemperatureModel};
+use gravical::calibration_file::{CalibrationFile, PoseResult};
 use gravical::core::matrix3::{norm as length, unit};
 use gravical::numfmt::{self, milli_g};
 use gravical::poses::Segmentation;
 use gravical::recording::Recording;
-use gravical::temperature::evaluate;
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
 use super::svg::extent;
@@ -22,19 +21,19 @@ pub struct Session<'a> {
 }
 
 /// All figures that a calibration allows. What the data do not show is left out; without the
-/// session that is the recordings, noise and the temperature over time.
+/// session that is the recordings, noise and the temperature.
 #[must_use]
 pub fn figures(file: &CalibrationFile, session: Option<Session<'_>>) -> Vec<Figure> {
     let mut all = Vec::new();
     if !file.accelerometer.poses.is_empty() {
         all.extend([norm(file), residuals(file), sphere(file)]);
     }
-    let track = session.map(|s| Track::of(s.recordings));
-    if let Some((track, session)) = track.as_ref().zip(session) {
-        all.extend(captures(file, track, session.segmentation));
+    if let Some(session) = session {
+        let track = Track::of(session.recordings);
+        all.extend(captures(file, &track, session.segmentation));
         all.extend(noise(file, session));
+        all.extend(temperature(&track));
     }
-    all.extend(temperature(file, track.as_ref()));
     all
 }
 
@@ -311,43 +310,13 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
     f64::sqrt(squares / if n > 2.0 { n - 1.0 } else { f64::NAN })
 }
 
-/// Temperature over time, and the drift that a model takes off; none without either.
-fn temperature(file: &CalibrationFile, track: Option<&Track<'_>>) -> Option<Figure> {
-    let over_time = track.and_then(|track| {
-        let line = track.line("temperature", Role::Result, |r| r.temperature_c.as_ref());
-        let y = Axis::new("temperature", "°C");
-        line.has_values()
-            .then(|| Panel::new("over time", track.axis(), y).with(line))
-    });
-    let model = file.temperature_model.as_ref();
-    let sensors = [
-        ("accelerometer", ["ax", "ay", "az"]),
-        ("gyroscope", ["gx", "gy", "gz"]),
-    ];
-    let drifts = sensors
-        .into_iter()
-        .filter_map(|(title, channels)| drift(model?, title, channels));
-    let caption = "Temperature while the sensor was recorded; with a temperature model the drift of each channel over it, which is corrected (zero at the reference temperature).";
+/// Temperature over time.
+fn temperature(track: &Track<'_>) -> Option<Figure> {
+    let line = track.line("temperature", Role::Result, |r| r.temperature_c.as_ref());
+    let caption = "Temperature while the sensor was recorded.";
     let figure = Figure::new("temperature", "Temperature", caption);
-    let figure = figure.beside(over_time.into_iter().chain(drifts));
-    (!figure.panels.is_empty()).then_some(figure)
-}
-
-fn drift(model: &TemperatureModel, title: &str, channels: [&str; 3]) -> Option<Panel> {
-    let [from, to] = model.range_c;
-    let (x, y) = (Axis::new("temperature", "°C"), Axis::new("drift", ""));
-    let mut panel = Panel::new(title, x, y);
-    for (channel, (name, role)) in channels.into_iter().zip(XYZ) {
-        let Some(drift) = model.channel(channel).filter(|c| c.is_corrected()) else {
-            continue;
-        };
-        panel.y.unit = numfmt::unit(&drift.input_unit);
-        let t = (0..=100).map(|i| from + (to - from) * f64::from(i) / 100.0);
-        let drift = |t: f64| evaluate(&drift.coefficients, t - model.reference_c);
-        let (t, y) = t.map(|t| (t, drift(t))).unzip();
-        panel = panel.with(Series::line(name, role, t, y));
-    }
-    (!panel.series.is_empty()).then_some(panel)
+    let panel = Panel::new("", track.axis(), Axis::new("temperature", "°C"));
+    line.has_values().then(|| figure.with(panel.with(line)))
 }
 
 #[cfg(test)]
