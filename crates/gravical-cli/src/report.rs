@@ -10,7 +10,7 @@ use gravical::numfmt::count;
 use gravical::output::{is_special, write_text};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
-use gravical_report::document::{Block, Detail, Document, paragraph};
+use gravical_report::document::{Block, Detail, Document};
 use gravical_report::figure::{Figure, check_figures, write_figures};
 use gravical_report::report::Provenance;
 use serde::Serialize;
@@ -76,8 +76,7 @@ impl ReportArgs {
         }
     }
 
-    /// Writes the report if requested, and prints the result: as JSON, or in words with the next
-    /// steps.
+    /// Writes the report if requested, and prints the result: as JSON, or in words.
     ///
     /// # Errors
     ///
@@ -94,7 +93,6 @@ impl ReportArgs {
             text::print_json(result)?;
         } else {
             text::print_report(&document.to_text(self.detail()))?;
-            text::print(&next_step(document, self.detail()))?;
         }
         self.say();
         Ok(())
@@ -198,14 +196,6 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
         created: &gravical::calibration_file::creation_time(),
         inputs,
     })
-}
-
-/// The next steps of a verdict, where its text does not list them.
-pub fn next_step(document: &Document<'_>, detail: Detail) -> String {
-    let steps = document.verdict.iter().flat_map(|v| &v.next);
-    let shown = steps.filter(|_| detail == Detail::Summary).enumerate();
-    let start = |i: usize| if i == 0 { "\nNext: " } else { "      " };
-    shown.map(|(i, step)| paragraph(start(i), step)).collect()
 }
 
 /// Checks everything that a command is going to write, before its work.

@@ -19,7 +19,7 @@ use gravical_report::report;
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::quality;
 use crate::options::{GravityArgs, command_line, reading};
-use crate::report::{FigureArgs, ReportArgs, check_outputs, next_step};
+use crate::report::{FigureArgs, ReportArgs, check_outputs};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -132,7 +132,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         if let Some(path) = &args.output {
             text::print(&format!("\nSaved to {}.\n", path_word(path)))?;
         }
-        text::print(&next_step(&document, args.report.detail()))?;
     }
     Ok(quality(file.verdict.grade == Grade::Poor))
 }

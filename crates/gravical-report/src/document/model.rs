@@ -43,7 +43,7 @@ pub struct Verdict {
     pub conclusion: Option<String>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
-    /// Next steps; on pages (the program prints them with file names).
+    /// Next steps.
     pub next: Vec<String>,
 }
 
@@ -344,11 +344,6 @@ impl Row {
         std::iter::once(Cell::text(name)).chain(cells).into()
     }
 
-    /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
-    pub fn axes(name: &str, values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> Self {
-        Row::named(name, Cell::axes(values, text))
-    }
-
     /// With a sentence below it.
     pub fn noted(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
@@ -369,7 +364,7 @@ impl Cell {
 
     /// A number that may be missing.
     pub fn maybe(value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
-        value.map_or_else(Cell::none, |v| Cell::number(text(v)))
+        Cell::number(value.map_or("–".to_owned(), text))
     }
 
     /// Three numbers, for the axes.
@@ -384,10 +379,5 @@ impl Cell {
             Cell::Number(text, _) => Cell::Number(text, sigma),
             other => other,
         }
-    }
-
-    /// No number is known.
-    pub fn none() -> Self {
-        Cell::number("–")
     }
 }

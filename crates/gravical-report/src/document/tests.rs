@@ -24,9 +24,9 @@ fn document(figure: &Figure) -> Document<'_> {
         .row([
             Cell::text("<x>|*"),
             Cell::number("-0.2246").plus_minus(Some(0.0012), 4),
-            Cell::none(),
-            Cell::none(),
-            Cell::none(),
+            Cell::number("–"),
+            Cell::number("–"),
+            Cell::number("–"),
         ]);
     let code = Snippet {
         language: "C",
@@ -85,11 +85,13 @@ Findings
 
 Verdict: good
   - It fits.
+
+Next: Go on.
 "
     );
     let full = document(&figure).to_text(Detail::Full);
     assert!(full.contains("  C\n    a = b < c;\n"), "{full}");
-    assert!(full.ends_with("  - It fits.\n  - Go on.\n"), "{full}");
+    assert!(full.ends_with("  - It fits.\n\nNext: Go on.\n"), "{full}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ const MIN_PROSE_WIDTH: usize = 20;
 
 impl Document<'_> {
     /// The document in lines of 80 columns: subject, conclusion, sections, and the verdict with
-    /// its reasons at the end, where a terminal stops. In a table that is too wide, uncertainties
+    /// reasons and next steps at the end, where a terminal stops. In a table that is too wide, uncertainties
     /// are placed below their values. Figures are left out.
     #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
@@ -32,7 +32,7 @@ impl Document<'_> {
             out.push_str(&section_text(section, detail));
         }
         if let Some(verdict) = &self.verdict {
-            out.push_str(&verdict_text(verdict, detail));
+            out.push_str(&verdict_text(verdict));
         }
         out
     }
@@ -118,11 +118,14 @@ fn facts_text(facts: &[(String, String)]) -> String {
     facts.iter().map(line).collect()
 }
 
-fn verdict_text(verdict: &Verdict, detail: Detail) -> String {
+fn verdict_text(verdict: &Verdict) -> String {
     let mut out = paragraph("\nVerdict: ", &verdict.word);
-    let next = verdict.next.iter().filter(|_| detail == Detail::Full);
-    for point in verdict.reasons.iter().chain(next) {
-        out.push_str(&paragraph("  - ", point));
+    for reason in &verdict.reasons {
+        out.push_str(&paragraph("  - ", reason));
+    }
+    for (i, step) in verdict.next.iter().enumerate() {
+        let start = if i == 0 { "\nNext: " } else { "      " };
+        out.push_str(&paragraph(start, step));
     }
     out
 }

@@ -37,8 +37,8 @@ const MAX_DRAWN: f64 = 1e300;
 /// The labels of more points than this show on hovering only.
 const MAX_LABELLED: usize = 40;
 
-/// Colours are those of Okabe and Ito (2008), which the colour blind can tell apart; dashes and
-/// symbols differ too, for print in grey.
+/// Colours are those of Okabe and Ito (2008), which the colour blind can tell apart; symbols and
+/// lightness differ too, for print in grey.
 pub const STYLE: &str = "\
 .gv{font-size:12px;font-family:system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
 .gv .minor{fill:#444;font-size:11px}.gv .panel-title,.gv .title{font-weight:bold}.gv .title{font-size:15px}\
@@ -46,12 +46,12 @@ pub const STYLE: &str = "\
 .gv .s{fill:none;stroke-width:1.6;stroke-linejoin:round;vector-effect:non-scaling-stroke}\
 .gv .band{fill-opacity:.22}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
-.gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}.gv .raw .l{stroke-dasharray:6 3}\
-.gv .result .s,.gv .z .s{stroke:#0072B2}.gv .result .f,.gv .z .f{fill:#0072B2}.gv .z .l{stroke-dasharray:2.5 2}\
-.gv .reference .s{stroke:#000}.gv .reference .f{fill:#000}.gv .reference .l{stroke-dasharray:1.5 3}\
+.gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}\
+.gv .result .s,.gv .z .s{stroke:#0072B2}.gv .result .f,.gv .z .f{fill:#0072B2}\
+.gv .reference .s{stroke:#000;stroke-dasharray:1.5 3}.gv .reference .f{fill:#000}\
 .gv .warning .s{stroke:#E69F00}.gv .warning .f{fill:#E69F00}\
 .gv .x .s,.gv .bad .s{stroke:#D55E00}.gv .x .f,.gv .bad .f{fill:#D55E00}\
-.gv .y .s{stroke:#009E73}.gv .y .f{fill:#009E73}.gv .y .l{stroke-dasharray:7 2.5}\
+.gv .y .s{stroke:#009E73}.gv .y .f{fill:#009E73}\
 .gv .guide .s{stroke:#c8c8c8;stroke-width:.8}";
 
 /// The same hues on a dark page, lighter where they would be too dark.
@@ -176,7 +176,7 @@ fn legend(figure: &Figure, top: f64) -> (Markup, f64) {
 fn swatch(s: &Series) -> Markup {
     const AREA: &str = "M0-9h24v10H0z";
     match s.mark {
-        Mark::Line => html! { path class=(line_class(s)) d="M0-4h24" {} },
+        Mark::Line => html! { path.s d="M0-4h24" {} },
         Mark::Points => html! { g transform="translate(12 -4)" { (symbol(s)) } },
         Mark::Shade => html! { path.f d=(AREA) {} },
         Mark::Band => html! { path.f.band d=(AREA) {} },
@@ -410,7 +410,7 @@ impl Plot<'_> {
     fn series(&self, s: &Series, taken: &mut Vec<[f64; 4]>) -> Markup {
         let places = || s.x.iter().zip(&s.y).map(move |(x, y)| self.place(*x, *y));
         let (mark, class, path) = match s.mark {
-            Mark::Line => ("line", line_class(s), path(places())),
+            Mark::Line => ("line", "s", path(places())),
             Mark::Band => ("band", "f band", self.band(s)),
             Mark::Points => ("points", "s", self.bars(s)),
             Mark::Shade => ("shade", "f", self.intervals(s)),
@@ -551,21 +551,6 @@ fn path(places: impl Iterator<Item = Option<(f64, f64)>>) -> String {
         }
     }
     path
-}
-
-/// Total variation of a line, in units of its range, above which it is noise, which dashes would
-/// tear to pieces: it is drawn solid.
-const MAX_DASHED_VARIATION: f64 = 40.0;
-
-fn line_class(s: &Series) -> &'static str {
-    let (low, high) = extent(s.y.iter().copied());
-    let steps = s.y.windows(2).map(|y| (y[1] - y[0]).abs());
-    let variation: f64 = steps.filter(|step| step.is_finite()).sum();
-    if variation > MAX_DASHED_VARIATION * (high - low) {
-        "s"
-    } else {
-        "s l"
-    }
 }
 
 /// An outline is filled with the paper, so that lines below do not run through it.
@@ -727,7 +712,7 @@ mod tests {
     #[test]
     fn paths_are_short_and_break() {
         let text = drawn(vec![0.0, 1.0, f64::NAN, 0.5, f64::NAN, 0.0]);
-        let path = text.split("<path class=\"s l\" d=\"").last().unwrap();
+        let path = text.split("<path class=\"s\" d=\"").last().unwrap();
         let path = path.split('"').next().unwrap();
         assert_eq!(path.matches('M').count(), 3, "{path}");
         assert_eq!(

@@ -75,7 +75,8 @@ fn at_rest(
         "unknown" => "unit unknown".to_owned(),
         known => unit(known),
     };
-    let row = |name: &str, sigmas: &Sigmas| Row::axes(name, of(sigmas), |_, v| small(v, 3));
+    let row =
+        |name: &str, sigmas: &Sigmas| Row::named(name, Cell::axes(of(sigmas), |_, v| small(v, 3)));
     let filters = summary.filters.iter();
     Table::new(format!("σ of {name} at rest, {of_unit}"))
         .columns([""])

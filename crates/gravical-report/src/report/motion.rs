@@ -105,16 +105,6 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
     let at_rest_s: f64 = result.rests.iter().map(|s| s.end_s - s.start_s).sum();
     let rests = format!("{}, {at_rest_s:.1} s in total", result.rests.len());
-    let noise = result.noise.as_ref().map(|noise| {
-        let three = |v: [f64; 3]| v.map(|n| digits(1e3 * n, 2)).join(" ");
-        let gyro = noise.gyro_n.map_or(String::new(), |n| {
-            format!("; gyroscope {} mrad/s/√Hz", three(n))
-        });
-        format!(
-            "accelerometer {} mm/s²/√Hz{gyro} (N at rest)",
-            three(noise.accel_n)
-        )
-    });
     Section::new("timing", "Timing and procedure").with(Block::facts([
         ("read as", Some(recording.description.clone())),
         (
@@ -126,7 +116,6 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         ("frame", Some(result.frame.clone())),
         ("time", Some(time(result))),
         ("rests", Some(rests)),
-        ("noise", noise),
     ]))
 }
 

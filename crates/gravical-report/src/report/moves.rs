@@ -3,7 +3,7 @@
 use crate::document::{Block, Cell, Column, Row, Section, Table};
 use gravical::core::matrix3::norm;
 use gravical::motion::{Budget, Comparison, Ends, MotionResult, Move, MoveComparison};
-use gravical::numfmt::{count, decimals_for, decimals_of, digits, fixed};
+use gravical::numfmt::{decimals_for, decimals_of, digits, fixed};
 
 use super::short_name;
 
@@ -79,17 +79,8 @@ fn one_move((number, m): (usize, &Move)) -> Row {
         Cell::maybe(m.peak_speed_mps, |v| fixed(v, decimals_of(v, 2).min(5))),
         Cell::text(ends),
     ]);
-    let widened = m.closure.is_some_and(|c| c.widened);
-    let notes = [
-        m.unusable.as_ref().map(|why| format!("not usable: {why}")),
-        widened.then(|| "the rest after it contradicts it: band widened".to_owned()),
-        (m.replaced > 0).then(|| {
-            "values at the end of the range or far from all around them replaced".to_owned()
-        }),
-        (m.stances > 0).then(|| count(m.stances, "stance")),
-    ];
-    let notes: Vec<String> = notes.into_iter().flatten().collect();
-    Row::from(cells).noted(notes.join("; "))
+    let unusable = m.unusable.as_ref().map(|why| format!("not usable: {why}"));
+    Row::from(cells).noted(unusable.unwrap_or_default())
 }
 
 pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
