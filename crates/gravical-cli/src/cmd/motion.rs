@@ -1,17 +1,16 @@
 //! `gravical motion`: velocity and position with error bands.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{
-    Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, motion, write_table,
-};
+use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
 use gravical::noise::read_noise;
 use gravical::output::write_atomic;
-use gravical::recording::{ReadOptions, Recording, join_gyroscope, read_samples};
+use gravical::recording::{ReadOptions, join_gyroscope, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::report;
@@ -20,8 +19,7 @@ use crate::calibration::{OriginArgs, files_of};
 use crate::failure::quality;
 use crate::options::{GravityArgs, reading};
 use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
-use crate::table::Target;
-use crate::text;
+use crate::table::{TableArgs, Target};
 
 /// Compute velocity and position with error bands
 ///
@@ -38,9 +36,8 @@ pub struct Args {
     /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "RECORDING")]
     input: PathBuf,
-    /// Table (CSV); - is stdout [default: if no terminal]
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
@@ -54,15 +51,6 @@ pub struct Args {
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    /// Overwrite existing files
-    #[arg(long)]
-    force: bool,
-    /// Print the result as JSON; the table needs -o
-    #[arg(long)]
-    json: bool,
-    /// Print errors only
-    #[arg(short, long)]
-    pub quiet: bool,
     #[command(flatten)]
     method: MotionOptions,
     #[command(flatten)]
@@ -116,14 +104,14 @@ impl Args {
 ///
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let target = Target::of(args.output.as_deref());
+    let TableArgs { force, quiet, .. } = args.output;
     let files = args.files();
     check_outputs(
-        target.file(),
+        args.output.target().file(),
         &args.report,
         Some(&args.figures),
         &files.iter().map(PathBuf::as_path).collect::<Vec<_>>(),
-        args.force,
+        force,
     )?;
     let noise = args.noise.as_deref().map(read_noise).transpose()?;
     let options = MotionOptions {
@@ -138,7 +126,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = std::slice::from_ref(&args.input);
     let swap =
         "the arguments are swapped: the recording is the argument, the calibration belongs to -c";
-    let quiet = args.quiet;
     let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, swap, quiet);
     let calibration = args.calibration.as_ref().map(find).transpose()?;
     let calibrated = calibration.as_ref().map(|found| Calibrated {
@@ -164,23 +151,32 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         inputs.push(reference.input());
     }
 
-    match target {
-        Target::File(path) => save(path, args.force, &motion)?,
-        Target::Stdout if !args.json => write_table(&motion, &mut text::table_out())?,
-        Target::Stdout | Target::Nowhere => {}
+    let target = args.output.target();
+    if target != Target::Nowhere {
+        let path = target.file().unwrap_or(Path::new("standard output"));
+        args.output.write(|out| table(&motion, path, out))?;
     }
     let figures = if args.figures.are_wanted(&args.report) {
         figure::motion::figures(&motion)
     } else {
         Vec::new()
     };
-    args.figures.write(&figures, args.force, args.quiet)?;
+    args.figures.write(&figures, force, quiet)?;
     if args.report.is_wanted() {
         let document = report::motion(&motion.result, &recording, &figures);
-        args.report
-            .write(args.force, &with_origin(document, &inputs))?;
+        args.report.write(force, &with_origin(document, &inputs))?;
     }
-    tell(args, &motion.result, &recording)
+    let result = &motion.result;
+    let done = format!("{}: {} rows", one_line(&result.input), result.rows);
+    let document = report::motion(result, &recording, &[]);
+    args.output
+        .print_summary(result, &done, &document, args.report.detail())?;
+    if !quiet {
+        args.report.say();
+    }
+    Ok(quality(
+        result.verdict.judgement == MotionJudgement::NotUsable,
+    ))
 }
 
 /// Writes the table of a motion to a file.
@@ -189,32 +185,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 ///
 /// Those of [`write_atomic`].
 pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
-    write_atomic(path, force, |out| {
-        write_table(motion, out).map_err(|e| Error::io(path, e))
-    })
+    write_atomic(path, force, |out| table(motion, path, out))
 }
 
-/// Prints the result.
-fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Result<ExitCode> {
-    if args.json {
-        text::print_json(result)?;
-    }
-    if !args.quiet {
-        let target = Target::of(args.output.as_deref());
-        let to = match target {
-            Target::Stdout if args.json => String::new(),
-            _ => target.arrow(),
-        };
-        let input = one_line(&result.input);
-        text::say(&format!("{input}: {} rows{to}", result.rows));
-        let document = report::motion(result, recording, &[]);
-        text::say_report(document.to_text(args.report.detail()).trim_end());
-        if target == Target::Nowhere && !args.json {
-            text::say(target.hint().trim_end());
-        }
-        args.report.say();
-    }
-    Ok(quality(
-        result.verdict.judgement == MotionJudgement::NotUsable,
-    ))
+fn table(motion: &Motion, path: &Path, out: &mut dyn Write) -> Result<()> {
+    write_table(motion, out).map_err(|e| Error::io(path, e))
 }
