@@ -340,7 +340,7 @@ impl Plot<'_> {
         let plot = format!("{left} {top} {width} {height}");
         let view = format!("{} {} {} {}", x.low, x.high, y.low, y.high);
         let series: Vec<&Series> = panel.series.iter().filter(|s| s.has_values()).collect();
-        let mut taken = self.symbols();
+        let mut taken = Vec::new();
         html! {
             g.panel data-plot=[reads.then_some(plot)] data-view=[reads.then_some(view)]
                 data-title=[reads.then_some(&panel.title)]
@@ -497,17 +497,7 @@ impl Plot<'_> {
             .collect()
     }
 
-    /// What the symbols of points cover.
-    fn symbols(&self) -> Vec<[f64; 4]> {
-        let points = self.panel.series.iter();
-        let points = points.filter(|s| s.mark == Mark::Points && s.role != Role::Guide);
-        let places = points.flat_map(|s| s.x.iter().zip(&s.y));
-        let places = places.filter_map(|(x, y)| self.place(*x, *y));
-        let cover = |(x, y)| [x - 4.0, y - 5.0, x + 4.0, y + 5.0];
-        places.map(cover).collect()
-    }
-
-    /// The text of a point, right of it or left, where it covers nothing; there it covers what
+    /// The text of a point, right of it or left, where it covers no other; there it covers what
     /// others must not. That of a guide stands on its place.
     fn label(&self, s: &Series, i: usize, (x, y): (f64, f64), taken: &mut Vec<[f64; 4]>) -> Markup {
         let label = s.labels.get(i).map_or("", String::as_str);

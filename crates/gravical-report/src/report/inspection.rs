@@ -1,11 +1,12 @@
 //! Report of the content of a recording.
 
+use std::fmt::Display;
+
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use gravical::inspect::{Inspection, StillSpan};
 use gravical::numfmt::{decimals_of, digits, fixed};
 use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
-use gravical::recording::units::{AccelUnit, GyroUnit};
 
 use super::short_name;
 use super::temperature::drift;
@@ -24,6 +25,9 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let listed = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
     let (serial, temperature) = (inspection.serial.as_ref(), inspection.temperature_c);
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
+    let a = inspection.accelerometer;
+    let gyro = inspection.gyroscope;
+    let gyro = gyro.map(|g| scale(g.unit, g.lsb_per_deg_s, "°/s", g.origin));
     let facts = Block::facts([
         ("format", Some(inspection.description.clone())),
         (
@@ -36,8 +40,8 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
             "missing",
             missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2))),
         ),
-        ("accel", Some(accel(inspection))),
-        ("gyro", gyro(inspection)),
+        ("accel", Some(scale(a.unit, a.lsb_per_g, "g", a.origin))),
+        ("gyro", gyro),
         (
             "temp",
             temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C")),
@@ -72,11 +76,6 @@ fn time(inspection: &Inspection) -> String {
         (Some(unit), Some(rate)) => {
             parts.push(format!("stamps in {}", unit.name()));
             parts.push(format!("{rate:.2} Hz"));
-            if let Some(mean) = t.mean_rate_hz
-                && (mean / rate - 1.0).abs() > 0.002
-            {
-                parts.push(format!("{mean:.2} rows/s on average"));
-            }
             if let Some(jitter) = t.jitter_s {
                 parts.push(format!("jitter {:.2} ms", 1000.0 * jitter));
             }
@@ -100,32 +99,13 @@ pub fn origin(origin: Origin) -> &'static str {
     }
 }
 
-fn accel(inspection: &Inspection) -> String {
-    let a = &inspection.accelerometer;
-    let origin = origin(a.origin);
-    match (a.unit, a.lsb_per_g) {
-        (AccelUnit::Unknown, _) => "unit unknown: give --accel-unit".to_owned(),
-        (AccelUnit::Counts, Some(lsb)) => {
-            format!("counts, {lsb:.0} per g (±{:.0} g), {origin}", 32768.0 / lsb)
-        }
-        (AccelUnit::Counts, None) => format!("counts of unknown range, {origin}"),
-        (unit, _) => format!("{unit}, {origin}"),
-    }
-}
-
-fn gyro(inspection: &Inspection) -> Option<String> {
-    let g = inspection.gyroscope?;
-    let origin = origin(g.origin);
-    Some(match (g.unit, g.lsb_per_deg_s) {
-        (GyroUnit::Unknown, _) => "unit unknown: give --gyro-unit".to_owned(),
-        (GyroUnit::Counts, Some(lsb)) => {
-            format!(
-                "counts, {lsb} per °/s (±{:.0} °/s), {origin}",
-                32768.0 / lsb
-            )
-        }
-        (unit, _) => format!("{unit}, {origin}"),
-    })
+/// A unit with the sensitivity of counts of known range, per g or °/s, and how it is known.
+fn scale(unit: impl Display, lsb: Option<f64>, per: &str, known: Origin) -> String {
+    let counts = lsb.map(|lsb| {
+        let (lsb, range) = ((10.0 * lsb).round() / 10.0, 32768.0 / lsb);
+        format!(", {lsb} per {per} (±{range:.0} {per})")
+    });
+    format!("{unit}{}, {}", counts.unwrap_or_default(), origin(known))
 }
 
 fn stillness(inspection: &Inspection) -> String {
