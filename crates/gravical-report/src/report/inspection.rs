@@ -7,6 +7,7 @@ use gravical::inspect::{Inspection, StillSpan};
 use gravical::numfmt::{decimals_of, digits, fixed};
 use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
+use gravical::recording::units::{AccelUnit, GyroUnit};
 
 use super::short_name;
 use super::temperature::drift;
@@ -26,8 +27,11 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let (serial, temperature) = (inspection.serial.as_ref(), inspection.temperature_c);
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
     let a = inspection.accelerometer;
-    let gyro = inspection.gyroscope;
-    let gyro = gyro.map(|g| scale(g.unit, g.lsb_per_deg_s, "°/s", g.origin));
+    let per_g = a.lsb_per_g.filter(|_| a.unit == AccelUnit::Counts);
+    let gyro = inspection.gyroscope.map(|g| {
+        let per_deg_s = g.lsb_per_deg_s.filter(|_| g.unit == GyroUnit::Counts);
+        scale(g.unit, per_deg_s, "°/s", g.origin)
+    });
     let facts = Block::facts([
         ("format", Some(inspection.description.clone())),
         (
@@ -40,7 +44,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
             "missing",
             missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2))),
         ),
-        ("accel", Some(scale(a.unit, a.lsb_per_g, "g", a.origin))),
+        ("accel", Some(scale(a.unit, per_g, "g", a.origin))),
         ("gyro", gyro),
         (
             "temp",
