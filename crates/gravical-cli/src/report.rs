@@ -60,7 +60,12 @@ impl ReportArgs {
     /// # Errors
     ///
     /// As [`check_outputs`].
-    pub fn check(&self, output: Option<&Path>, inputs: &[&Path], force: bool) -> Result<()> {
+    pub fn check<'a>(
+        &self,
+        output: Option<&Path>,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+        force: bool,
+    ) -> Result<()> {
         check_outputs(output, self, None, inputs, force)
     }
 
@@ -204,11 +209,11 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
 ///
 /// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one place;
 /// those of [`check_targets`] and [`check_figures`].
-pub fn check_outputs(
+pub fn check_outputs<'a>(
     output: Option<&Path>,
     report: &ReportArgs,
     figures: Option<&FigureArgs>,
-    inputs: &[&Path],
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
     force: bool,
 ) -> Result<()> {
     let report = report.report.as_deref();
@@ -227,6 +232,6 @@ pub fn check_outputs(
             return Err(same_target(path));
         }
     }
-    let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
+    let inputs: Vec<PathBuf> = inputs.into_iter().cloned().collect();
     check_targets(&files, &inputs, force)
 }

@@ -44,7 +44,11 @@ impl TableArgs {
     ///
     /// `json-needs-output` (usage) if table and summary would both go to stdout; those of
     /// [`ReportArgs::check`].
-    pub fn check(&self, report: &ReportArgs, inputs: &[&Path]) -> Result<()> {
+    pub fn check<'a>(
+        &self,
+        report: &ReportArgs,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<()> {
         if self.json && Target::of(self.output.as_deref()) == Target::Stdout {
             return Err(Error::usage(
                 "json-needs-output",

@@ -68,8 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let calibrations = files_of(&args.calibration);
     let inputs = calibrations.iter().chain([path]).chain(&args.options.gyro);
-    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
-    args.output.check(&ReportArgs::default(), &inputs)?;
+    args.output.check(&ReportArgs::default(), inputs)?;
     let read_options = reading(&args.recording, false);
     let quiet = args.output.quiet;
     let recordings = std::slice::from_ref(path);
@@ -124,10 +123,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
         .with_hint("give -o DIR")
         .into());
     };
-    let options = args.options(&ReadOptions {
-        meter: None,
-        ..reading(&args.recording, false)
-    });
+    let options = args.options(&args.recording);
     options.read.validate()?;
     let first = args.inputs.first().map(PathBuf::as_path);
     let calibration = read_file(&args.calibration, first, SWAPPED)?.file;

@@ -83,12 +83,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.each.refuse_alone()?;
     // Checked before the work starts.
     let others = args.other_files();
-    let inputs = args.inputs.iter().chain(&others).map(PathBuf::as_path);
     check_outputs(
         args.output.as_deref(),
         &args.report,
         Some(&args.figures),
-        &inputs.collect::<Vec<_>>(),
+        args.inputs.iter().chain(&others),
         args.force,
     )?;
     let options = args.options()?;
@@ -153,8 +152,8 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
     options.validate()?;
     let read = ReadOptions {
-        meter: None,
-        ..reading(&args.recording, true)
+        hash: true,
+        ..args.recording.clone()
     };
     read.validate()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;

@@ -70,12 +70,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.each.refuse_alone()?;
     let options = args.options()?;
     let calibrations = files_of(&args.calibration);
-    let files = calibrations
-        .iter()
-        .chain(&args.recordings)
-        .chain(&args.gyro);
-    let files = files.map(PathBuf::as_path).collect::<Vec<_>>();
-    args.report.check(None, &files, args.force)?;
+    let files = calibrations.iter().chain(&args.recordings);
+    args.report
+        .check(None, files.chain(&args.gyro), args.force)?;
     let read_options = reading(&args.recording, true);
     let inputs = &args.recordings;
     let calibration =
@@ -113,8 +110,8 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
     each::refuse(&[("--resume", args.each.resume)], why, "leave it out")?;
     let options = args.options()?;
     let read = ReadOptions {
-        meter: None,
-        ..reading(&args.recording, true)
+        hash: true,
+        ..args.recording.clone()
     };
     read.validate()?;
     let first = args.recordings.first().map(PathBuf::as_path);

@@ -40,7 +40,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report
-        .check(None, &[&args.first, &args.second], args.force)?;
+        .check(None, [&args.first, &args.second], args.force)?;
     let (a, first) = CalibrationFile::read_with_input(&args.first)?;
     let (b, second) = CalibrationFile::read_with_input(&args.second)?;
     let names = [&args.first, &args.second].map(|p| p.display().to_string());

@@ -44,7 +44,7 @@ pub struct Args {
 ///
 /// A file that cannot be read, counts of unknown range, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.output.check(&ReportArgs::default(), &[&args.input])?;
+    args.output.check(&ReportArgs::default(), [&args.input])?;
     let read = reading(&args.recording, false);
     let summary = args
         .output

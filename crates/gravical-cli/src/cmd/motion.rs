@@ -105,12 +105,11 @@ impl Args {
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let TableArgs { force, quiet, .. } = args.output;
-    let files = args.files();
     check_outputs(
         args.output.target().file(),
         &args.report,
         Some(&args.figures),
-        &files.iter().map(PathBuf::as_path).collect::<Vec<_>>(),
+        &args.files(),
         force,
     )?;
     let noise = args.noise.as_deref().map(read_noise).transpose()?;

@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         output,
         &args.report,
         Some(&args.figures),
-        &[&args.input],
+        [&args.input],
         args.force,
     )?;
     let named = args.report.is_wanted() || output.is_some();
