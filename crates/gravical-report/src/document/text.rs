@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use super::{Block, Cell, Column, Detail, Document, Remark, Row, Section, Snippet, Table, Verdict};
 use gravical::escape::one_line;
-use gravical::numfmt::count;
 
 /// Width of a line.
 const WIDTH: usize = 80;
@@ -90,14 +89,12 @@ fn findings_text(remarks: &[Remark], detail: Detail) -> String {
         Detail::Summary if remarks.len() > FINDINGS + 1 => FINDINGS,
         _ => remarks.len(),
     };
-    let (shown, more) = remarks.split_at(shown);
-    let mut out: String = shown.iter().map(Remark::to_text).collect();
-    if !more.is_empty() {
-        let warnings = more.iter().filter(|r| r.warning).count();
-        let parts = [(warnings, "warning"), (more.len() - warnings, "note")];
-        let parts = parts.iter().filter(|(n, _)| *n > 0);
-        let parts: Vec<String> = parts.map(|(n, word)| count(n, word)).collect();
-        out.push_str(&format!("  … and {} (--verbose)\n", parts.join(", ")));
+    let mut out: String = remarks[..shown].iter().map(Remark::to_text).collect();
+    if shown < remarks.len() {
+        out.push_str(&format!(
+            "  … and {} more (--verbose)\n",
+            remarks.len() - shown
+        ));
     }
     out
 }
