@@ -96,7 +96,7 @@ pub fn standalone(figure: &Figure) -> String {
         text.title x="16" y="22" { (figure.title) }
         (drawing)
     };
-    let file = whole(figure, height, &body).into_string();
+    let file = root(figure, height, &body).into_string();
     escape::shown(&file).into_owned() + "\n"
 }
 
@@ -104,14 +104,14 @@ pub fn standalone(figure: &Figure) -> String {
 #[must_use]
 pub fn inline(figure: &Figure) -> String {
     let (drawing, height) = drawing(figure, 0.0);
-    whole(figure, height, &drawing).into_string()
+    root(figure, height, &drawing).into_string()
 }
 
 /// How every figure begins.
 pub(super) const BEGIN: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=";
 
 /// The outermost element, with what a screen reader says.
-fn whole(figure: &Figure, height: f64, body: &Markup) -> Markup {
+fn root(figure: &Figure, height: f64, body: &Markup) -> Markup {
     let (id, height) = (&figure.name, r(height));
     html! {
         svg xmlns="http://www.w3.org/2000/svg" class="gv" width=(WIDTH) height=(height)
@@ -133,7 +133,7 @@ fn drawing(figure: &Figure, top: f64) -> (Markup, f64) {
             let top = bottom + 6.0;
             for (i, panel) in row.iter().enumerate() {
                 let (panel, end) = column(std::slice::from_ref(panel), HALF, top);
-                let place = moved(i as f64 * (WIDTH - HALF), 0.0);
+                let place = translate(i as f64 * (WIDTH - HALF), 0.0);
                 body += &html! { g transform=(place) { (panel) } }.into_string();
                 bottom = bottom.max(end);
             }
@@ -160,7 +160,7 @@ fn legend(figure: &Figure, top: f64) -> (Markup, f64) {
             (x, y) = (16.0, y + 18.0);
         }
         let entry = html! {
-            g class={ "entry " (style_of(s.role).0) } data-name=(s.name) transform=(moved(x, y)) {
+            g class={ "entry " (style_of(s.role).0) } data-name=(s.name) transform=(translate(x, y)) {
                 g { (swatch(s)) }
                 text x="32" { (s.name) }
             }
@@ -380,7 +380,7 @@ impl Plot<'_> {
                     path d={ "M" (at) " " (top) "v" (y.length) } {}
                     @if *last && hang {
                         text.minor text-anchor="end"
-                            transform={ (moved(at + 3.0, bottom + 11.0)) " rotate(-50)" } { (label) }
+                            transform={ (translate(at + 3.0, bottom + 11.0)) " rotate(-50)" } { (label) }
                     } @else if *last {
                         (text("minor", at, bottom + 15.0, "middle", label))
                     }
@@ -393,7 +393,7 @@ impl Plot<'_> {
                 }
             }
             @if *last { (text("name", left + x.length / 2.0, name_at, "middle", &axis_name(&panel.x))) }
-            text text-anchor="middle" transform={ (moved(13.0, middle)) " rotate(-90)" } {
+            text text-anchor="middle" transform={ (translate(13.0, middle)) " rotate(-90)" } {
                 (axis_name(&panel.y))
             }
         }
@@ -421,7 +421,7 @@ impl Plot<'_> {
                 title { (s.name) }
                 g.data { path class=(class) d=(path) {} }
                 @for (i, (x, y)) in points.filter_map(|(i, place)| Some((i, place?))) {
-                    g.at transform=(moved(x, y)) {
+                    g.at transform=(translate(x, y)) {
                         title { (self.hint(s, i)) }
                         @if s.role != Role::Guide { (symbol(s)) }
                         (self.label(s, i, (x, y), taken))
@@ -559,7 +559,7 @@ fn text(class: &str, x: f64, y: f64, anchor: &str, content: &str) -> Markup {
     }
 }
 
-fn moved(x: f64, y: f64) -> String {
+fn translate(x: f64, y: f64) -> String {
     format!("translate({} {})", r(x), r(y))
 }
 
