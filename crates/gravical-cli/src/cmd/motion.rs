@@ -55,25 +55,19 @@ pub struct Args {
     method: MotionOptions,
     #[command(flatten)]
     origin: OriginArgs,
-    #[command(flatten)]
-    truth: TruthArgs,
+    /// Reference positions: t_s,px_m,py_m,pz_m
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
     #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
     recording: ReadOptions,
 }
 
-#[derive(Debug, clap::Args)]
-struct TruthArgs {
-    /// Reference positions: t_s,px_m,py_m,pz_m
-    #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
-}
-
 impl Args {
     /// All input files.
     fn files(&self) -> Vec<PathBuf> {
-        let others = [&self.gyro, &self.noise, &self.truth.truth];
+        let others = [&self.gyro, &self.noise, &self.truth];
         let files = [&self.input]
             .into_iter()
             .chain(others.into_iter().flatten());
@@ -87,7 +81,7 @@ impl Args {
     ///
     /// `truth-stdin` (usage) for standard input.
     fn truth(&self) -> Result<Option<&Path>> {
-        let path = self.truth.truth.as_deref();
+        let path = self.truth.as_deref();
         if path == Some(Path::new("-")) {
             return Err(
                 Error::usage("truth-stdin", "--truth reads a file, not standard input")
