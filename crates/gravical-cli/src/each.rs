@@ -12,7 +12,7 @@ use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use gravical::escape::one_line;
+use gravical::escape::{one_line, path_text};
 use gravical::live::folder::is_session;
 use gravical::numfmt::count;
 use gravical::output::{make_folder, write_atomic};
@@ -20,7 +20,7 @@ use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 
-use crate::failure::QUALITY;
+use crate::failure::quality;
 use crate::{crash, progress, text};
 
 #[derive(Debug, Default, clap::Args)]
@@ -81,14 +81,8 @@ impl EachArgs {
             ("--shard", self.shard.is_some()),
             ("--threads", self.threads.is_some()),
         ];
-        match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(each_option(
-                option,
-                "this belongs to a run over many sessions",
-                "add --each: then each path is a session of its own",
-            )),
-            None => Ok(()),
-        }
+        let hint = "add --each: then each path is a session of its own";
+        refuse(&given, "this belongs to a run over many sessions", hint)
     }
 
     /// Refuses options that have no meaning for many sessions.
@@ -97,20 +91,24 @@ impl EachArgs {
     ///
     /// `each-option` (usage).
     pub fn refuse_beside(options: &[(&str, bool)]) -> Result<()> {
-        match options.iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(each_option(
-                option,
-                "this belongs to one session, not to many",
-                "leave it out, or run the command for one session without --each",
-            )),
-            None => Ok(()),
-        }
+        let hint = "leave it out, or run the command for one session without --each";
+        refuse(options, "this belongs to one session, not to many", hint)
     }
 }
 
-/// An option that does not go with `--each`, or not without it.
-pub fn each_option(option: &str, why: &str, hint: &str) -> Error {
-    Error::usage("each-option", format!("{option}: {why}")).with_hint(hint)
+/// Refuses the first of these options that is given.
+///
+/// # Errors
+///
+/// `each-option` (usage).
+pub fn refuse(options: &[(&str, bool)], why: &str, hint: &str) -> Result<()> {
+    match options.iter().find(|(_, given)| *given) {
+        Some((option, _)) => {
+            let error = Error::usage("each-option", format!("{option}: {why}"));
+            Err(error.with_hint(hint))
+        }
+        None => Ok(()),
+    }
 }
 
 /// A run over many inputs.
@@ -183,11 +181,8 @@ pub fn run(
     let targets: Vec<PathBuf> = results.chain(&plan.each.summary).cloned().collect();
     let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
     check_targets(&targets, &inputs.concat(), force)?;
-    let width = items
-        .iter()
-        .map(|i| shown_path(&i.path).chars().count())
-        .max();
-    let width = width.unwrap_or(0).min(40);
+    let widths = items.iter().map(|i| path_text(&i.path).chars().count());
+    let width = widths.max().unwrap_or(0).min(40);
     progress::count(items.len() as u64);
     let next = AtomicUsize::new(0);
     let rows: Mutex<BTreeMap<usize, Outcome>> = Mutex::default();
@@ -231,10 +226,7 @@ pub fn run(
     if !plan.quiet {
         text::say(&tally(&rows));
     }
-    if rows.values().any(|row| row.is_poor) {
-        return Ok(ExitCode::from(QUALITY));
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(quality(rows.values().any(|row| row.is_poor)))
 }
 
 fn threads(each: &EachArgs) -> usize {
@@ -390,10 +382,6 @@ fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
     matches!((time(result), last), (Some(result), Some(last)) if result > last)
 }
 
-fn shown_path(path: &Path) -> String {
-    one_line(&path.display().to_string()).into_owned()
-}
-
 impl Outcome {
     fn failed(error: &anyhow::Error) -> Self {
         let known = error.downcast_ref::<Error>();
@@ -414,7 +402,7 @@ impl Outcome {
             code => format!("{code}: "),
         };
         let reason = self.reasons.first().map_or("", String::as_str);
-        let (path, reason) = (shown_path(path), one_line(reason));
+        let (path, reason) = (path_text(path), one_line(reason));
         format!("{:<14}  {path:<width$}  {code}{reason}", self.grade)
     }
 }
@@ -460,18 +448,13 @@ fn cell(text: &str) -> String {
 
 /// `50 sessions: 19 good, 27 not verifiable, 4 failed`.
 fn tally(rows: &BTreeMap<usize, Outcome>) -> String {
-    let mut counts: Vec<(&str, usize)> = Vec::new();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for row in rows.values() {
-        let grade = &row.grade;
-        match counts.iter_mut().find(|(known, _)| known == grade) {
-            Some((_, n)) => *n += 1,
-            None => counts.push((grade, 1)),
-        }
+        *counts.entry(&row.grade).or_default() += 1;
     }
+    let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
     counts.sort_by_key(|(grade, n)| (*grade == "failed", std::cmp::Reverse(*n)));
-    let counts: Vec<String> = counts
-        .iter()
-        .map(|(grade, n)| format!("{n} {grade}"))
-        .collect();
+    let counts = counts.iter().map(|(grade, n)| format!("{n} {grade}"));
+    let counts: Vec<String> = counts.collect();
     format!("{}: {}", count(rows.len(), "session"), counts.join(", "))
 }

@@ -18,6 +18,11 @@ pub const DEVICE: u8 = 5;
 /// Exit code when the user stopped an incomplete recording.
 pub const INTERRUPTED: u8 = 130;
 
+/// Exit code of a result that was computed.
+pub fn quality(failed: bool) -> ExitCode {
+    ExitCode::from(if failed { QUALITY } else { 0 })
+}
+
 /// An error as it is printed.
 pub struct RenderedError {
     /// The exit code.
@@ -29,32 +34,34 @@ pub struct RenderedError {
 }
 
 impl RenderedError {
+    fn new(exit: u8, code: &str, message: &str, hint: Option<&str>) -> Self {
+        let mut text = line("error: ", message);
+        text.extend(hint.map(|hint| line("  try: ", hint)));
+        text.push_str(&format!("  code: {code}\n"));
+        RenderedError {
+            exit,
+            object: serde_json::json!({ "code": code, "message": message, "hint": hint }),
+            text: shown(&text).into_owned(),
+        }
+    }
+
     /// None for a closed pipe: the reader has finished.
     pub fn of(error: &anyhow::Error) -> Option<Self> {
         if is_broken_pipe(error) {
             return None;
         }
-        let known = error.downcast_ref::<gravical::Error>();
-        let exit = known.map_or(1, |e| match e.category() {
+        // Our own errors are complete; others print their chain of causes.
+        let Some(own) = error.downcast_ref::<gravical::Error>() else {
+            return Some(Self::new(1, "internal", &format!("{error:#}"), None));
+        };
+        let exit = match own.category() {
             Category::Usage => 2,
             Category::Input => 3,
             Category::Contradiction => 4,
             Category::System => 1,
             Category::Device => DEVICE,
-        });
-        // Our own errors are complete; others print their chain of causes.
-        let message = known.map_or_else(|| format!("{error:#}"), gravical::Error::in_flags);
-        let object = serde_json::json!({
-            "code": known.map_or("internal", gravical::Error::code),
-            "message": message,
-            "hint": known.and_then(gravical::Error::hint),
-        });
-        let mut text = line("error: ", &message);
-        if let Some(e) = known {
-            text.push_str(&hint_and_code(e));
-        }
-        let text = shown(&text).into_owned();
-        Some(RenderedError { exit, object, text })
+        };
+        Some(Self::new(exit, own.code(), &own.in_flags(), own.hint()))
     }
 }
 
@@ -65,13 +72,6 @@ fn line(first: &str, text: &str) -> String {
     } else {
         format!("{first}{}\n", one_line(text))
     }
-}
-
-fn hint_and_code(error: &gravical::Error) -> String {
-    let hint = error
-        .hint()
-        .map_or(String::new(), |hint| line("  try: ", hint));
-    format!("{hint}  code: {}\n", error.code())
 }
 
 /// Prints `error` and returns its exit code.
@@ -101,12 +101,9 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         .collect();
     let json = code != 0 && words.iter().any(|word| word == "--json");
     match refused(error) {
-        Some((object, text)) => {
-            if json {
-                print_object(&object, &words)
-            } else {
-                let _ = io::stderr().write_all(shown(&text).as_bytes());
-            }
+        Some(refused) if json => print_object(&refused.object, &words),
+        Some(refused) => {
+            let _ = io::stderr().write_all(refused.text.as_bytes());
         }
         None if json => {
             let text = error.render().to_string();
@@ -134,8 +131,8 @@ pub fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// A value that an option refused, as an error of this program: as JSON, and as text.
-fn refused(error: &clap::Error) -> Option<(serde_json::Value, String)> {
+/// A value that an option refused, as an error of this program.
+fn refused(error: &clap::Error) -> Option<RenderedError> {
     let context = |kind| match error.get(kind) {
         Some(ContextValue::String(text)) => Some(text.as_str()),
         _ => None,
@@ -160,11 +157,7 @@ fn refused(error: &clap::Error) -> Option<(serde_json::Value, String)> {
         ),
         None => return None,
     };
-    let mut text = line("error: ", &message);
-    text.extend(hint.map(|hint| line("  try: ", hint)));
-    text.push_str(&format!("  code: {code}\n"));
-    let object = serde_json::json!({ "code": code, "message": message, "hint": hint });
-    Some((object, text))
+    Some(RenderedError::new(2, code, &message, hint))
 }
 
 /// `log` writes one JSON object per line.

@@ -7,7 +7,6 @@ mod crash;
 mod device;
 mod each;
 mod failure;
-mod figures;
 mod options;
 mod outlet;
 mod progress;
@@ -108,32 +107,22 @@ fn with_common_options(verb: clap::Command) -> clap::Command {
     }
 }
 
+/// Whether errors are written as JSON on stdout.
+fn wants_json(words: &clap::ArgMatches) -> bool {
+    let json = words.try_get_one::<bool>("json").ok().flatten();
+    let verb = words.subcommand();
+    json == Some(&true) || verb.is_some_and(|(_, words)| wants_json(words))
+}
+
 fn main() -> ExitCode {
     crash::watch();
     let parsed = program()
         .try_get_matches()
-        .and_then(|m| Cli::from_arg_matches(&m));
-    let cli = match parsed {
-        Ok(cli) => cli,
-        Err(error) => {
-            // `help` is a command of its own and has no options.
-            let words: Vec<String> = std::env::args_os()
-                .skip(1)
-                .map(|w| w.to_string_lossy().into_owned())
-                .collect();
-            if matches!(&words[..], [help, flag] if help == "help" && ["-h", "--help"].contains(&flag.as_str()))
-            {
-                let printed = program().print_help();
-                return if printed.is_ok() {
-                    ExitCode::SUCCESS
-                } else {
-                    ExitCode::FAILURE
-                };
-            }
-            return failure::usage(&error);
-        }
+        .and_then(|words| Ok((wants_json(&words), Cli::from_arg_matches(&words)?)));
+    let (json, cli) = match parsed {
+        Ok(parsed) => parsed,
+        Err(error) => return failure::usage(&error),
     };
-    let json = cli.verb.wants_json();
     progress::watch();
     let done = cli.verb.run();
     progress::end();

@@ -1,4 +1,4 @@
-//! `--report` and `--verbose`, and the check of all targets of a command.
+//! `--report`, `--figures` and `--verbose`, and the check of all targets of a command.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 use gravical::TOOL;
 use gravical::calibration_file::InputFile;
 use gravical::escape::path_text;
+use gravical::numfmt::count;
 use gravical::output::{is_special, write_text};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
-use gravical_report::document::{Block, Detail, Document, paragraph};
+use gravical_report::document::{Block, Detail, Document};
 use gravical_report::figure::{Figure, check_figures, write_figures};
 use gravical_report::report::Provenance;
+use serde::Serialize;
 
-use crate::figures::FigureArgs;
 use crate::options::command_line;
 use crate::text;
 
@@ -27,26 +28,26 @@ pub struct ReportArgs {
     verbose: bool,
 }
 
-/// Format of a report.
-enum Form {
-    Html,
-    /// With its figures in this folder.
-    Markdown(PathBuf),
+#[derive(Debug, clap::Args)]
+pub struct FigureArgs {
+    /// Folder for each figure as SVG
+    #[arg(long, hide_short_help = true, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+}
+
+/// How much of a document is printed.
+pub fn detail(verbose: bool) -> Detail {
+    if verbose {
+        Detail::Full
+    } else {
+        Detail::Summary
+    }
 }
 
 impl ReportArgs {
     /// How much of a document is printed.
     pub fn detail(&self) -> Detail {
-        Self::detail_of(self.verbose)
-    }
-
-    /// The same for a command without reports.
-    pub fn detail_of(verbose: bool) -> Detail {
-        if verbose {
-            Detail::Full
-        } else {
-            Detail::Summary
-        }
+        detail(self.verbose)
     }
 
     /// Whether a report is requested.
@@ -54,53 +55,17 @@ impl ReportArgs {
         self.report.is_some()
     }
 
-    /// # Errors
-    ///
-    /// `report-target` (usage) for standard output and for any other kind of file.
-    fn form(path: &Path) -> Result<Form> {
-        let is = |ending: &str| {
-            path.extension()
-                .is_some_and(|e| e.eq_ignore_ascii_case(ending))
-        };
-        if is("html") || is("htm") {
-            return Ok(Form::Html);
-        }
-        if is("md") {
-            let mut name = path.file_stem().unwrap_or_default().to_owned();
-            name.push("_figures");
-            return Ok(Form::Markdown(path.with_file_name(name)));
-        }
-        const HINT: &str = "use a name that ends in .html or .md";
-        let message = "--report needs a file name; standard output is for tables and JSON";
-        if path == Path::new("-") {
-            return Err(Error::usage("report-target", message).with_hint(HINT));
-        }
-        let message = "the format of the report is not clear from this name";
-        Err(Error::usage("report-target", message)
-            .with_hint(HINT)
-            .at(path, None))
-    }
-
-    /// The file and the folder of its figures, checked before the work.
-    fn targets(&self, force: bool) -> Result<(Option<&Path>, Option<PathBuf>)> {
-        let Some(path) = self.report.as_deref() else {
-            return Ok((None, None));
-        };
-        match Self::form(path)? {
-            Form::Html => Ok((Some(path), None)),
-            Form::Markdown(folder) => {
-                check_figures(&folder, force)?;
-                Ok((Some(path), Some(folder)))
-            }
-        }
-    }
-
     /// Checks the targets of a command without `--figures`.
     ///
     /// # Errors
     ///
     /// As [`check_outputs`].
-    pub fn check(&self, output: Option<&Path>, inputs: &[&Path], force: bool) -> Result<()> {
+    pub fn check<'a>(
+        &self,
+        output: Option<&Path>,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+        force: bool,
+    ) -> Result<()> {
         check_outputs(output, self, None, inputs, force)
     }
 
@@ -108,12 +73,34 @@ impl ReportArgs {
     ///
     /// # Errors
     ///
-    /// Those of [`write_text`] and [`write_figures`].
+    /// Those of [`write_report`].
     pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
-        let Some(path) = self.report.as_deref() else {
-            return Ok(());
-        };
-        write_report(path, force, document)
+        match &self.report {
+            Some(path) => write_report(path, force, document),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the report if requested, and prints the result: as JSON, or in words.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`write_report`] and of printing.
+    pub fn present(
+        &self,
+        result: &impl Serialize,
+        document: &Document<'_>,
+        json: bool,
+        force: bool,
+    ) -> anyhow::Result<()> {
+        self.write(force, document)?;
+        if json {
+            text::print_json(result)?;
+        } else {
+            text::print_report(&document.to_text(self.detail()))?;
+        }
+        self.say();
+        Ok(())
     }
 
     /// Prints the path of the report on stderr.
@@ -124,42 +111,86 @@ impl ReportArgs {
     }
 }
 
+impl FigureArgs {
+    /// Whether something is drawn.
+    pub fn are_wanted(&self, report: &ReportArgs) -> bool {
+        report.is_wanted() || self.figures.is_some()
+    }
+
+    /// Writes the figures if requested, and reports that on stderr.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`write_figures`].
+    pub fn write(&self, figures: &[Figure], force: bool, quiet: bool) -> Result<()> {
+        let Some(folder) = &self.figures else {
+            return Ok(());
+        };
+        write_figures(figures, folder, force)?;
+        if !quiet {
+            let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
+            text::say(&format!(
+                "{} in {}: {}",
+                count(names.len(), "figure"),
+                path_text(folder),
+                names.join(", ")
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The folder of the figures beside a report in Markdown; none for a page.
+///
+/// # Errors
+///
+/// `report-target` (usage) for standard output and for any other kind of file.
+fn figures_beside(path: &Path) -> Result<Option<PathBuf>> {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if ending == "html" || ending == "htm" {
+        return Ok(None);
+    }
+    if ending == "md" {
+        let mut name = path.file_stem().unwrap_or_default().to_owned();
+        name.push("_figures");
+        return Ok(Some(path.with_file_name(name)));
+    }
+    let error = if path == Path::new("-") {
+        let text = "--report needs a file name; standard output is for tables and JSON";
+        Error::usage("report-target", text)
+    } else {
+        let text = "the format of the report is not clear from this name";
+        Error::usage("report-target", text).at(path, None)
+    };
+    Err(error.with_hint("use a name that ends in .html or .md"))
+}
+
 /// Writes the document in the format of the file name, atomically.
 ///
 /// # Errors
 ///
-/// Those of [`write_text`] and [`write_figures`].
+/// `report-target` (usage) for an unknown format; those of [`write_text`] and [`write_figures`].
 pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result<()> {
-    let text = match ReportArgs::form(path)? {
-        Form::Html => document.to_html(),
-        Form::Markdown(folder) => {
-            let figures = figures_of(document);
-            if figures.is_empty() {
-                if folder.is_dir() {
-                    // Those of an earlier report of this name.
-                    write_figures(figures, &folder, force)?;
-                    // A folder that holds something else stays.
-                    let _ = std::fs::remove_dir(&folder);
-                }
-                document.to_markdown(None)
-            } else {
-                write_figures(figures, &folder, force)?;
-                let name = folder.file_name().unwrap_or_default();
-                document.to_markdown(Some(&name.to_string_lossy()))
-            }
-        }
+    let Some(folder) = figures_beside(path)? else {
+        return write_text(path, force, &document.to_html());
     };
-    write_text(path, force, &text)
-}
-
-fn figures_of<'a>(document: &Document<'a>) -> Vec<&'a Figure> {
     let blocks = document.sections.iter().flat_map(|s| &s.blocks);
-    blocks
-        .filter_map(|(_, block)| match block {
-            Block::Figure(figure) => Some(*figure),
-            _ => None,
-        })
-        .collect()
+    let figures = blocks.filter_map(|(_, block)| match block {
+        Block::Figure(figure) => Some(*figure),
+        _ => None,
+    });
+    let figures: Vec<&Figure> = figures.collect();
+    let drawn = !figures.is_empty();
+    // There may be those of an earlier report of this name.
+    if drawn || folder.is_dir() {
+        write_figures(figures, &folder, force)?;
+    }
+    if !drawn {
+        // A folder that holds something else stays.
+        let _ = std::fs::remove_dir(&folder);
+    }
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    write_text(path, force, &document.to_markdown(drawn.then_some(&*name)))
 }
 
 /// Adds command, time and inputs of this run.
@@ -172,45 +203,35 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
     })
 }
 
-/// The next steps of a verdict, where its text does not list them.
-pub fn next_step(document: &Document<'_>, detail: Detail) -> String {
-    let steps = document.verdict.iter().flat_map(|v| &v.next);
-    let shown = steps.filter(|_| detail == Detail::Summary).enumerate();
-    let start = |i: usize| if i == 0 { "\nNext: " } else { "      " };
-    shown.map(|(i, step)| paragraph(start(i), step)).collect()
-}
-
 /// Checks everything that a command is going to write, before its work.
 ///
 /// # Errors
 ///
 /// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one place;
 /// those of [`check_targets`] and [`check_figures`].
-pub fn check_outputs(
+pub fn check_outputs<'a>(
     output: Option<&Path>,
     report: &ReportArgs,
     figures: Option<&FigureArgs>,
-    inputs: &[&Path],
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
     force: bool,
 ) -> Result<()> {
-    let (report, beside) = report.targets(force)?;
-    let figures = match figures {
-        Some(figures) => figures.check(force)?,
-        None => None,
-    };
-    let targets: Vec<PathBuf> = [output, report]
-        .into_iter()
-        .flatten()
-        .map(Path::to_owned)
-        .collect();
-    let inputs: Vec<PathBuf> = inputs.iter().map(|p| p.to_path_buf()).collect();
-    let folders = figures.into_iter().chain(beside.as_deref());
+    let report = report.report.as_deref();
+    let beside = report.map(figures_beside).transpose()?.flatten();
+    let figures = figures.and_then(|figures| figures.figures.clone());
+    let folders: Vec<PathBuf> = beside.into_iter().chain(figures).collect();
+    for folder in &folders {
+        check_figures(folder, force)?;
+    }
+    let files = [output, report].into_iter().flatten().map(Path::to_owned);
+    let files: Vec<PathBuf> = files.collect();
     // Files and folders alike: no two results in one place.
     let mut places = HashSet::new();
-    for path in folders.chain(targets.iter().map(PathBuf::as_path)) {
+    for path in folders.iter().chain(&files) {
         if !is_special(path) && !places.insert(place(path)) {
             return Err(same_target(path));
         }
     }
-    check_targets(&targets, &inputs, force)
+    let inputs: Vec<PathBuf> = inputs.into_iter().cloned().collect();
+    check_targets(&files, &inputs, force)
 }

@@ -24,14 +24,18 @@ pub struct TableArgs {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-    /// Print the summary as JSON (needs -o)
+    /// Print the summary as JSON; the table needs -o
     #[arg(long)]
     pub json: bool,
 }
 
 impl TableArgs {
-    fn target(&self) -> Target<'_> {
-        Target::of(self.output.as_deref())
+    /// Where the table goes: nowhere if standard output has the summary as JSON.
+    pub fn target(&self) -> Target<'_> {
+        match Target::of(self.output.as_deref()) {
+            Target::Stdout if self.json => Target::Nowhere,
+            target => target,
+        }
     }
 
     /// Checks the targets before the work. `inputs` are the files read.
@@ -40,8 +44,12 @@ impl TableArgs {
     ///
     /// `json-needs-output` (usage) if table and summary would both go to stdout; those of
     /// [`ReportArgs::check`].
-    pub fn check(&self, report: &ReportArgs, inputs: &[&Path]) -> Result<()> {
-        if self.target() == Target::Stdout && self.json {
+    pub fn check<'a>(
+        &self,
+        report: &ReportArgs,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<()> {
+        if self.json && Target::of(self.output.as_deref()) == Target::Stdout {
             return Err(Error::usage(
                 "json-needs-output",
                 "--json prints the summary on stdout, where the recording goes, too",
@@ -86,8 +94,8 @@ impl TableArgs {
         let target = self.target();
         text::say(&format!("{done}{}", target.arrow()));
         text::say_report(document.to_text(detail).trim_end());
-        if target == Target::Nowhere {
-            text::say(target.hint().trim_end());
+        if target == Target::Nowhere && !self.json {
+            text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
         }
         Ok(())
     }
@@ -131,23 +139,11 @@ impl<'a> Target<'a> {
             Target::Nowhere => String::new(),
         }
     }
-
-    /// How to get the table that was not written.
-    pub fn hint(self) -> &'static str {
-        match self {
-            Target::Nowhere => {
-                "No table was written: -o FILE writes it to a file, -o - prints it here.\n"
-            }
-            Target::File(_) | Target::Stdout => "",
-        }
-    }
 }
 
-/// The summary of a table as a document: `facts` with their names, and what was found.
-pub fn how_it_was_read(facts: Vec<(String, String)>, findings: &[Finding]) -> Document<'static> {
-    let mut section = Section::new("reading", "How it was read")
-        .opening()
-        .with(Block::Facts(facts));
+/// The summary of a table as a document: `facts` and what was found.
+pub fn how_it_was_read(facts: Block<'static>, findings: &[Finding]) -> Document<'static> {
+    let mut section = Section::new("reading", "How it was read").with(facts);
     if !findings.is_empty() {
         section = section.with(Block::Findings(Remark::all(findings, false)));
     }

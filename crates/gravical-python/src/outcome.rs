@@ -101,7 +101,7 @@ impl Outcome {
         }
     }
 
-    fn make_report<'a>(&self, figures: &'a [Figure]) -> Document<'a> {
+    fn build_document<'a>(&self, figures: &'a [Figure]) -> Document<'a> {
         let document = match &self.kind {
             Kind::Calibration(file, _) => return report::calibration(file, None, figures),
             Kind::Inspection(result) => report::inspection(result),
@@ -184,7 +184,7 @@ impl Outcome {
         }
         py.detach(|| {
             let figures = self.draw_figures();
-            let document = self.make_report(&figures);
+            let document = self.build_document(&figures);
             match format {
                 "html" => document.to_html(),
                 "md" => document.to_markdown(None),

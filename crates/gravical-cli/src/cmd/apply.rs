@@ -7,15 +7,16 @@ use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::escape::one_line;
 use gravical::output::write_atomic;
-use gravical::recording::{Origin, ReadOptions, source};
+use gravical::recording::{ReadOptions, source};
 use gravical::{Error, numfmt};
-use gravical_report::document::Document;
+use gravical_report::document::{Block, Document};
+use gravical_report::report::origin;
 use serde::Serialize;
 
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::options::{SWAPPED, reading};
-use crate::report::ReportArgs;
+use crate::report::{ReportArgs, detail};
 use crate::table::{TableArgs, how_it_was_read};
 
 /// Apply a calibration to a recording
@@ -38,7 +39,7 @@ pub struct Args {
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
-    pub output: TableArgs,
+    output: TableArgs,
     #[command(flatten)]
     options: ApplyOptions,
     /// Print all findings
@@ -67,8 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let calibrations = files_of(&args.calibration);
     let inputs = calibrations.iter().chain([path]).chain(&args.options.gyro);
-    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
-    args.output.check(&ReportArgs::default(), &inputs)?;
+    args.output.check(&ReportArgs::default(), inputs)?;
     let read_options = reading(&args.recording, false);
     let quiet = args.output.quiet;
     let recordings = std::slice::from_ref(path);
@@ -85,14 +85,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .write(|out| apply(calibration, input, &name, out, &options))?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows calibrated");
-    let detail = ReportArgs::detail_of(args.verbose);
     let document = document(&summary);
     let applied = Applied {
         calibration: &found.input.path,
         summary: &summary,
     };
     args.output
-        .print_summary(&applied, &done, &document, detail)?;
+        .print_summary(&applied, &done, &document, detail(args.verbose))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -124,10 +123,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
         .with_hint("give -o DIR")
         .into());
     };
-    let options = args.options(&ReadOptions {
-        meter: None,
-        ..reading(&args.recording, false)
-    });
+    let options = args.options(&args.recording);
     options.read.validate()?;
     let first = args.inputs.first().map(PathBuf::as_path);
     let calibration = read_file(&args.calibration, first, SWAPPED)?.file;
@@ -174,10 +170,7 @@ impl Args {
 
 /// The summary as a document.
 fn document(summary: &ApplySummary) -> Document<'static> {
-    let mut facts: Vec<(String, String)> = Vec::new();
-    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
-    fact("read as", summary.description.clone());
-    let quiet = summary.quiet_norm_mps2.map_or(String::new(), |norm| {
+    let at_rest = summary.quiet_norm_mps2.map_or(String::new(), |norm| {
         let g = summary.gravity_mps2;
         format!("; {norm:.3} m/s² at rest, gravity {g:.3}")
     });
@@ -186,39 +179,30 @@ fn document(summary: &ApplySummary) -> Document<'static> {
         origin(summary.accelerometer.origin),
     );
     let written = numfmt::unit(summary.output_unit.name());
-    fact(
-        "accelerometer",
-        format!("{unit} ({how}) → {written}{quiet}"),
-    );
-    match summary.gyroscope {
-        GyroscopeOutcome::Calibrated(unit) => fact("gyroscope", format!("{unit} → rad/s")),
-        GyroscopeOutcome::Kept => {
-            fact(
-                "gyroscope",
-                "unchanged: the calibration has no gyroscope".to_owned(),
-            );
-        }
-        GyroscopeOutcome::Absent => {}
-    }
-    if let Some(t) = &summary.temperature {
+    let gyroscope = match summary.gyroscope {
+        GyroscopeOutcome::Calibrated(unit) => Some(format!("{unit} → rad/s")),
+        GyroscopeOutcome::Kept => Some("unchanged: the calibration has no gyroscope".to_owned()),
+        GyroscopeOutcome::Absent => None,
+    };
+    let temperature = summary.temperature.as_ref().map(|t| {
         let (channels, [low, high]) = (t.channels.join(", "), t.range_c);
-        let text =
-            format!("drift of {channels} subtracted, measured from {low:.1} to {high:.1} °C");
-        fact("temperature", text);
-    }
-    let mut lines = format!("{} = {} rows", summary.lines, summary.rows);
-    for aside in &summary.set_aside {
-        lines.push_str(&format!(" + {} {}", aside.lines, aside.reason.name()));
-    }
-    fact("lines", lines);
+        format!("drift of {channels} subtracted, measured from {low:.1} to {high:.1} °C")
+    });
+    let aside = summary.set_aside.iter();
+    let aside = aside.map(|aside| format!(" + {} {}", aside.lines, aside.reason.name()));
+    let aside: String = aside.collect();
+    let facts = Block::facts([
+        ("read as", Some(summary.description.clone())),
+        (
+            "accelerometer",
+            Some(format!("{unit} ({how}) → {written}{at_rest}")),
+        ),
+        ("gyroscope", gyroscope),
+        ("temperature", temperature),
+        (
+            "lines",
+            Some(format!("{} = {} rows{aside}", summary.lines, summary.rows)),
+        ),
+    ]);
     how_it_was_read(facts, &summary.findings)
-}
-
-fn origin(origin: Origin) -> &'static str {
-    match origin {
-        Origin::Given => "given",
-        Origin::Data => "from the data",
-        Origin::Header => "from the header",
-        Origin::Assumed => "assumed",
-    }
 }

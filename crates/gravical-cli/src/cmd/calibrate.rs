@@ -17,10 +17,9 @@ use gravical_report::figure::calibration::Session;
 use gravical_report::report;
 
 use crate::each::{self, EachArgs, Outcome, Plan};
-use crate::failure::QUALITY;
-use crate::figures::FigureArgs;
+use crate::failure::quality;
 use crate::options::{GravityArgs, command_line, reading};
-use crate::report::{ReportArgs, check_outputs, next_step};
+use crate::report::{FigureArgs, ReportArgs, check_outputs};
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -46,7 +45,7 @@ pub struct Args {
     force: bool,
     /// Print the calibration as JSON instead of the report
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     /// Print errors only
     #[arg(short, long)]
     quiet: bool,
@@ -84,12 +83,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.each.refuse_alone()?;
     // Checked before the work starts.
     let others = args.other_files();
-    let inputs = args.inputs.iter().chain(&others).map(PathBuf::as_path);
     check_outputs(
         args.output.as_deref(),
         &args.report,
         Some(&args.figures),
-        &inputs.collect::<Vec<_>>(),
+        args.inputs.iter().chain(&others),
         args.force,
     )?;
     let options = args.options()?;
@@ -108,8 +106,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         recordings: &recordings,
         segmentation: &segmentation,
     };
-    let drawn = args.report.is_wanted() || args.figures.figures.is_some();
-    let figures = if drawn {
+    let figures = if args.figures.are_wanted(&args.report) {
         figure::calibration::figures(&file, Some(session))
     } else {
         Vec::new()
@@ -134,12 +131,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         if let Some(path) = &args.output {
             text::print(&format!("\nSaved to {}.\n", path_word(path)))?;
         }
-        text::print(&next_step(&document, args.report.detail()))?;
     }
-    Ok(match file.verdict.grade {
-        Grade::Poor => ExitCode::from(QUALITY),
-        _ => ExitCode::SUCCESS,
-    })
+    Ok(quality(file.verdict.grade == Grade::Poor))
 }
 
 /// Runs the command for each of its sessions.
@@ -159,8 +152,8 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
     options.validate()?;
     let read = ReadOptions {
-        meter: None,
-        ..reading(&args.recording, true)
+        hash: true,
+        ..args.recording.clone()
     };
     read.validate()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;

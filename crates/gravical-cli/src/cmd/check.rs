@@ -13,10 +13,9 @@ use gravical_report::report;
 
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
-use crate::failure::QUALITY;
+use crate::failure::quality;
 use crate::options::{GravityArgs, SWAPPED, reading};
-use crate::report::{ReportArgs, next_step, with_origin};
-use crate::text;
+use crate::report::{ReportArgs, with_origin};
 
 /// Test whether a calibration still fits new recordings at rest
 ///
@@ -47,7 +46,7 @@ pub struct Args {
     force: bool,
     /// Print the result as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     /// With --each: print only what does not fit
     #[arg(short, long, requires = "each")]
     quiet: bool,
@@ -71,12 +70,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.each.refuse_alone()?;
     let options = args.options()?;
     let calibrations = files_of(&args.calibration);
-    let files = calibrations
-        .iter()
-        .chain(&args.recordings)
-        .chain(&args.gyro);
-    let files = files.map(PathBuf::as_path).collect::<Vec<_>>();
-    args.report.check(None, &files, args.force)?;
+    let files = calibrations.iter().chain(&args.recordings);
+    args.report
+        .check(None, files.chain(&args.gyro), args.force)?;
     let read_options = reading(&args.recording, true);
     let inputs = &args.recordings;
     let calibration =
@@ -93,19 +89,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut inputs = InputFile::of(&recordings);
     inputs.push(calibration.input);
     let document = with_origin(report::check(&result), &inputs);
-    args.report.write(args.force, &document)?;
-    if args.json {
-        text::print_json(&result)?;
-    } else {
-        text::print_report(&document.to_text(args.report.detail()))?;
-        text::print(&next_step(&document, args.report.detail()))?;
-    }
-    args.report.say();
-    Ok(if result.verdict.judgement.is_change() {
-        ExitCode::from(QUALITY)
-    } else {
-        ExitCode::SUCCESS
-    })
+    args.report
+        .present(&result, &document, args.json, args.force)?;
+    Ok(quality(result.verdict.judgement.is_change()))
 }
 
 /// Runs the command for each of its sessions, as on a production line.
@@ -120,14 +106,12 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
         ("--json", args.json),
     ])?;
     args.origin.refuse(&args.calibration)?;
-    if args.each.resume {
-        let why = "check writes no results that a second run could keep";
-        return Err(each::each_option("--resume", why, "leave it out").into());
-    }
+    let why = "check writes no results that a second run could keep";
+    each::refuse(&[("--resume", args.each.resume)], why, "leave it out")?;
     let options = args.options()?;
     let read = ReadOptions {
-        meter: None,
-        ..reading(&args.recording, true)
+        hash: true,
+        ..args.recording.clone()
     };
     read.validate()?;
     let first = args.recordings.first().map(PathBuf::as_path);

@@ -7,9 +7,8 @@ use gravical::calibration_file::CalibrationFile;
 use gravical::compare::compare;
 use gravical_report::report::comparison;
 
-use crate::failure::QUALITY;
-use crate::report::{ReportArgs, next_step, with_origin};
-use crate::text;
+use crate::failure::quality;
+use crate::report::{ReportArgs, with_origin};
 
 /// Test whether two calibrations of a sensor agree
 ///
@@ -35,29 +34,19 @@ pub struct Args {
     force: bool,
     /// Print the result as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report
-        .check(None, &[&args.first, &args.second], args.force)?;
+        .check(None, [&args.first, &args.second], args.force)?;
     let (a, first) = CalibrationFile::read_with_input(&args.first)?;
     let (b, second) = CalibrationFile::read_with_input(&args.second)?;
     let names = [&args.first, &args.second].map(|p| p.display().to_string());
     let result = compare(&a, &b, [&names[0], &names[1]])?;
     let document = with_origin(comparison(&result), &[first, second]);
-    args.report.write(args.force, &document)?;
-    if args.json {
-        text::print_json(&result)?;
-    } else {
-        text::print_report(&document.to_text(args.report.detail()))?;
-        text::print(&next_step(&document, args.report.detail()))?;
-    }
-    args.report.say();
-    Ok(if result.verdict.judgement.is_change() {
-        ExitCode::from(QUALITY)
-    } else {
-        ExitCode::SUCCESS
-    })
+    args.report
+        .present(&result, &document, args.json, args.force)?;
+    Ok(quality(result.verdict.judgement.is_change()))
 }

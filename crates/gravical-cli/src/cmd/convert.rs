@@ -7,10 +7,10 @@ use gravical::convert::{ConvertOptions, ConvertSummary, convert_file};
 use gravical::escape::one_line;
 use gravical::numfmt;
 use gravical::recording::ReadOptions;
-use gravical_report::document::Document;
+use gravical_report::document::{Block, Document};
 
 use crate::options::reading;
-use crate::report::ReportArgs;
+use crate::report::{ReportArgs, detail};
 use crate::table::{TableArgs, how_it_was_read};
 
 /// Write a recording of any format as a plain table in SI units
@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]
-    pub output: TableArgs,
+    output: TableArgs,
     #[command(flatten)]
     options: ConvertOptions,
     /// Print all findings
@@ -44,33 +44,29 @@ pub struct Args {
 ///
 /// A file that cannot be read, counts of unknown range, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.output.check(&ReportArgs::default(), &[&args.input])?;
+    args.output.check(&ReportArgs::default(), [&args.input])?;
     let read = reading(&args.recording, false);
     let summary = args
         .output
         .write(|out| convert_file(&args.input, &read, &args.options, out))?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows converted");
-    let detail = ReportArgs::detail_of(args.verbose);
     args.output
-        .print_summary(&summary, &done, &document(&summary), detail)?;
+        .print_summary(&summary, &done, &document(&summary), detail(args.verbose))?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// The summary as a document.
 fn document(summary: &ConvertSummary) -> Document<'static> {
-    let mut facts: Vec<(String, String)> = Vec::new();
-    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
-    fact("read as", summary.description.clone());
-    if let Some(serial) = &summary.serial {
-        fact("serial number", serial.clone());
-    }
     let unit = summary.accelerometer.unit;
     let written = numfmt::unit(summary.output_unit.name());
-    fact("accelerometer", format!("{unit} → {written}"));
-    if let Some(gyro) = &summary.gyroscope {
-        fact("gyroscope", gyro.unit.to_string());
-    }
-    fact("columns", summary.columns.join(", "));
+    let gyro = summary.gyroscope.as_ref().map(|gyro| gyro.unit.to_string());
+    let facts = Block::facts([
+        ("read as", Some(summary.description.clone())),
+        ("serial number", summary.serial.clone()),
+        ("accelerometer", Some(format!("{unit} → {written}"))),
+        ("gyroscope", gyro),
+        ("columns", Some(summary.columns.join(", "))),
+    ]);
     how_it_was_read(facts, &summary.findings)
 }

@@ -6,9 +6,8 @@ use std::process::ExitCode;
 use serde::Serialize;
 
 use gravical::Result;
-use gravical::TOOL;
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
+use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::gravity::Gravity;
 use gravical::inspect::inspect;
 use gravical::motion::{Calibrated, Motion, MotionOptions, motion};
@@ -22,9 +21,10 @@ use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_report::document::paragraph;
 use gravical_report::figure::{self, calibration::Session};
-use gravical_report::report::{self, Provenance};
+use gravical_report::report;
 
-use crate::report::write_report;
+use crate::options::command_line;
+use crate::report::{with_origin, write_report};
 use crate::text;
 
 const NEXT: &str = "
@@ -35,8 +35,6 @@ Next, with your own recordings
 
 /// Seed, the same as in `examples/demo`.
 const SEED: u64 = 2;
-/// Command shown in the reports.
-const COMMAND: &str = "gravical demo";
 /// Duration of a pose, s.
 const HOLD_S: f64 = 3.0;
 /// Free poses beside the six faces; with six of them an error of 5 mg could stay undetected.
@@ -57,7 +55,7 @@ pub struct Args {
     force: bool,
     /// Print the files and numbers as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
 }
 
 /// Result of the demo.
@@ -115,12 +113,11 @@ fn free_folder(force: bool) -> PathBuf {
 ///
 /// A folder that cannot be written, or that holds an earlier demo.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let folder = args
-        .output
-        .clone()
-        .unwrap_or_else(|| free_folder(args.force));
+    let force = args.force;
+    let folder = args.output.clone().unwrap_or_else(|| free_folder(force));
+    let at = |file: &str| folder.join(file);
     for file in FILES {
-        check_target(&folder.join(file), args.force).map_err(|e| {
+        check_target(&at(file), force).map_err(|e| {
             e.with_hint("name another folder, or add --force to overwrite the earlier demo")
         })?;
     }
@@ -140,12 +137,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         hold_s: HOLD_S,
         free: FREE,
     });
-    let (_, poses) = record(poses, &folder.join("poses"), args.force)?;
-    let (truth, line) = record(
-        Scenario::Line(LineOptions::default()),
-        &folder.join("line"),
-        args.force,
-    )?;
+    let (_, poses) = record(poses, &at("poses"), force)?;
+    let (truth, line) = record(Scenario::Line(LineOptions::default()), &at("line"), force)?;
     say(&format!(
         "1 record     {}\n             {}",
         poses.name, line.name
@@ -157,27 +150,45 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         seen.row_counts.rows,
         seen.static_intervals.len(),
     ));
-    for finding in &seen.findings {
-        if finding.severity == Severity::Warning {
-            let text = format!("{}: {}", finding.kind, finding.message);
-            say(paragraph("             noticed: ", &text).trim_end());
-        }
+    let warnings = seen.findings.iter();
+    for finding in warnings.filter(|f| f.severity == Severity::Warning) {
+        let text = format!("{}: {}", finding.kind, finding.message);
+        say(paragraph("             noticed: ", &text).trim_end());
     }
 
-    let (file, saved) = calibrated(&poses, &folder, args.force)?;
-    say(&format!(
-        "3 calibrate  {}",
-        folder.join(CALIBRATION).display()
-    ));
+    let recordings = std::slice::from_ref(&poses);
+    let options = CalibrateOptions {
+        gravity: Gravity::given(truth.gravity_mps2)?,
+        command: Some(command_line()),
+        ..CalibrateOptions::default()
+    };
+    let done = calibrate(recordings, &options)?;
+    let path = at(CALIBRATION);
+    let saved = super::calibrate::save(&path, force, &done.file)?;
+    let session = Session {
+        recordings,
+        segmentation: &done.segmentation,
+    };
+    let figures = figure::calibration::figures(&done.file, Some(session));
+    let document = report::calibration(&done.file, Some(&path), &figures);
+    write_report(&at(CALIBRATION_REPORT), force, &document)?;
+    say(&format!("3 calibrate  {}", path.display()));
+
     let calibration = Calibrated {
-        file: &file,
+        file: &done.file,
         name: &saved.path,
     };
-    let moved = moved(&line, calibration, &saved, &folder, args.force)?;
-    say(&format!("4 motion     {}", folder.join(TRACK).display()));
+    let moved = motion(&line, Some(calibration), &MotionOptions::default())?;
+    super::motion::save(&at(TRACK), force, &moved)?;
+    let figures = figure::motion::figures(&moved);
+    let mut inputs = InputFile::of(std::slice::from_ref(&line));
+    inputs.push(saved.clone());
+    let document = with_origin(report::motion(&moved.result, &line, &figures), &inputs);
+    write_report(&at(MOTION_REPORT), force, &document)?;
+    say(&format!("4 motion     {}", at(TRACK).display()));
 
     let classical = motion(&line, Some(calibration), &MotionOptions::report())?;
-    let summary = summary(&folder, &truth, &file, &moved, &classical);
+    let summary = summary(&folder, &truth, &done.file, &moved, &classical);
     if args.json {
         text::print_json(&summary)?;
     } else {
@@ -198,64 +209,11 @@ fn record(scenario: Scenario, folder: &Path, force: bool) -> Result<(Truth, Reco
     };
     let (truth, written) = simulate_to(&options, folder, force)?;
     let path = written.first().map_or(folder, PathBuf::as_path);
-    let recording = read(
-        path,
-        &ReadOptions {
-            hash: true,
-            ..ReadOptions::default()
-        },
-    )?;
-    Ok((truth, recording))
-}
-
-/// Calibrates; writes the file and its report.
-fn calibrated(
-    poses: &Recording,
-    folder: &Path,
-    force: bool,
-) -> Result<(CalibrationFile, InputFile)> {
-    let recordings = std::slice::from_ref(poses);
-    let options = CalibrateOptions {
-        gravity: Gravity::given(
-            SimulateOptions::new(Scenario::Poses(PosesOptions::default())).gravity_mps2,
-        )?,
-        command: Some(COMMAND.to_owned()),
-        ..CalibrateOptions::default()
+    let hashed = ReadOptions {
+        hash: true,
+        ..ReadOptions::default()
     };
-    let done = calibrate(recordings, &options)?;
-    let path = folder.join(CALIBRATION);
-    let saved = super::calibrate::save(&path, force, &done.file)?;
-    let session = Session {
-        recordings,
-        segmentation: &done.segmentation,
-    };
-    let figures = figure::calibration::figures(&done.file, Some(session));
-    let document = report::calibration(&done.file, Some(&path), &figures);
-    write_report(&folder.join(CALIBRATION_REPORT), force, &document)?;
-    Ok((done.file, saved))
-}
-
-/// Computes the motion; writes the table and its report.
-fn moved(
-    line: &Recording,
-    calibration: Calibrated<'_>,
-    saved: &InputFile,
-    folder: &Path,
-    force: bool,
-) -> Result<Motion> {
-    let moved = motion(line, Some(calibration), &MotionOptions::default())?;
-    super::motion::save(&folder.join(TRACK), force, &moved)?;
-    let figures = figure::motion::figures(&moved);
-    let mut inputs = InputFile::of(std::slice::from_ref(line));
-    inputs.push(saved.clone());
-    let document = report::motion(&moved.result, line, &figures).with_provenance(&Provenance {
-        tool: TOOL,
-        command: Some(COMMAND),
-        created: &creation_time(),
-        inputs: &inputs,
-    });
-    write_report(&folder.join(MOTION_REPORT), force, &document)?;
-    Ok(moved)
+    Ok((truth, read(path, &hashed)?))
 }
 
 fn summary(

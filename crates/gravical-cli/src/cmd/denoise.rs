@@ -24,7 +24,7 @@ pub struct Args {
     #[arg(value_name = "INPUT")]
     input: PathBuf,
     #[command(flatten)]
-    pub output: TableArgs,
+    output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
@@ -55,7 +55,7 @@ Example: gravical denoise walk.csv -f hampel:7,3 -f butter:4,5Hz -o smooth.csv";
 /// output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.options.validate()?;
-    args.output.check(&args.report, &[&args.input])?;
+    args.output.check(&args.report, [&args.input])?;
     let read_options = reading(&args.recording, args.report.is_wanted());
     let (summary, inputs) = args
         .output

@@ -1,6 +1,6 @@
 //! `gravical inspect`: the content of a recording.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::Error;
@@ -34,7 +34,7 @@ pub struct Args {
     force: bool,
     /// Print JSON: {"recordings": […], "errors": […]}
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     #[command(flatten)]
     recording: ReadOptions,
     #[command(flatten)]
@@ -46,8 +46,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = reading(&args.recording, args.report.is_wanted());
     options.validate()?;
     let inputs = args.files.iter().chain(&args.gyro);
-    let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
-    args.report.check(None, &inputs, args.force)?;
+    args.report.check(None, inputs, args.force)?;
     let (mut found, mut failed) = (Vec::new(), Vec::new());
     let mut files: Vec<(PathBuf, bool)> = Vec::new();
     for path in axes::group(&args.files) {

@@ -49,24 +49,4 @@ impl Verb {
             Verb::Man(args) => man::run(args, program()),
         }
     }
-
-    /// Whether errors are written as JSON on stdout.
-    pub fn wants_json(&self) -> bool {
-        match self {
-            Verb::Inspect(args) => args.json,
-            Verb::Calibrate(args) => args.json,
-            Verb::Apply(args) => args.output.json,
-            Verb::Convert(args) => args.output.json,
-            Verb::Denoise(args) => args.output.json,
-            Verb::Motion(args) => args.json,
-            Verb::Noise(args) => args.json,
-            Verb::Demo(args) => args.json,
-            Verb::Check(args) => args.json,
-            Verb::Compare(args) => args.json,
-            Verb::Log(args) => args.json,
-            Verb::Ports(args) => args.json,
-            Verb::Simulate(args) => args.json(),
-            Verb::Export(_) | Verb::Live(_) | Verb::Completions(_) | Verb::Man(_) => false,
-        }
-    }
 }

@@ -1,28 +1,25 @@
 //! `gravical motion`: velocity and position with error bands.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{
-    Calibrated, Motion, MotionJudgement, MotionOptions, MotionResult, motion, write_table,
-};
+use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
 use gravical::noise::read_noise;
 use gravical::output::write_atomic;
-use gravical::recording::{ReadOptions, Recording, join_gyroscope, read_samples};
+use gravical::recording::{ReadOptions, join_gyroscope, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::report;
 
 use crate::calibration::{OriginArgs, files_of};
-use crate::failure::QUALITY;
-use crate::figures::FigureArgs;
+use crate::failure::quality;
 use crate::options::{GravityArgs, reading};
-use crate::report::{ReportArgs, check_outputs, with_origin};
-use crate::table::Target;
-use crate::text;
+use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
+use crate::table::{TableArgs, Target};
 
 /// Compute velocity and position with error bands
 ///
@@ -39,9 +36,8 @@ pub struct Args {
     /// Recording, plain or .gz; - reads standard input
     #[arg(value_name = "RECORDING")]
     input: PathBuf,
-    /// Table (CSV); - is stdout [default: if no terminal]
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
     #[command(flatten)]
@@ -55,38 +51,23 @@ pub struct Args {
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    /// Overwrite existing files
-    #[arg(long)]
-    force: bool,
-    /// Print the result as JSON; the table needs -o
-    #[arg(long)]
-    pub json: bool,
-    /// Print errors only
-    #[arg(short, long)]
-    pub quiet: bool,
     #[command(flatten)]
     method: MotionOptions,
     #[command(flatten)]
     origin: OriginArgs,
-    #[command(flatten)]
-    truth: TruthArgs,
+    /// Reference positions: t_s,px_m,py_m,pz_m
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
     #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
     recording: ReadOptions,
 }
 
-#[derive(Debug, clap::Args)]
-struct TruthArgs {
-    /// Reference positions: t_s,px_m,py_m,pz_m
-    #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
-}
-
 impl Args {
     /// All input files.
     fn files(&self) -> Vec<PathBuf> {
-        let others = [&self.gyro, &self.noise, &self.truth.truth];
+        let others = [&self.gyro, &self.noise, &self.truth];
         let files = [&self.input]
             .into_iter()
             .chain(others.into_iter().flatten());
@@ -100,7 +81,7 @@ impl Args {
     ///
     /// `truth-stdin` (usage) for standard input.
     fn truth(&self) -> Result<Option<&Path>> {
-        let path = self.truth.truth.as_deref();
+        let path = self.truth.as_deref();
         if path == Some(Path::new("-")) {
             return Err(
                 Error::usage("truth-stdin", "--truth reads a file, not standard input")
@@ -117,14 +98,13 @@ impl Args {
 ///
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let target = Target::of(args.output.as_deref());
-    let files = args.files();
+    let TableArgs { force, quiet, .. } = args.output;
     check_outputs(
-        target.file(),
+        args.output.target().file(),
         &args.report,
         Some(&args.figures),
-        &files.iter().map(PathBuf::as_path).collect::<Vec<_>>(),
-        args.force,
+        &args.files(),
+        force,
     )?;
     let noise = args.noise.as_deref().map(read_noise).transpose()?;
     let options = MotionOptions {
@@ -139,7 +119,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let inputs = std::slice::from_ref(&args.input);
     let swap =
         "the arguments are swapped: the recording is the argument, the calibration belongs to -c";
-    let quiet = args.quiet;
     let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, swap, quiet);
     let calibration = args.calibration.as_ref().map(find).transpose()?;
     let calibrated = calibration.as_ref().map(|found| Calibrated {
@@ -165,24 +144,32 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         inputs.push(reference.input());
     }
 
-    match target {
-        Target::File(path) => save(path, args.force, &motion)?,
-        Target::Stdout if !args.json => write_table(&motion, &mut text::table_out())?,
-        Target::Stdout | Target::Nowhere => {}
+    let target = args.output.target();
+    if target != Target::Nowhere {
+        let path = target.file().unwrap_or(Path::new("standard output"));
+        args.output.write(|out| table(&motion, path, out))?;
     }
-    let drawn = args.report.is_wanted() || args.figures.figures.is_some();
-    let figures = if drawn {
+    let figures = if args.figures.are_wanted(&args.report) {
         figure::motion::figures(&motion)
     } else {
         Vec::new()
     };
-    args.figures.write(&figures, args.force, args.quiet)?;
+    args.figures.write(&figures, force, quiet)?;
     if args.report.is_wanted() {
         let document = report::motion(&motion.result, &recording, &figures);
-        args.report
-            .write(args.force, &with_origin(document, &inputs))?;
+        args.report.write(force, &with_origin(document, &inputs))?;
     }
-    tell(args, &motion.result, &recording)
+    let result = &motion.result;
+    let done = format!("{}: {} rows", one_line(&result.input), result.rows);
+    let document = report::motion(result, &recording, &[]);
+    args.output
+        .print_summary(result, &done, &document, args.report.detail())?;
+    if !quiet {
+        args.report.say();
+    }
+    Ok(quality(
+        result.verdict.judgement == MotionJudgement::NotUsable,
+    ))
 }
 
 /// Writes the table of a motion to a file.
@@ -191,34 +178,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 ///
 /// Those of [`write_atomic`].
 pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
-    write_atomic(path, force, |out| {
-        write_table(motion, out).map_err(|e| Error::io(path, e))
-    })
+    write_atomic(path, force, |out| table(motion, path, out))
 }
 
-/// Prints the result.
-fn tell(args: &Args, result: &MotionResult, recording: &Recording) -> anyhow::Result<ExitCode> {
-    if args.json {
-        text::print_json(result)?;
-    }
-    if !args.quiet {
-        let target = Target::of(args.output.as_deref());
-        let to = match target {
-            Target::Stdout if args.json => String::new(),
-            _ => target.arrow(),
-        };
-        let input = one_line(&result.input);
-        text::say(&format!("{input}: {} rows{to}", result.rows));
-        let document = report::motion(result, recording, &[]);
-        text::say_report(document.to_text(args.report.detail()).trim_end());
-        if target == Target::Nowhere && !args.json {
-            text::say(target.hint().trim_end());
-        }
-        args.report.say();
-    }
-    Ok(if result.verdict.judgement == MotionJudgement::NotUsable {
-        ExitCode::from(QUALITY)
-    } else {
-        ExitCode::SUCCESS
-    })
+fn table(motion: &Motion, path: &Path, out: &mut dyn Write) -> Result<()> {
+    write_table(motion, out).map_err(|e| Error::io(path, e))
 }

@@ -12,9 +12,8 @@ use gravical::recording::ReadOptions;
 use gravical_report::figure::noise::figures;
 use gravical_report::report;
 
-use crate::figures::FigureArgs;
 use crate::options::reading;
-use crate::report::{ReportArgs, check_outputs, with_origin};
+use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
 use crate::text;
 
 /// Determine the noise of a sensor at rest (Allan deviation)
@@ -57,7 +56,7 @@ pub struct Args {
     quiet: bool,
     /// Print the result as JSON
     #[arg(long)]
-    pub json: bool,
+    json: bool,
     #[command(flatten)]
     recording: ReadOptions,
 }
@@ -82,7 +81,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         output,
         &args.report,
         Some(&args.figures),
-        &[&args.input],
+        [&args.input],
         args.force,
     )?;
     let named = args.report.is_wanted() || output.is_some();

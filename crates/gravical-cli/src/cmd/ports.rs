@@ -10,7 +10,7 @@ use crate::text;
 pub struct Args {
     /// Print JSON: {"ports": […]}
     #[arg(long)]
-    pub json: bool,
+    json: bool,
 }
 
 /// Runs the command.

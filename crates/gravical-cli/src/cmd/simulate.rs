@@ -68,11 +68,6 @@ impl Args {
             Command::Line(c) => (Scenario::Line(c.own), &c.output, &c.shared),
         }
     }
-
-    /// Whether the truth and errors are printed as JSON.
-    pub fn json(&self) -> bool {
-        self.parts().2.json
-    }
 }
 
 /// Runs the command.

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::motion::line;
 use crate::support::*;
 
-const CALIBRATION: [&str; 6] = ["norm", "residuals", "sphere", "tilt", "captures", "noise"];
+const CALIBRATION: [&str; 5] = ["norm", "residuals", "sphere", "captures", "noise"];
 
 /// Every file of a folder is a drawing, XML with something in it.
 fn drawings(folder: &Path) -> Vec<String> {
@@ -33,7 +33,7 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
     let folder = six_files(&Sensor::default());
     let path = folder.path();
     let err = ends(path, "calibrate . --figures plots --json", 0).err;
-    assert!(err.contains("6 figures in plots: norm, residuals"), "{err}");
+    assert!(err.contains("5 figures in plots: norm, residuals"), "{err}");
     let names = drawings(&path.join("plots"));
     for name in CALIBRATION {
         assert!(names.contains(&name.to_owned()), "{name}: {names:?}");
@@ -66,7 +66,6 @@ fn a_forced_run_takes_away_what_the_earlier_one_left() {
     let wanted = [
         "acceleration",
         "motion-acceleration",
-        "position-3d",
         "position",
         "trajectory",
         "velocity",

@@ -8,25 +8,16 @@ use serde_json::Value;
 
 use crate::support::*;
 
-/// Each row of the table of files: path, what it was used as, SHA-256.
+/// Each file of the provenance: path, what it was used as, SHA-256.
 fn files(page: &str) -> Vec<[String; 3]> {
-    let table = page.split("id=\"provenance\"").nth(1).unwrap();
-    let body = table.split("<tbody>").nth(1).unwrap();
-    let cells = |row: &str| -> [String; 3] {
-        let text: Vec<String> = row
-            .split(['<', '>'])
-            .skip(1)
-            .step_by(2)
-            .filter(|t| !t.is_empty())
-            .map(str::to_owned)
-            .collect();
-        text.try_into().unwrap()
+    let facts = page.split("id=\"provenance\"").nth(1).unwrap();
+    let facts = facts.split("<dt>").skip(1);
+    let file = |fact: &str| {
+        let (role, text) = fact.split_once("</dt><dd>")?;
+        let (path, sum) = text.split("</dd>").next()?.split_once(", SHA-256 ")?;
+        Some([path, role, sum].map(str::to_owned))
     };
-    let body = body.split("</tbody>").next().unwrap();
-    body.split("<tr>")
-        .skip(1)
-        .map(|r| cells(&format!("p>{r}")))
-        .collect()
+    facts.filter_map(file).collect()
 }
 
 /// Name, role and SHA-256 of files of the folder.

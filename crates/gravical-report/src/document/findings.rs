@@ -1,9 +1,10 @@
 //! Findings, listed once if several files share them.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use gravical::escape::one_line;
 use gravical::finding::{Finding, Severity, format_spans};
+use gravical::numfmt::count;
 
 /// A finding with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,22 +26,20 @@ impl Remark {
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
         let mut sorted: Vec<&Finding> = findings.iter().collect();
         sorted.sort_by_key(|f| weight_of(f));
-        // Findings of one message up to its numbers, and the files that have them.
-        let mut kinds = HashMap::new();
-        let mut alike: Vec<(&Finding, BTreeSet<&String>)> = Vec::new();
-        let mut shown = Vec::new();
-        for finding in sorted {
-            let key = (finding.kind, skeleton(&finding.message));
-            let index = *kinds.entry(key).or_insert_with(|| {
-                alike.push((finding, BTreeSet::new()));
-                alike.len() - 1
-            });
-            alike[index].1.extend(&finding.file);
-            if alike[index].0.file == finding.file {
-                shown.push((finding, index));
+        // Findings of one message up to its numbers, and the files that have them in turn.
+        let key = |f: &Finding| (f.kind, skeleton(&f.message));
+        let mut files: HashMap<_, Vec<&Option<String>>> = HashMap::new();
+        for finding in &sorted {
+            let files = files.entry(key(finding)).or_default();
+            if files.last() != Some(&&finding.file) {
+                files.push(&finding.file);
             }
         }
-        let remark = |(finding, index): (&Finding, usize)| {
+        let remark = |finding: &Finding| {
+            let files = &files[&key(finding)];
+            if finding.file != *files[0] {
+                return None;
+            }
             let mut place = Vec::new();
             if !finding.lines.is_empty() {
                 let word = if finding.count == 1 { "line" } else { "lines" };
@@ -49,24 +48,22 @@ impl Remark {
             }
             if several_files && let Some(file) = &finding.file {
                 place.push(short_name(file));
-                place.extend(match alike[index].1.len() {
-                    0 | 1 => None,
-                    2 => Some("also in 1 other file".to_owned()),
-                    n => Some(format!("also in {} other files", n - 1)),
-                });
+                if files.len() > 1 {
+                    place.push(format!("also in {}", count(files.len() - 1, "other file")));
+                }
             }
-            Remark {
+            Some(Remark {
                 warning: finding.severity == Severity::Warning,
                 kind: finding.kind.to_string(),
                 text: finding.message.clone(),
                 place: place.join("; "),
-            }
+            })
         };
-        shown.into_iter().map(remark).collect()
+        sorted.into_iter().filter_map(remark).collect()
     }
 
     /// The message with its place.
-    pub(super) fn said(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         match self.place.as_str() {
             "" => self.text.clone(),
             place => format!("{} [{place}]", self.text),

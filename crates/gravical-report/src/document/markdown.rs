@@ -1,6 +1,6 @@
 //! A document as Markdown: CommonMark with the tables of GitHub and pandoc.
 
-use super::inline::{self, Part};
+use super::inline::parts;
 use super::{Block, Cell, Detail, Document, Remark, Section, Table, Verdict};
 use gravical::escape::one_line;
 
@@ -24,13 +24,14 @@ impl Document<'_> {
 }
 
 fn verdict_markdown(v: &Verdict) -> String {
-    let figures = v.figures.iter().map(|f| {
-        let number = format!("{} {}", f.value, f.unit);
-        let number = number_text(number.trim_end());
-        format!("- **{number}** {}\n", escaped(&f.what))
-    });
-    let why = figures.collect::<String>() + &list(&v.reasons);
-    let mut out = format!("\n## {}\n\n**{}**\n\n{why}", v.heading, escaped(&v.word));
+    let word = escaped(&v.word);
+    let conclusion = v
+        .conclusion
+        .as_deref()
+        .map(|text| format!(": {}", escaped(text)));
+    let conclusion = conclusion.unwrap_or_default();
+    let reasons = list(&v.reasons);
+    let mut out = format!("\n## Verdict\n\n**{word}**{conclusion}\n\n{reasons}");
     if !v.next.is_empty() {
         out.push_str(&format!("\nNext:\n\n{}", list(&v.next)));
     }
@@ -54,15 +55,12 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
     match block {
         Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
         Block::Equation(lines) => fenced("", &format!("{}\n", lines.join("\n"))),
-        Block::List(points) => list(points),
-        Block::Facts(facts) => facts
-            .iter()
-            .map(|(name, text)| match name.as_str() {
-                // It continues the fact before.
-                "" => format!("  {}\n", escaped(text)),
-                name => format!("- {}: {}\n", escaped(name), escaped(text)),
-            })
-            .collect(),
+        Block::Facts(facts) => {
+            let line = |(name, text): &(String, String)| {
+                format!("- {}: {}\n", escaped(name), escaped(text))
+            };
+            facts.iter().map(line).collect()
+        }
         Block::Table(table) => table_markdown(table, title),
         Block::Figure(figure) => folder.map_or_else(String::new, |folder| {
             let caption = escaped(&figure.caption);
@@ -84,7 +82,7 @@ fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> Strin
 
 fn remark(r: &Remark) -> String {
     let word = if r.warning { "warning" } else { "note" };
-    let text = escaped(&r.said());
+    let text = escaped(&r.describe());
     format!("- **{}** ({word}): {text}\n", escaped(&r.kind))
 }
 
@@ -140,8 +138,6 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) => escaped(text),
-        // Backticks would end the code span.
-        Cell::Code(text) => format!("`{}`", text.replace(['`', '|'], "?")),
         Cell::Number(..) => number_text(&cell.plain()),
     }
 }
@@ -150,30 +146,28 @@ fn number_text(text: &str) -> String {
     escaped(&text.replace('-', "−"))
 }
 
-/// The target of a link, percent-encoded.
+/// The target of a link, percent-encoded where that is necessary.
 fn target(link: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "/._- ".contains(c);
-    let mut out = String::new();
-    for c in link.chars() {
-        if plain(c) {
-            out.push(c);
-        } else {
-            out.extend(c.to_string().bytes().map(|b| format!("%{b:02X}")));
-        }
-    }
-    out
+    let encoded = |c: char| match c {
+        '%' | '<' | '>' | '\\' | '#' | '?' | '\0'..='\x1f' => format!("%{:02X}", u32::from(c)),
+        c => c.to_string(),
+    };
+    link.chars().map(encoded).collect()
 }
 
-/// The text in one line, with commands and options as code, and a backslash before everything
+/// The text in one line, with commands as code, and a backslash before everything
 /// else that Markdown or HTML would interpret.
 fn escaped(text: &str) -> String {
     let text = one_line(text);
-    let parts = inline::parts(text.trim()).into_iter().enumerate();
+    let parts = parts(text.trim()).enumerate();
     parts
-        .map(|(i, part)| match part {
+        .map(|(i, (part, is_code))| {
             // A bar ends the cell of a table even within code.
-            Part::Code(code) if !code.contains('|') => format!("`{code}`"),
-            Part::Code(words) | Part::Words(words) => escaped_words(words, i == 0),
+            if is_code && !part.contains('|') {
+                format!("`{part}`")
+            } else {
+                escaped_words(part, i == 0)
+            }
         })
         .collect()
 }

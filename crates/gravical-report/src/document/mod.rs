@@ -32,7 +32,7 @@ mod tests;
 pub use findings::Remark;
 pub(crate) use findings::short_name;
 #[doc(hidden)]
-pub use model::{Block, Cell, Column, KeyFigure, Row, Section, Snippet, Table};
+pub use model::{Block, Cell, Column, Row, Section, Snippet, Table};
 pub use model::{Detail, Document, Grade, Verdict};
 #[doc(hidden)]
 pub use text::paragraph;

@@ -9,8 +9,7 @@ use gravical::numfmt::fixed;
 /// How much of a document is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// For a terminal: the main blocks and columns, the first rows of long tables, the weightiest
-    /// findings.
+    /// For a terminal: the main blocks, the first rows of long tables, the weightiest findings.
     Summary,
     /// Everything.
     Full,
@@ -36,19 +35,15 @@ pub struct Document<'a> {
 #[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// Its heading on a page.
-    pub heading: &'static str,
     /// Which sign and colour it has.
     pub grade: Grade,
     /// The verdict in a word or two.
     pub word: String,
-    /// One sentence that sums it up, for the top of a text; by default the first reason.
+    /// One sentence that sums it up; by default the first reason.
     pub conclusion: Option<String>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
-    /// The main numbers; on pages.
-    pub figures: Vec<KeyFigure>,
-    /// Next steps; on pages (the program prints them with file names).
+    /// Next steps.
     pub next: Vec<String>,
 }
 
@@ -65,18 +60,6 @@ pub enum Grade {
     Unknown,
 }
 
-/// A main number with its meaning.
-#[must_use]
-#[derive(Debug, Clone, PartialEq)]
-pub struct KeyFigure {
-    /// The number.
-    pub value: String,
-    /// Its unit; empty for none.
-    pub unit: &'static str,
-    /// What it is.
-    pub what: String,
-}
-
 /// A section with a heading.
 #[must_use]
 #[derive(Debug, Clone, PartialEq)]
@@ -85,8 +68,6 @@ pub struct Section<'a> {
     pub id: &'static str,
     /// Its heading.
     pub title: &'static str,
-    /// Whether a text omits the heading, because the subject is right above.
-    pub opening: bool,
     /// Its content, each block from this detail on.
     pub blocks: Vec<(Detail, Block<'a>)>,
 }
@@ -101,8 +82,6 @@ pub enum Block<'a> {
     Note(String),
     /// One line each.
     Equation(Vec<&'static str>),
-    /// Points.
-    List(Vec<String>),
     /// Names and values.
     Facts(Vec<(String, String)>),
     /// Numbers.
@@ -148,8 +127,6 @@ pub struct Column {
     pub group: String,
     /// Quantity and unit.
     pub name: String,
-    /// Lowest detail that shows it.
-    pub detail: Detail,
 }
 
 /// A row of a table.
@@ -160,10 +137,6 @@ pub struct Row {
     pub cells: Vec<Cell>,
     /// A sentence below the row; empty for none.
     pub note: String,
-    /// Whether it is the sum of the rows above.
-    pub sum: bool,
-    /// Whether it is kept when a long table is cut.
-    pub stays: bool,
 }
 
 /// A cell of a table.
@@ -172,8 +145,6 @@ pub struct Row {
 pub enum Cell {
     /// Words.
     Text(String),
-    /// Machine-readable text: a checksum.
-    Code(String),
     /// A number and its standard uncertainty, with significant digits and a hyphen as minus sign.
     Number(String, Option<String>),
 }
@@ -220,24 +191,14 @@ impl<'a> Document<'a> {
     }
 }
 
-impl KeyFigure {
-    /// A number in this unit, and what it is.
-    pub fn new(value: String, unit: &'static str, what: impl Into<String>) -> Self {
-        let what = what.into();
-        KeyFigure { value, unit, what }
-    }
-}
-
 impl Verdict {
     /// A verdict with its reasons alone.
     pub fn new(grade: Grade, word: &str, reasons: &[String]) -> Self {
         Verdict {
-            heading: "Verdict",
             grade,
             word: word.to_owned(),
             conclusion: None,
             reasons: reasons.to_vec(),
-            figures: Vec::new(),
             next: Vec::new(),
         }
     }
@@ -249,15 +210,8 @@ impl<'a> Section<'a> {
         Section {
             id,
             title,
-            opening: false,
             blocks: Vec::new(),
         }
-    }
-
-    /// Without its heading in a text.
-    pub fn opening(mut self) -> Self {
-        self.opening = true;
-        self
     }
 
     /// With a block that every rendering has.
@@ -292,6 +246,13 @@ impl Block<'_> {
     /// Sentences.
     pub fn paragraph(text: impl Into<String>) -> Self {
         Block::Paragraph(text.into())
+    }
+
+    /// Names and values; those without a value are left out.
+    pub fn facts<const N: usize>(facts: [(&str, Option<String>); N]) -> Self {
+        let facts = facts.into_iter();
+        let known = facts.filter_map(|(name, text)| Some((name.to_owned(), text?)));
+        Block::Facts(known.collect())
     }
 
     /// Small print.
@@ -332,11 +293,11 @@ impl Table {
         self.rows([row.into()])
     }
 
-    /// With more rows; beyond [`ROWS`] they are counted and not kept, unless they stay.
+    /// With more rows; beyond [`ROWS`] they are counted and not kept.
     pub fn rows(mut self, rows: impl IntoIterator<Item = Row>) -> Self {
         for row in rows {
             self.all += 1;
-            if self.all <= ROWS || row.stays {
+            if self.all <= ROWS {
                 self.rows.push(row);
             }
         }
@@ -345,36 +306,26 @@ impl Table {
 }
 
 impl Column {
-    /// A column that every rendering has.
-    pub fn new(name: impl Into<String>) -> Self {
-        Column {
-            group: String::new(),
-            name: name.into(),
-            detail: Detail::Summary,
-        }
+    /// Adjacent columns below one heading.
+    pub fn group<const N: usize>(group: &str, names: [&str; N]) -> [Self; N] {
+        names.map(|name| Column {
+            group: group.to_owned(),
+            ..Column::from(name)
+        })
     }
 
     /// Three columns of numbers, for the axes.
     pub fn axes(group: &str) -> [Self; 3] {
-        ["x", "y", "z"].map(|axis| Column::new(axis).below(group))
-    }
-
-    /// Below a heading that it shares with its neighbours.
-    pub fn below(mut self, group: &str) -> Self {
-        group.clone_into(&mut self.group);
-        self
-    }
-
-    /// Only where all is shown.
-    pub fn full(mut self) -> Self {
-        self.detail = Detail::Full;
-        self
+        Column::group(group, ["x", "y", "z"])
     }
 }
 
 impl From<&str> for Column {
     fn from(name: &str) -> Self {
-        Column::new(name)
+        Column {
+            group: String::new(),
+            name: name.to_owned(),
+        }
     }
 }
 
@@ -393,20 +344,9 @@ impl Row {
         std::iter::once(Cell::text(name)).chain(cells).into()
     }
 
-    /// Three numbers, for the axes, behind what they are. `text` writes one of an axis.
-    pub fn axes(name: &str, values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> Self {
-        Row::named(name, Cell::axes(values, text))
-    }
-
     /// With a sentence below it.
     pub fn noted(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
-        self
-    }
-
-    /// As a sum of those above.
-    pub fn sum(mut self) -> Self {
-        self.sum = true;
         self
     }
 }
@@ -424,7 +364,7 @@ impl Cell {
 
     /// A number that may be missing.
     pub fn maybe(value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
-        value.map_or_else(Cell::none, |v| Cell::number(text(v)))
+        Cell::number(value.map_or("–".to_owned(), text))
     }
 
     /// Three numbers, for the axes.
@@ -439,10 +379,5 @@ impl Cell {
             Cell::Number(text, _) => Cell::Number(text, sigma),
             other => other,
         }
-    }
-
-    /// No number is known.
-    pub fn none() -> Self {
-        Cell::number("–")
     }
 }

@@ -20,13 +20,13 @@ fn remark() -> Remark {
 fn document(figure: &Figure) -> Document<'_> {
     let table = Table::new("Bias, ± 1σ")
         .columns(["axis", "b, m/s²"])
-        .columns(Column::axes("mean").map(Column::full))
+        .columns(Column::axes("mean"))
         .row([
             Cell::text("<x>|*"),
             Cell::number("-0.2246").plus_minus(Some(0.0012), 4),
-            Cell::none(),
-            Cell::none(),
-            Cell::none(),
+            Cell::number("–"),
+            Cell::number("–"),
+            Cell::number("–"),
         ]);
     let code = Snippet {
         language: "C",
@@ -38,11 +38,7 @@ fn document(figure: &Figure) -> Document<'_> {
         stamp: "today".to_owned(),
         verdict: Some(Verdict {
             next: vec!["Go on.".to_owned()],
-            figures: vec![KeyFigure {
-                value: "0.20".to_owned(),
-                unit: "mg",
-                what: "error".to_owned(),
-            }],
+            conclusion: Some("It holds.".to_owned()),
             ..Verdict::new(Grade::Good, "good", &["It fits.".to_owned()])
         }),
         ..Document::new("Report of <x>")
@@ -70,15 +66,16 @@ fn text() {
         document(&figure).to_text(Detail::Summary),
         "\
 of <x>|*
-good: It fits.
+good: It holds.
 
 Bias
   a = b
   c = d
 
   Bias, ± 1σ
-  axis            b, m/s²
-  <x>|*  -0.2246 ± 0.0012
+                            mean
+  axis            b, m/s²  x  y  z
+  <x>|*  -0.2246 ± 0.0012  –  –  –
   b: bias.
 
 Findings
@@ -88,18 +85,13 @@ Findings
 
 Verdict: good
   - It fits.
+
+Next: Go on.
 "
     );
     let full = document(&figure).to_text(Detail::Full);
-    assert!(
-        full.contains("                            mean\n"),
-        "{full}"
-    );
     assert!(full.contains("  C\n    a = b < c;\n"), "{full}");
-    assert!(
-        full.ends_with("  - It fits.\n  - 0.20 mg: error\n  - Go on.\n"),
-        "{full}"
-    );
+    assert!(full.ends_with("  - It fits.\n\nNext: Go on.\n"), "{full}");
 }
 
 #[test]
@@ -116,9 +108,8 @@ today
 
 ## Verdict
 
-**good**
+**good**: It holds.
 
-- **0.20 mg** error
 - It fits.
 
 Next:
@@ -167,7 +158,7 @@ fn html() {
     let body = page.split("<main").nth(1).unwrap();
     for part in [
         "<p class=\"badge good\"><span class=\"sign\" aria-hidden=\"true\">✓</span> <strong>good</strong></p>",
-        "<p class=\"value\">0.20 <span class=\"unit\">mg</span></p><p class=\"what\">error</p>",
+        "<p class=\"conclusion\">It holds.</p>",
         "<p class=\"equation\">a = b<br>c = d</p>",
         "<caption>Bias, ± 1σ</caption><thead><tr><th scope=\"col\" rowspan=\"2\">axis</th><th class=\"n\" scope=\"col\" rowspan=\"2\">b, m/s²</th><th scope=\"colgroup\" colspan=\"3\">mean</th></tr><tr><th class=\"n\" scope=\"col\" rowspan=\"1\">x</th>",
         "<tr><th scope=\"row\">&lt;x&gt;|*</th><td class=\"n\">−0.2246 <span class=\"sd\">± 0.0012</span></td><td class=\"n\">–</td>",
@@ -190,22 +181,19 @@ fn html() {
 
 #[test]
 fn long_tables_are_cut_and_say_so() {
-    let row = |i: usize| Row {
-        stays: i == 400,
-        ..Row::from([Cell::text(format!("row {i}"))])
-    };
+    let row = |i: usize| Row::from([Cell::text(format!("row {i}"))]);
     let table = Table::new("").columns(["name"]).rows((0..1000).map(row));
     let document = Document::new("").with(Section::new("a", "A").with(table));
     let text = document.to_text(Detail::Summary);
-    assert_eq!(text.lines().count(), 3 + 23 + 1 + 1, "{text}");
-    assert!(text.ends_with("  row 22\n  row 400\n  … and 976 more; --json has all\n"));
+    assert_eq!(text.lines().count(), 3 + 23 + 1, "{text}");
+    assert!(text.ends_with("  row 22\n  … and 977 more; --json has all\n"));
     for full in [
         document.to_text(Detail::Full),
         document.to_html(),
         document.to_markdown(None),
     ] {
         assert!(full.contains("row 199") && !full.contains("row 200"));
-        assert!(full.contains("row 400") && full.contains("… and 799 more"));
+        assert!(full.contains("… and 800 more"));
     }
 }
 
@@ -227,26 +215,22 @@ fn a_drawing_that_does_not_fit_is_named() {
 
 #[test]
 fn no_line_is_wider_than_a_terminal() {
-    let long = "word".repeat(40);
-    let number = || Cell::number("-12345.678901").plus_minus(Some(1e-6), 6);
+    let number = || Cell::number("-1234.56").plus_minus(Some(1e-2), 2);
     let table = |text: &str| {
         let mut cells = vec![Cell::text(text)];
-        cells.extend((0..9).map(|_| number()));
+        cells.extend((0..5).map(|_| number()));
         cells.push(Cell::text("some more words ".repeat(9)));
         Table::new("Wide")
             .columns(["name"])
-            .columns((0..9).map(|i| Column::new(format!("column {i}, m/s²"))))
+            .columns((0..5).map(|i| Column::from(&*format!("column {i}, m/s²"))))
             .columns(["sentences"])
             .row(Row::from(cells).noted("a reason ".repeat(20)))
     };
     let paragraph = Block::paragraph("word ".repeat(60));
-    let section = Section::new("a", "A")
-        .with(paragraph)
-        .with(table("x"))
-        .with(table(&long));
+    let section = Section::new("a", "A").with(paragraph).with(table("x"));
     let text = Document::new("").with(section).to_text(Detail::Full);
     assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
-    assert_eq!(text.matches("± 0.000001").count(), 18);
+    assert_eq!(text.matches("± 0.01").count(), 5);
 }
 
 #[test]
@@ -272,8 +256,8 @@ fn markdown_says_what_is_written() {
         ("-0.1", "-0.1"),
         ("1. a", "1\\. a"),
         ("1.5 m", "1.5 m"),
-        ("--force", "`--force`"),
-        ("give --gravity: 1.5 mg", "give `--gravity`: 1.5 mg"),
+        ("--force", "\\-\\-force"),
+        ("give `--gravity`: 1.5 mg", "give `--gravity`: 1.5 mg"),
         ("a -- b", "a -\\- b"),
         ("a_b <i> `c<_` $d$", "a\\_b \\<i\\> `c<_` \\$d\\$"),
         ("`a|b` `", "a\\|b \\`"),

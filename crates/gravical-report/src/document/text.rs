@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use super::{Block, Cell, Column, Detail, Document, Remark, Row, Section, Snippet, Table, Verdict};
 use gravical::escape::one_line;
-use gravical::numfmt::count;
 
 /// Width of a line.
 const WIDTH: usize = 80;
@@ -18,13 +17,10 @@ const FINDINGS: usize = 3;
 /// Smallest width of a column of sentences.
 const MIN_PROSE_WIDTH: usize = 20;
 
-/// Its width in a table that is split; two of them fit side by side.
-const PART: usize = 36;
-
 impl Document<'_> {
     /// The document in lines of 80 columns: subject, conclusion, sections, and the verdict with
-    /// its reasons at the end, where a terminal stops. In a table that is too wide, uncertainties
-    /// are placed below their values; then it is split. Figures are left out.
+    /// reasons and next steps at the end, where a terminal stops. In a table that is too wide, uncertainties
+    /// are placed below their values. Figures are left out.
     #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
@@ -35,7 +31,7 @@ impl Document<'_> {
             out.push_str(&section_text(section, detail));
         }
         if let Some(verdict) = &self.verdict {
-            out.push_str(&verdict_text(verdict, detail));
+            out.push_str(&verdict_text(verdict));
         }
         out
     }
@@ -49,25 +45,13 @@ fn conclusion(verdict: &Verdict) -> String {
 }
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
-    let shown = || {
-        section
-            .shown(detail)
-            .filter(|b| !matches!(b, Block::Figure(_)))
-    };
-    if shown().next().is_none() {
-        return String::new();
-    }
-    let mut out = String::new();
-    if !section.opening {
-        out.push_str(&format!("\n{}\n", section.title));
-    }
+    let shown = section.shown(detail);
     let mut before: Option<&Block<'_>> = None;
-    for block in shown() {
+    let mut out = String::new();
+    for block in shown.filter(|b| !matches!(b, Block::Figure(_))) {
         let apart = match (before, block) {
-            (None, Block::Table(_)) => section.opening,
             (None, _) | (_, Block::Note(_)) => false,
-            (Some(Block::Table(_) | Block::Facts(_)), _) => true,
-            (_, Block::Table(_)) => true,
+            (Some(Block::Table(_) | Block::Facts(_)), _) | (_, Block::Table(_)) => true,
             _ => false,
         };
         if apart {
@@ -76,14 +60,16 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
         out.push_str(&block_text(block, detail));
         before = Some(block);
     }
-    out
+    if out.is_empty() {
+        return out;
+    }
+    format!("\n{}\n{out}", section.title)
 }
 
 fn block_text(block: &Block<'_>, detail: Detail) -> String {
     match block {
         Block::Paragraph(text) | Block::Note(text) => paragraph("  ", text),
         Block::Equation(lines) => lines.iter().map(|l| paragraph("  ", l)).collect(),
-        Block::List(points) => points.iter().map(|p| paragraph("  - ", p)).collect(),
         Block::Facts(facts) => facts_text(facts),
         Block::Table(table) => table_text(table, detail),
         Block::Figure(_) => String::new(),
@@ -103,14 +89,12 @@ fn findings_text(remarks: &[Remark], detail: Detail) -> String {
         Detail::Summary if remarks.len() > FINDINGS + 1 => FINDINGS,
         _ => remarks.len(),
     };
-    let (shown, more) = remarks.split_at(shown);
-    let mut out: String = shown.iter().map(Remark::to_text).collect();
-    if !more.is_empty() {
-        let warnings = more.iter().filter(|r| r.warning).count();
-        let parts = [(warnings, "warning"), (more.len() - warnings, "note")];
-        let parts = parts.iter().filter(|(n, _)| *n > 0);
-        let parts: Vec<String> = parts.map(|(n, word)| count(n, word)).collect();
-        out.push_str(&format!("  … and {} (--verbose)\n", parts.join(", ")));
+    let mut out: String = remarks[..shown].iter().map(Remark::to_text).collect();
+    if shown < remarks.len() {
+        out.push_str(&format!(
+            "  … and {} more (--verbose)\n",
+            remarks.len() - shown
+        ));
     }
     out
 }
@@ -120,7 +104,7 @@ impl Remark {
     #[must_use]
     pub fn to_text(&self) -> String {
         let mark = if self.warning { "  ! " } else { "  · " };
-        paragraph(mark, &format!("{}: {}", self.kind, self.said()))
+        paragraph(mark, &format!("{}: {}", self.kind, self.describe()))
     }
 }
 
@@ -131,16 +115,14 @@ fn facts_text(facts: &[(String, String)]) -> String {
     facts.iter().map(line).collect()
 }
 
-fn verdict_text(verdict: &Verdict, detail: Detail) -> String {
+fn verdict_text(verdict: &Verdict) -> String {
     let mut out = paragraph("\nVerdict: ", &verdict.word);
-    let mut points = verdict.reasons.clone();
-    if detail == Detail::Full {
-        let figures = verdict.figures.iter();
-        points.extend(figures.map(|f| format!("{} {}: {}", f.value, f.unit, f.what)));
-        points.extend(verdict.next.iter().cloned());
+    for reason in &verdict.reasons {
+        out.push_str(&paragraph("  - ", reason));
     }
-    for point in &points {
-        out.push_str(&paragraph("  - ", point));
+    for (i, step) in verdict.next.iter().enumerate() {
+        let start = if i == 0 { "\nNext: " } else { "      " };
+        out.push_str(&paragraph(start, step));
     }
     out
 }
@@ -185,8 +167,10 @@ struct Layout {
     gap: usize,
     /// Smallest width to which headings are wrapped.
     head: usize,
-    /// Largest width of sentences.
-    room: usize,
+}
+
+const fn layout(below: bool, gap: usize, head: usize) -> Layout {
+    Layout { below, gap, head }
 }
 
 /// Layouts of a table, from wide to narrow; the first that fits is used.
@@ -198,16 +182,6 @@ const LAYOUTS: [Layout; 5] = [
     layout(true, 2, 5),
 ];
 
-const fn layout(below: bool, gap: usize, head: usize) -> Layout {
-    let room = usize::MAX;
-    Layout {
-        below,
-        gap,
-        head,
-        room,
-    }
-}
-
 /// A column in print.
 struct Printed {
     group: String,
@@ -218,48 +192,33 @@ struct Printed {
 }
 
 fn table_text(table: &Table, detail: Detail) -> String {
-    let cut = match detail {
-        Detail::Summary if table.all > MAX_SUMMARY_ROWS => MAX_SUMMARY_ROWS - 1,
-        _ => table.rows.len(),
+    let rows = match detail {
+        Detail::Summary if table.all > MAX_SUMMARY_ROWS => &table.rows[..MAX_SUMMARY_ROWS - 1],
+        _ => &table.rows[..],
     };
-    let rows = table.rows.iter().enumerate();
-    let rows = rows.filter(|(i, row)| *i < cut || row.stays);
-    let rows: Vec<&Row> = rows.map(|(_, row)| row).collect();
-    let print = |layout: &Layout| -> Vec<Printed> {
+    let print = |layout: &Layout, room: usize| -> Vec<Printed> {
         let columns = table.columns.iter().enumerate();
-        let columns = columns.filter(|(_, column)| column.detail <= detail);
         let print = |(i, column)| {
             let cells = rows.iter().map(|r| &r.cells[i]);
-            Printed::new(column, table.is_numeric(i), cells, layout)
+            Printed::new(column, table.is_numeric(i), cells, layout, room)
         };
         columns.map(print).collect()
     };
-    let fits = |layout: &&Layout| total(&print(layout), layout.gap) <= WIDTH;
-    let mut layout = *LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[4]);
-    let mut columns = print(&layout);
-    // Sentences share what the numbers leave; if that is too little, the table is split.
+    let fits = |layout: &&Layout| total(&print(layout, usize::MAX), layout.gap) <= WIDTH;
+    let layout = LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[4]);
+    let mut columns = print(layout, usize::MAX);
+    // Sentences share what the numbers leave.
     let over = total(&columns, layout.gap).saturating_sub(WIDTH);
     if over > 0 {
         let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
-        let room = prose.and_then(|width| width.checked_sub(over));
-        layout.room = room.filter(|room| *room >= MIN_PROSE_WIDTH).unwrap_or(PART);
-        columns = print(&layout);
+        let room = prose.map_or(0, |width| width.saturating_sub(over));
+        columns = print(layout, room.max(MIN_PROSE_WIDTH));
     }
     let mut out = String::new();
     if !table.caption.is_empty() {
         out.push_str(&paragraph("  ", &table.caption));
     }
-    // The first column names the row: it is repeated in each part.
-    let mut part: Vec<Printed> = Vec::new();
-    for column in columns {
-        if part.len() > 1 && total(&part, layout.gap) + layout.gap + column.width > WIDTH {
-            out.push_str(&part_text(&part, &rows, layout.gap));
-            out.push('\n');
-            part.truncate(1);
-        }
-        part.push(column);
-    }
-    out.push_str(&part_text(&part, &rows, layout.gap));
+    out.push_str(&grid_text(&columns, rows, layout.gap));
     let left_out = table.all.saturating_sub(rows.len());
     if left_out > 0 {
         out.push_str(&format!("  … and {left_out} more; --json has all\n"));
@@ -279,19 +238,17 @@ impl Printed {
         right: bool,
         cells: impl Iterator<Item = &'c Cell>,
         layout: &Layout,
+        room: usize,
     ) -> Self {
         let cells = cells.map(|cell| match cell {
-            Cell::Text(text) if !right => lines(&one_line(text), layout.room),
+            Cell::Text(text) if !right => lines(&one_line(text), room),
             Cell::Number(q, Some(sd)) if layout.below => vec![q.clone(), format!("± {sd}")],
             _ => vec![one_line(&cell.plain()).into_owned()],
         });
         let mut cells: Vec<Vec<String>> = cells.collect();
         let widest = |cells: &[Vec<String>]| cells.iter().flatten().map(|t| length(t)).max();
         let words = column.name.split(' ').map(length).max();
-        let room = widest(&cells)
-            .max(words)
-            .max(Some(layout.head))
-            .unwrap_or(0);
+        let room = widest(&cells).max(words).unwrap_or(0).max(layout.head);
         let head = match column.name.rsplit_once(", ") {
             // A unit gets its own line if that is enough.
             Some((name, unit)) if length(&column.name) > room && length(name) < room => {
@@ -325,7 +282,7 @@ fn lines(text: &str, width: usize) -> Vec<String> {
     lines.into_iter().map(Cow::into_owned).collect()
 }
 
-fn part_text(columns: &[Printed], rows: &[&Row], gap: usize) -> String {
+fn grid_text(columns: &[Printed], rows: &[Row], gap: usize) -> String {
     let mut out = groups_text(columns, gap);
     for i in 0..=rows.len() {
         let high = columns.iter().map(|c| c.cells[i].len()).max().unwrap_or(0);
@@ -342,7 +299,7 @@ fn part_text(columns: &[Printed], rows: &[&Row], gap: usize) -> String {
             out.push_str(format!("  {line}").trim_end());
             out.push('\n');
         }
-        if let Some(row) = i.checked_sub(1).map(|i| rows[i])
+        if let Some(row) = i.checked_sub(1).map(|i| &rows[i])
             && !row.note.is_empty()
         {
             out.push_str(&paragraph("      ", &row.note));
@@ -369,7 +326,7 @@ impl Cell {
     /// The text of the cell in one line.
     pub(super) fn plain(&self) -> String {
         match self {
-            Cell::Text(text) | Cell::Code(text) => text.clone(),
+            Cell::Text(text) => text.clone(),
             Cell::Number(q, None) => q.clone(),
             Cell::Number(q, Some(sd)) => format!("{q} ± {sd}"),
         }

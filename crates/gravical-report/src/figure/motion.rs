@@ -1,26 +1,16 @@
 //! Figures of a motion.
 
-mod space;
-
 use std::f64::consts::PI;
 
 use gravical::motion::{MotionResult, ReferenceTrack, Track};
-use gravical::numfmt::decimals_for;
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
-use super::svg::{CIRCLE, DIAMOND, extent};
-
-/// Rests that are shaded at most; a walk has thousands.
-const MAX_SHADED: usize = 2000;
-
-/// The uncalibrated path has a panel beside it where it reaches so many times further than the
-/// calibrated one: in one picture nothing else could be seen.
-const FAR: f64 = 5.0;
+use super::svg::{DIAMOND, extent};
 
 /// What is drawn.
 struct Motion<'a> {
     result: &'a MotionResult,
-    track: Track,
+    track: &'a Track,
     reference: Option<&'a ReferenceTrack>,
     /// What the result is called beside the uncalibrated one.
     name: &'static str,
@@ -36,7 +26,7 @@ pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
     };
     let motion = &Motion {
         result: &motion.result,
-        track: motion.track(),
+        track: &motion.track(),
         reference: motion.reference.as_ref(),
         name,
     };
@@ -46,7 +36,6 @@ pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
     let all = [
         position(motion),
         trajectory(motion),
-        space::position_3d(motion),
         velocity(motion),
         acceleration(motion),
         motion_acceleration(motion),
@@ -54,31 +43,16 @@ pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
     all.into_iter().flatten().collect()
 }
 
-/// Smallest and largest along each axis of the positions that are known; none without any.
-fn extents<'a>(positions: impl IntoIterator<Item = &'a [f64; 3]>) -> Option<[[f64; 2]; 3]> {
-    let mut all = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
-    for p in positions.into_iter().filter(is_known) {
-        for (a, v) in all.iter_mut().zip(p) {
-            *a = [a[0].min(*v), a[1].max(*v)];
-        }
-    }
-    (all[0][0] <= all[0][1]).then_some(all)
-}
-
-/// Length of the longest side.
-fn longest(extents: &[[f64; 2]; 3]) -> f64 {
-    extents
-        .iter()
-        .map(|[low, high]| high - low)
-        .fold(0.0, f64::max)
-}
-
-fn is_known(p: &&[f64; 3]) -> bool {
-    p.iter().all(|v| v.is_finite())
+/// Smallest and largest along an axis of the positions that are known.
+fn span<'a, 'b: 'a>(paths: impl IntoIterator<Item = &'a Path<'b>>, axis: usize) -> [f64; 2] {
+    let values = paths.into_iter().flat_map(|path| path.values);
+    let (low, high) = extent(values.map(|v| v[axis]).filter(|v| v.is_finite()));
+    [low, high]
 }
 
 /// First and last that is known.
 fn ends(positions: &[[f64; 3]]) -> Option<[[f64; 3]; 2]> {
+    let is_known = |p: &&[f64; 3]| p.iter().all(|v| v.is_finite());
     let first = positions.iter().find(is_known)?;
     Some([*first, *positions.iter().rfind(is_known)?])
 }
@@ -103,9 +77,9 @@ impl Path<'_> {
     }
 }
 
-impl Motion<'_> {
+impl<'a> Motion<'a> {
     /// Vectors of the result.
-    fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
+    fn result(&self, values: &'a [[f64; 3]]) -> Path<'a> {
         Path {
             name: self.name,
             role: Role::Result,
@@ -115,7 +89,7 @@ impl Motion<'_> {
         }
     }
 
-    fn uncalibrated<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
+    fn uncalibrated(&self, values: &'a [[f64; 3]]) -> Path<'a> {
         Path {
             name: "uncalibrated",
             role: Role::Raw,
@@ -124,7 +98,7 @@ impl Motion<'_> {
     }
 
     /// Positions uncalibrated, of the result, and of the reference.
-    fn positions(&self) -> Vec<Path<'_>> {
+    fn positions(&self) -> Vec<Path<'a>> {
         let plain = self.track.uncalibrated.as_ref();
         let plain = plain.map(|plain| self.uncalibrated(&plain.position_m));
         let reference = self.reference.map(|r| Path {
@@ -142,14 +116,11 @@ impl Motion<'_> {
     /// nothing.
     fn over_time(
         &self,
-        mut figure: Figure,
+        figure: Figure,
         unit: &str,
         series: impl Fn(usize) -> Vec<Series>,
     ) -> Option<Figure> {
-        if self.result.rests.len() > MAX_SHADED {
-            figure.caption += &format!(" Only the first {MAX_SHADED} rests are shaded.");
-        }
-        let rests = self.result.rests.iter().take(MAX_SHADED);
+        let rests = self.result.rests.iter();
         let rests: Vec<[f64; 2]> = rests.map(|s| [s.start_s, s.end_s]).collect();
         let axes = XYZ.into_iter().enumerate();
         let figure = axes.fold(figure, |figure, (axis, (name, _))| {
@@ -161,11 +132,49 @@ impl Motion<'_> {
         let lines = figure.panels.iter().flat_map(|p| &p.series[1..]);
         lines.into_iter().any(Series::has_values).then_some(figure)
     }
+
+    /// Vectors over time, the result with a band of twice its uncertainty.
+    fn banded(
+        &self,
+        title: &str,
+        unit: &str,
+        paths: &[Path<'_>],
+        sigma: &[[f64; 3]],
+    ) -> Option<Figure> {
+        let bands = match sigma {
+            [] => "",
+            _ => {
+                " The band is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
+            }
+        };
+        let caption = format!("{title} in the frame of the result.{bands}");
+        let figure = Figure::new(&title.to_lowercase(), title, caption);
+        let mut figure = self.over_time(figure, unit, |axis| {
+            let result = paths.iter().filter(|p| p.role == Role::Result);
+            let bands = result.map(|result| {
+                let ends = result.values.iter().zip(sigma);
+                let ends = ends.map(|(v, s)| (v[axis] - 2.0 * s[axis], v[axis] + 2.0 * s[axis]));
+                let (low, high) = ends.unzip();
+                let x = result.t_s.to_vec();
+                Series::band("± 2σ", Role::Result, x, low, high).thinned(result.breaks)
+            });
+            let lines = paths.iter().map(|p| p.line(|t, v| [t, v[axis]]));
+            bands.chain(lines).collect()
+        })?;
+        // In view is what the lines reach, and one and a half times as much on either side: bands
+        // that dwarf them would leave nothing else to see.
+        for panel in &mut figure.panels {
+            let (low, high) = extent(panel.series.iter().flat_map(|s| &s.y).copied());
+            let room = 1.5 * (high - low);
+            panel.y.within = (room > 0.0).then_some([low - room, high + room]);
+        }
+        Some(figure)
+    }
 }
 
 /// Specific force raw and calibrated, along the axes of the sensor.
 fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
-    let track = &motion.track;
+    let track = motion.track;
     let raw = ("raw", Role::Raw, &track.raw_mps2);
     let force = (motion.name, Role::Result, &track.force_mps2);
     let (columns, both) = match motion.result.calibration {
@@ -197,179 +206,54 @@ fn motion_acceleration(motion: &Motion<'_>) -> Option<Figure> {
 
 /// Velocity along each axis.
 fn velocity(motion: &Motion<'_>) -> Option<Figure> {
-    let track = &motion.track;
+    let track = motion.track;
     let plain = track.uncalibrated.as_ref();
     let plain = plain.map(|plain| motion.uncalibrated(&plain.velocity_mps));
     let result = motion.result(&track.velocity_mps);
     let paths: Vec<Path<'_>> = plain.into_iter().chain([result]).collect();
-    let figure = Figure::new(
-        "velocity",
-        "Velocity",
-        "Velocity in the frame of the result.",
-    );
-    banded(motion, figure, "m/s", &paths, &track.sigma_velocity_mps)
+    motion.banded("Velocity", "m/s", &paths, &track.sigma_velocity_mps)
 }
 
 /// Position along each axis, with the reference where there is one.
 fn position(motion: &Motion<'_>) -> Option<Figure> {
-    let figure = Figure::new(
-        "position",
-        "Position",
-        "Position in the frame of the result.",
-    );
     let sigma = &motion.track.sigma_position_m;
-    banded(motion, figure, "m", &motion.positions(), sigma)
+    motion.banded("Position", "m", &motion.positions(), sigma)
 }
 
-/// Vectors over time, the result with bands of once and twice its uncertainty.
-fn banded(
-    motion: &Motion<'_>,
-    figure: Figure,
-    unit: &str,
-    paths: &[Path<'_>],
-    sigma: &[[f64; 3]],
-) -> Option<Figure> {
-    let result = paths.iter().find(|p| p.role == Role::Result)?;
-    let mut figure = motion.over_time(figure, unit, |axis| {
-        let band = |(name, k): (&str, f64)| {
-            let ends = result.values.iter().zip(sigma);
-            let ends =
-                ends.map(|(v, sigma)| (v[axis] - k * sigma[axis], v[axis] + k * sigma[axis]));
-            let (low, high) = ends.unzip();
-            let x = result.t_s.to_vec();
-            Series::band(name, Role::Result, x, low, high).thinned(result.breaks)
-        };
-        let bands = [("± 2σ", 2.0), ("± 1σ", 1.0)].map(band).into_iter();
-        bands
-            .chain(paths.iter().map(|p| p.line(|t, v| [t, v[axis]])))
-            .collect()
-    })?;
-    if sigma.is_empty() {
-        return Some(figure);
-    }
-    figure
-        .caption
-        .push_str(" Bands are the predicted standard uncertainty, once and twice.");
-    // In view is what the lines reach, and one and a half times as much on either side: bands that
-    // dwarf them would leave nothing else to see.
-    let mut cut = false;
-    for panel in &mut figure.panels {
-        let (low, high) = extent(panel.series.iter().flat_map(|s| &s.y).copied());
-        let room = 1.5 * (high - low);
-        if room > 0.0 {
-            panel.y.within = Some([low - room, high + room]);
-            let mut bands = panel.series.iter().flat_map(|s| s.low.iter().zip(&s.high));
-            cut |= bands.any(|(l, h)| *l < low - room || *h > high + room);
-        }
-    }
-    if cut {
-        let cut = " Where they are much wider than the motion they are cut off.";
-        figure.caption.push_str(cut);
-    }
-    Some(figure)
-}
-
-/// The path seen from above; where it goes up more than along, from the side.
+/// The path in space: from above, and from the side where it reaches further.
 fn trajectory(motion: &Motion<'_>) -> Option<Figure> {
     let paths = motion.positions();
-    let around = extents(&motion.track.position_m)?;
-    let plane = plane_of(&around);
-    let plain = paths
-        .iter()
-        .find(|p| p.role == Role::Raw)
-        .and_then(|p| extents(p.values));
-    let far = plain.is_some_and(|plain| longest(&plain) > FAR * longest(&around));
-    // An ellipse much larger than the path would be all that is seen.
+    let [start, end] = ends(&motion.track.position_m)?;
     let sigma = ends(&motion.track.sigma_position_m).map(|[_, sigma]| sigma);
-    let drawn = sigma.filter(|s| plane.iter().all(|&i| s[i] <= longest(&around)));
-    let uncertainty = match (sigma, drawn) {
-        (None, _) => String::new(),
-        (_, Some(_)) => ", the ellipse ± 1σ of its position".to_owned(),
-        (Some(sigma), None) => {
-            let [a, b] = plane.map(|i| {
-                let decimals = decimals_for(sigma[i]);
-                format!("{:.decimals$} m along {}", sigma[i], XYZ[i].0)
-            });
-            format!("; 1σ of its position is {a} and {b}, more than the picture shows")
-        }
+    // The uncalibrated path does not decide what is in view.
+    let shown = || paths.iter().filter(|p| p.role != Role::Raw);
+    let spans = [0, 1, 2].map(|axis| span(shown(), axis));
+    let size = spans.map(|[low, high]| high - low);
+    let room = 0.3 * size.into_iter().fold(0.0, f64::max);
+    let side = if size[0] >= size[1] { [0, 2] } else { [1, 2] };
+    let panel = |title: &str, plane: [usize; 2]| {
+        let flat = |v: [f64; 3]| plane.map(|axis| v[axis]);
+        let [x, y] = plane.map(|axis| {
+            let [low, high] = spans[axis];
+            let mut shown = Axis::new(XYZ[axis].0, "m");
+            shown.within = (room > 0.0).then_some([low - room, high + room]);
+            shown
+        });
+        let mut panel = Panel::new(title, x, y).equal();
+        panel
+            .series
+            .extend(sigma.map(|s| ellipse(flat(end), flat(s))));
+        panel
+            .series
+            .extend(paths.iter().map(|p| p.line(|_, v| flat(v))));
+        let spot = |name, [x, y]: [f64; 2]| Series::points(name, Role::Result, vec![x], vec![y]);
+        panel
+            .with(spot("start", flat(start)))
+            .with(spot("end", flat(end)).drawn_as(DIAMOND))
     };
-    let [x, y] = plane.map(|i| XYZ[i].0);
-    let seen = match plane {
-        [0, 1] => "seen from above".to_owned(),
-        _ => format!("in the plane of {x} and {y}, where it reaches furthest"),
-    };
-    let caption = format!(
-        "The path {seen}, equal scale on both axes. Circle: start, diamond: end{uncertainty}."
-    );
+    let caption = "The path from above and from the side, equal scale on both axes. Circle: start, diamond: end, shaded: ± 1σ of the end. What reaches much further than the path is cut off.";
     let figure = Figure::new("trajectory", "Trajectory", caption);
-    let panel = |title: &str, roles: &[Role]| Panel {
-        series: in_plane(&paths, roles, plane, drawn),
-        ..Panel::new(title, Axis::new(x, "m"), Axis::new(y, "m"))
-    };
-    let [result, all] = [
-        &[Role::Result, Role::Reference][..],
-        &[Role::Raw, Role::Result, Role::Reference],
-    ];
-    if far {
-        let panels = [panel(motion.name, result), panel("and uncalibrated", all)];
-        return Some(figure.beside(panels.map(|p| p.equal(1.0))));
-    }
-    // As high as the path needs, within reason.
-    let panel = panel("", all);
-    let span = |column: fn(&Series) -> &Vec<f64>| {
-        let (low, high) = extent(panel.series.iter().flat_map(column).copied());
-        high - low
-    };
-    let aspect = span(|s| &s.y) / span(|s| &s.x);
-    let aspect = if aspect.is_nan() {
-        0.6
-    } else {
-        aspect.clamp(0.35, 0.8)
-    };
-    Some(figure.with(panel.equal(aspect)))
-}
-
-/// The two axes to show: x and y, unless z reaches further than both.
-fn plane_of(extents: &[[f64; 2]; 3]) -> [usize; 2] {
-    let [x, y, z] = extents.map(|[low, high]| high - low);
-    if z <= x.max(y) {
-        [0, 1]
-    } else if x >= y {
-        [0, 2]
-    } else {
-        [1, 2]
-    }
-}
-
-fn spot(name: &str, role: Role, at: [f64; 2], symbol: &'static str) -> Series {
-    Series::points(name, role, vec![at[0]], vec![at[1]]).drawn_as(symbol)
-}
-
-/// Paths of these roles with their ends; about that of the result an ellipse of `sigma`.
-fn in_plane(
-    paths: &[Path<'_>],
-    roles: &[Role],
-    plane: [usize; 2],
-    sigma: Option<[f64; 3]>,
-) -> Vec<Series> {
-    let flat = |v: [f64; 3]| plane.map(|i| v[i]);
-    let paths = || paths.iter().filter(|p| roles.contains(&p.role));
-    let mut series: Vec<Series> = paths().map(|p| p.line(|_, v| flat(v))).collect();
-    for path in paths() {
-        let Some([start, end]) = ends(path.values).map(|ends| ends.map(flat)) else {
-            continue;
-        };
-        match path.role {
-            Role::Raw => series.push(spot("end, uncalibrated", path.role, end, DIAMOND)),
-            Role::Result => {
-                series.extend(sigma.map(|sigma| ellipse(end, flat(sigma))));
-                series.push(spot("start", path.role, start, CIRCLE));
-                series.push(spot("end", path.role, end, DIAMOND));
-            }
-            _ => {}
-        }
-    }
-    series
+    Some(figure.beside([panel("from above", [0, 1]), panel("from the side", side)]))
 }
 
 /// The area within one standard uncertainty of the end.
@@ -390,10 +274,9 @@ mod tests {
     use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate_to};
 
     /// In the order of a report.
-    const NAMES: [&str; 6] = [
+    const NAMES: [&str; 5] = [
         "position",
         "trajectory",
-        "position-3d",
         "velocity",
         "acceleration",
         "motion-acceleration",
@@ -473,13 +356,5 @@ mod tests {
                 assert!(figures.iter().all(|f| f.name == "acceleration"));
             }
         }
-    }
-
-    #[test]
-    fn the_plane_is_where_it_moves() {
-        let plane = |high: [f64; 3]| plane_of(&high.map(|h| [0.0, h]));
-        assert_eq!(plane([1.0, 2.0, 1.5]), [0, 1]);
-        assert_eq!(plane([1.0, 2.0, 70.0]), [1, 2]);
-        assert_eq!(plane([1.0, 0.0, 70.0]), [0, 2]);
     }
 }

@@ -28,8 +28,8 @@ pub struct Panel {
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// A unit is as long on both axes, in a plot of this height over width.
-    pub equal: Option<f64>,
+    /// A unit is as long on both axes, in a square plot.
+    pub equal: bool,
     /// What is drawn, the first at the bottom.
     pub series: Vec<Series>,
 }
@@ -97,10 +97,6 @@ pub enum Mark {
     Band,
     /// Points, with bars from `low` to `high` where these are given.
     Points,
-    /// Columns from 0 to y.
-    Columns,
-    /// A horizontal line right across at each y.
-    Rule,
     /// The height of the panel from each first to each second x.
     Shade,
 }
@@ -115,7 +111,7 @@ pub struct Series {
     pub role: Role,
     /// How it is drawn.
     pub mark: Mark,
-    /// Horizontal coordinates; empty for a rule.
+    /// Horizontal coordinates.
     pub x: Vec<f64>,
     /// Vertical coordinates; empty for a band.
     pub y: Vec<f64>,
@@ -165,14 +161,14 @@ impl Panel {
             title: title.to_owned(),
             x,
             y,
-            equal: None,
+            equal: false,
             series: Vec::new(),
         }
     }
 
-    /// With axes of equal units in a plot of this height over width.
-    pub fn equal(mut self, aspect: f64) -> Self {
-        self.equal = Some(aspect);
+    /// With axes of equal units in a square plot.
+    pub fn equal(mut self) -> Self {
+        self.equal = true;
         self
     }
 
@@ -290,17 +286,10 @@ impl Series {
         Series::points(name, role, x, y)
     }
 
-    /// Columns from zero over names.
-    pub fn columns(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
-        Series {
-            mark: Mark::Columns,
-            ..Series::categorical(name, role, y)
-        }
-    }
-
-    /// A horizontal line across the panel.
-    pub fn rule(name: &str, role: Role, y: f64) -> Self {
-        Series::new(name, role, Mark::Rule, Vec::new(), vec![y])
+    /// A horizontal line across as many names.
+    pub fn rule(name: &str, y: f64, names: usize) -> Self {
+        let x = vec![-0.5, names as f64 - 0.5];
+        Series::line(name, Role::Reference, x, vec![y; 2])
     }
 
     /// Shaded intervals of the x axis.
@@ -363,31 +352,31 @@ fn thinned_rows(
     breaks: &[usize],
     value: impl Fn(usize) -> [f64; 2],
 ) -> Vec<Option<usize>> {
-    let finite = |i: &usize| value(*i).iter().all(|v| v.is_finite());
     let step = if rows > LIMIT {
         rows.div_ceil(BUCKETS)
     } else {
         1
     };
-    let mut shown: Vec<Option<usize>> = Vec::new();
-    for from in (0..rows).step_by(step) {
-        let part: Vec<usize> = (from..rows.min(from + step)).filter(finite).collect();
-        let extremes = [0, 1].map(|column| {
-            let order = |a: &&usize, b: &&usize| value(**a)[column].total_cmp(&value(**b)[column]);
-            [part.iter().min_by(order), part.iter().max_by(order)]
-        });
-        let mut extremes: Vec<usize> = extremes.iter().flatten().flatten().map(|i| **i).collect();
-        extremes.sort_unstable();
-        extremes.dedup();
-        for i in extremes {
-            if let Some(&Some(last)) = shown.last() {
-                let next = breaks.partition_point(|b| *b <= last);
-                let missing = breaks.get(next).is_some_and(|b| *b <= i);
-                if missing || !(last + 1..i).all(|k| finite(&k)) {
-                    shown.push(None);
-                }
+    let missing = |i: &usize| value(*i).iter().any(|v| !v.is_finite());
+    let all: Vec<usize> = (0..rows).collect();
+    let together =
+        |a: &usize, b: &usize| missing(a) == missing(b) && breaks.binary_search(b).is_err();
+    let mut shown = Vec::new();
+    for run in all.chunk_by(together).filter(|run| !missing(&run[0])) {
+        if !shown.is_empty() {
+            shown.push(None);
+        }
+        for part in run.chunks(step) {
+            let mut extremes: Vec<usize> = Vec::new();
+            for column in [0, 1] {
+                let order =
+                    |a: &&usize, b: &&usize| value(**a)[column].total_cmp(&value(**b)[column]);
+                extremes.extend(part.iter().min_by(order));
+                extremes.extend(part.iter().max_by(order));
             }
-            shown.push(Some(i));
+            extremes.sort_unstable();
+            extremes.dedup();
+            shown.extend(extremes.into_iter().map(Some));
         }
     }
     shown

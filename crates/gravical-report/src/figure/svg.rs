@@ -10,7 +10,7 @@
 //!     rect.frame
 //!     svg.plot                clips to the plot; its own units are dots from its corner
 //!       g.series.ROLE[data-name][data-mark]
-//!         g.data              paths with class s (stroke) or f (fill)
+//!         g.data              a path with class s (stroke) or f (fill)
 //!         g.at                symbols and texts, moved to their places
 //! ```
 //!
@@ -21,40 +21,37 @@
 
 use std::fmt::Write;
 
+use gravical::escape;
 use gravical::numfmt::{decimals_for, fixed};
+use maud::{Markup, PreEscaped, html};
 
 use super::{Axis, Figure, Mark, Panel, Role, Scale, Series};
-
-/// Writes to a string, which cannot fail.
-macro_rules! put {
-    ($out:expr, $($text:tt)*) => { { let _ = write!($out, $($text)*); } };
-}
 
 /// Width of a whole figure, and of a panel that stands beside others.
 const WIDTH: f64 = 760.0;
 const HALF: f64 = 372.0;
 
-/// Largest number that is drawn: the difference of two must not overflow.
+/// Largest number that a view includes: the difference of two must not overflow.
 const MAX_DRAWN: f64 = 1e300;
 
 /// The labels of more points than this show on hovering only.
 const MAX_LABELLED: usize = 40;
 
-/// Colours are those of Okabe and Ito (2008), which the colour blind can tell apart; dashes and
-/// symbols differ too, for print in grey.
+/// Colours are those of Okabe and Ito (2008), which the colour blind can tell apart; symbols and
+/// lightness differ too, for print in grey.
 pub const STYLE: &str = "\
 .gv{font-size:12px;font-family:system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
 .gv .minor{fill:#444;font-size:11px}.gv .panel-title,.gv .title{font-weight:bold}.gv .title{font-size:15px}\
 .gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .ticks path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#5b7c99;fill-opacity:.15}\
 .gv .s{fill:none;stroke-width:1.6;stroke-linejoin:round;vector-effect:non-scaling-stroke}\
-.gv .band{fill-opacity:.22}.gv .column{fill-opacity:.85}.gv .hollow{fill:#fff;stroke-width:1.8}\
+.gv .band{fill-opacity:.22}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
-.gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}.gv .raw .l{stroke-dasharray:6 3}\
-.gv .result .s,.gv .z .s{stroke:#0072B2}.gv .result .f,.gv .z .f{fill:#0072B2}.gv .z .l{stroke-dasharray:2.5 2}\
-.gv .reference .s{stroke:#000}.gv .reference .f{fill:#000}.gv .reference .l{stroke-dasharray:1.5 3}\
+.gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}\
+.gv .result .s,.gv .z .s{stroke:#0072B2}.gv .result .f,.gv .z .f{fill:#0072B2}\
+.gv .reference .s{stroke:#000;stroke-dasharray:1.5 3}.gv .reference .f{fill:#000}\
 .gv .warning .s{stroke:#E69F00}.gv .warning .f{fill:#E69F00}\
 .gv .x .s,.gv .bad .s{stroke:#D55E00}.gv .x .f,.gv .bad .f{fill:#D55E00}\
-.gv .y .s{stroke:#009E73}.gv .y .f{fill:#009E73}.gv .y .l{stroke-dasharray:7 2.5}\
+.gv .y .s{stroke:#009E73}.gv .y .f{fill:#009E73}\
 .gv .guide .s{stroke:#c8c8c8;stroke-width:.8}";
 
 /// The same hues on a dark page, lighter where they would be too dark.
@@ -66,9 +63,9 @@ pub const DARK: &str = "\
 .gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}.gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}";
 
 // Symbols about 0, 0.
-pub(super) const CIRCLE: &str = "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z";
+const CIRCLE: &str = "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z";
 pub(super) const DIAMOND: &str = "M0-5.2L5.2 0L0 5.2L-5.2 0z";
-pub(super) const DOT: &str = "M-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0z";
+const DOT: &str = "M-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0z";
 const SQUARE: &str = "M-3.5-3.5h7v7h-7z";
 const TRIANGLE: &str = "M0-4.6L4.2 3.2H-4.2z";
 const CROSS: &str = "M-4-4L4 4M-4 4L4-4";
@@ -92,118 +89,102 @@ fn style_of(role: Role) -> (&'static str, &'static str, bool) {
 /// The figure as a file of its own, with its title in it; dark where the viewer is.
 #[must_use]
 pub fn standalone(figure: &Figure) -> String {
-    let (width, drawings) = drawings(figure);
-    let (mut body, mut bottom) = (String::new(), 30.0);
-    // Two in a row, which end at one height.
-    for row in drawings.chunks(2) {
-        bottom += row.iter().map(|(_, height)| *height).fold(0.0, f64::max);
-        for (i, (drawing, height)) in row.iter().enumerate() {
-            let (left, top) = (i as f64 * (WIDTH - width), r(bottom - height));
-            put!(
-                body,
-                "<g transform=\"translate({left} {top})\">{drawing}</g>"
-            );
-        }
-    }
-    let head = head(figure, &figure.name, WIDTH, bottom);
-    let title = escape(&figure.title);
-    format!(
-        "{head}<style>{STYLE}@media (prefers-color-scheme: dark){{{DARK}}}</style>\
-         <rect class=\"paper\" width=\"100%\" height=\"100%\"/><text class=\"title\" x=\"16\" y=\"22\">{title}</text>{body}</svg>\n"
-    )
-}
-
-/// The figure for a page, which has its title and caption: one drawing, or one for each panel
-/// where they stand side by side, so that the page can break between them.
-#[must_use]
-pub fn inline(figure: &Figure) -> Vec<String> {
-    let (width, drawings) = drawings(figure);
-    let svg = |(i, (body, height)): (usize, &(String, f64))| {
-        let name = format!("{}-{}", figure.name, i + 1);
-        head(figure, &name, width, *height) + body + "</svg>"
+    let (drawing, height) = drawing(figure, 30.0);
+    let body = html! {
+        style { (PreEscaped(STYLE)) "@media (prefers-color-scheme: dark){" (PreEscaped(DARK)) "}" }
+        rect.paper width="100%" height="100%" {}
+        text.title x="16" y="22" { (figure.title) }
+        (drawing)
     };
-    drawings.iter().enumerate().map(svg).collect()
+    let file = root(figure, height, &body).into_string();
+    escape::shown(&file).into_owned() + "\n"
 }
 
-/// The outermost element, with what a screen reader says.
+/// The figure for a page, which has its title and caption.
+#[must_use]
+pub fn inline(figure: &Figure) -> String {
+    let (drawing, height) = drawing(figure, 0.0);
+    root(figure, height, &drawing).into_string()
+}
+
 /// How every figure begins.
 pub(super) const BEGIN: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=";
 
-fn head(figure: &Figure, id: &str, width: f64, height: f64) -> String {
-    let (title, caption, height) = (escape(&figure.title), escape(&figure.caption), r(height));
-    format!(
-        "{BEGIN}\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-         role=\"img\" aria-labelledby=\"{id}-title {id}-desc\"><title id=\"{id}-title\">{title}</title><desc id=\"{id}-desc\">{caption}</desc>"
-    )
+/// The outermost element, with what a screen reader says.
+fn root(figure: &Figure, height: f64, body: &Markup) -> Markup {
+    let (id, height) = (&figure.name, r(height));
+    html! {
+        svg xmlns="http://www.w3.org/2000/svg" class="gv" width=(WIDTH) height=(height)
+            viewBox={ "0 0 " (WIDTH) " " (height) } role="img"
+            aria-labelledby={ (id) "-title " (id) "-desc" } {
+            title id={ (id) "-title" } { (figure.title) }
+            desc id={ (id) "-desc" } { (figure.caption) }
+            (body)
+        }
+    }
 }
 
-/// The drawings of a figure, all of one width, with their heights. The first carries the legend.
-fn drawings(figure: &Figure) -> (f64, Vec<(String, f64)>) {
-    let panels = &figure.panels;
-    let together = if figure.beside {
-        1
-    } else {
-        panels.len().max(1)
-    };
-    let width = if panels.len() > together { HALF } else { WIDTH };
-    let (mut legend, bottom) = legend(figure, width);
-    let mut top = bottom + 6.0;
-    let draw = |panels| {
-        let mut body = std::mem::take(&mut legend);
-        let height = column(&mut body, panels, width, std::mem::replace(&mut top, 6.0));
-        (body, height)
-    };
-    (width, panels.chunks(together).map(draw).collect())
+/// Legend and panels from `top` on, one below the other or two in a row, and where they end.
+fn drawing(figure: &Figure, top: f64) -> (Markup, f64) {
+    let (legend, mut bottom) = legend(figure, top);
+    let mut body = legend.into_string();
+    if figure.beside && figure.panels.len() > 1 {
+        for row in figure.panels.chunks(2) {
+            let top = bottom + 6.0;
+            for (i, panel) in row.iter().enumerate() {
+                let (panel, end) = column(std::slice::from_ref(panel), HALF, top);
+                let place = translate(i as f64 * (WIDTH - HALF), 0.0);
+                body += &html! { g transform=(place) { (panel) } }.into_string();
+                bottom = bottom.max(end);
+            }
+        }
+    } else if !figure.panels.is_empty() {
+        let (panels, end) = column(&figure.panels, WIDTH, bottom + 6.0);
+        body += &panels.into_string();
+        bottom = end;
+    }
+    (PreEscaped(body), bottom)
 }
 
 /// Names of series, each once, and where their lines end.
-fn legend(figure: &Figure, width: f64) -> (String, f64) {
-    let mut out = String::from("<g class=\"legend\">");
-    let (mut x, mut y) = (16.0, 18.0);
-    let mut names: Vec<&str> = Vec::new();
-    for panel in &figure.panels {
-        for (i, s) in panel.series.iter().enumerate() {
-            if !s.has_values() || s.role == Role::Guide || names.contains(&s.name.as_str()) {
-                continue;
-            }
-            names.push(&s.name);
-            let needs = 50.0 + width_of(&s.name);
-            if x > 16.0 && x + needs > width {
-                (x, y) = (16.0, y + 18.0);
-            }
-            let (role, ..) = style_of(s.role);
-            let (name, swatch) = (escape(&s.name), swatch(s, &panel.series[..i]));
-            put!(
-                out,
-                "<g class=\"entry {role}\" data-name=\"{name}\" transform=\"translate({} {y})\"><g>{swatch}</g><text x=\"32\">{name}</text></g>",
-                r(x)
-            );
-            x += needs;
+fn legend(figure: &Figure, top: f64) -> (Markup, f64) {
+    let (mut entries, mut names) = (String::new(), Vec::<&String>::new());
+    let (mut x, mut y) = (16.0, top + 18.0);
+    for s in figure.panels.iter().flat_map(|p| &p.series) {
+        if !s.has_values() || s.role == Role::Guide || names.contains(&&s.name) {
+            continue;
         }
+        names.push(&s.name);
+        let needs = 50.0 + width_of(&s.name);
+        if x > 16.0 && x + needs > WIDTH {
+            (x, y) = (16.0, y + 18.0);
+        }
+        let entry = html! {
+            g class={ "entry " (style_of(s.role).0) } data-name=(s.name) transform=(translate(x, y)) {
+                g { (swatch(s)) }
+                text x="32" { (s.name) }
+            }
+        };
+        entries += &entry.into_string();
+        x += needs;
     }
-    let bottom = if names.is_empty() { 4.0 } else { y + 6.0 };
-    (out + "</g>", bottom)
+    let bottom = if names.is_empty() { top + 4.0 } else { y + 6.0 };
+    (html! { g.legend { (PreEscaped(entries)) } }, bottom)
 }
 
-/// How a series looks; `below` are those under it.
-fn swatch(s: &Series, below: &[Series]) -> String {
-    const BOX: &str = "M0-9h24v10H0z";
+/// How a series looks.
+fn swatch(s: &Series) -> Markup {
+    const AREA: &str = "M0-9h24v10H0z";
     match s.mark {
-        Mark::Line | Mark::Rule => format!("<path class=\"{}\" d=\"M0-4h24\"/>", line_class(s)),
-        Mark::Points => symbol(s, "translate(12 -4)"),
-        Mark::Columns => format!("<path class=\"f column\" d=\"{BOX}\"/>"),
-        Mark::Shade => format!("<path class=\"f\" d=\"{BOX}\"/>"),
-        // A narrow band lies on a wide one and is darker there.
-        Mark::Band => {
-            let alike = |o: &&Series| o.mark == Mark::Band && o.role == s.role;
-            format!("<path class=\"f band\" d=\"{BOX}\"/>")
-                .repeat(1 + below.iter().filter(alike).count())
-        }
+        Mark::Line => html! { path.s d="M0-4h24" {} },
+        Mark::Points => html! { g transform="translate(12 -4)" { (symbol(s)) } },
+        Mark::Shade => html! { path.f d=(AREA) {} },
+        Mark::Band => html! { path.f.band d=(AREA) {} },
     }
 }
 
-/// Panels one below the other over one x axis, from `top` on; returns where they end.
-fn column(out: &mut String, panels: &[Panel], width: f64, top: f64) -> f64 {
+/// Panels one below the other over one x axis, from `top` on, and where they end.
+fn column(panels: &[Panel], width: f64, top: f64) -> (Markup, f64) {
     let ys: Vec<View> = panels.iter().map(View::of_y).collect();
     let margins = panels.iter().zip(&ys).map(|(p, y)| match p.y.scale {
         Scale::Hidden => 16.0,
@@ -213,20 +194,20 @@ fn column(out: &mut String, panels: &[Panel], width: f64, top: f64) -> f64 {
     // Half of the last tick's label may stand over the end.
     let hidden = panels.iter().all(|p| p.x.scale == Scale::Hidden);
     let length = width - left - if hidden { 16.0 } else { 22.0 };
-    let x = View::of_x(panels, length);
-    let mut at = top;
+    let shared = View::of_x(panels, length);
+    let (mut body, mut bottom) = (String::new(), top);
     for (i, (panel, mut y)) in panels.iter().zip(ys).enumerate() {
-        if !panel.title.is_empty() {
-            at += 20.0;
-        }
-        y.length = match panel.equal {
-            Some(aspect) => (length * aspect.clamp(0.1, 2.0)).round(),
-            None if width < WIDTH => 220.0,
-            None if panels.len() > 1 => 130.0,
-            None => 250.0,
+        let mut x = shared;
+        y.length = if panel.equal {
+            length.round()
+        } else if width < WIDTH {
+            220.0
+        } else if panels.len() > 1 {
+            130.0
+        } else {
+            250.0
         };
-        let mut x = x;
-        if panel.equal.is_some() {
+        if panel.equal {
             let unit = ((x.high - x.low) / x.length).max((y.high - y.low) / y.length);
             for view in [&mut x, &mut y] {
                 let middle = view.low / 2.0 + view.high / 2.0;
@@ -234,25 +215,25 @@ fn column(out: &mut String, panels: &[Panel], width: f64, top: f64) -> f64 {
                 (view.low, view.high) = (middle - half, middle + half);
             }
         }
-        let height = y.length;
         let last = i + 1 == panels.len();
-        Plot {
-            panel,
-            left,
-            top: at,
-            x,
-            y,
-            last,
-        }
-        .draw(out);
-        at += height;
-        at += if last {
+        let top = bottom + if panel.title.is_empty() { 0.0 } else { 20.0 };
+        let below = if last {
             room_below(&panel.x, length)
         } else {
             12.0
         };
+        bottom = top + y.length + below;
+        let plot = Plot {
+            panel,
+            left: r(left),
+            top: r(top),
+            x,
+            y,
+            last,
+        };
+        body += &plot.draw().into_string();
     }
-    at + 4.0
+    (PreEscaped(body), bottom + 4.0)
 }
 
 /// The part of an axis that is shown, on `length` dots.
@@ -274,27 +255,25 @@ impl View {
 
     fn of_y(panel: &Panel) -> View {
         let values = panel.series.iter().flat_map(|s| [&s.y, &s.low, &s.high]);
-        let columns = panel.series.iter().any(|s| s.mark == Mark::Columns);
-        let zero = columns.then_some(&0.0);
-        View::new(&panel.y, values.flatten().chain(zero), 0.06)
+        View::new(&panel.y, values.flatten(), 0.06)
     }
 
     /// From the smallest to the largest finite value, `pad` of the span wider.
     fn new<'a>(axis: &'a Axis, values: impl Iterator<Item = &'a f64>, pad: f64) -> View {
-        let values = values.chain(&axis.include).filter(|v| v.is_finite());
-        let (low, high) = extent(values.map(|v| v.clamp(-MAX_DRAWN, MAX_DRAWN)));
-        let (mut low, mut high) = if let Scale::Names(names) = &axis.scale {
-            (-0.5, names.len().max(1) as f64 - 0.5)
+        let values = values.chain(&axis.include).copied();
+        let (mut low, mut high) = extent(values.filter(|v| v.abs() < MAX_DRAWN));
+        if let Scale::Names(names) = &axis.scale {
+            (low, high) = (-0.5, names.len().max(1) as f64 - 0.5);
         } else if low > high {
-            (0.0, 1.0)
+            (low, high) = (0.0, 1.0);
         } else if high - low <= 1e-12 * low.abs().max(high.abs()) {
             // A constant stands in the middle; so does what differs by rounding only.
             let half = if low == 0.0 { 1.0 } else { 0.05 * low.abs() };
-            (low - half, high + half)
+            (low, high) = (low - half, high + half);
         } else {
             let pad = pad * (high - low);
-            (low - pad, high + pad)
-        };
+            (low, high) = (low - pad, high + pad);
+        }
         if let Some([from, to]) = axis.within.filter(|[from, to]| *from < high && *to > low) {
             (low, high) = (low.max(from), high.min(to));
         }
@@ -346,82 +325,78 @@ struct Plot<'a> {
 }
 
 impl Plot<'_> {
-    fn draw(&self, out: &mut String) {
-        let Plot { panel, x, y, .. } = self;
-        let (left, top, width, height) = (r(self.left), r(self.top), r(x.length), y.length);
-        out.push_str("<g class=\"panel\"");
+    fn draw(&self) -> Markup {
+        let Plot {
+            panel,
+            left,
+            top,
+            x,
+            y,
+            ..
+        } = self;
+        let (width, height) = (r(x.length), y.length);
         let linear = |axis: &Axis| axis.scale == Scale::Linear;
-        if linear(&panel.x) && linear(&panel.y) && panel.equal.is_none() {
-            put!(
-                out,
-                " data-plot=\"{left} {top} {width} {height}\" data-view=\"{} {} {} {}\" data-title=\"{}\" data-x=\"{}\" data-unit=\"{}\"",
-                x.low,
-                x.high,
-                y.low,
-                y.high,
-                escape(&panel.title),
-                escape(&axis_name(&panel.x)),
-                escape(&panel.y.unit)
-            );
-        }
-        out.push('>');
-        text(out, "panel-title", left, top - 6.0, "start", &panel.title);
-        let place = format!("x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"");
-        if panel.x.scale != Scale::Hidden {
-            self.axes(out);
-            put!(out, "<rect class=\"frame\" {place}/>");
-        }
-        put!(out, "<svg class=\"plot\" {place} overflow=\"hidden\">");
-        let mut taken = self.symbols();
+        let reads = linear(&panel.x) && linear(&panel.y) && !panel.equal;
+        let plot = format!("{left} {top} {width} {height}");
+        let view = format!("{} {} {} {}", x.low, x.high, y.low, y.high);
         let series: Vec<&Series> = panel.series.iter().filter(|s| s.has_values()).collect();
-        for s in &series {
-            self.series(out, s, &mut taken);
+        let mut taken = Vec::new();
+        html! {
+            g.panel data-plot=[reads.then_some(plot)] data-view=[reads.then_some(view)]
+                data-title=[reads.then_some(&panel.title)]
+                data-x=[reads.then(|| axis_name(&panel.x))]
+                data-unit=[reads.then_some(&panel.y.unit)] {
+                (text("panel-title", *left, top - 6.0, "start", &panel.title))
+                @if panel.x.scale != Scale::Hidden {
+                    (self.axes())
+                    rect.frame x=(left) y=(top) width=(width) height=(height) {}
+                }
+                svg.plot x=(left) y=(top) width=(width) height=(height) overflow="hidden" {
+                    @for s in &series { (self.series(s, &mut taken)) }
+                    @if series.is_empty() {
+                        (text("minor", width / 2.0, height / 2.0 + 4.0, "middle", "no values"))
+                    }
+                }
+            }
         }
-        if series.is_empty() {
-            let (x, y) = (width / 2.0, height / 2.0 + 4.0);
-            text(out, "minor", x, y, "middle", "no values");
-        }
-        out.push_str("</svg></g>");
     }
 
     /// Grid, ticks and names of the axes.
-    fn axes(&self, out: &mut String) {
-        let Plot { panel, x, y, .. } = self;
-        let (left, top, bottom) = (r(self.left), r(self.top), self.top + y.length);
+    fn axes(&self) -> Markup {
+        let Plot {
+            panel,
+            left,
+            top,
+            x,
+            y,
+            last,
+        } = self;
+        let (bottom, middle) = (top + y.length, r(top + y.length / 2.0));
         let hang = matches!(&panel.x.scale, Scale::Names(names) if names_hang(names, x.length));
-        out.push_str("<g class=\"ticks tx\">");
-        for (value, label) in x.ticks(&panel.x) {
-            let at = r(left + x.at(value));
-            put!(out, "<path d=\"M{at} {top}v{}\"/>", y.length);
-            if self.last && hang {
-                let (x, y, label) = (r(at + 3.0), r(bottom + 11.0), escape(&label));
-                put!(
-                    out,
-                    "<text class=\"minor\" x=\"{x}\" y=\"{y}\" text-anchor=\"end\" transform=\"rotate(-50 {x} {y})\">{label}</text>"
-                );
-            } else if self.last {
-                text(out, "minor", at, bottom + 15.0, "middle", &label);
+        let name_at = bottom + room_below(&panel.x, x.length) - 4.0;
+        html! {
+            g.ticks.tx {
+                @for (at, label) in x.ticks(&panel.x).iter().map(|(v, l)| (r(left + x.at(*v)), l)) {
+                    path d={ "M" (at) " " (top) "v" (y.length) } {}
+                    @if *last && hang {
+                        text.minor text-anchor="end"
+                            transform={ (translate(at + 3.0, bottom + 11.0)) " rotate(-50)" } { (label) }
+                    } @else if *last {
+                        (text("minor", at, bottom + 15.0, "middle", label))
+                    }
+                }
+            }
+            g.ticks.ty {
+                @for (at, label) in y.ticks(&panel.y).iter().map(|(v, l)| (r(bottom - y.at(*v)), l)) {
+                    path d={ "M" (left) " " (at) "h" (r(x.length)) } {}
+                    (text("minor", left - 6.0, at + 4.0, "end", label))
+                }
+            }
+            @if *last { (text("name", left + x.length / 2.0, name_at, "middle", &axis_name(&panel.x))) }
+            text text-anchor="middle" transform={ (translate(13.0, middle)) " rotate(-90)" } {
+                (axis_name(&panel.y))
             }
         }
-        out.push_str("</g><g class=\"ticks ty\">");
-        for (value, label) in y.ticks(&panel.y) {
-            let at = r(bottom - y.at(value));
-            put!(out, "<path d=\"M{left} {at}h{}\"/>", r(x.length));
-            text(out, "minor", left - 6.0, at + 4.0, "end", &label);
-        }
-        out.push_str("</g>");
-        if self.last {
-            let (at, name) = (
-                bottom + room_below(&panel.x, x.length) - 4.0,
-                axis_name(&panel.x),
-            );
-            text(out, "name", left + x.length / 2.0, at, "middle", &name);
-        }
-        let (middle, name) = (r(top + y.length / 2.0), escape(&axis_name(&panel.y)));
-        put!(
-            out,
-            "<text x=\"13\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 13 {middle})\">{name}</text>"
-        );
     }
 
     /// Dots of the plot, in which y runs down.
@@ -432,68 +407,53 @@ impl Plot<'_> {
         (x.is_finite() && y.is_finite()).then_some((x, y))
     }
 
-    fn series(&self, out: &mut String, s: &Series, taken: &mut Vec<[f64; 4]>) {
-        let (role, ..) = style_of(s.role);
-        let name = escape(&s.name);
-        let mark = match s.mark {
-            Mark::Line => "line",
-            Mark::Band => "band",
-            _ => "",
+    fn series(&self, s: &Series, taken: &mut Vec<[f64; 4]>) -> Markup {
+        let places = || s.x.iter().zip(&s.y).map(move |(x, y)| self.place(*x, *y));
+        let (mark, class, path) = match s.mark {
+            Mark::Line => ("line", "s", path(places())),
+            Mark::Band => ("band", "f band", self.band(s)),
+            Mark::Points => ("points", "s", self.bars(s)),
+            Mark::Shade => ("shade", "f", self.intervals(s)),
         };
-        put!(
-            out,
-            "<g class=\"series {role}\" data-name=\"{name}\" data-mark=\"{mark}\"><title>{name}</title><g class=\"data\">"
-        );
-        let mut points = String::new();
-        let (class, path) = match s.mark {
-            Mark::Line => {
-                let places = s.x.iter().zip(&s.y).map(|(x, y)| self.place(*x, *y));
-                (line_class(s), path(places))
+        let points = places().enumerate().filter(|_| s.mark == Mark::Points);
+        html! {
+            g class={ "series " (style_of(s.role).0) } data-name=(s.name) data-mark=(mark) {
+                title { (s.name) }
+                g.data { path class=(class) d=(path) {} }
+                @for (i, (x, y)) in points.filter_map(|(i, place)| Some((i, place?))) {
+                    g.at transform=(translate(x, y)) {
+                        title { (self.hint(s, i)) }
+                        @if s.role != Role::Guide { (symbol(s)) }
+                        (self.label(s, i, (x, y), taken))
+                    }
+                }
             }
-            Mark::Band => ("f band", self.band(s)),
-            Mark::Points => ("s", self.points(s, &mut points, taken)),
-            Mark::Columns => ("f column", self.columns(s, out)),
-            Mark::Rule => {
-                let levels = s.y.iter().filter_map(|y| self.place(self.x.low, *y));
-                let rules = levels.map(|(_, y)| format!("M0 {}h{}", r(y), r(self.x.length)));
-                (line_class(s), rules.collect())
-            }
-            Mark::Shade => ("f", self.intervals(s)),
-        };
-        put!(
-            out,
-            "<path class=\"{class}\" d=\"{path}\"/></g>{points}</g>"
-        );
+        }
     }
 
-    /// What hovering over a value shows: the series, where it is, value and half of its bar.
+    /// What hovering over a point shows: the series, where it is, value and half of its bar.
     fn hint(&self, s: &Series, i: usize) -> String {
-        let (x, y) = (&self.panel.x, &self.panel.y);
-        let log = |axis: &Axis, v: f64| match axis.scale {
+        let Panel { x, y, .. } = self.panel;
+        if s.role == Role::Guide || self.panel.equal {
+            return s.labels.get(i).unwrap_or(&s.name).clone();
+        }
+        let number = |axis: &Axis, v: f64| match axis.scale {
             Scale::Log => format!("{:.2e}", 10_f64.powf(v)),
             _ => fixed(v, decimals_for((self.y.high - self.y.low) / 100.0)),
         };
         let at = match (&x.scale, s.labels.get(i)) {
             (_, Some(label)) => label.clone(),
             (Scale::Names(names), _) => names.get(i).cloned().unwrap_or_default(),
-            (Scale::Log, _) => format!("{} {} {}", x.label, log(x, s.x[i]), x.unit),
-            _ => s.name.clone(),
+            _ => format!("{} {} {}", x.label, number(x, s.x[i]), x.unit),
         };
-        if y.scale == Scale::Hidden || s.role == Role::Guide || self.panel.equal.is_some() {
-            return escape(&at);
-        }
-        let bar = match (s.low.get(i), s.high.get(i)) {
-            (Some(low), Some(high)) if (high - low).is_finite() => {
-                format!(" ± {}", log(y, (high - low) / 2.0))
-            }
-            _ => String::new(),
-        };
-        escape(&format!(
-            "{}, {at}: {}{bar} {}",
-            s.name,
-            log(y, s.y[i]),
-            y.unit
-        ))
+        let half = s
+            .low
+            .get(i)
+            .zip(s.high.get(i))
+            .map(|(low, high)| (high - low) / 2.0);
+        let half = half.filter(|half| half.is_finite());
+        let bar = half.map_or(String::new(), |half| format!(" ± {}", number(y, half)));
+        format!("{}, {at}: {}{bar} {}", s.name, number(y, s.y[i]), y.unit)
     }
 
     /// One of a single sample is seen, too.
@@ -524,108 +484,44 @@ impl Plot<'_> {
         pieces.map(outline).collect()
     }
 
-    /// Columns of several series stand beside each other. Written to `out`, each with its value.
-    fn columns(&self, s: &Series, out: &mut String) -> String {
-        let columns = self.panel.series.iter().filter(|o| o.mark == Mark::Columns);
-        let names: Vec<&str> = columns.map(|o| o.name.as_str()).collect();
-        let index = names.iter().position(|n| *n == s.name).unwrap_or(0) as f64;
-        let count = names.len().max(1) as f64;
-        let width = (0.7 * (self.x.at(1.0) - self.x.at(0.0)) / count).max(0.5);
-        for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
-            if let (Some((x, y)), Some((_, zero))) = (self.place(*x, *y), self.place(*x, 0.0)) {
-                let (left, wide) = (r(x + width * (index - count / 2.0)), r(width));
-                let (top, height, hint) = (r(y.min(zero)), r((y - zero).abs()), self.hint(s, i));
-                put!(
-                    out,
-                    "<path class=\"f column\" d=\"M{left} {top}h{wide}v{height}h-{wide}z\"><title>{hint}</title></path>"
-                );
-            }
-        }
-        String::new()
-    }
-
-    /// Writes the points to `out`; returns the path of their bars.
-    fn points(&self, s: &Series, out: &mut String, taken: &mut Vec<[f64; 4]>) -> String {
-        let mut bars = String::new();
-        let guide = s.role == Role::Guide;
-        for (i, (x, y)) in s.x.iter().zip(&s.y).enumerate() {
-            let Some((px, py)) = self.place(*x, *y) else {
-                continue;
-            };
-            let (rx, ry) = (r(px), r(py));
-            let end = |ends: &[f64]| Some(self.place(*x, *ends.get(i)?)?.1);
-            if let Some((low, high)) = end(&s.low).zip(end(&s.high)) {
-                put!(bars, "M{rx} {}V{}", r(high), r(low));
-            }
-            put!(
-                out,
-                "<g class=\"at\" transform=\"translate({rx} {ry})\"><title>{}</title>",
-                self.hint(s, i)
-            );
-            if !guide {
-                out.push_str(&symbol(s, ""));
-            }
-            let label = s.labels.get(i).map_or("", String::as_str);
-            let (places, class) = if guide {
-                (&ON[..], "minor halo")
-            } else {
-                (&BESIDE[..], "halo")
-            };
-            // Poses of one name lie at one place.
-            let again = !guide && s.labels[..i.min(s.labels.len())].iter().any(|l| l == label);
-            if !label.is_empty() && s.labels.len() <= MAX_LABELLED && !again {
-                self.label(out, class, label, (px, py), places, taken);
-            }
-            out.push_str("</g>");
-        }
-        bars
-    }
-
-    /// What the symbols of points cover.
-    fn symbols(&self) -> Vec<[f64; 4]> {
-        let points = self.panel.series.iter();
-        let points = points.filter(|s| s.mark == Mark::Points && s.role != Role::Guide);
-        let places = points.flat_map(|s| s.x.iter().zip(&s.y));
-        let places = places.filter_map(|(x, y)| self.place(*x, *y));
-        places
-            .map(|(x, y)| [x - 4.0, y - 5.0, x + 4.0, y + 5.0])
+    /// Bars of points.
+    fn bars(&self, s: &Series) -> String {
+        let bar = |((x, low), high): ((&f64, &f64), &f64)| {
+            let ((x, low), (_, high)) = (self.place(*x, *low)?, self.place(*x, *high)?);
+            Some(format!("M{} {}V{}", r(x), r(high), r(low)))
+        };
+        s.x.iter()
+            .zip(&s.low)
+            .zip(&s.high)
+            .filter_map(bar)
             .collect()
     }
 
-    /// Writes a text about a point at the first of the places where it covers nothing; there it
-    /// covers what others must not.
-    fn label(
-        &self,
-        out: &mut String,
-        class: &str,
-        label: &str,
-        (x, y): (f64, f64),
-        places: &[Place],
-        taken: &mut Vec<[f64; 4]>,
-    ) {
-        for (dx, dy, anchor, before) in places {
-            let from = x + dx - before * width_of(label);
-            let [x0, y0, x1, y1] = [from, y + dy - 9.0, from + width_of(label), y + dy + 2.0];
+    /// The text of a point, right of it or left, where it covers no other; there it covers what
+    /// others must not. That of a guide stands on its place.
+    fn label(&self, s: &Series, i: usize, (x, y): (f64, f64), taken: &mut Vec<[f64; 4]>) -> Markup {
+        let label = s.labels.get(i).map_or("", String::as_str);
+        if s.labels.len() > MAX_LABELLED {
+            return Markup::default();
+        }
+        // Where it begins, its anchor, and what part of it lies before that.
+        let places: &[(f64, &str, f64)] = match s.role {
+            Role::Guide => &[(0.0, "middle", 0.5)],
+            _ => &[(7.0, "start", 0.0), (-7.0, "end", 1.0)],
+        };
+        for (dx, anchor, before) in places {
+            let x0 = x + dx - before * width_of(label);
+            let [x1, y0, y1] = [x0 + width_of(label), y - 5.0, y + 6.0];
             let inside = x0 >= 0.0 && y0 >= 0.0 && x1 <= self.x.length && y1 <= self.y.length;
             let apart = |t: &[f64; 4]| x1 <= t[0] || x0 >= t[2] || y1 <= t[1] || y0 >= t[3];
             if inside && taken.iter().all(apart) {
                 taken.push([x0, y0, x1, y1]);
-                return text(out, class, *dx, *dy, anchor, label);
+                return text("minor halo", *dx, 4.0, anchor, label);
             }
         }
+        Markup::default()
     }
 }
-
-/// A text about a point: right and down by, anchor, and what part of it lies before that.
-type Place = (f64, f64, &'static str, f64);
-
-const ON: [Place; 1] = [(0.0, 4.0, "middle", 0.5)];
-const BESIDE: [Place; 4] = [
-    (7.0, 4.0, "start", 0.0),
-    (-7.0, 4.0, "end", 1.0),
-    (0.0, -8.0, "middle", 0.5),
-    (0.0, 16.0, "middle", 0.5),
-];
 
 /// A line through places; it breaks where there is none. A lone place is a dot. Steps are half as
 /// long to write as places; they lead from one rounded place to the next, so errors do not add up.
@@ -633,11 +529,11 @@ fn path(places: impl Iterator<Item = Option<(f64, f64)>>) -> String {
     let (mut path, mut last, mut length) = (String::new(), (0.0, 0.0), 0);
     for place in places.chain([None]) {
         if let Some((x, y)) = place.map(|(x, y)| (r(x), r(y))) {
-            if length == 0 {
-                put!(path, "M{x} {y}");
-            } else {
-                put!(path, "l{} {}", r(x - last.0), r(y - last.1));
-            }
+            // Writing to a string cannot fail.
+            let _ = match length {
+                0 => write!(path, "M{x} {y}"),
+                _ => write!(path, "l{} {}", r(x - last.0), r(y - last.1)),
+            };
             (last, length) = ((x, y), length + 1);
         } else {
             path.push_str(if length == 1 { "h.01" } else { "" });
@@ -647,42 +543,24 @@ fn path(places: impl Iterator<Item = Option<(f64, f64)>>) -> String {
     path
 }
 
-/// Total variation of a line, in units of its range, above which it is noise, which dashes would
-/// tear to pieces: it is drawn solid.
-const MAX_DASHED_VARIATION: f64 = 40.0;
-
-fn line_class(s: &Series) -> &'static str {
-    let (low, high) = extent(s.y.iter().copied());
-    let steps = s.y.windows(2).map(|y| (y[1] - y[0]).abs());
-    let variation: f64 = steps.filter(|step| step.is_finite()).sum();
-    if variation > MAX_DASHED_VARIATION * (high - low) {
-        "s"
-    } else {
-        "s l"
-    }
-}
-
 /// An outline is filled with the paper, so that lines below do not run through it.
-fn symbol(s: &Series, transform: &str) -> String {
+fn symbol(s: &Series) -> Markup {
     let (_, symbol, hollow) = style_of(s.role);
     let class = if hollow { "s hollow" } else { "f" };
-    let symbol = s.symbol.unwrap_or(symbol);
-    match transform {
-        "" => format!("<path class=\"{class}\" d=\"{symbol}\"/>"),
-        moved => format!("<path class=\"{class}\" d=\"{symbol}\" transform=\"{moved}\"/>"),
-    }
+    html! { path class=(class) d=(s.symbol.unwrap_or(symbol)) {} }
 }
 
 /// Nothing for an empty text.
-fn text(out: &mut String, class: &str, x: f64, y: f64, anchor: &str, content: &str) {
-    if content.is_empty() {
-        return;
+fn text(class: &str, x: f64, y: f64, anchor: &str, content: &str) -> Markup {
+    html! {
+        @if !content.is_empty() {
+            text class=(class) x=(r(x)) y=(r(y)) text-anchor=(anchor) { (content) }
+        }
     }
-    let (x, y, content) = (r(x), r(y), escape(content));
-    put!(
-        out,
-        "<text class=\"{class}\" x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\">{content}</text>"
-    );
+}
+
+fn translate(x: f64, y: f64) -> String {
+    format!("translate({} {})", r(x), r(y))
 }
 
 /// `velocity, m/s`.
@@ -726,24 +604,8 @@ fn r(v: f64) -> f64 {
     (100.0 * v).round() / 100.0
 }
 
-/// Without the control characters that XML does not allow; file names may have any.
-fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\0'..' ' | '\u{7f}' | '\u{fffe}' | '\u{ffff}' => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 /// Round values between `from` and `to`, about `most` of them, with labels.
-pub(super) fn ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
+fn ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
     let raw = (to - from) / most.max(1) as f64;
     let power = 10_f64.powf(raw.log10().floor());
     let mut steps = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter();
@@ -786,23 +648,18 @@ fn log_ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
     };
     let first = (from / f64::from(step)).floor() as i32 * step;
     let powers = (first..=to.floor() as i32).step_by(step as usize);
-    let ticks = powers.flat_map(|p| {
-        mantissas
-            .iter()
-            .map(move |m| (f64::from(p) + m.log10(), log_label(*m, p)))
-    });
+    let tick = |p: i32, m: f64| {
+        let text = match p {
+            -3..=4 => label(m * 10_f64.powi(p), usize::try_from(-p).unwrap_or(0)),
+            _ => format!("{m}e{p}").replace('-', "−"),
+        };
+        (f64::from(p) + m.log10(), text)
+    };
+    let ticks = powers.flat_map(|p| mantissas.iter().map(move |m| (p, *m)));
+    let ticks = ticks.map(|(p, m)| tick(p, m));
     ticks
         .filter(|(v, _)| (from - 1e-9..=to + 1e-9).contains(v))
         .collect()
-}
-
-/// A number of one digit times a power of ten.
-fn log_label(mantissa: f64, power: i32) -> String {
-    if (-3..=4).contains(&power) {
-        let decimals = usize::try_from(-power).unwrap_or(0);
-        return format!("{:.decimals$}", mantissa * 10_f64.powi(power));
-    }
-    format!("{mantissa}e{power}").replace('-', "−")
 }
 
 #[cfg(test)]
@@ -845,7 +702,7 @@ mod tests {
     #[test]
     fn paths_are_short_and_break() {
         let text = drawn(vec![0.0, 1.0, f64::NAN, 0.5, f64::NAN, 0.0]);
-        let path = text.split("<path class=\"s l\" d=\"").last().unwrap();
+        let path = text.split("<path class=\"s\" d=\"").last().unwrap();
         let path = path.split('"').next().unwrap();
         assert_eq!(path.matches('M').count(), 3, "{path}");
         assert_eq!(
@@ -880,7 +737,7 @@ mod tests {
         let labels = (0..7).map(|i| format!("pose {i}")).collect();
         let points = Series::points("pose", Role::X, x, y).labelled(labels);
         let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", "")).with(points);
-        let text = inline(&Figure::new("e", "E", "").with(panel)).concat();
+        let text = inline(&Figure::new("e", "E", "").with(panel));
         // Lone points have theirs; of those on one another as many as find room.
         let shown = |i: usize| text.contains(&format!(">pose {i}</text>"));
         assert!(shown(0) && shown(6) && (1..6).any(shown) && !(1..6).all(shown));

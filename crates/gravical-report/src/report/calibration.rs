@@ -3,13 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::document::{
-    self, Block, Cell, Column, Document, KeyFigure, Row, Section, Snippet, Table, Verdict,
-};
+use crate::document::{self, Block, Cell, Column, Document, Row, Section, Snippet, Table, Verdict};
 use crate::figure::Figure;
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind, PoseResult, ReferenceSource, Source,
+    PoseKind, Source,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -18,10 +16,10 @@ use gravical::numfmt::{
 };
 use gravical::poses::face::in_words;
 
-use super::placements::{directions, placements};
+use super::placements::{next_poses, placements};
 use super::provenance::Provenance;
 use super::temperature::drift;
-use super::{named, short_name};
+use super::{XYZ, gravity_source, named, short_name};
 
 /// The document of a calibration, with its figures
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
@@ -31,33 +29,31 @@ pub fn calibration<'a>(
     saved: Option<&Path>,
     figures: &'a [Figure],
 ) -> Document<'a> {
-    let a = &file.accelerometer;
     let figure = |id, title, name| Section::new(id, title).figures(named(figures, &[name]));
-    let mut document = Document {
+    let placed = !file.accelerometer.poses.is_empty();
+    let poses = placed.then(|| placements(file).figures(named(figures, &["residuals"])));
+    let next = placed.then(|| next_poses(file).figures(named(figures, &["sphere"])));
+    Document {
         subject: subject(file),
         verdict: Some(verdict(file, saved)),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
-    .with(parameters(file))
+    .with(accelerometer(file))
     .with(file.gyroscope.as_ref().map(gyroscope))
-    .with(figure("magnitude", "Magnitude at rest", "norm"));
-    if !a.poses.is_empty() {
-        document = document
-            .with(placements(file).figures(named(figures, &["residuals"])))
-            .with(directions(file, named(figures, &["sphere", "tilt"])));
-    }
-    document
-        .with(figure("captures", "Recorded poses", "captures"))
-        .with(figure("noise", "Noise", "noise"))
-        .with(temperature(file, named(figures, &["temperature"])))
-        .with(method(file))
-        .with_findings(&file.findings, file.inputs.len() > 1)
-        .with_provenance(&Provenance {
-            tool: &file.tool,
-            command: file.command.as_deref(),
-            created: &file.created,
-            inputs: &file.inputs,
-        })
+    .with(figure("magnitude", "Magnitude at rest", "norm"))
+    .with(poses)
+    .with(next)
+    .with(figure("captures", "Recorded poses", "captures"))
+    .with(figure("noise", "Noise", "noise"))
+    .with(temperature(file, named(figures, &["temperature"])))
+    .with(method(file))
+    .with_findings(&file.findings, file.inputs.len() > 1)
+    .with_provenance(&Provenance {
+        tool: &file.tool,
+        command: file.command.as_deref(),
+        created: &file.created,
+        inputs: &file.inputs,
+    })
 }
 
 /// " of board 3 (MPU6050)", or the file name.
@@ -79,77 +75,44 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         [one] => short_name(&one.path),
         several => format!("{} files", several.len()),
     };
-    let gravity = match file.gravity_source {
-        GravitySource::Given => "given",
-        GravitySource::Latitude => "from latitude",
-        GravitySource::Standard => "assumed",
-    };
-    let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
-        let how = words(&t.source);
-        format!(", tilt of the face poses {:.1}° ({how})", t.value)
-    });
-    let on_faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
-    let labels: BTreeSet<&str> = on_faces.clone().map(|p| p.label.as_str()).collect();
-    let faces = on_faces.count();
-    let free = count(a.poses.len() - faces, "free pose");
-    let on = match labels.len() {
-        6 => "six faces".to_owned(),
-        n => format!("{n} of six faces"),
-    };
-    let placed = match (faces, a.poses.len() - faces) {
-        (0, _) => free,
-        (_, 0) => format!("{faces} poses on {on}"),
-        _ => format!("{faces} poses on {on} and {free}"),
-    };
     let method = match a.method {
         Method::Ferraris => "Ferraris calibration",
         Method::Joint | Method::Unknown => "Calibration",
     };
+    let faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
+    let labels: BTreeSet<&str> = faces.clone().map(|p| p.label.as_str()).collect();
+    let (faces, labels) = (faces.count(), count(labels.len(), "face"));
+    let free = count(a.poses.len() - faces, "free pose");
+    let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
+        let how = words(&t.source);
+        format!(", tilt of the face poses {:.1}° ({how})", t.value)
+    });
     let g = match file.gravity_source {
         GravitySource::Latitude => format!("{:.5}", file.gravity_mps2),
         GravitySource::Given | GravitySource::Standard => file.gravity_mps2.to_string(),
     };
-    let unit = a.input_unit;
+    let (unit, source) = (a.input_unit, gravity_source(file.gravity_source));
     vec![
-        format!("{method} of {inputs}: {placed}"),
-        format!("raw in {unit}, g = {g} m/s² ({gravity}){tilt}"),
+        format!(
+            "{method} of {inputs}: {} on {labels}, {free}",
+            count(faces, "pose")
+        ),
+        format!("raw in {unit}, g = {g} m/s² ({source}){tilt}"),
     ]
 }
 
 fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
-    let a = &file.accelerometer;
     let grade = match file.verdict.grade {
         Grade::Good => document::Grade::Good,
         Grade::Fair => document::Grade::Fair,
         Grade::Poor => document::Grade::Poor,
         Grade::NotVerifiable => document::Grade::Unknown,
     };
-    let figures = [
-        (
-            a.worst_direction.map(|w| w.error_mps2),
-            "error of ‖a‖ in the worst direction (95 %)",
-        ),
-        (
-            a.predicted_norm_error_mps2,
-            "predicted error of ‖a‖ (1σ, over all directions)",
-        ),
-        (a.leave_one_out_rms_mps2, "leave-one-out error of ‖a‖ (rms)"),
-        (
-            a.undetected.as_ref().map(|u| u.effect_mps2),
-            "effect of an error of one pose that would not be detected",
-        ),
-    ];
-    let figures = figures.into_iter();
-    let figures = figures.filter_map(|(value, what)| Some(KeyFigure::new(mg(value?), "mg", what)));
+    let word = file.verdict.grade.to_string();
     Verdict {
         conclusion: conclusion(file),
-        figures: figures.collect(),
         next: next(file, saved),
-        ..Verdict::new(
-            grade,
-            &file.verdict.grade.to_string(),
-            &file.verdict.reasons,
-        )
+        ..Verdict::new(grade, &word, &file.verdict.reasons)
     }
 }
 
@@ -199,110 +162,190 @@ fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
     }
 }
 
-/// Table, matrices, equation, block to paste.
-fn parameters<'a>(file: &CalibrationFile) -> Section<'a> {
+/// Equation, table, matrices, block to paste.
+fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     let raw = &a.input_unit.to_string();
     let sd = a.deviations;
-    let row = |i: usize| {
-        let off = a.scale_deviation_percent.map(|d| d[i]);
-        Row::from([
-            Cell::text(["x", "y", "z"][i]),
-            // Without an uncertainty: the digits of the student report.
-            estimate(a.bias[i], sd.map(|d| d.bias[i]), decimals_of(a.scale[i], 6)),
-            estimate(
-                a.scale[i],
-                sd.map(|d| d.scale[i]),
-                decimals_of(a.scale[i], 7),
-            ),
-            Cell::maybe(off, |v| signed(v, 2)),
-        ])
-    };
-    let uncertain = if sd.is_some() { ", ± 1σ" } else { "" };
-    let table = Table::new(format!("Bias and scale{uncertain}"))
-        .columns([
-            "axis",
-            &format!("bias b, {raw}"),
-            &format!("scale K, {raw} per m/s²"),
-            "off nominal, %",
-        ])
-        .rows((0..3).map(row));
-    let section = Section::new("parameters", "Accelerometer")
+    let bias = (a.bias, sd.map(|d| d.bias));
+    let scale = (a.scale, sd.map(|d| d.scale));
+    let angles = sd.map(|d| {
+        let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
+        format!(
+            " Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°."
+        )
+    });
+    let code = export::snippets(file).map(|(language, fence, code)| Snippet {
+        language,
+        fence,
+        code,
+    });
+    Section::new("parameters", "Accelerometer")
         .with(Block::Equation(vec![
             "raw = K R a + b",
             "calibrated = matrix · (raw − b)",
         ]))
         .full(Block::paragraph(format!(
-            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
+            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹.{}",
+            angles.unwrap_or_default()
         )))
-        .with(table)
+        .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
         .with(matrices(
             &a.orientation,
             &a.matrix,
             &format!("matrix, m/s² per {raw}"),
-        ));
-    let section = match sd {
-        None => section,
-        Some(d) => {
-            let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
-            section.full(Block::paragraph(format!(
-                "Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°. The 95 % interval is ± 1.96 standard uncertainties."
-            )))
+        ))
+        .full(Block::Snippets(code.into()))
+}
+
+/// Equation, table, matrices, residuals.
+fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
+    let raw = &g.input_unit.to_string();
+    let how = match g.method {
+        GyroMethod::Turns => "From three known turns and the rests (Ferraris).",
+        GyroMethod::Motion => {
+            "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
         }
+        GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
-    section.full(Block::Snippets(
-        export::snippets(file)
-            .map(|(language, fence, code)| Snippet {
-                language,
-                fence,
-                code,
-            })
-            .into(),
-    ))
+    let (bias_sd, scale_sd) = g.deviations().unzip();
+    let section = Section::new("gyroscope", "Gyroscope")
+        .with(Block::Equation(vec![
+            "raw = K R ω + b + S a",
+            "calibrated = matrix · (raw − b − S a)",
+        ]))
+        .with(Block::paragraph(how))
+        .full(Block::paragraph(format!(
+            "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
+        )))
+        .with(bias_and_scale(
+            raw,
+            "rad/s",
+            (g.bias, bias_sd),
+            (g.scale, scale_sd.flatten()),
+            None,
+        ));
+    let section = match g.method {
+        GyroMethod::Bias => section,
+        _ => section.with(matrices(
+            &g.orientation,
+            &g.matrix,
+            &format!("matrix, rad/s per {raw}"),
+        )),
+    };
+    let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) else {
+        return section;
+    };
+    let left_out = g.leave_one_out_deg.map_or_else(
+        || "too few motions for leave-one-out".to_owned(),
+        |d| format!("leave-one-out {}°", digits(d, 2)),
+    );
+    section.with(Block::paragraph(format!(
+        "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
+        motions.used,
+        motions.left_out,
+        digits(residual, 2)
+    )))
+}
+
+/// Values along the axes, and their standard uncertainties.
+type Estimates = ([f64; 3], Option<[f64; 3]>);
+
+/// Bias and scale of a sensor with two digits of their uncertainties; without those with the digits
+/// of the student report.
+fn bias_and_scale(
+    raw: &str,
+    unit: &str,
+    bias: Estimates,
+    scale: Estimates,
+    off_nominal: Option<[f64; 3]>,
+) -> Table {
+    let estimate = |(values, sd): Estimates, i: usize, decimals: usize| {
+        let sd = sd.map(|sd| sd[i]);
+        let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
+        Cell::number(fixed(values[i], n)).plus_minus(sd, n)
+    };
+    let row = |i: usize| {
+        let cells = [
+            estimate(bias, i, decimals_of(scale.0[i], 6)),
+            estimate(scale, i, decimals_of(scale.0[i], 7)),
+        ];
+        let off = off_nominal.map(|off| Cell::number(signed(off[i], 2)));
+        Row::named(XYZ[i], cells.into_iter().chain(off))
+    };
+    let uncertain = if bias.1.is_some() { ", ± 1σ" } else { "" };
+    Table::new(format!("Bias and scale{uncertain}"))
+        .columns([
+            "axis",
+            &format!("bias b, {raw}"),
+            &format!("scale K, {raw} per {unit}"),
+        ])
+        .columns(off_nominal.map(|_| "off nominal, %"))
+        .rows((0..3).map(row))
+}
+
+/// R and the calibration matrix, side by side.
+fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
+    let text = power_of_ten(matrix);
+    let row = |i: usize| {
+        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
+        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
+        Row::named(XYZ[i], orientation.into_iter().chain(matrix))
+    };
+    Table::new("")
+        .columns([""])
+        .columns(Column::axes("R"))
+        .columns(Column::axes(name))
+        .rows((0..3).map(row))
+}
+
+/// Formats the elements of a matrix, with powers of ten if all are small.
+fn power_of_ten(matrix: &[[f64; 3]; 3]) -> impl Fn(f64) -> String {
+    let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    move |v| match v {
+        0.0 => "0".to_owned(),
+        v if largest < 0.1 => format!("{v:.6e}"),
+        v => fixed(v, decimals_of(largest, 6)),
+    }
 }
 
 fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
-    let seen = match &file.temperature_c {
-        Some(t) => format!(
-            "Temperature of the poses: {} °C on average, from {} to {} °C.",
-            fixed(t.mean, 1),
-            fixed(t.min, 1),
-            fixed(t.max, 1)
-        ),
-        None => "The recordings contain no temperature.".to_owned(),
-    };
-    let section = Section::new("temperature", "Temperature and time")
-        .full(Block::Paragraph(seen))
-        .figures(figures);
+    let mut section = Section::new("temperature", "Temperature").figures(figures);
+    if let Some(t) = &file.temperature_c {
+        section = section.full(Block::paragraph(format!(
+            "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",
+            t.mean, t.min, t.max
+        )));
+    }
     let Some(model) = &file.temperature_model else {
-        let unknown = "Drift with temperature was not measured.";
-        return section.full(Block::paragraph(unknown));
+        return section;
     };
     let section = drift(section, model);
     if !model.any_corrected() {
         return section;
     }
-    let how = match model.reference_source {
-        ReferenceSource::Session => "the mean of the poses",
-        ReferenceSource::Soak => "the middle of the temperature recording",
-    };
     section.with(Block::paragraph(format!(
-        "The drift is relative to {} °C, {how}. Outside the measured range the value at its limit is used.",
-        fixed(model.reference_c, 1)
+        "The drift is relative to {:.1} °C. Outside the measured range the value at its limit is used.",
+        model.reference_c
     )))
 }
 
-/// Method, assumptions, poses left out, uncertainty budget.
+/// Method and uncertainty budget.
 fn method<'a>(file: &CalibrationFile) -> Section<'a> {
-    let section = Section::new("method", "Method and uncertainty")
-        .full(Block::paragraph(how(file.accelerometer.method)))
-        .full(Block::List(assumptions(file)));
-    let rejected = rejected(file);
-    let section = if rejected.rows.is_empty() {
-        section.full(Block::paragraph("All poses were used in the fit."))
-    } else {
-        section.full(rejected)
-    };
+    let a = &file.accelerometer;
+    let fit = a.fit.as_ref();
+    let open = fit.filter(|fit| !fit.oriented).map(|_| {
+        " Too few faces determine the orientation in the case: the matrix is triangular by convention.".to_owned()
+    });
+    let agrees = fit.and_then(|fit| {
+        let (freedom, chi2) = (digits(fit.freedom, 3), digits(fit.chi2_per_freedom?, 2));
+        Some(format!(
+            " χ² per degree of freedom ({freedom} of them): {chi2}."
+        ))
+    });
+    let notes = [open, agrees].into_iter().flatten();
+    let text = notes.fold(how(a.method).to_owned(), |text, note| text + &note);
+    let section = Section::new("method", "Method and uncertainty").full(Block::Paragraph(text));
     match budget(file) {
         Some(table) => section.with(table),
         None => section,
@@ -322,80 +365,6 @@ fn how(method: Method) -> &'static str {
     }
 }
 
-fn assumptions(file: &CalibrationFile) -> Vec<String> {
-    let a = &file.accelerometer;
-    let mut lines = vec![format!(
-        "Local gravity is {} m/s²; an error of 0.1 % in it is an error of 0.1 % in the scale.",
-        fixed(file.gravity_mps2, 5)
-    )];
-    if let Some(tilt) = a.pose_tilt_deg {
-        lines.push(format!(
-            "The tilt of a face pose has a standard deviation of {}° in each of two directions.",
-            fixed(tilt.value, 1)
-        ));
-    }
-    if let Some(fit) = a.fit {
-        let prior = if fit.prior {
-            "Data sheet limits of scale, cross-axis terms and bias are used as weak prior knowledge."
-        } else {
-            "No data sheet limits are used."
-        };
-        lines.push(prior.to_owned());
-        if let Some(chi2) = fit.chi2_per_freedom {
-            lines.push(format!(
-                "χ² per degree of freedom ({} of them): {}.",
-                digits(fit.freedom, 3),
-                digits(chi2, 2)
-            ));
-        }
-        if let Some(bends) = a.bends {
-            let largest = bends.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
-            lines.push(format!(
-                "Nonlinear response, largest of the six terms: {} % of g at 1 g, not corrected.",
-                digits(100.0 * largest, 2)
-            ));
-        }
-        if fit.model_error_mps2 > 0.0 {
-            lines.push(format!(
-                "Model misfit beyond noise: {} mm/s², included in the uncertainty.",
-                digits(1e3 * fit.model_error_mps2, 2)
-            ));
-        }
-        if !fit.oriented {
-            lines.push("Too few faces determine the orientation in the case: the matrix is triangular by convention.".to_owned());
-        }
-    }
-    if a.fit.is_none() {
-        lines.push(format!(
-            "Degrees of freedom of the magnitudes: {}.",
-            a.degrees_of_freedom
-        ));
-    }
-    lines
-}
-
-/// Poses that were not used, with the reason.
-fn rejected(file: &CalibrationFile) -> Table {
-    let a = &file.accelerometer;
-    let row = |pose: &PoseResult| {
-        let reason = match pose.magnitude_error_mps2 {
-            _ if a.method == Method::Ferraris => {
-                "it is on no face, and ferraris uses face poses only".to_owned()
-            }
-            Some(error) => format!(
-                "reads {} mg off the magnitude that all others agree on",
-                signed(milli_g(error), 1)
-            ),
-            None => "it contradicts the others".to_owned(),
-        };
-        // With its lines: several poses may have one label.
-        Row::from([Cell::text(pose.called()), Cell::Text(reason)])
-    };
-    Table::new("Poses not used")
-        .columns(["pose", "reason"])
-        .rows(a.poses.iter().filter(|p| !p.fitted).map(row))
-}
-
 fn budget(file: &CalibrationFile) -> Option<Table> {
     let budget = file.accelerometer.budget.as_ref()?;
     // Digits according to the combined uncertainty.
@@ -406,155 +375,36 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
         Row::from([
             Cell::text(words(&part.source)),
             Cell::maybe(part.norm_mps2, mg),
-            Cell::Text(basis(part.source, file)),
+            Cell::text(basis(part.source)),
         ])
     });
-    let sum = |name: &str, value: f64, how: String| {
-        let value = Cell::number(mg(value));
-        Row::from([Cell::text(name), value, Cell::Text(how)]).sum()
+    let sum = |name: &str, value: f64, how: &str| {
+        Row::named(name, [Cell::number(mg(value)), Cell::text(how)])
     };
-    let squares = "root sum of squares".to_owned();
     let k = format!("k = {}", budget.coverage_factor);
     let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
         .columns(["source", "mg", "from"])
         .rows(parts)
-        .row(sum("combined", budget.combined_mps2, squares))
-        .row(sum("expanded", budget.expanded_mps2, k));
+        .row(sum("combined", budget.combined_mps2, "root sum of squares"))
+        .row(sum("expanded", budget.expanded_mps2, &k));
     Some(table)
 }
 
 /// What the value of a source rests on.
-fn basis(source: Source, file: &CalibrationFile) -> String {
-    let tilt = || {
-        file.accelerometer
-            .pose_tilt_deg
-            .map_or("no face poses".to_owned(), |t| {
-                format!("σ of {:.2}° in each of two components", t.value)
-            })
-    };
-    let text = match source {
+fn basis(source: Source) -> &'static str {
+    match source {
         Source::Noise => "standard errors of the means",
         Source::Quantisation => "steps of the converter",
         Source::ModelError => "deviation of the poses from the model, beyond their noise",
         Source::Nonlinearity => "response that the poses show, not corrected",
-        Source::PoseTilt => return tilt(),
+        Source::PoseTilt => "tilt of the face poses, in each of two components",
         Source::DataSheet => {
             "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the poses determine less"
         }
-        Source::NoiseAndTilt => return format!("standard errors of the means; {}", tilt()),
-        Source::LocalGravity => match file.gravity_source {
-            GravitySource::Given => "taken as exact: it was given",
-            GravitySource::Latitude => "anomalies of the field at that latitude",
-            GravitySource::Standard => "9.80665 m/s² assumed; 9.780 to 9.832 at sea level",
-        },
-        Source::Temperature => match &file.temperature_c {
-            None => "no temperature was recorded",
-            Some(t) => return format!("{:.1} to {:.1} °C during the session", t.min, t.max),
-        },
-    };
-    text.to_owned()
-}
-
-/// Parameters and residuals.
-fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
-    let raw = &g.input_unit.to_string();
-    let how = match g.method {
-        GyroMethod::Turns => "From three known turns and the rests (Ferraris).",
-        GyroMethod::Motion => {
-            "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
+        Source::NoiseAndTilt => "standard errors of the means, tilt of the face poses",
+        Source::LocalGravity => {
+            "none where given; anomalies at a latitude; 9.780 to 9.832 m/s² if assumed"
         }
-        GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
-    };
-    let (bias_sd, scale_sd) = g.deviations().unzip();
-    let scale_sd = scale_sd.flatten();
-    let row = |i: usize| {
-        let decimals = decimals_of(g.scale[i], 6);
-        Row::from([
-            Cell::text(["x", "y", "z"][i]),
-            estimate(g.bias[i], bias_sd.map(|sd| sd[i]), decimals),
-            estimate(g.scale[i], scale_sd.map(|sd| sd[i]), decimals),
-        ])
-    };
-    let table = Table::new("Bias and scale, ± 1σ")
-        .columns([
-            "axis",
-            &format!("bias b, {raw}"),
-            &format!("scale K, {raw} per rad/s"),
-        ])
-        .rows((0..3).map(row));
-    let matrix = matrices(
-        &g.orientation,
-        &g.matrix,
-        &format!("matrix, rad/s per {raw}"),
-    );
-    let section = Section::new("gyroscope", "Gyroscope")
-        .with(Block::Equation(vec![
-            "raw = K R ω + b + S a",
-            "calibrated = matrix · (raw − b − S a)",
-        ]))
-        .with(Block::paragraph(how))
-        .full(Block::paragraph(format!(
-            "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}."
-        )))
-        .with(table);
-    let mut section = if g.method == GyroMethod::Bias {
-        section.full(matrix)
-    } else {
-        section.with(matrix)
-    };
-    if g.g_sensitivity.iter().flatten().any(|v| *v != 0.0) {
-        // Known to a few per cent.
-        let text = power_of_ten(&g.g_sensitivity, 2);
-        let rows = ["x", "y", "z"].iter().zip(&g.g_sensitivity);
-        let rows = rows.map(|(axis, row)| Row::axes(axis, Some(*row), |_, v| text(v)));
-        let coupling = Table::new(format!("S, {raw} per m/s²"))
-            .columns([""])
-            .columns(Column::axes(""))
-            .rows(rows);
-        section = section.full(coupling);
-    }
-    if let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) {
-        let left_out = g.leave_one_out_deg.map_or_else(
-            || "too few motions for leave-one-out".to_owned(),
-            |d| format!("leave-one-out {}°", digits(d, 2)),
-        );
-        section = section.with(Block::paragraph(format!(
-            "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
-            motions.used,
-            motions.left_out,
-            digits(residual, 2)
-        )));
-    }
-    section
-}
-
-/// A parameter with two digits of its uncertainty; without one with these decimals.
-fn estimate(value: f64, sd: Option<f64>, decimals: usize) -> Cell {
-    let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
-    Cell::number(fixed(value, n)).plus_minus(sd, n)
-}
-
-/// R and the calibration matrix, side by side.
-fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
-    let text = power_of_ten(matrix, 6);
-    let row = |i: usize| {
-        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
-        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
-        Row::named(["x", "y", "z"][i], orientation.into_iter().chain(matrix))
-    };
-    Table::new("")
-        .columns([""])
-        .columns(Column::axes("R"))
-        .columns(Column::axes(name))
-        .rows((0..3).map(row))
-}
-
-/// Formats the elements of a matrix, with powers of ten if all are small.
-fn power_of_ten(matrix: &[[f64; 3]; 3], precision: usize) -> impl Fn(f64) -> String {
-    let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
-    move |v| match v {
-        0.0 => "0".to_owned(),
-        v if largest < 0.1 => format!("{v:.precision$e}"),
-        v => fixed(v, decimals_of(largest, 6)),
+        Source::Temperature => "its range during the session",
     }
 }

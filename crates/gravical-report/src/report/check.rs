@@ -1,11 +1,10 @@
 //! Report of a check of a calibration.
 
-use crate::document::{Cell, Column, Document, Grade, Row, Section, Table, Verdict};
-use gravical::calibration_file::GravitySource;
-use gravical::check::{Cause, CheckReport, GyroscopeCheck, Judgement, StillCheck, explain};
+use crate::document::{Cell, Document, Grade, Row, Section, Table, Verdict};
+use gravical::check::{Cause, CheckReport, Judgement, StillCheck};
 use gravical::numfmt::{fixed, milli_g, signed, words};
 
-use super::short_name;
+use super::{gravity_source, short_name};
 
 /// The document of a check.
 pub fn check(report: &CheckReport) -> Document<'static> {
@@ -15,27 +14,27 @@ pub fn check(report: &CheckReport) -> Document<'static> {
         several => format!("{} recordings", several.len()),
     };
     let stills = gravical::numfmt::count(report.static_intervals.len(), "static interval");
-    let gravity = match (report.gravity_of_calibration, report.gravity_source) {
-        (true, GravitySource::Standard) => "as assumed by the calibration",
-        (true, _) => "as in the calibration",
-        (false, GravitySource::Given) => "given",
-        (false, GravitySource::Latitude) => "from latitude",
-        (false, GravitySource::Standard) => "assumed",
+    let of_calibration = if report.gravity_of_calibration {
+        ", as in the calibration"
+    } else {
+        ""
     };
+    let gravity = gravity_source(report.gravity_source);
     Document {
         subject: vec![
             format!("{calibration} checked with {recordings}: {stills}"),
-            format!("g = {} m/s² ({gravity})", fixed(report.gravity_mps2, 5)),
+            format!(
+                "g = {} m/s² ({gravity}{of_calibration})",
+                fixed(report.gravity_mps2, 5)
+            ),
         ],
         verdict: Some(Verdict {
             next: next(report),
-            conclusion: (report.explanations.first()).map(|e| explain(e, report.gravity_mps2)),
             ..judged(&report.verdict)
         }),
         ..Document::new(format!("Check of {calibration}"))
     }
     .with(intervals(report))
-    .with(report.gyroscope.as_ref().map(gyroscope_at_rest))
     .with_findings(&report.findings, report.recordings.len() > 1)
 }
 
@@ -81,13 +80,12 @@ fn intervals(report: &CheckReport) -> Section<'static> {
         "z",
         "",
     ];
-    let rows = report.static_intervals.iter().enumerate();
-    let table = Table::new("")
-        .columns(columns)
-        .rows(rows.map(|(i, still)| row(report, i, still)));
-    Section::new("intervals", "Static intervals")
-        .opening()
-        .with(table)
+    // The largest error first: a long table is cut.
+    let mut rows: Vec<_> = report.static_intervals.iter().enumerate().collect();
+    rows.sort_by_key(|(i, _)| *i != report.worst);
+    let rows = rows.into_iter().map(|(i, still)| row(report, i, still));
+    let table = Table::new("").columns(columns).rows(rows);
+    Section::new("intervals", "Static intervals").with(table)
 }
 
 fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
@@ -120,27 +118,5 @@ fn row(report: &CheckReport, i: usize, still: &StillCheck) -> Row {
         Cell::number(signed(still.z, 1)),
         Cell::text(mark),
     ];
-    Row {
-        stays: worst,
-        ..Row::from(cells)
-    }
-}
-
-fn gyroscope_at_rest(g: &GyroscopeCheck) -> Section<'static> {
-    let rate = |i: usize| {
-        let sigma = g.standard_error_deg_s.map(|e| e[i]);
-        Cell::number(signed(g.rate_deg_s[i], 3)).plus_minus(sigma, 3)
-    };
-    let now = |i: usize| Cell::number(format!("{:.5}", g.bias_now[i]));
-    let table = Table::new("")
-        .columns([""])
-        .columns(Column::axes(""))
-        .row([Cell::text("rate, °/s"), rate(0), rate(1), rate(2)])
-        .row([
-            Cell::text(format!("bias at rest now, {}", g.input_unit)),
-            now(0),
-            now(1),
-            now(2),
-        ]);
-    Section::new("gyroscope", "Gyroscope at rest, calibrated").with(table)
+    Row::from(cells)
 }

@@ -1,11 +1,12 @@
 //! Report of a comparison of two calibrations.
 
 use crate::document::{Block, Cell, Document, Row, Section, Table, Verdict};
-use gravical::compare::{Comparison, GyroscopeDifference, Judgement, ParameterDifference};
+use gravical::compare::{Comparison, Judgement, ParameterDifference};
 use gravical::numfmt::{decimals_for, fixed, milli_g, signed, unit};
+use gravical::poses::face::in_words;
 
 use super::check::judged;
-use super::{direction, short_name};
+use super::short_name;
 
 /// The document of a comparison.
 pub fn comparison(c: &Comparison) -> Document<'static> {
@@ -17,7 +18,7 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
             c.files[i], c.gravity_mps2[i]
         )
     };
-    let facts = vec![("A".to_owned(), of(0)), ("B".to_owned(), of(1))];
+    let facts = Block::facts([("A", Some(of(0))), ("B", Some(of(1)))]);
     let [a, b] = c.files.each_ref().map(|file| short_name(file));
     let frame = c.orientation.as_ref().map(|o| {
         let axis = o.axis.map(|v| signed(v, 2)).join(", ");
@@ -36,8 +37,7 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     .with(magnitude(c))
     .with(parameters(&c.parameters))
     .with(frame)
-    .with(c.gyroscope.as_ref().map(gyroscopes))
-    .with(Section::new("calibrations", "Calibrations").with(Block::Facts(facts)))
+    .with(Section::new("calibrations", "Calibrations").with(facts))
     .with_findings(&c.findings, true)
 }
 
@@ -83,48 +83,15 @@ fn parameter(p: &ParameterDifference) -> Row {
 
 fn magnitude(c: &Comparison) -> Section<'static> {
     let m = &c.magnitude;
-    let row = |name: String, value: f64, predicted: Option<f64>| {
+    let row = |name: &str, value: f64, predicted: Option<f64>| {
         let mg = |v: f64| fixed(milli_g(v), 2);
-        Row::from([
-            Cell::text(name),
-            Cell::number(mg(value)),
-            Cell::maybe(predicted, mg),
-        ])
+        Row::named(name, [Cell::number(mg(value)), Cell::maybe(predicted, mg)])
     };
+    let rms = (m.norm_rms_mps2, m.predicted_rms_mps2);
+    let largest = format!("largest: {}", in_words(m.largest_at));
     let table = Table::new("")
         .columns(["", "B − A, mg", "predicted, mg"])
-        .row(row(
-            "RMS over all directions".to_owned(),
-            m.norm_rms_mps2,
-            m.predicted_rms_mps2,
-        ))
-        .row(row(
-            format!("largest, at {}", direction(m.largest_at)),
-            m.norm_largest_mps2,
-            None,
-        ));
-    Section::new("magnitude", "Magnitude at rest")
-        .opening()
-        .with(table)
-}
-
-fn gyroscopes(g: &GyroscopeDifference) -> Section<'static> {
-    let row = |i: usize| {
-        let scale = g.scale_difference_percent.map(|s| s[i]);
-        Row::from([
-            Cell::text(format!("bias {}, °/s", ["x", "y", "z"][i])),
-            Cell::number(fixed(g.bias_a_deg_s[i], 4)),
-            Cell::number(fixed(g.bias_b_deg_s[i], 4)),
-            Cell::number(signed(g.bias_difference_deg_s[i], 4)),
-            Cell::maybe(scale, |v| signed(v, 3)),
-        ])
-    };
-    let table = Table::new("")
-        .columns(["", "A", "B", "B − A", "scale B/A, %"])
-        .rows((0..3).map(row));
-    Section::new("gyroscope", "Gyroscope")
-        .with(table)
-        .with(Block::note(
-            "Shown, not tested: the bias of a gyroscope changes with every power-up.",
-        ))
+        .row(row("RMS over all directions", rms.0, rms.1))
+        .row(row(&largest, m.norm_largest_mps2, None));
+    Section::new("magnitude", "Magnitude at rest").with(table)
 }

@@ -14,16 +14,16 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
         Some(rate) => format!("{rate:.2} Hz"),
         None => "rate unknown".to_owned(),
     };
-    let stretches = count(summary.segments, "segment");
-    let mut facts = vec![
-        ("read as".to_owned(), summary.description.clone()),
-        ("sampling".to_owned(), format!("{rate}, {stretches}")),
-    ];
-    if summary.static_intervals > 0 {
+    let segments = count(summary.segments, "segment");
+    let rests = (summary.static_intervals > 0).then(|| {
         let spans = count(summary.static_intervals, "static interval");
-        let rows = summary.static_rows;
-        facts.push(("at rest".to_owned(), format!("{spans}, {rows} rows")));
-    }
+        format!("{spans}, {} rows", summary.static_rows)
+    });
+    let facts = Block::facts([
+        ("read as", Some(summary.description.clone())),
+        ("sampling", Some(format!("{rate}, {segments}"))),
+        ("at rest", rests),
+    ]);
     let mut filters = Section::new("filters", "Filters").with(white(summary));
     let sensors: [(_, _, fn(&Sigmas) -> _); 2] = [
         ("accelerometer", summary.accel_unit, |s| s.accelerometer),
@@ -38,9 +38,9 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
     if !units.is_empty() {
         filters = filters.with(Block::paragraph(units.join("; ")));
     }
-    let reading = Section::new("reading", "How it was read").opening();
+    let reading = Section::new("reading", "How it was read");
     Document::new(format!("Filtering of {}", short_name(&summary.input)))
-        .with(reading.with(Block::Facts(facts)))
+        .with(reading.with(facts))
         .with(filters.with(Block::paragraph(NO_DRIFT)))
         .with_findings(&summary.findings, false)
 }
@@ -75,7 +75,8 @@ fn at_rest(
         "unknown" => "unit unknown".to_owned(),
         known => unit(known),
     };
-    let row = |name: &str, sigmas: &Sigmas| Row::axes(name, of(sigmas), |_, v| small(v, 3));
+    let row =
+        |name: &str, sigmas: &Sigmas| Row::named(name, Cell::axes(of(sigmas), |_, v| small(v, 3)));
     let filters = summary.filters.iter();
     Table::new(format!("σ of {name} at rest, {of_unit}"))
         .columns([""])
@@ -84,18 +85,17 @@ fn at_rest(
         .rows(filters.map(|f| row(&format!("after {}", f.filter), &f.sigma)))
 }
 
+/// The −3 dB frequencies, in shares of the rate f_s where that is unknown.
 fn frequencies(filter: &FilterOutcome) -> String {
-    match &filter.response.minus_3db_hz {
-        Some(edges) if !edges.is_empty() => {
-            let texts = edges.iter().map(|f| fixed(*f, decimals_of(*f, 3)));
-            texts.collect::<Vec<_>>().join("–")
-        }
-        Some(_) => "–".to_owned(),
-        // Relative to the unknown sampling rate.
-        None => match filter.response.minus_3db_of_rate.first() {
-            Some(share) => format!("{share:.3} f_s"),
-            None => "–".to_owned(),
-        },
+    let response = &filter.response;
+    let (edges, unit) = match &response.minus_3db_hz {
+        Some(edges) => (edges, ""),
+        None => (&response.minus_3db_of_rate, " f_s"),
+    };
+    let texts = edges.iter().map(|f| fixed(*f, decimals_of(*f, 3)) + unit);
+    match texts.collect::<Vec<_>>() {
+        none if none.is_empty() => "–".to_owned(),
+        texts => texts.join("–"),
     }
 }
 

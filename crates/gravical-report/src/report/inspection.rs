@@ -1,8 +1,10 @@
 //! Report of the content of a recording.
 
+use std::fmt::Display;
+
 use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use gravical::inspect::{Inspection, StillSpan};
-use gravical::numfmt::{decimals_of, fixed};
+use gravical::numfmt::{decimals_of, digits, fixed};
 use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
 use gravical::recording::units::{AccelUnit, GyroUnit};
@@ -10,48 +12,59 @@ use gravical::recording::units::{AccelUnit, GyroUnit};
 use super::short_name;
 use super::temperature::drift;
 
-/// Cells of the bar of static intervals.
-const BAR: usize = 64;
-
 /// The document of an inspection.
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
-    let mut facts: Vec<(String, String)> = Vec::new();
-    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
-    fact("format", inspection.description.clone());
-    if let Some(serial) = &inspection.serial {
-        fact("sensor", format!("serial number {serial}"));
-    }
-    fact("lines", inspection.row_counts.sum.clone());
-    fact("time", time(inspection));
-    fact("accel", accel(inspection));
-    if let Some(text) = gyro(inspection) {
-        fact("gyro", text);
-    }
-    if let Some([low, high]) = inspection.temperature_c {
-        fact("temp", format!("{low:.1} to {high:.1} °C"));
-    }
-    if !inspection.labels.is_empty() {
-        let labels = inspection.labels.iter().take(12);
-        let shown: Vec<String> = labels
-            .map(|(name, rows)| format!("{name} {rows}"))
-            .collect();
-        fact("labels", shown.join(", "));
-    }
-    fact("static", stillness(inspection));
-    fact("", bar(inspection));
-    if !inspection.turns.is_empty() {
-        let turns = inspection.turns.iter();
-        let about: Vec<String> = turns.map(|t| t.axis.to_string()).collect();
-        fact("turns", format!("full turns about {}", about.join(", ")));
-    }
-    let reading = Section::new("reading", "How it was read").opening();
+    let labels = inspection.labels.iter().take(12);
+    let labels: Vec<String> = labels
+        .map(|(name, rows)| format!("{name} {rows}"))
+        .collect();
+    let turns: Vec<String> = inspection
+        .turns
+        .iter()
+        .map(|t| t.axis.to_string())
+        .collect();
+    let listed = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
+    let (serial, temperature) = (inspection.serial.as_ref(), inspection.temperature_c);
+    let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
+    let a = inspection.accelerometer;
+    let per_g = a.lsb_per_g.filter(|_| a.unit == AccelUnit::Counts);
+    let gyro = inspection.gyroscope.map(|g| {
+        let per_deg_s = g.lsb_per_deg_s.filter(|_| g.unit == GyroUnit::Counts);
+        scale(g.unit, per_deg_s, "°/s", g.origin)
+    });
+    let facts = Block::facts([
+        ("format", Some(inspection.description.clone())),
+        (
+            "sensor",
+            serial.map(|serial| format!("serial number {serial}")),
+        ),
+        ("lines", Some(inspection.row_counts.sum.clone())),
+        ("time", Some(time(inspection))),
+        (
+            "missing",
+            missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2))),
+        ),
+        ("accel", Some(scale(a.unit, per_g, "g", a.origin))),
+        ("gyro", gyro),
+        (
+            "temp",
+            temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C")),
+        ),
+        ("labels", listed(labels)),
+        ("static", Some(stillness(inspection))),
+        (
+            "turns",
+            listed(turns).map(|axes| format!("full turns about {axes}")),
+        ),
+    ]);
+    let reading = Section::new("reading", "How it was read");
     let intervals = &inspection.static_intervals;
     let temperature = inspection.temperature_drift.as_ref();
     Document {
         subject: vec![inspection.file.clone()],
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
-    .with(reading.with(Block::Facts(facts)))
+    .with(reading.with(facts))
     .with((!intervals.is_empty()).then(|| stills(intervals)))
     .with(temperature.map(|model| drift(Section::new("temperature", "Temperature"), model)))
     .with_findings(&inspection.findings, false)
@@ -67,11 +80,6 @@ fn time(inspection: &Inspection) -> String {
         (Some(unit), Some(rate)) => {
             parts.push(format!("stamps in {}", unit.name()));
             parts.push(format!("{rate:.2} Hz"));
-            if let Some(mean) = t.mean_rate_hz
-                && (mean / rate - 1.0).abs() > 0.002
-            {
-                parts.push(format!("{mean:.2} rows/s on average"));
-            }
             if let Some(jitter) = t.jitter_s {
                 parts.push(format!("jitter {:.2} ms", 1000.0 * jitter));
             }
@@ -85,7 +93,8 @@ fn time(inspection: &Inspection) -> String {
 }
 
 /// How a unit is known.
-pub(super) fn origin(origin: Origin) -> &'static str {
+#[must_use]
+pub fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Given => "given",
         Origin::Data => "from the data",
@@ -94,32 +103,13 @@ pub(super) fn origin(origin: Origin) -> &'static str {
     }
 }
 
-fn accel(inspection: &Inspection) -> String {
-    let a = &inspection.accelerometer;
-    let origin = origin(a.origin);
-    match (a.unit, a.lsb_per_g) {
-        (AccelUnit::Unknown, _) => "unit unknown: give --accel-unit".to_owned(),
-        (AccelUnit::Counts, Some(lsb)) => {
-            format!("counts, {lsb:.0} per g (±{:.0} g), {origin}", 32768.0 / lsb)
-        }
-        (AccelUnit::Counts, None) => format!("counts of unknown range, {origin}"),
-        (unit, _) => format!("{unit}, {origin}"),
-    }
-}
-
-fn gyro(inspection: &Inspection) -> Option<String> {
-    let g = inspection.gyroscope?;
-    let origin = origin(g.origin);
-    Some(match (g.unit, g.lsb_per_deg_s) {
-        (GyroUnit::Unknown, _) => "unit unknown: give --gyro-unit".to_owned(),
-        (GyroUnit::Counts, Some(lsb)) => {
-            format!(
-                "counts, {lsb} per °/s (±{:.0} °/s), {origin}",
-                32768.0 / lsb
-            )
-        }
-        (unit, _) => format!("{unit}, {origin}"),
-    })
+/// A unit with the sensitivity of counts of known range, per g or °/s, and how it is known.
+fn scale(unit: impl Display, lsb: Option<f64>, per: &str, known: Origin) -> String {
+    let counts = lsb.map(|lsb| {
+        let (lsb, range) = ((10.0 * lsb).round() / 10.0, 32768.0 / lsb);
+        format!(", {lsb} per {per} (±{range:.0} {per})")
+    });
+    format!("{unit}{}, {}", counts.unwrap_or_default(), origin(known))
 }
 
 fn stillness(inspection: &Inspection) -> String {
@@ -130,27 +120,6 @@ fn stillness(inspection: &Inspection) -> String {
         1 => format!("{share:.0} % of the rows, one interval"),
         n => format!("{share:.0} % of the rows, {n} intervals"),
     }
-}
-
-/// `█` where most of a cell is static, `▒` where some of it is, `·` where the sensor moves.
-fn bar(inspection: &Inspection) -> String {
-    let rows = inspection.row_counts.rows.max(1) as usize;
-    (0..BAR)
-        .map(|cell| {
-            let from = cell * rows / BAR;
-            let to = ((cell + 1) * rows / BAR).max(from + 1);
-            let held: usize = inspection
-                .static_intervals
-                .iter()
-                .map(|s| s.end_row.min(to).saturating_sub(s.start_row.max(from)))
-                .sum();
-            match held as f64 / (to - from) as f64 {
-                share if share > 0.6 => '█',
-                share if share > 0.05 => '▒',
-                _ => '·',
-            }
-        })
-        .collect()
 }
 
 fn stills(all: &[StillSpan]) -> Section<'static> {

@@ -16,13 +16,15 @@ mod temperature;
 #[cfg(test)]
 mod tests;
 
+use gravical::calibration_file::GravitySource;
+
 use crate::figure::Figure;
 
 pub use calibration::calibration;
 pub use check::check;
 pub use compare::comparison;
 pub use denoise::denoise;
-pub use inspection::inspection;
+pub use inspection::{inspection, origin};
 pub use motion::motion;
 pub use noise::noise;
 pub use provenance::Provenance;
@@ -35,12 +37,14 @@ fn named<'a>(figures: &'a [Figure], names: &[&str]) -> Vec<&'a Figure> {
     names.iter().filter_map(find).collect()
 }
 
-/// "+z", "12° off +z", or all three components if no axis is near.
-fn direction(n: [f64; 3]) -> String {
-    let (face, off) = gravical::poses::face::Face::nearest(n);
-    match off {
-        off if off < 1.0 => face.name(),
-        off if off < 25.0 => format!("{off:.0}° off {}", face.name()),
-        _ => format!("({})", n.map(|v| format!("{v:+.2}")).join(", ")),
+/// The axes of a sensor.
+const XYZ: [&str; 3] = ["x", "y", "z"];
+
+/// How local gravity is known.
+fn gravity_source(source: GravitySource) -> &'static str {
+    match source {
+        GravitySource::Given => "given",
+        GravitySource::Latitude => "from latitude",
+        GravitySource::Standard => "assumed",
     }
 }

@@ -3,9 +3,9 @@
 
 use gravical::core::matrix3::norm;
 
-use crate::document::{Block, Cell, Document, Grade, KeyFigure, Row, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Grade, Row, Section, Table, Verdict};
 use crate::figure::Figure;
-use gravical::motion::{MotionJudgement, MotionResult, Span};
+use gravical::motion::{MotionJudgement, MotionResult};
 use gravical::numfmt::{decimals_by, digits, fixed, words};
 use gravical::recording::Recording;
 
@@ -29,11 +29,7 @@ pub fn motion<'a>(
         ..Document::new(format!("Motion of {}", short_name(&result.input)))
     }
     .with(figure("position", "Position", &["position"]))
-    .with(figure(
-        "trajectory",
-        "Trajectory",
-        &["trajectory", "position-3d"],
-    ))
+    .with(figure("trajectory", "Trajectory", &["trajectory"]))
     .with(figure("velocity", "Velocity", &["velocity"]))
     .with(figure(
         "acceleration",
@@ -60,108 +56,73 @@ fn verdict(result: &MotionResult) -> Verdict {
         MotionJudgement::AtRest => Grade::Unknown,
         _ => Grade::Fair,
     };
-    let duration = || KeyFigure::new(fixed(result.duration_s, 2), "s", "duration");
-    let known = KeyFigure::new(format!("{usable} of {all}"), "", "usable moves");
-    let sigma = result.r#final.sigma_m.map(|s| {
-        let what = "standard uncertainty of the end position, worst axis (1σ)";
-        KeyFigure::new(format!("± {}", digits(largest(s), 2)), "m", what)
-    });
-    let mut figures = vec![single(result).unwrap_or_else(duration), known];
-    figures.extend(sigma);
     // One number for one move, the end for several.
-    let conclusion = match single(result) {
-        Some(f) if usable > 0 => Some(format!("displacement {} m{}", f.value, one_sigma(f.value.contains('±')))),
-        _ if usable > 0 => result.r#final.sigma_m.map(|sigma| {
-            let sigma = digits(largest(sigma), 2);
-            format!("{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)")
-        }),
-        _ => None,
+    let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
+    let conclusion = match (displacement(result), sigma) {
+        _ if usable == 0 => None,
+        (Some(displacement), _) => Some(displacement),
+        (None, Some(sigma)) => Some(format!(
+            "{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)"
+        )),
+        (None, None) => None,
     };
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
+    let word = words(&result.verdict.judgement);
     Verdict {
-        heading: "Result",
         conclusion: conclusion.map(|text| text + doubt),
-        figures,
-        ..Verdict::new(
-            grade,
-            &words(&result.verdict.judgement),
-            &result.verdict.reasons,
-        )
+        ..Verdict::new(grade, &word, &result.verdict.reasons)
     }
 }
 
-/// Displacement of the only move, calibrated and uncalibrated.
-fn single(result: &MotionResult) -> Option<KeyFigure> {
+/// Displacement of the only move, with its uncertainty along it where that is known.
+fn displacement(result: &MotionResult) -> Option<String> {
     let [only] = &result.moves[..] else {
         return None;
     };
-    let (displacement, sigma) = (only.displacement_m?, only.sigma_m);
+    let displacement = only.displacement_m?;
     let long = norm(&displacement);
-    // Uncertainty along the displacement; undefined if that is zero.
-    let sd = sigma.filter(|_| long > 0.0).map(|s| {
-        let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
-        norm(&parts)
-    });
-    let n = decimals_by(sd, long);
-    let text = match sd {
-        Some(sd) => format!("{} ± {}", fixed(long, n), digits(sd, 2)),
-        None => digits(long, 3),
+    let Some(s) = only.sigma_m.filter(|_| long > 0.0) else {
+        return Some(format!("displacement {} m", digits(long, 3)));
     };
-    let plain = only.uncalibrated_m.map_or(String::new(), |u| {
-        format!("; uncalibrated {} m", fixed(norm(&u), n))
-    });
-    let what = format!("displacement{}{plain}", one_sigma(sd.is_some()));
-    Some(KeyFigure::new(text, "m", what))
-}
-
-/// What an uncertainty behind a value is.
-fn one_sigma(is_there: bool) -> &'static str {
-    if is_there { " (± 1σ)" } else { "" }
+    let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
+    let sd = norm(&parts);
+    let long = fixed(long, decimals_by(Some(sd), long));
+    Some(format!("displacement {long} ± {} m (± 1σ)", digits(sd, 2)))
 }
 
 /// How the recording was read and processed.
 fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
-    let mut facts: Vec<(String, String)> = Vec::new();
-    let mut fact = |name: &str, text: String| facts.push((name.to_owned(), text));
-    fact("read as", recording.description.clone());
     // A finding reports a unit that is decided later.
     let gyro = match &recording.gyro {
         Some(_) => "; with a gyroscope",
         None => "; no gyroscope",
     };
-    let origin = origin(recording.accel_scale.origin);
-    let unit = recording.accel_scale.unit;
-    fact("unit", format!("accelerometer {unit} ({origin}){gyro}"));
-    let none = "none, nominal scale".to_owned();
-    let calibration = result.calibration.as_deref().map_or(none, short_name);
-    fact("calibration", calibration);
-    fact("procedure", result.procedure.clone());
-    fact("frame", result.frame.clone());
-    fact("time", time(result));
-    fact("rests", rest_list(&result.rests));
-    if let Some(noise) = &result.noise {
-        let three = |v: [f64; 3]| v.map(|n| digits(1e3 * n, 2)).join(" ");
-        let gyro = noise.gyro_n.map_or(String::new(), |n| {
-            format!("; gyroscope {} mrad/s/√Hz", three(n))
-        });
-        let accel = three(noise.accel_n);
-        fact(
-            "noise",
-            format!("accelerometer {accel} mm/s²/√Hz{gyro} (N at rest)"),
-        );
-    }
-    Section::new("timing", "Timing and procedure")
-        .opening()
-        .with(Block::Facts(facts))
+    let (unit, origin) = (
+        recording.accel_scale.unit,
+        origin(recording.accel_scale.origin),
+    );
+    let calibration = result.calibration.as_deref();
+    let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
+    let at_rest_s: f64 = result.rests.iter().map(|s| s.end_s - s.start_s).sum();
+    let rests = format!("{}, {at_rest_s:.1} s in total", result.rests.len());
+    Section::new("timing", "Timing and procedure").with(Block::facts([
+        ("read as", Some(recording.description.clone())),
+        (
+            "unit",
+            Some(format!("accelerometer {unit} ({origin}){gyro}")),
+        ),
+        ("calibration", Some(calibration)),
+        ("procedure", Some(result.procedure.clone())),
+        ("frame", Some(result.frame.clone())),
+        ("time", Some(time(result))),
+        ("rests", Some(rests)),
+    ]))
 }
 
 fn time(result: &MotionResult) -> String {
     let rate = match (result.rate_hz.r#true, result.rate_hz.nominal) {
-        (Some(t), Some(n)) if (t / n - 1.0).abs() > 0.002 => {
-            format!("{t:.2} Hz from time stamps; {n} Hz according to the file")
-        }
-        (Some(t), _) => format!("{t:.2} Hz from time stamps"),
-        (None, Some(n)) => format!("{n} Hz according to the file, no time stamps"),
+        (Some(rate), _) => format!("{rate:.2} Hz from time stamps"),
+        (None, Some(rate)) => format!("{rate} Hz according to the file, no time stamps"),
         (None, None) => "rate unknown".to_owned(),
     };
     let left_out = match result.rows_left_out {
@@ -171,39 +132,20 @@ fn time(result: &MotionResult) -> String {
     format!("{:.2} s, {rate}{left_out}", result.duration_s)
 }
 
-fn rest_list(still: &[Span]) -> String {
-    let span = |s: &Span| format!("{:.2}–{:.2}", s.start_s, s.end_s);
-    let total: f64 = still.iter().map(|s| s.end_s - s.start_s).sum();
-    let list = |spans: &[Span]| spans.iter().map(span).collect::<Vec<_>>().join(", ");
-    match still {
-        [] => "none".to_owned(),
-        few @ ([_] | [_, _] | [_, _, _] | [_, _, _, _]) => format!("{} s", list(few)),
-        [first, second, .., last] => format!(
-            "{}, {total:.1} s in total: {}, … {} s",
-            still.len(),
-            list(&[*first, *second]),
-            span(last)
-        ),
-    }
-}
-
 fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("rests", "Rests");
-    let spans = result.rests.iter().enumerate().map(|(i, span)| {
-        Row::from([
-            Cell::text((i + 1).to_string()),
-            Cell::number(fixed(span.start_s, 2)),
-            Cell::number(fixed(span.end_s, 2)),
-            Cell::number(fixed(span.end_s - span.start_s, 2)),
-        ])
+    if result.rests.is_empty() {
+        return section.full(Block::paragraph("No rest was found."));
+    }
+    let rests = result.rests.iter().enumerate().map(|(i, span)| {
+        let times = [span.start_s, span.end_s, span.end_s - span.start_s];
+        Row::named(
+            (i + 1).to_string(),
+            times.map(|s| Cell::number(fixed(s, 2))),
+        )
     });
-    let columns = ["from", "to", "duration"];
-    let table = Table::new("Rests, s").columns(["rest"]).columns(columns);
-    let section = if result.rests.is_empty() {
-        section.full(Block::paragraph("No rest was found."))
-    } else {
-        section.full(table.rows(spans))
-    };
+    let table = Table::new("").columns(["rest", "from, s", "to, s", "duration, s"]);
+    let section = section.full(table.rows(rests));
     let hidden = result.visible_moves.iter();
     let hidden = hidden.map(|v| {
         let (duration, distance) = (digits(v.seconds, 2), digits(v.distance_m, 2));
@@ -215,24 +157,4 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
     }
     let hidden = format!("A shorter move may hide in a rest: {}.", hidden.join(", "));
     section.full(Block::Paragraph(hidden))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_lists_of_rests_are_shortened() {
-        let span = |start_s: f64| Span {
-            start_s,
-            end_s: start_s + 1.0,
-        };
-        let all: Vec<Span> = (0..9).map(|i| span(2.0 * f64::from(i))).collect();
-        assert_eq!(
-            rest_list(&all),
-            "9, 9.0 s in total: 0.00–1.00, 2.00–3.00, … 16.00–17.00 s"
-        );
-        assert_eq!(rest_list(&all[..2]), "0.00–1.00, 2.00–3.00 s");
-        assert_eq!(rest_list(&[]), "none");
-    }
 }

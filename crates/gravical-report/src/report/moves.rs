@@ -7,9 +7,6 @@ use gravical::numfmt::{decimals_for, decimals_of, digits, fixed};
 
 use super::short_name;
 
-/// Values beyond this are drift; they are shown with two digits and a power of ten.
-const ROUND: f64 = 1e6;
-
 /// Decimals of each axis for a length with this uncertainty, m: two digits of it;
 /// without one four digits of the largest value.
 fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
@@ -22,52 +19,46 @@ pub(super) fn largest(value: [f64; 3]) -> f64 {
     value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
-/// As [`fixed`]; beyond [`ROUND`] with two digits.
-fn far(v: f64, decimals: usize) -> String {
-    if v.abs() < ROUND || !v.is_finite() {
-        fixed(v, decimals)
-    } else {
-        format!("{v:.1e}")
-    }
-}
-
 /// Lengths along the axes with their standard uncertainties, if known.
-fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> Vec<Cell> {
+fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> [Cell; 3] {
     let cell = |k: usize| {
-        let sigma = sigma.map(|s| s[k]).filter(|s| s.is_finite());
-        let sigma = sigma.map(|s| far(s, n[k]));
-        values.map_or_else(Cell::none, |v| Cell::Number(far(v[k], n[k]), sigma))
+        let length = Cell::maybe(values.map(|v| v[k]), |v| fixed(v, n[k]));
+        length.plus_minus(sigma.map(|s| s[k]).filter(|_| values.is_some()), n[k])
     };
-    (0..3).map(cell).collect()
+    [0, 1, 2].map(cell)
 }
 
 pub(super) fn moves<'a>(result: &MotionResult) -> Section<'a> {
-    let uncertain = result.moves.iter().any(|m| m.sigma_m.is_some());
-    let group = if uncertain {
-        "displacement ± 1σ, m"
-    } else {
-        "displacement, m"
-    };
-    let mut table = Table::new("")
+    let table = Table::new("")
         .columns(["move", "from, s", "to, s"])
-        .columns(Column::axes(group));
-    let plain = result.moves.iter().any(|m| m.uncalibrated_m.is_some());
-    if plain {
-        table = table.columns(Column::axes("uncalibrated, m").map(Column::full));
-    }
-    let table = table.columns(["path, m", "speed, m/s", "rest at"]).rows(
-        result
-            .moves
-            .iter()
-            .enumerate()
-            .map(|(i, m)| one_move(i, m, plain)),
-    );
-    Section::new("moves", "Moves").with(table).with(Block::note(
+        .columns(Column::axes("displacement ± 1σ, m"))
+        .columns(["path, m", "speed, m/s", "rest at"])
+        .rows((1..).zip(&result.moves).map(one_move));
+    let section = Section::new("moves", "Moves").with(table).with(Block::note(
         "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
-    ))
+    ));
+    let plain = (1..)
+        .zip(&result.moves)
+        .filter(|(_, m)| m.uncalibrated_m.is_some());
+    let plain = plain.map(|(number, m)| {
+        let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
+        Row::named(
+            number.to_string(),
+            Cell::axes(m.uncalibrated_m, |k, v| fixed(v, n[k])),
+        )
+    });
+    let plain: Vec<Row> = plain.collect();
+    if plain.is_empty() {
+        return section;
+    }
+    let columns = Column::axes("displacement, m");
+    let table = Table::new("Without the calibration")
+        .columns(["move"])
+        .columns(columns);
+    section.full(table.rows(plain))
 }
 
-fn one_move(i: usize, m: &Move, plain: bool) -> Row {
+fn one_move((number, m): (usize, &Move)) -> Row {
     let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
     let finest = n.into_iter().max().unwrap_or(3).min(6);
     let ends = match m.ends {
@@ -77,34 +68,19 @@ fn one_move(i: usize, m: &Move, plain: bool) -> Row {
         Ends::Free => "none",
     };
     let mut cells = vec![
-        Cell::text((i + 1).to_string()),
+        Cell::text(number.to_string()),
         Cell::number(fixed(m.start_s, 2)),
         Cell::number(fixed(m.end_s, 2)),
     ];
     cells.extend(lengths(m.displacement_m, m.sigma_m, n));
-    if plain {
-        cells.extend(Cell::axes(m.uncalibrated_m, |k, v| far(v, n[k])));
-    }
     cells.extend([
         // At most the digits of the displacement.
-        Cell::maybe(m.path_m, |v| far(v, decimals_of(v, 3).min(finest))),
-        Cell::maybe(m.peak_speed_mps, |v| far(v, decimals_of(v, 2).min(5))),
+        Cell::maybe(m.path_m, |v| fixed(v, decimals_of(v, 3).min(finest))),
+        Cell::maybe(m.peak_speed_mps, |v| fixed(v, decimals_of(v, 2).min(5))),
         Cell::text(ends),
     ]);
-    let row = Row::from(cells);
-    let mut notes = Vec::new();
-    notes.extend(m.unusable.as_ref().map(|why| format!("not usable: {why}")));
-    if m.closure.is_some_and(|c| c.widened) {
-        notes.push("the rest after it contradicts it: band widened".to_owned());
-    }
-    if m.replaced > 0 {
-        notes
-            .push("values at the end of the range or far from all around them replaced".to_owned());
-    }
-    if m.stances > 0 {
-        notes.push(gravical::numfmt::count(m.stances, "stance"));
-    }
-    row.noted(notes.join("; "))
+    let unusable = m.unusable.as_ref().map(|why| format!("not usable: {why}"));
+    Row::from(cells).noted(unusable.unwrap_or_default())
 }
 
 pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
@@ -116,32 +92,15 @@ pub(super) fn end<'a>(result: &MotionResult) -> Section<'a> {
         ));
     };
     let n = decimals(last.sigma_m, position);
-    let at_end = lengths(Some(position), last.sigma_m, n);
-    let mut rows = vec![Row::named("position, m", at_end)];
-    let plain = result.uncalibrated;
-    if let Some(u) = plain {
-        let cells = lengths(u.position_m, None, n);
-        rows.push(Row::named("uncalibrated, m", cells));
-    }
-    let moving = |v: &[f64; 3]| v.iter().any(|v| v.abs() > 0.0);
-    if let Some(velocity) = last.velocity_mps.filter(moving) {
-        let n = [decimals_of(largest(velocity), 2).min(3); 3];
-        let cells = lengths(Some(velocity), None, n);
-        rows.push(Row::named("velocity, m/s", cells));
-        if let Some(u) = plain {
-            let cells = lengths(u.velocity_mps, None, n);
-            rows.push(Row::named("uncalibrated, m/s", cells));
-        }
-    }
-    let uncertain = if last.sigma_m.is_some() {
-        " (± 1σ)"
-    } else {
-        ""
-    };
-    let table = Table::new(format!("Position relative to the start{uncertain}"))
+    let plain = result.uncalibrated.map(|u| lengths(u.position_m, None, n));
+    let table = Table::new("Position relative to the start (± 1σ)")
         .columns([""])
         .columns(Column::axes(""))
-        .rows(rows);
+        .row(Row::named(
+            "position, m",
+            lengths(Some(position), last.sigma_m, n),
+        ))
+        .rows(plain.map(|cells| Row::named("uncalibrated, m", cells)));
     section.with(table)
 }
 
@@ -163,18 +122,13 @@ pub(super) fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section
         return section;
     }
     let n = decimals_of(1e3 * total, 2).min(3);
-    let share = |v: f64| 100.0 * v * v / (total * total);
-    let parts = parts.map(|(value, what)| {
-        Row::from([
-            Cell::text(what),
-            Cell::number(far(1e3 * value, n)),
-            Cell::number(fixed(share(value), 0)),
-        ])
-    });
-    let sum = |name: &str, factor: f64, share: Cell| {
-        let mm = factor * 1e3 * total;
-        Row::from([Cell::text(name), Cell::number(far(mm, n)), share]).sum()
+    let row = |what: &str, value: f64, share: Cell| {
+        Row::named(what, [Cell::number(fixed(1e3 * value, n)), share])
     };
+    let parts = parts.map(|(value, what)| {
+        let share = 100.0 * value * value / (total * total);
+        row(what, value, Cell::number(fixed(share, 0)))
+    });
     let of = if only {
         "the displacement".to_owned()
     } else {
@@ -183,12 +137,12 @@ pub(super) fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section
     let table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ"))
         .columns(["source", "mm", "% of the variance"])
         .rows(parts)
-        .row(sum(
+        .row(row(
             "combined (root sum of squares)",
-            1.0,
+            total,
             Cell::number("100"),
         ))
-        .row(sum("expanded, k = 2", 2.0, Cell::text("")));
+        .row(row("expanded, k = 2", 2.0 * total, Cell::text("")));
     section.with(table)
 }
 
@@ -198,24 +152,27 @@ pub(super) fn truth<'a>(c: &Comparison) -> Section<'a> {
         0.0 => String::new(),
         offset => format!(", time offset {offset:+.3} s"),
     };
-    let section =
-        Section::new("truth", "Comparison with the reference").with(Block::paragraph(format!(
-            "{}: {} points from {:.2} to {:.2} s, {rotated}{shifted}",
-            short_name(&c.source),
-            c.points,
-            c.from_s,
-            c.to_s
-        )));
-    let row = |name: &str, value: Option<f64>, n: i32| {
-        Row::from([Cell::text(name), Cell::maybe(value, |v| digits(v, n))])
-    };
-    let errors = Table::new("Errors")
-        .columns(["", "value"])
-        .row(row("end error, m", Some(c.end_error_m), 2))
-        .row(row("RMSE, m", Some(c.rmse_m), 2))
-        .row(row("end error, % of the path", c.percent_of_path, 2))
-        .row(row("path of the reference, m", Some(c.path_m), 3));
-    let section = section.with(errors);
+    let source = format!(
+        "{}: {} points from {:.2} to {:.2} s, {rotated}{shifted}",
+        short_name(&c.source),
+        c.points,
+        c.from_s,
+        c.to_s
+    );
+    let percent = c.percent_of_path;
+    let percent = percent.map_or(String::new(), |v| {
+        format!(" ({} % of the path)", digits(v, 2))
+    });
+    let section = Section::new("truth", "Comparison with the reference")
+        .with(Block::paragraph(source))
+        .with(Block::facts([
+            (
+                "end error",
+                Some(format!("{} m{percent}", digits(c.end_error_m, 2))),
+            ),
+            ("RMSE", Some(format!("{} m", digits(c.rmse_m, 2)))),
+            ("path", Some(format!("{} m", digits(c.path_m, 3)))),
+        ]));
     if c.moves.is_empty() {
         return section;
     }
@@ -260,9 +217,6 @@ mod tests {
             })
             .collect();
         assert_eq!(texts, ["0.6993 0.0028", "0.00 0.31", "– 0.012"]);
-        // Drift of a day fits its column.
-        assert_eq!(far(-2.484e9, 0), "-2.5e9");
-        assert_eq!(far(999_999.4, 0), "999999");
         assert_eq!(decimals(None, [12.3, 0.1, 0.0]), [2; 3]);
         assert_eq!(decimals(Some([f64::NAN; 3]), [0.0; 3]), [6; 3]);
     }

@@ -1,20 +1,16 @@
 //! Report of the poses of a calibration and of the best next ones.
 
 use crate::document::{Block, Cell, Column, Row, Section, Table};
-use crate::figure::Figure;
 use gravical::calibration_file::{CalibrationFile, FitErrors, Method, PoseKind, PoseResult};
 use gravical::core::matrix3::norm;
 use gravical::numfmt::{decimals_of, fixed, mg, milli_g, signed};
 use gravical::poses::face::in_words;
-
-use super::direction;
 
 /// Every pose before and after calibration, and the error statistics.
 pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     // The closed form has only errors of the vectors.
     let exact = a.method == Method::Ferraris;
-    let only = |there: bool, column: Column| if there { column } else { column.full() };
     let raw = a.poses.iter().flat_map(|p| p.raw);
     let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
     let decimals = decimals_of(largest, 5).min(4);
@@ -24,12 +20,7 @@ pub(super) fn placements<'a>(file: &CalibrationFile) -> Section<'a> {
         .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
         .columns(Column::axes("calibrated, m/s²"))
         .columns(exact.then_some("error, m/s²"))
-        .columns([
-            only(!exact, "‖a‖ − g, mg".into()),
-            only(!exact, "left out, mg".into()),
-            "tilt, °".into(),
-            Column::new("rows").full(),
-        ])
+        .columns(["‖a‖ − g, mg", "left out, mg", "tilt, °"])
         .rows(rows.map(|p| row(p, decimals, exact)));
     let error = if exact {
         "error: magnitude of calibrated − expected. "
@@ -65,7 +56,7 @@ fn errors(file: &CalibrationFile) -> Table {
     };
     let before = row("before", &|p| a.nominally(p.raw));
     let after = row("after", &|p| Some(p.calibrated));
-    let of_faces = |name| Column::new(name).below("vectors of the faces, m/s²");
+    let vectors = ["RMS", "maximum", "mean norm"];
     let by = if before.is_some() {
         ", before: by the nominal scale"
     } else {
@@ -73,7 +64,7 @@ fn errors(file: &CalibrationFile) -> Table {
     };
     Table::new(format!("Errors at the fitted poses{by}"))
         .columns(["", "‖a‖ − g: RMS, mg"])
-        .columns(["RMS", "maximum", "mean norm"].map(of_faces))
+        .columns(Column::group("vectors of the faces, m/s²", vectors))
         .rows(before.into_iter().chain(after))
 }
 
@@ -88,68 +79,44 @@ fn row(p: &PoseResult, decimals: usize, exact: bool) -> Row {
         Cell::maybe(p.magnitude_error_mps2, mg),
         Cell::maybe(p.left_out_error_mps2, mg),
         Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(p.tilt_sd_deg, 1),
-        Cell::number(p.rows.to_string()),
     ]);
     cells.into()
 }
 
-/// Directions of the poses, and the best next ones.
-pub(super) fn directions<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
+/// The best next poses.
+pub(super) fn next_poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
-    let mut section = Section::new("directions", "Directions and tilts").figures(figures);
-    if let Some((worst, z)) = a.least_consistent() {
-        let worst = &a.poses[worst];
-        section = section.full(Block::paragraph(format!(
-            "Least consistent pose: {} (leave-one-out error {} mg, {} of its standard deviations).",
-            worst.called(),
-            worst
-                .left_out_error_mps2
-                .map_or_else(String::new, |e| signed(milli_g(e), 2)),
-            fixed(z, 1)
-        )));
-    }
-    if let Some(known) = a.error_with_known_gravity(file.gravity_source) {
-        section = section.full(Block::paragraph(format!(
-            "Gravity was assumed, which is most of the uncertainty: with --latitude or --gravity the standard uncertainty of the magnitude is {} mg. No pose determines gravity.",
-            mg(known)
-        )));
-    }
+    let section = Section::new("directions", "Directions");
     if a.proposed_poses().is_empty() {
         return section.full(Block::paragraph(
             "No further pose is proposed: none would improve the result by more than a fifth.",
         ));
     }
-    if let Some(now) = a.predicted_norm_error_mps2 {
-        let undetected = a.undetected.as_ref().map_or_else(
-            || "an error of one pose would remain undetected, however large".to_owned(),
-            |u| {
-                format!(
-                    "an error of one pose could change it by {} mg without being detected",
-                    mg(u.effect_mps2)
-                )
-            },
-        );
-        section = section.full(Block::paragraph(format!(
-            "The standard uncertainty of the magnitude is {} mg; {undetected}. The table lists both after each of these poses, recorded in this order.",
-            mg(now)
-        )));
-    }
-    let poses = a.proposed_poses().iter().enumerate().map(|(i, next)| {
-        let then = next.predicted_norm_error_mps2;
-        Row::from([
-            Cell::text((i + 1).to_string()),
-            Cell::Text(in_words(next.direction)),
-            Cell::text(direction(next.direction)),
-            Cell::number(mg(then)),
-            Cell::maybe(next.undetected_effect_mps2, mg),
-        ])
+    let row = |name: &str, pose: String, error: Option<f64>, undetected: Option<f64>| {
+        let errors = [Cell::maybe(error, mg), Cell::maybe(undetected, mg)];
+        Row::named(name, [Cell::Text(pose)].into_iter().chain(errors))
+    };
+    let now = a.undetected.as_ref().map(|u| u.effect_mps2);
+    let poses = (1..).zip(a.proposed_poses()).map(|(i, next)| {
+        let (pose, error) = (in_words(next.direction), next.predicted_norm_error_mps2);
+        row(
+            &format!("{i}"),
+            pose,
+            Some(error),
+            next.undetected_effect_mps2,
+        )
     });
     let columns = [
         "",
         "orientation",
-        "direction",
-        "uncertainty then, mg",
-        "undetected then, mg",
+        "uncertainty of ‖a‖, mg",
+        "undetected, mg",
     ];
-    section.full(Table::new("Best next poses").columns(columns).rows(poses))
+    let table = Table::new("Best next poses, recorded in this order, and what is left after each")
+        .columns(columns)
+        .row(row("", "now".to_owned(), a.predicted_norm_error_mps2, now))
+        .rows(poses);
+    section.full(table).full(Block::note(
+        "undetected: what an error of one pose could change without being detected; – without limit.",
+    ))
 }

@@ -1,6 +1,6 @@
 //! Provenance of a result.
 
-use crate::document::{Block, Cell, Document, Section, Table};
+use crate::document::{Block, Document, Section};
 use gravical::calibration_file::InputFile;
 use gravical::numfmt::words;
 
@@ -21,36 +21,16 @@ impl Document<'_> {
     /// Adds the date below the title and a section with the provenance.
     pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
         self.stamp = format!("{} · {}", origin.created, origin.tool);
-        let command = origin
-            .command
-            .map_or("–".to_owned(), |command| format!("`{command}`"));
-        let facts = [
-            ("program", origin.tool),
-            ("command", command.as_str()),
-            ("computed", origin.created),
-        ];
-        let facts = facts.map(|(name, text)| (name.to_owned(), text.to_owned()));
-        let section = Section::new("provenance", "Provenance").full(Block::Facts(facts.to_vec()));
-        self.with(match origin.inputs {
-            [] => section,
-            some => section.full(files(some)),
-        })
+        let mut facts = vec![("program".to_owned(), origin.tool.to_owned())];
+        let command = origin.command.map(|command| format!("`{command}`"));
+        facts.extend(command.map(|command| ("command".to_owned(), command)));
+        facts.push(("computed".to_owned(), origin.created.to_owned()));
+        facts.extend(origin.inputs.iter().map(|file| {
+            let sum = file.sha256.as_deref().map(|sum| format!(", SHA-256 {sum}"));
+            let text = file.path.clone() + &sum.unwrap_or_default();
+            (words(&file.role), text)
+        }));
+        let section = Section::new("provenance", "Provenance");
+        self.with(section.full(Block::Facts(facts)))
     }
-}
-
-/// Files with their checksums.
-fn files(files: &[InputFile]) -> Table {
-    let row = |file: &InputFile| {
-        [
-            Cell::text(&file.path),
-            Cell::text(words(&file.role)),
-            file.sha256
-                .clone()
-                .map_or_else(|| Cell::text("–"), Cell::Code),
-        ]
-        .into()
-    };
-    Table::new("Files")
-        .columns(["file", "used as", "SHA-256"])
-        .rows(files.iter().map(row))
 }

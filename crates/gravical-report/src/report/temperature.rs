@@ -1,43 +1,23 @@
 //! Report of drift with temperature.
 
-use crate::document::{Block, Cell, Row, Section, Table};
+use crate::document::{Cell, Row, Section, Table};
 use gravical::calibration_file::{ChannelDrift, TemperatureModel};
 use gravical::numfmt::{small, unit};
 
 /// Adds the drift of each channel with temperature to `section`.
 pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
     let [low, high] = model.range_c;
-    let columns = [
-        "channel",
-        "slope, per °C",
-        "unit",
-        "R² cooling → warming",
-        "R² warming → cooling",
-        "verdict",
-    ];
-    let channels = model.channels.iter();
-    let table = Table::new("Drift of each channel")
-        .columns(columns)
-        .rows(channels.map(channel));
-    // The table is enough for an accepted channel.
-    let refused = model.channels.iter().filter(|c| !c.is_corrected());
-    let reasons: Vec<_> = refused
-        .map(|c| (c.channel.clone(), c.reason.clone()))
-        .collect();
-    let section = section
-        .with(Block::paragraph(format!(
-            "{low:.1} to {high:.1} °C at rest"
-        )))
-        .with(table);
-    if reasons.is_empty() {
-        section
-    } else {
-        section.with(Block::Facts(reasons))
-    }
+    let table = Table::new(format!(
+        "Drift of each channel, {low:.1} to {high:.1} °C at rest"
+    ))
+    .columns(["channel", "slope, per °C", "unit", "verdict"])
+    .rows(model.channels.iter().map(channel));
+    section.with(table)
 }
 
 fn channel(c: &ChannelDrift) -> Row {
-    let verdict = if c.is_corrected() {
+    let corrected = c.is_corrected();
+    let verdict = if corrected {
         format!("corrected, order {}", c.order)
     } else {
         "not corrected".to_owned()
@@ -46,23 +26,11 @@ fn channel(c: &ChannelDrift) -> Row {
         "unknown" => "?".to_owned(),
         known => unit(known),
     };
-    Row::from([
-        Cell::text(&c.channel),
+    let cells = [
         Cell::maybe(c.coefficients.first().copied(), |d| small(d, 3)),
         Cell::text(input_unit),
-        Cell::maybe(c.r2_cooling_to_warming, r2_text),
-        Cell::maybe(c.r2_warming_to_cooling, r2_text),
         Cell::text(verdict),
-    ])
-}
-
-/// R² with two decimals, never rounded up to the limit of the test.
-fn r2_text(r2: f64) -> String {
-    if r2 < -99.0 {
-        "< -99".to_owned()
-    } else if (0.69..0.7).contains(&r2) {
-        "0.69".to_owned()
-    } else {
-        format!("{r2:.2}")
-    }
+    ];
+    // The numbers are enough for an accepted channel.
+    Row::named(&c.channel, cells).noted(if corrected { "" } else { c.reason.as_str() })
 }

@@ -5,7 +5,7 @@ use super::*;
 use crate::document::{Block, Cell, Detail, Document};
 use crate::figure::{Axis, Panel, Role, Series};
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole, Method};
+use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
 use gravical::check::CheckOptions;
 use gravical::compare::compare;
 use gravical::denoise::DenoiseOptions;
@@ -120,13 +120,12 @@ fn holds(document: &Document<'_>) -> usize {
     if let Some(v) = &document.verdict {
         said.push(v.word.clone());
         said.extend(v.reasons.iter().chain(&v.next).cloned());
-        said.extend(v.figures.iter().map(|f| f.value.clone()));
+        said.extend(v.conclusion.clone());
     }
     for (_, block) in document.sections.iter().flat_map(|s| &s.blocks) {
         match block {
             Block::Paragraph(text) | Block::Note(text) => said.push(text.clone()),
             Block::Equation(lines) => said.extend(lines.iter().map(|l| (*l).to_owned())),
-            Block::List(points) => said.extend(points.iter().cloned()),
             Block::Facts(facts) => {
                 said.extend(facts.iter().flat_map(|(n, t)| [n.clone(), t.clone()]))
             }
@@ -149,7 +148,7 @@ fn holds(document: &Document<'_>) -> usize {
                     said.push(row.note.clone());
                     for cell in &row.cells {
                         said.push(match cell {
-                            Cell::Text(text) | Cell::Code(text) => text.clone(),
+                            Cell::Text(text) => text.clone(),
                             Cell::Number(text, sd) => {
                                 numbers += 1;
                                 format!("{text} {}", sd.as_deref().unwrap_or_default())
@@ -202,18 +201,16 @@ fn a_calibration_says_the_same_everywhere() {
 }
 
 #[test]
-fn six_faces_show_no_figure_that_proves_nothing() {
+fn six_faces_confirm_nothing() {
     let mut file = faces();
     let document = calibration(&file, None, &[]);
     holds(&document);
     let verdict = document.verdict.unwrap();
-    let figures: Vec<&str> = verdict.figures.iter().map(|f| f.what.as_str()).collect();
-    assert_eq!(
-        figures,
-        [
-            "error of ‖a‖ in the worst direction (95 %)",
-            "predicted error of ‖a‖ (1σ, over all directions)"
-        ]
+    assert!(
+        verdict
+            .conclusion
+            .unwrap()
+            .ends_with("these poses cannot confirm it")
     );
     assert!(verdict.next[0].starts_with("Record one more pose"));
     for grade in [Grade::Good, Grade::Fair, Grade::Poor, Grade::NotVerifiable] {
@@ -241,10 +238,10 @@ fn check_compare_and_denoise_say_the_same_everywhere() {
     let recordings = std::slice::from_ref(&recording);
     let report = gravical::check::check(&file, "cal.json", recordings, &CheckOptions::default());
     let report = report.unwrap();
-    assert!(holds(&check(&report)) > 40);
+    assert!(holds(&check(&report)) > 20);
 
     let result = compare(&file, &faces(), ["a.json", "b.json"]).unwrap();
-    assert!(holds(&comparison(&result)) > 40);
+    assert!(holds(&comparison(&result)) > 30);
 
     let filters = [
         "hampel:7,3",
@@ -282,7 +279,7 @@ fn a_motion_says_the_same_everywhere() {
     add_comparison(&mut motion, &reference).unwrap();
     let figures = crate::figure::motion::figures(&motion);
     let document = super::motion(&motion.result, &recording, &figures);
-    assert!(holds(&document) > 40);
+    assert!(holds(&document) > 30);
     assert!(
         document
             .to_text(Detail::Summary)
@@ -358,26 +355,4 @@ fn names_are_no_markup() {
     assert!(!drawing.contains("<img"));
     let options = roxmltree::ParsingOptions::default();
     roxmltree::Document::parse_with_options(&drawing, options).unwrap();
-}
-
-#[test]
-fn a_pose_that_was_not_used_says_why() {
-    let mut file = faces();
-    let method = |file: &CalibrationFile| calibration(file, None, &[]).to_markdown(None);
-    assert!(method(&file).contains("All poses were used in the fit."));
-    let pose = &mut file.accelerometer.poses[1];
-    "+z".clone_into(&mut pose.label);
-    (pose.lines, pose.fitted) = (Some([41, 80]), false);
-    pose.magnitude_error_mps2 = Some(0.51);
-    let text = method(&file);
-    assert!(!text.contains("All poses were used in the fit."));
-    let reads = "in lines 41-80 | reads +52.0 mg off the magnitude that all others agree on";
-    assert!(text.contains(reads), "{text}");
-    file.accelerometer.method = Method::Ferraris;
-    assert!(method(&file).contains("it is on no face, and ferraris uses face poses only"));
-    file.accelerometer.method = Method::Joint;
-    // By the thousand they are cut.
-    let one = file.accelerometer.poses[0].clone();
-    file.accelerometer.poses = vec![one; 1000];
-    assert!(method(&file).contains("… and 800 more"));
 }

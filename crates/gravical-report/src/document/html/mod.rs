@@ -4,7 +4,7 @@
 use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::inline::{self, Part};
+use super::inline::parts;
 use super::{Block, Cell, DRAWINGS, Detail, Document, Grade, Remark, Table, Verdict};
 use crate::figure::{Figure, svg};
 
@@ -22,7 +22,7 @@ impl Document<'_> {
     pub fn to_html(&self) -> String {
         let mut room = DRAWINGS;
         let verdict = self.verdict.iter();
-        let verdict = verdict.map(|v| ("verdict", v.heading, verdict_html(v)));
+        let verdict = verdict.map(|v| ("verdict", "Verdict", verdict_html(v)));
         let sections = self.sections.iter().map(|s| {
             let blocks = s.shown(Detail::Full);
             let blocks = blocks.map(|b| block(b, s.title, &mut room).into_string());
@@ -71,7 +71,7 @@ impl Document<'_> {
     }
 }
 
-/// Badge, main numbers, reasons, next steps.
+/// Badge, conclusion, reasons, next steps.
 fn verdict_html(v: &Verdict) -> Markup {
     let (class, sign) = match v.grade {
         Grade::Good => ("good", "✓"),
@@ -81,16 +81,7 @@ fn verdict_html(v: &Verdict) -> Markup {
     };
     html! {
         p.badge.(class) { span.sign aria-hidden="true" { (sign) } " " strong { (v.word) } }
-        @if !v.figures.is_empty() {
-            div.tiles {
-                @for f in &v.figures {
-                    div.tile {
-                        p.value { (shown(&f.value)) " " span.unit { (f.unit) } }
-                        p.what { (f.what) }
-                    }
-                }
-            }
-        }
+        @if let Some(conclusion) = &v.conclusion { p.conclusion { (words(conclusion)) } }
         (list(&v.reasons))
         @if !v.next.is_empty() { h3 { "Next" } (list(&v.next)) }
     }
@@ -103,8 +94,8 @@ fn list(points: &[String]) -> Markup {
 /// Commands and options as code.
 fn words(text: &str) -> Markup {
     html! {
-        @for part in inline::parts(text) {
-            @match part { Part::Words(words) => (words), Part::Code(code) => code { (code) } }
+        @for (part, is_code) in parts(text) {
+            @if is_code { code { (part) } } @else { (part) }
         }
     }
 }
@@ -116,9 +107,8 @@ fn block(block: &Block<'_>, title: &str, room: &mut usize) -> Markup {
         Block::Equation(lines) => html! {
             p.equation { @for (i, line) in lines.iter().enumerate() { @if i > 0 { br; } (line) } }
         },
-        Block::List(points) => list(points),
         Block::Facts(facts) => html! {
-            dl { @for (name, text) in facts { div { dt { (name) } dd class=[name.is_empty().then_some("bar")] { (words(text)) } } } }
+            dl { @for (name, text) in facts { div { dt { (name) } dd { (words(text)) } } } }
         },
         Block::Table(t) => table(t, title),
         Block::Figure(f) => figure(f, room),
@@ -185,12 +175,12 @@ fn table(t: &Table, title: &str) -> Markup {
                 }
                 tbody {
                     @for row in &t.rows {
-                        tr class=[row.sum.then_some("sum")] {
+                        tr {
                             @for (i, cell) in row.cells.iter().enumerate() {
-                                @match cell {
-                                    _ if i == 0 => th scope="row" { (cell_text(cell)) },
-                                    Cell::Code(_) => td.hash { (cell_text(cell)) },
-                                    _ => td class=[numeric[i].then_some("n")] { (cell_text(cell)) },
+                                @if i == 0 {
+                                    th scope="row" { (cell_text(cell)) }
+                                } @else {
+                                    td class=[numeric[i].then_some("n")] { (cell_text(cell)) }
                                 }
                             }
                         }
@@ -208,7 +198,6 @@ fn table(t: &Table, title: &str) -> Markup {
 fn cell_text(c: &Cell) -> Markup {
     match c {
         Cell::Text(text) => html! { (text) },
-        Cell::Code(text) => html! { code { (text) } },
         Cell::Number(text, sd) => html! {
             (shown(text))
             @if let Some(sd) = sd { " " span.sd { "± " (shown(sd)) } }
@@ -222,18 +211,15 @@ fn shown(text: &str) -> String {
 }
 
 fn figure(f: &Figure, room: &mut usize) -> Markup {
-    let drawings = svg::inline(f);
-    let size: usize = drawings.iter().map(String::len).sum();
-    let fits = size <= *room;
-    *room -= if fits { size } else { 0 };
+    let drawing = svg::inline(f);
+    let fits = drawing.len() <= *room;
+    *room -= if fits { drawing.len() } else { 0 };
     let id = format!("figure-{}", f.name);
     html! {
         figure id=(id) aria-labelledby={ (id) "-h" } {
             figcaption { h3 id={ (id) "-h" } { (f.title) } p { (f.caption) } }
             @if fits {
-                div.drawings.beside[drawings.len() > 1] {
-                    @for drawing in &drawings { div.drawing { (PreEscaped(drawing)) } }
-                }
+                div.drawing { (PreEscaped(drawing)) }
             } @else {
                 p.note {
                     "This drawing would make the page too large; "

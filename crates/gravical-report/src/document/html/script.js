@@ -153,26 +153,16 @@ function hideSeries(figure) {
   }
 }
 
-// The drawings of a figure as one, as they are seen but light, two in a row below a title.
+// The drawing of a figure as it is seen, but light, below a title.
 function picture(figure) {
-  const svg = make("svg", { xmlns: "http://www.w3.org/2000/svg", class: "gv" });
+  const drawing = figure.querySelector(".drawing > svg").cloneNode(true);
+  const [width, height] = numbers(drawing.getAttribute("viewBox")).slice(2), whole = height + 30;
+  const svg = make("svg", { xmlns: "http://www.w3.org/2000/svg", class: "gv", width, height: whole, viewBox: `0 0 ${width} ${whole}` });
   make("style", {}, svg).textContent = document.getElementById("figures").textContent + ".gv [hidden],.cursor{display:none}";
   make("rect", { class: "paper", width: "100%", height: "100%" }, svg);
   make("text", { class: "title", x: 16, y: 22 }, svg).textContent = figure.querySelector("h3").textContent;
-  const drawings = all(figure, ".drawing > svg");
-  let width = 0, height = 30;
-  for (let i = 0; i < drawings.length; i += 2) {
-    const row = drawings.slice(i, i + 2).map(d => [d.cloneNode(true), ...numbers(d.getAttribute("viewBox")).slice(2)]);
-    let x = 0;
-    height += Math.max(...row.map(([, , h]) => h));
-    for (const [drawing, w, h] of row) {
-      set(drawing, { x, y: height - h, width: w, height: h });
-      svg.append(drawing);
-      x += w + 16;
-    }
-    width = Math.max(width, x - 16);
-  }
-  set(svg, { width, height, viewBox: `0 0 ${width} ${height}` });
+  set(drawing, { y: 30, width, height });
+  svg.append(drawing);
   return svg;
 }
 
@@ -195,7 +185,7 @@ function save(figure, kind) {
 }
 
 for (const figure of all(document, "figure")) {
-  if (!figure.querySelector(".drawings")) continue;
+  if (!figure.querySelector(".drawing")) continue;
   readAndZoom(figure);
   hideSeries(figure);
   const tools = html("div", { className: "tools" }, figure);
