@@ -162,7 +162,6 @@ class Live:
             key("-y")
             self.accepted(6)
             # What no simulated session shows.
-            self.take("{ ...state.fit, suspect: [...state.poses.keys()][1] }")
             self.take("{ v: 1, type: 'warning', kind: 'temperature', t_s: state.status.t_s, text: 'It has warmed by 1.4 °C.' }")
             assert self.shown("#notice[data-mark=warning]")
             self.look("six")
@@ -219,7 +218,7 @@ class Live:
             x, y, width = browser.run("const b = document.querySelector('#board').getBoundingClientRect();"
                                       "return [b.left + b.width / 2, b.top + b.height / 2, b.width]")
             up = browser.run("return state.status.up")
-            browser.drag((x, y), (x + width / 4, y + width / 5))
+            browser.drag((x, y), (x - width / 4, y - width / 5))
             self.until(f"return angleDeg(state.status.up, {up}) > 15", 30)
             browser.click("#finish")
             self.until("return document.querySelector('#sure').open || state.verdict?.final")

@@ -124,8 +124,8 @@ class SimulatedHand {
 
   // What is drawn in place of the board whose direction `up` is up, or null.
   drawn(up) {
-    const is_there = () => performance.now() > this.until || angleDeg(up, upOf(this.preview)) < 4;
-    if (this.preview && !this.held && is_there()) this.preview = null;
+    const is_there = () => up && angleDeg(up, upOf(this.preview)) < 4;
+    if (this.preview && !this.held && (performance.now() > this.until || is_there())) this.preview = null;
     return this.preview;
   }
 }

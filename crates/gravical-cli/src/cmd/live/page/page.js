@@ -24,7 +24,7 @@ let accepted_until = 0;
 
 // ---- The page after an event ----
 
-let attitude = lying([0, 0, 1]), heading = 0, target = "";
+let attitude = lying([0, 0, 1]), heading = 0;
 const hand = new SimulatedHand($("#board"), () => attitude, up => send({ command: "hand", up }));
 
 function update() {
@@ -84,13 +84,15 @@ function updateBoard() {
   $("#dial").style.setProperty("--share", is_accepted ? 1 : s?.ring ?? 0);
   write($("#chip"), word);
 
-  show("#next", Boolean(up) && !["floor", "identify"].includes(stage(state)));
+  show("#next", Boolean(up) && !["floor", "identify", "lost"].includes(stage(state)));
   if (!up) return;
   write($("#next b"), face ? `Next: ${faceName(face)} up` : "Next pose");
-  write($("#next figcaption span"), !face ? state.next_pose.hint ?? "" : state.next_pose.faces.length > 1 ? "or any other face, in any order" : "the last face");
+  const { faces, hint } = state.next_pose;
+  const any = faces.length > 1 ? "or any other face, in any order" : "the last face";
+  write($("#next span"), face ? any : hint ?? "");
   if (s) {
     const away_deg = angleDeg(s.up, up);
-    write($("#next p"), remaining(away_deg));
+    write($("#next p"), away_deg < 8 ? "✓ like this: hold it still" : `${away_deg.toFixed(0)}° away`);
     $("#next meter").value = -away_deg;
   }
   drawAttitude($("#next .drawing"), lying(up));
@@ -107,7 +109,7 @@ function updateTiles() {
     button.disabled = choosing ? !recorded(state, face) : !hand.on;
   }
   $("#tiles").classList.toggle("choosing", choosing);
-  $("#tiles").setAttribute("aria-label", choosing ? "Which face is recorded again?" : hand.on ? "Which face is put up?" : "Six faces");
+  $("#tiles").setAttribute("aria-label", choosing ? "Which face is recorded again?" : "Six faces");
 }
 
 function updateButtons(now) {
@@ -124,7 +126,7 @@ function updateButtons(now) {
 
 // What the status does not change.
 function updateRecord() {
-  render($("#history ol"), html`${historyMarkup(state.log)}`);
+  render($("#history ol"), html`${[...state.log].reverse().map(logMarkup)}`);
   const fits = [...state.errors.values()].sort((a, b) => a.poses - b.poses);
   render($("#error svg"), errorsMarkup(fits));
   render($("#predicted"), fits.length > 0 ? html`at most <b>${inMg(fits.at(-1).worst_mg)}</b> (95 %)` : "");
@@ -198,18 +200,19 @@ const ACTIONS = {
       : `${FACES.filter(face => recorded(state, face)).length} of 6 faces are done: nothing tests the calibration.`);
   },
   cancel() {
-    const { session: { folder }, poses: { size } } = state;
-    ask("cancel", "Cancel", folder ? `Nothing is calibrated. ${size} ${size === 1 ? "pose" : "poses"} and all samples stay in ${folder}, and the session can go on later.`
-      : "Nothing is calibrated.");
+    const { session: { folder }, poses: { size } } = state, poses = size === 1 ? "1 pose" : `${size} poses`;
+    const kept = folder ? ` ${poses} and all samples stay in ${folder}, and the session can go on later.` : "";
+    ask("cancel", "Cancel", `Nothing is calibrated.${kept}`);
   },
 };
 
 function press(button) {
-  const { command, face } = button.dataset;
+  const { command, face, port } = button.dataset;
   if (button.closest("#hands, #tiles")) hand.drop();
   if (command) send(JSON.parse(command));
   else if (face) send(choosing ? { command: "redo", face } : { command: "hand", put: face });
-  else if (button.matches(".copy")) copy(button);
+  else if (port) send({ command: "port", name: port });
+  else if (button.closest(".command")) copy(button);
   else ACTIONS[button.id]?.();
   if (face) choose(false);
 }
@@ -309,19 +312,13 @@ function listen() {
     // A refused connection is final for the browser, so it is tried again here.
     if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
   });
-  stream.addEventListener("message", e => {
-    let event;
-    try {
-      event = JSON.parse(e.data);
-    } catch {
-      return;
-    }
-    if (event && typeof event === "object") take(event);
-  });
+  stream.addEventListener("message", e => take(JSON.parse(e.data)));
 }
 
-render($("#tiles"), html`${tilesMarkup()}`);
-for (const button of document.querySelectorAll("[data-face]")) draw(button.querySelector(".drawing"), lying(directionOf(button.dataset.face)));
+render($("#tiles"), html`${FACES.map(tileMarkup)}`);
+for (const tile of document.querySelectorAll("[data-face]")) {
+  draw(tile.querySelector(".drawing"), lying(directionOf(tile.dataset.face)));
+}
 draw($("#board"), attitude);
 draw($("#next .drawing"), attitude);
 sound.read();

@@ -9,10 +9,10 @@ const fresh = () => ({
   notice: null, poses: new Map(), errors: new Map(), log: [],
 });
 
-// Events of the history: the mark of each, and whether it is the notice on top, too.
+// Events of the history with their marks; the first five are the notice on top, too.
+const NOTICES = { pose_accepted: "done", pose_rejected: "cross", pose_undone: "redo", warning: "warning", resumed: "done" };
 const MARKS = {
-  identified: ["note"], floor: ["note"], verdict: ["note"], gravity: ["note"], saved: ["done"], lost: ["warning"], end: ["note"],
-  pose_accepted: ["done", true], pose_rejected: ["cross", true], pose_undone: ["redo", true], warning: ["warning", true], resumed: ["done", true],
+  ...NOTICES, identified: "note", floor: "note", verdict: "note", gravity: "note", saved: "done", lost: "warning", end: "note",
 };
 
 // What an event changes beside what it says itself, which is kept under its type.
@@ -35,10 +35,11 @@ function after(state, event) {
   const next = ["ports", "connecting", "session"].includes(event.type) ? fresh() : state;
   if (Object.hasOwn(next, event.type)) next[event.type] = event;
   if (Object.hasOwn(EFFECTS, event.type)) EFFECTS[event.type](next, event);
-  const [mark, is_notice] = Object.hasOwn(MARKS, event.type) ? MARKS[event.type] : [];
-  if (mark) next.log.push({ t_s: event.t_s, mark, text: event.text });
+  if (!Object.hasOwn(MARKS, event.type)) return next;
+  const entry = { t_s: event.t_s, mark: MARKS[event.type], text: event.text };
+  next.log.push(entry);
   // The page asks for gravity itself.
-  if (is_notice && event.kind !== "gravity") next.notice = next.log.at(-1);
+  if (Object.hasOwn(NOTICES, event.type) && event.kind !== "gravity") next.notice = entry;
   return next;
 }
 
@@ -89,7 +90,10 @@ const LOST = { unplugged: "Unplugged", silent: "No samples" };
 function posture(state) {
   const s = state.status, now = stage(state);
   if (now === "lost") return ["cross", LOST[state.lost.why] ?? "Lost"];
-  if (now !== "wait") return { floor: ["hold_still", "Hands off"], settle: ["hold_still", "Hold still"], capture: ["capturing", "Capturing"] }[now] ?? ["", ""];
+  if (now === "floor") return ["hold_still", "Hands off"];
+  if (now === "settle") return ["hold_still", "Hold still"];
+  if (now === "capture") return ["capturing", "Capturing"];
+  if (now !== "wait") return ["", ""];
   if (!s.still) return ["to_do", "Moving"];
   if (s.welcome === "duplicate") return ["note", `${faceName(s.face)} is done already`];
   return ["note", s.welcome === "between" ? "Between two faces" : "At rest"];
@@ -109,10 +113,4 @@ function connection(state, answers) {
 function facts({ identified, status }) {
   const found = parts(identified?.text ?? "")[0].replace(/\.$/, "");
   return Number.isFinite(status?.temperature_c) ? `${found} · ${status.temperature_c.toFixed(1)} °C` : found;
-}
-
-// How far the board is from the next pose.
-function remaining(away_deg) {
-  if (away_deg < 8) return "✓ like this: hold it still";
-  return `${away_deg.toFixed(0)}° away`;
 }
