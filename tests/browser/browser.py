@@ -15,7 +15,7 @@ const light = ([r, g, b]) => [r, g, b].map(v => v / 255).map(v => v <= .03928 ? 
 const out = [];
 for (const e of document.querySelectorAll("body *")) {
   const text = [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim());
-  if (!text || !e.checkVisibility({ visibilityProperty: true }) || e.closest(".unseen, .icons, #actions :disabled, .hands :disabled, noscript")) continue;
+  if (!text || !e.checkVisibility({ visibilityProperty: true }) || e.closest(".unseen, .drawing, #actions :disabled, #hands :disabled, noscript")) continue;
   let behind = [255, 255, 255];
   for (let p = e; p; p = p.parentElement) {
     const c = parse(getComputedStyle(p).backgroundColor);

@@ -1,181 +1,131 @@
-// The board as a drawing: a breakout of the size of a GY-521, in mm, with z out of the side that
-// carries the chip.
+// How the board lies, and how it is drawn. Rotations are quaternions [w, x, y, z] from the axes of the sensor
+// to level ones with z up.
 "use strict";
 
-const BOARD = [21, 16, 1.6], CHIP = [4, 4, 1.1];
-const LIGHT = unit(sum(sum(scaled(VIEW.right, -0.45), scaled(VIEW.near, 0.75)), [0, 0, 0.8]));
-const AXIS_COLOURS = ["#D55E00", "#009E73", "#0072B2"];
-// Where an axis leaves the board, where its arrow ends, where its name stands; mm.
-const AXES = [[10.5, 16.5, 19.3], [8, 14, 16.8], [1.6, 10.5, 13.3]];
-const FONT = "system-ui, 'DejaVu Sans', sans-serif";
+const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const angleDeg = (a, b) => Math.atan2(Math.hypot(...cross(a, b)), dot(a, b)) * 180 / Math.PI;
+const normalised = q => {
+  const length = Math.hypot(...q);
+  return length > 1e-9 && Number.isFinite(length) ? q.map(v => v / length) : [1, 0, 0, 0];
+};
+const product = ([a, ...u], [b, ...v]) => [a * b - dot(u, v), ...cross(u, v).map((w, i) => a * v[i] + b * u[i] + w)];
+const inverse = ([w, ...v]) => [w, ...v.map(c => -c)];
+const rotated = (q, v) => product(product(q, [0, ...v]), inverse(q)).slice(1);
+const turn = (axis, angle) => [Math.cos(angle / 2), ...axis.map(v => v * Math.sin(angle / 2))];
+const turnedLevel = (angle, q) => normalised(product(turn([0, 0, 1], angle), q));
+// The direction in the axes of the sensor that is up.
+const upOf = q => rotated(inverse(q), [0, 0, 1]);
 
-// Canvas of the size it is shown in, in CSS pixels around its middle; null while it is hidden.
-function prepare(canvas) {
-  const width = canvas.clientWidth, height = canvas.clientHeight;
-  if (!width || !height) return null;
-  const density = Math.min(window.devicePixelRatio || 1, 3);
-  const wide = Math.round(width * density), high = Math.round(height * density);
-  if (canvas.width !== wide || canvas.height !== high) {
-    canvas.width = wide;
-    canvas.height = high;
-  }
-  const pen = canvas.getContext("2d");
-  pen.setTransform(density, 0, 0, density, 0, 0);
-  pen.clearRect(0, 0, width, height);
-  return { pen, width, height };
+const FACES = ["+x", "-x", "+y", "-y", "+z", "-z"];
+const directionOf = face => [..."xyz"].map(axis => axis === face[1] ? Number(`${face[0]}1`) : 0);
+// A minus is as wide as a plus.
+const faceName = face => face.replace("-", "−");
+
+// The style sheet looks from this azimuth. Horizontal directions to the right of it, and towards it.
+const AZIMUTH = -62 * Math.PI / 180;
+const RIGHT = [-Math.sin(AZIMUTH), Math.cos(AZIMUTH), 0], NEAR = [Math.cos(AZIMUTH), Math.sin(AZIMUTH), 0];
+
+// How a sensor lies whose direction `up` points up. Gravity leaves the heading open: the side with the chip is
+// turned to the camera; where it is level, x points to the right.
+function lying(up) {
+  const [x, y, z] = normalised([0, ...up]).slice(1);
+  const level = z > -0.999999 ? normalised([1 + z, y, -x, 0]) : [0, 1, 0, 0];
+  const top = rotated(level, [0, 0, 1]), is_flat = Math.hypot(top[0], top[1]) < 0.05;
+  const [east, north] = is_flat ? rotated(level, [1, 0, 0]) : top;
+  return turnedLevel((is_flat ? 0 : -0.72) - Math.atan2(north, east), level);
 }
 
-const shade = (colour, normal) => {
-  const k = 0.58 + 0.5 * Math.max(0, dot(normal, LIGHT));
-  return `rgb(${colour.map(v => Math.round(Math.min(255, v * k))).join()})`;
-};
+// The angle about the vertical that brings the attitude q closest to another one; none where they are
+// nearly upside down to each other and any would do.
+function headingTo(target, q) {
+  const [w, , , z] = product(target, inverse(q));
+  return Math.hypot(w, z) > 0.3 ? 2 * Math.atan2(z, w) : null;
+}
 
-class BoardDrawing {
-  // `scale` in pixels per mm, `centre` in pixels.
-  constructor(pen, centre, scale, attitude, ink) {
-    Object.assign(this, { pen, centre, scale, ink });
-    this.world = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(v => rotated(attitude, v));
-    // Where the axes of the sensor point to: right, down and towards the camera.
-    this.flat = this.world.map(w => [dot(w, VIEW.right), -dot(w, VIEW.up), dot(w, VIEW.near)]);
-  }
+// Puts a drawing of the board into an element.
+function draw(place, q) {
+  place.append(document.querySelector("#drawing").content.cloneNode(true));
+  drawAttitude(place, q);
+}
 
-  at(p) {
-    return [0, 1].map(i => this.centre[i] + this.scale * dot(p, this.flat.map(axis => axis[i])));
-  }
+// Turns a drawing. Of the axes and angles that say the same, the one nearest to the last is set, so that the
+// style sheet turns the board the short way. Down the page, y is negative. Less than 0.3° is noise.
+function drawAttitude(place, q) {
+  if (place.drawn && Math.abs(dot(q, place.drawn)) > 1 - 3e-6) return;
+  place.drawn = q;
+  const [w, x, y, z] = q;
+  let axis = [-x, y, -z], angle = 2 * Math.atan2(Math.hypot(x, y, z), w);
+  const last = place.turned ?? { axis, angle };
+  if (dot(axis, last.axis) < 0) [axis, angle] = [axis.map(v => -v), -angle];
+  angle += 2 * Math.PI * Math.round((last.angle - angle) / (2 * Math.PI));
+  place.turned = { axis, angle };
+  place.style.setProperty("--axis", axis.join());
+  place.style.setProperty("--angle", `${angle}rad`);
+}
 
-  // The sides of a box that are turned to the camera; `print` draws on those across z, in mm.
-  box(centre, size, colour, edge, print) {
-    const { pen, scale } = this;
-    for (const axis of [0, 1, 2]) {
-      if (Math.abs(this.flat[axis][2]) < 1e-3) continue;
-      const sign = Math.sign(this.flat[axis][2]), [a, b] = [[1, 2], [0, 2], [0, 1]][axis];
-      const normal = scaled(this.world[axis], sign), origin = [...centre];
-      origin[axis] += sign * size[axis] / 2;
-      pen.save();
-      const [p, q] = [this.flat[a], this.flat[b]];
-      pen.transform(scale * p[0], scale * p[1], scale * q[0], scale * q[1], ...this.at(origin));
-      pen.fillStyle = shade(axis === 2 ? colour : edge, normal);
-      pen.fillRect(-size[a] / 2, -size[b] / 2, size[a], size[b]);
-      if (axis === 2) print(sign > 0, normal);
-      pen.restore();
-    }
-  }
+// The hand of a simulated session: it turns the drawing, and lays the board down so when it lets go.
+class SimulatedHand {
+  on = false;
+  // The attitude that is drawn while it is held, and until the board is there.
+  preview = null;
+  held = false;
 
-  disc(x, y, radius, colour) {
-    this.pen.fillStyle = colour;
-    this.pen.beginPath();
-    this.pen.arc(x, y, radius, 0, 2 * Math.PI);
-    this.pen.fill();
-  }
-
-  text(words, x, y, size) {
-    const { pen } = this;
-    pen.save();
-    pen.translate(x, y);
-    // Text goes down the page, y goes up.
-    pen.scale(size / 10, -size / 10);
-    pen.font = `600 10px ${FONT}`;
-    pen.textAlign = "center";
-    pen.textBaseline = "middle";
-    pen.fillStyle = "rgba(255,255,255,.85)";
-    pen.fillText(words, 0, 0);
-    pen.restore();
-  }
-
-  // Pads and holes; what is written on each side.
-  print(is_top, normal) {
-    const gold = shade([212, 175, 74], normal);
-    for (let x = -3.5 * 2.54; x < 9; x += 2.54) {
-      this.disc(x, -6.4, 0.85, gold);
-      this.disc(x, -6.4, 0.45, "rgb(20,24,30)");
-    }
-    for (const x of [-8.2, 8.2]) {
-      this.disc(x, 5.7, 1.75, gold);
-      this.disc(x, 5.7, 1.25, this.ink.card);
-    }
-    if (is_top) return this.text("ACCEL + GYRO", 0.6, 6, 1.3);
-    // Seen from below it is written from the other side.
-    this.pen.scale(-1, 1);
-    this.text("−z", 0, 0.4, 4.4);
-    this.text("back", 0, -2.9, 1.5);
-  }
-
-  chip() {
-    this.box([0.6, 0.6, (BOARD[2] + CHIP[2]) / 2], CHIP, [38, 40, 44], [38, 40, 44], () => {
-      this.disc(-1.4, 1.4, 0.3, "rgba(255,255,255,.75)");
-      this.text("IMU", 0, -0.1, 1.25);
+  // `attitude()` is drawn now; `lay(up)` lays the board down.
+  constructor(place, attitude, lay) {
+    Object.assign(this, { place, attitude, lay });
+    let last = null;
+    place.addEventListener("pointerdown", e => {
+      if (!this.on) return;
+      last = e;
+      place.setPointerCapture(e.pointerId);
+      e.preventDefault();
+    });
+    place.addEventListener("pointermove", e => {
+      if (!last) return;
+      this.turn(0.011 * (e.clientX - last.clientX), 0.011 * (e.clientY - last.clientY));
+      last = e;
+    });
+    place.addEventListener("lostpointercapture", () => {
+      last = null;
+      this.letGo();
     });
   }
 
-  arrow(axis) {
-    const { pen, scale, ink } = this;
-    const [a, b, name] = AXES[axis].map(d => this.at([0, 1, 2].map(i => i === axis ? d : 0)));
-    const along = [b[0] - a[0], b[1] - a[1]], length = Math.hypot(...along);
-    pen.lineCap = pen.lineJoin = "round";
-    if (length > 1) {
-      const head = Math.min(length, scale * 2.6), d = along.map(v => v / length);
-      const neck = [b[0] - d[0] * head, b[1] - d[1] * head], wing = head * 0.45;
-      const arrow = new Path2D(`M${a} L${neck} M${b} L${neck[0] - d[1] * wing},${neck[1] + d[0] * wing} ${neck[0] + d[1] * wing},${neck[1] - d[0] * wing}Z`);
-      const thick = Math.max(2, scale * 0.5);
-      // A border of paper: blue on a blue board is seen, too.
-      for (const [colour, width] of [[ink.card, thick + 0.4 * scale], [AXIS_COLOURS[axis], thick]]) {
-        pen.strokeStyle = pen.fillStyle = colour;
-        pen.lineWidth = width;
-        pen.stroke(arrow);
-        pen.fill(arrow);
-      }
-    } else {
-      this.disc(...b, scale * 0.7, AXIS_COLOURS[axis]);
-    }
-    pen.font = `700 ${Math.round(Math.max(13, 2.3 * scale))}px ${FONT}`;
-    outlined(pen, "xyz"[axis], ...name, ink.ink, ink.card);
+  // By these angles to the right and towards the camera.
+  turn(right, near) {
+    this.held = true;
+    this.preview = normalised(product(turn(NEAR, -right), product(turn(RIGHT, near), this.preview ?? this.attitude())));
+    drawAttitude(this.place, this.preview);
   }
 
-  // What the board covers of the table, `height` mm straight below it.
-  shadow(height) {
-    const { pen, scale, centre, ink } = this, [x, y] = [scaled(this.world[0], BOARD[0] / 2), scaled(this.world[1], BOARD[1] / 2)];
-    pen.fillStyle = ink.table;
-    pen.beginPath();
-    for (const [i, j] of [[1, 1], [1, -1], [-1, -1], [-1, 1]]) {
-      const corner = sum(scaled(x, i), scaled(y, j));
-      corner[2] = -height;
-      pen.lineTo(centre[0] + scale * dot(corner, VIEW.right), centre[1] - scale * dot(corner, VIEW.up));
-    }
-    pen.closePath();
-    pen.fill();
+  // True if the key turns the board; it is laid down when no other follows.
+  press(key) {
+    const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
+    if (!this.on || !by) return false;
+    this.turn(...by.map(v => v * Math.PI / 15));
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.letGo(), 450);
+    return true;
   }
 
-  // With the arrows of these axes. What is on a side of the board is in front if that side is.
-  draw(axes = [0, 1, 2]) {
-    const is_front = axis => this.flat[axis][2] > 0;
-    for (const axis of axes) if (!is_front(axis)) this.arrow(axis);
-    if (!is_front(2)) this.chip();
-    this.box([0, 0, 0], BOARD, [28, 88, 158], [196, 178, 120], (is_top, normal) => this.print(is_top, normal));
-    if (is_front(2)) this.chip();
-    for (const axis of axes) if (is_front(axis)) this.arrow(axis);
+  letGo() {
+    if (!this.held) return;
+    this.held = false;
+    this.until = performance.now() + 2500;
+    this.lay(upOf(this.preview));
   }
-}
 
-// Text with a border, in the middle of a place.
-function outlined(pen, text, x, y, colour, border) {
-  pen.textAlign = "center";
-  pen.textBaseline = "middle";
-  pen.lineWidth = 5;
-  pen.lineJoin = "round";
-  pen.strokeStyle = border;
-  pen.strokeText(text, x, y);
-  pen.fillStyle = colour;
-  pen.fillText(text, x, y);
-}
+  // Leaves the board to something else.
+  drop() {
+    clearTimeout(this.timer);
+    Object.assign(this, { held: false, preview: null });
+  }
 
-// The board in the middle of a canvas.
-function drawBoard(canvas, attitude, ink, options = {}) {
-  const area = prepare(canvas);
-  if (!area) return;
-  const { pen, width, height } = area;
-  const scale = Math.min(width, height) / (options.span || 44);
-  const centre = [width / 2, height * (options.low || 0.5)];
-  const drawing = new BoardDrawing(pen, centre, scale, attitude, ink);
-  if (options.shadow) drawing.shadow(options.shadow);
-  drawing.draw(options.axes);
+  // What is drawn in place of the board whose direction `up` is up, or null.
+  drawn(up) {
+    const is_there = () => up && angleDeg(up, upOf(this.preview)) < 4;
+    if (this.preview && !this.held && (performance.now() > this.until || is_there())) this.preview = null;
+    return this.preview;
+  }
 }

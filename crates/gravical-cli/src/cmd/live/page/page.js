@@ -1,259 +1,136 @@
-// The page: events in, drawings out, keys and buttons back as commands.
+// The page: events in, what they change on it, keys and buttons back as commands.
 "use strict";
 
 const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
 const address = name => `${name}?token=${token}`;
 
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
-const dark = matchMedia("(prefers-color-scheme: dark)");
+const $ = selector => document.querySelector(selector);
+// What did not change is left alone, so that nothing is laid out or said anew.
+const write = (element, text) => { if (element.textContent !== text) element.textContent = text; };
+const show = (selector, shown) => { $(selector).hidden = !shown; };
+function render(element, markup) {
+  const text = String(markup);
+  if (element.rendered !== text) element.innerHTML = element.rendered = text;
+}
 
 let state = fresh();
 // Other tabs have taken all the places.
 let full = false;
 let answers = true;
-let choosing = null;
-let flash_until = 0;
-
-// Colours of the style sheet, for drawings.
-const INKS = ["card", "tint", "ink", "muted", "line", "strong", "accent", "good", "fair", "poor", "good-tint", "poor-tint", "accent-tint", "table"];
-let ink = {};
-function readInk() {
-  const style = getComputedStyle(document.documentElement);
-  const name = ink => ink.replace(/-t/, "T");
-  ink = Object.fromEntries(INKS.map(ink => [name(ink), style.getPropertyValue(`--${ink}`).trim()]));
-}
-
-// ---- Tiles ----
-
-const WORDS = { to_do: "To do", hold_still: "Hold still", capturing: "Capturing", done: "Done", redo: "Redo" };
-const tiles = FACES.map((face, i) => {
-  const canvas = make("canvas", {}), word = make("span", {}), bar = make("i", {});
-  const button = make("button", { type: "button", disabled: true },
-    make("span", { className: "name" }, `${faceName(face)} up`), make("kbd", {}, String(i + 1)), canvas,
-    make("span", { className: "state" }, icon("to_do"), word), bar);
-  button.addEventListener("click", () => choosing === null ? hand.act({ put: face }) : choose(face));
-  canvas.setAttribute("aria-hidden", "true");
-  $("#tiles").append(make("li", {}, button));
-  return { face, canvas, word, bar, button };
-});
-
-function drawTiles() {
-  for (const t of tiles) drawBoard(t.canvas, lying(directionOf(t.face)), ink, { span: 35, low: t.face[0] === "+" ? 0.61 : 0.41, axes: ["xyz".indexOf(t.face[1])] });
-}
-
-// ---- Drawings ----
-
-const sphere = new Sphere($("#sphere canvas"));
-const strip = new Strip($("#strip canvas"));
-const chart = new ErrorChart($("#error canvas"));
-const hand = new SimulatedHand($("#board"), send, () => attitude);
-let attitude = lying([0, 0, 1]);
-let dial_seen = "", heading = 0;
-
-function drawDial(now) {
-  const s = state.status;
-  const preview = hand.on ? hand.drawn(s?.up) : null;
-  // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
-  const read = normalised(s?.attitude ?? [1, 0, 0, 0]), { up } = wanted();
-  heading = (up && headingTo(lying(up), read)) ?? heading;
-  const goal = preview ?? (s?.attitude ? product(turn([0, 0, 1], heading), read) : attitude);
-  // Ten readings a second become a steady movement.
-  attitude = between(attitude, goal, calm.matches || hand.held ? 1 : 0.2);
-  const [kind, text, share, colour] = ring(state, ink, performance.now() < flash_until);
-  const chip = $("#chip");
-  write(chip, text);
-  if (chip.className !== kind) chip.className = kind;
-  const seen = [attitude.map(v => v.toFixed(4)), share.toFixed(3), colour].join();
-  const area = seen !== dial_seen && prepare($("#board"));
-  if (!area) return;
-  dial_seen = seen;
-  const { pen, width, height } = area, size = Math.min(width, height), radius = size / 2 - 10, centre = [width / 2, height / 2];
-  pen.lineWidth = 9;
-  pen.lineCap = "round";
-  for (const [part, colour_of] of [[1, ink.line], [share, colour]]) {
-    pen.strokeStyle = colour_of;
-    pen.beginPath();
-    pen.arc(...centre, radius, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * part);
-    if (part > 0) pen.stroke();
-  }
-  const drawing = new BoardDrawing(pen, [centre[0], centre[1] - size * 0.03], size / 44, attitude, ink);
-  drawing.shadow(13);
-  drawing.draw();
-}
-
-// What is wanted next: its face or null, and its direction or null.
-function wanted() {
-  const { next_pose: next, status: s } = state;
-  if (next?.kind === "free" && next.up) return { face: null, up: unit(next.up) };
-  if (next?.kind !== "face" || !next.faces?.length) return { face: null, up: null };
-  // In any order: a face that is nearly up already is the next one.
-  const face = next.faces.includes(s?.face) && s.tilt_deg < 25 ? s.face : next.faces[0];
-  return { face, up: directionOf(face) };
-}
-
-let next_seen = "";
-function drawNext(now) {
-  const s = state.status, figure = $("#next"), { face, up } = wanted();
-  show(figure, Boolean(up) && now !== "floor" && now !== "identify");
-  if (figure.hidden) return;
-  write(figure.querySelector("b"), face ? `Next: ${faceName(face)} up` : "Next pose");
-  write(figure.querySelector("span"), !face ? state.next_pose.hint ?? "" : state.next_pose.faces.length > 1 ? "or any other face, in any order" : "the last face");
-  const away = s?.up && unit(s.up) ? angleDeg(s.up, up) : null;
-  write($("#remaining"), away === null ? "" : away < 8 ? "✓ like this: hold it still" : `${away.toFixed(0)}° away`);
-  if (next_seen === up.join()) return;
-  next_seen = up.join();
-  drawBoard(figure.querySelector("canvas"), lying(up), ink, { span: 40, shadow: 11 });
-}
-
-function showSphere() {
-  const suspect = state.fit?.suspect;
-  const poses = [...state.poses.values()].map(p => ({ up: unit(p.up) ?? [0, 0, 1], face: p.face, suspect: p.pose === suspect }));
-  const next = !state.end && state.next_pose?.kind === "free" && state.next_pose.up ? unit(state.next_pose.up) : null;
-  sphere.show({ poses, next, up: state.end ? null : state.status?.up && unit(state.status.up) });
-  const free = poses.filter(p => !p.face).length, faces = FACES.filter(recorded).length;
-  write($("#poses"), `${faces} of 6 faces${free ? `, ${free} free` : ""}`);
-  $("#sphere canvas").setAttribute("aria-label", `Directions that pointed up: ${faces} of 6 faces, ${free} free poses`);
-}
+// A face is being chosen that is recorded again.
+let choosing = false;
+let gravity_later = false;
+let accepted_until = 0;
 
 // ---- The page after an event ----
 
-let result_seen = "", log_seen = null;
+let attitude = lying([0, 0, 1]), heading = 0;
+const hand = new SimulatedHand($("#board"), () => attitude, up => send({ command: "hand", up }));
 
 function update() {
-  const now = stage(state), s = state.status;
+  const now = stage(state), { session, verdict } = state;
+  const is_asked = now === "connect" && Boolean(state.ports) && !full;
+  const is_over = now === "end" || Boolean(state.saved) || Boolean(verdict?.final);
+  hand.on = session?.source === "simulate" && !is_over;
   document.body.dataset.state = now;
-  const [main, below] = sentence(state, answers, full);
+  updateWords(now);
+  show("#live", !is_over && !is_asked);
+  show("#hands", hand.on);
+  show("#actions", !is_over && !is_asked && !full);
+  show("#gravity", session?.gravity_source === "standard" && session.source !== "simulate" && !gravity_later && !is_over);
+  show("#ports", is_asked);
+  show("#result", is_over);
+  if (is_asked) render($("#ports"), portsMarkup(state.ports));
+  if (is_over) render($("#result"), resultMarkup(state, address("report")));
+  updateBoard();
+  updateTiles();
+  updateButtons(now);
+  show("#grade", Boolean(GRADES[verdict?.grade]) && !is_over);
+  $("#grade").dataset.mark = GRADES[verdict?.grade] ?? "";
+  write($("#grade span"), verdict?.text ?? "");
+}
+
+function updateWords(now) {
+  const { status, notice } = state, [main, below] = sentence(state, answers, full);
   write($("#sentence"), main);
   write($("#hint"), below);
-  $("#hint").classList.toggle("due", Boolean(s?.hint) && below === s.hint);
+  $("#hint").classList.toggle("due", Boolean(status?.hint) && below === status.hint);
   announce(`${main} ${below}`);
   document.title = `${main.length > 60 ? now : main} · gravical live`;
-
   write($("#device"), state.session?.name ?? "");
   write($("#facts"), facts(state));
-  const [tone, word] = pill(state, answers);
-  $("#link").className = `pill ${tone}`;
-  write($("#link span"), word);
+  const [mark, word] = connection(state, answers);
+  $("#link").dataset.mark = mark;
+  write($("#link"), word);
+  write($("#mute"), sound.silent ? "♪ Muted" : "♪ Sound");
+  $("#mute").setAttribute("aria-pressed", String(sound.silent));
+  show("#notice", Boolean(notice));
+  $("#notice").dataset.mark = notice?.mark ?? "";
+  const [title, rest] = parts(notice?.text ?? "");
+  write($("#notice b"), title);
+  write($("#notice span span"), rest);
+}
 
-  const { notice } = state;
-  show($("#notice"), Boolean(notice));
-  if (notice) {
-    $("#notice").className = notice.kind;
-    setIcon($("#notice"), notice.kind);
-    const [title, rest] = parts(notice.text);
-    write($("#notice strong"), title);
-    write($("#notice span"), rest);
+function updateBoard() {
+  const s = state.status, { face, up } = wanted(state);
+  // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
+  const read = normalised(s?.attitude ?? [1, 0, 0, 0]);
+  heading = (up && headingTo(lying(up), read)) ?? heading;
+  attitude = hand.drawn(s?.up) ?? turnedLevel(heading, read);
+  drawAttitude($("#board"), attitude);
+  const is_accepted = performance.now() < accepted_until;
+  const [mark, word] = is_accepted ? ["done", "Done"] : posture(state);
+  $("#dial").dataset.mark = mark;
+  $("#dial").style.setProperty("--share", is_accepted ? 1 : s?.ring ?? 0);
+  write($("#chip"), word);
+
+  show("#next", Boolean(up) && !["floor", "identify", "lost"].includes(stage(state)));
+  if (!up) return;
+  write($("#next b"), face ? `Next: ${faceName(face)} up` : "Next pose");
+  const { faces, hint } = state.next_pose;
+  const any = faces.length > 1 ? "or any other face, in any order" : "the last face";
+  write($("#next span"), face ? any : hint ?? "");
+  if (s) {
+    const away_deg = angleDeg(s.up, up);
+    write($("#next p"), away_deg < 8 ? "✓ like this: hold it still" : `${away_deg.toFixed(0)}° away`);
+    $("#next meter").value = -away_deg;
   }
+  drawAttitude($("#next .drawing"), lying(up));
+}
 
-  const ended = now === "end" || Boolean(state.saved) || Boolean(state.verdict?.final);
-  hand.on = state.session?.source === "simulate" && !ended;
-  for (const t of tiles) {
-    const kind = s?.tiles[t.face] ?? "to_do";
-    t.button.className = kind;
-    setIcon(t.button, kind);
-    write(t.word, WORDS[kind]);
-    t.bar.style.setProperty("--share", kind === "capturing" || kind === "hold_still" ? s?.ring ?? 0 : 0);
-    t.button.disabled = choosing === null ? !hand.on : !recorded(t.face);
-    t.button.title = t.button.disabled ? "" : choosing === null ? `Put ${faceName(t.face)} up` : `Record ${faceName(t.face)} again`;
+const WORDS = { to_do: "To do", hold_still: "Hold still", capturing: "Capturing", done: "Done", redo: "Redo" };
+function updateTiles() {
+  const s = state.status;
+  for (const button of document.querySelectorAll("[data-face]")) {
+    const { face } = button.dataset, tile = s?.tiles[face] ?? "to_do";
+    button.dataset.mark = tile;
+    write(button.querySelector(".mark"), WORDS[tile]);
+    button.style.setProperty("--share", ["capturing", "hold_still"].includes(tile) ? s.ring : 0);
+    button.disabled = choosing ? !recorded(state, face) : !hand.on;
   }
-  $("#tiles").classList.toggle("choosing", choosing !== null);
-  $("#tiles").setAttribute("aria-label", choosing !== null ? "Which face is recorded again?" : hand.on ? "Which face is put up?" : "Six faces");
-
-  write($("#nearest"), s?.face ? `Nearest ${faceName(s.face)}` : "Nearest face");
-  write($("#tilt"), Number.isFinite(s?.tilt_deg) ? `${s.tilt_deg.toFixed(1)}°` : "");
-  $("#needle").style.setProperty("--share", Math.max(0, Math.min(1, (s?.tilt_deg ?? 0) / 45)));
-
-  show($("#result"), ended);
-  const asked = isAsked(now);
-  showPorts(asked);
-  show($("#live"), !ended && !asked);
-  show($("#strip"), !ended);
-  const result = ended ? [state.verdict?.grade, state.fit?.t_s, state.saved?.t_s, state.truth?.t_s, state.end?.t_s].join() : "";
-  if (result !== result_seen) {
-    result_seen = result;
-    if (ended) fillResult($("#result"), state, address("report"), () => send({ command: "resume" }));
-  }
-  show($("#hands"), hand.on);
-  const { verdict } = state, grade = GRADES[verdict?.grade];
-  show($("#grade"), Boolean(grade) && !ended);
-  if (grade) {
-    $("#grade").className = verdict.grade;
-    setIcon($("#grade"), grade);
-    write($("#grade span"), verdict.text);
-  }
-  hand.next = wanted().up;
-  $("#as-drawn").disabled = !hand.next;
-  $("#board").classList.toggle("grab", hand.on);
-  show($("#actions"), !ended && !asked && !full);
-  buttons(now);
-  show($("#gravity"), state.session?.gravity_source === "standard" && state.session.source !== "simulate"
-    && !later && !ended);
-  listHistory();
+  $("#tiles").classList.toggle("choosing", choosing);
+  $("#tiles").setAttribute("aria-label", choosing ? "Which face is recorded again?" : "Six faces");
 }
 
-// ---- The port ----
-
-// Which port it is has to be chosen.
-const isAsked = now => now === "connect" && Boolean(state.ports) && !full;
-const choosePort = name => send({ command: "port", name });
-
-let ports_seen = null;
-function showPorts(asked) {
-  show($("#ports"), asked);
-  if (!asked || ports_seen === state.ports) return;
-  ports_seen = state.ports;
-  const { ports, tried, flash, simulate } = state.ports;
-  const had = document.activeElement?.closest?.("#ports li button")?.dataset.name;
-  $("#ports ol").replaceChildren(...(ports ?? []).map((port, i) => {
-    const [what, where] = portWords(port);
-    const button = make("button", { type: "button" }, icon("plug"),
-      make("span", {}, make("b", {}, what), make("small", {}, where)), i < 9 ? make("kbd", {}, String(i + 1)) : null);
-    button.dataset.name = port.name;
-    button.classList.toggle("board", Boolean(port.board));
-    button.addEventListener("click", () => choosePort(port.name));
-    return make("li", {}, button);
-  }));
-  // What is plugged in meanwhile takes the focus from nothing.
-  [...$("#ports ol").querySelectorAll("button")].find(b => had && b.dataset.name === had)?.focus();
-  show($("#again"), Boolean(tried));
-  write($("#again span"), `Try ${tried} again`);
-  show($("#flash"), Boolean(flash?.length));
-  $("#flash div").replaceChildren(...(flash ?? []).map(command));
-  show($("#simulate"), Boolean(simulate));
-}
-$("#again").addEventListener("click", () => choosePort(state.ports.tried));
-$("#simulate button").addEventListener("click", () => send({ command: "simulate" }));
-
-function keyOfPorts(key) {
-  const button = key === "Enter" ? $("#again") : key === "s" ? $("#simulate button")
-    : $("#ports ol").children[Number(key) - 1]?.firstChild;
-  if (button?.checkVisibility()) button.click();
-  return Boolean(button);
+function updateButtons(now) {
+  const n = state.poses.size, is_busy = ["connect", "identify", "floor", "done"].includes(now);
+  $("#capture").disabled = is_busy || now === "lost" || now === "capture";
+  $("#undo").disabled = $("#redo").disabled = n === 0 || is_busy;
+  $("#redo").setAttribute("aria-pressed", String(choosing));
+  write($("#redo"), choosing ? "Which face?" : "Redo");
+  $("#finish").disabled = n < 4 || is_busy;
+  $("#finish").classList.toggle("primary", state.verdict?.grade === "good");
+  $("#cancel").disabled = now === "connect" || now === "done";
+  $("#as-drawn").disabled = !wanted(state).up;
 }
 
-function buttons(now) {
-  const button = name => $(`[data-command=${name}]`), n = state.poses.size;
-  const busy = ["connect", "identify", "floor", "done"].includes(now);
-  button("capture").disabled = busy || now === "lost" || now === "capture";
-  button("undo").disabled = n === 0 || busy;
-  button("redo").disabled = n === 0 || busy;
-  button("redo").setAttribute("aria-pressed", String(choosing !== null));
-  write(button("redo").querySelector("span"), choosing === null ? "Redo" : "Which face?");
-  button("finish").disabled = n < 4 || busy;
-  button("cancel").disabled = now === "connect" || now === "done";
-  button("finish").classList.toggle("primary", state.verdict?.grade === "good");
+// What the status does not change.
+function updateRecord() {
+  render($("#history ol"), html`${[...state.log].reverse().map(logMarkup)}`);
+  const fits = [...state.errors.values()].sort((a, b) => a.poses - b.poses);
+  render($("#error svg"), errorsMarkup(fits));
+  render($("#predicted"), fits.length > 0 ? html`at most <b>${inMg(fits.at(-1).worst_mg)}</b> (95 %)` : "");
 }
-
-function listHistory() {
-  const list = $("#log"), { log } = state;
-  if (log.at(-1) === log_seen) return;
-  log_seen = log.at(-1);
-  list.replaceChildren(...log.slice(-60).reverse().map(l => make("li", { className: l.kind },
-    make("time", {}, clock(l.t_s)), icon(l.kind), make("span", {}, l.text))));
-  write($("#count"), `${log.length}`);
-}
-
-const clock = t_s => `${Math.floor(t_s / 60)}:${String(Math.floor(t_s % 60)).padStart(2, "0")}`;
 
 // A reader of the screen hears what is new, not every tenth of a second that is left.
 let said = "", announcing = 0;
@@ -268,160 +145,152 @@ function announce(text) {
 
 // ---- Commands ----
 
-let later = false;
-
 async function send(command) {
-  if (full || state.end && command.command !== "resume") return false;
+  if (full || state.end && command.command !== "resume") return;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
     });
-    if (answer.ok) return true;
+    if (answer.ok) return;
     const { error } = await answer.json().catch(() => ({}));
     complain(error ?? `The program refused that (${answer.status}).`);
   } catch {
     complain("The program did not answer.");
   }
-  return false;
 }
 
 // What went wrong with a command; an event that follows takes its place.
 function complain(text) {
-  state.notice = { t_s: 0, kind: "warning", text };
+  state.notice = { mark: "warning", text };
   write($("#alert"), text);
   update();
 }
 
-const recorded = face => [...state.poses.values()].some(p => p.face === face);
-
-function choose(face) {
-  if (choosing === null || !recorded(face)) return;
-  choosing = null;
-  send({ command: "redo", face });
+function choose(is_choosing) {
+  choosing = is_choosing;
   update();
 }
-
-const finish = () => {
-  const { verdict, poses } = state;
-  if (verdict?.grade === "good") return send({ command: "finish" });
-  ask("finish", verdict && poses.size >= 6 ? verdict.text : `${FACES.filter(recorded).length} of 6 faces are done: nothing tests the calibration.`);
-};
-
-const cancel = () => {
-  const { session, poses } = state, n = poses.size === 1 ? "1 pose" : `${poses.size} poses`;
-  ask("cancel", session.folder ? `Nothing is calibrated. ${n} and all samples stay in ${session.folder}, and the session can go on later.`
-    : "Nothing is calibrated.");
-};
 
 // Asks once whether a command is meant.
-let asked_for = "";
-function ask(name, text) {
-  const title = name === "finish" ? "Finish" : "Cancel";
-  asked_for = name;
+function ask(name, title, text) {
   write($("#sure h2"), `${title} now?`);
   write($("#sure p"), text);
-  write($("#sure [value=yes] span"), title);
+  write($("#sure [value=yes]"), title);
   $("#sure").returnValue = "";
+  $("#sure").onclose = () => { if ($("#sure").returnValue === "yes") send({ command: name }); };
   $("#sure").showModal();
 }
-$("#sure").addEventListener("close", () => { if ($("#sure").returnValue === "yes") send({ command: asked_for }); });
 
-const COMMANDS = {
-  capture: () => send({ command: "capture" }),
-  undo: () => send({ command: "undo" }),
-  redo: () => {
-    choosing = choosing === null ? "" : null;
+// What buttons do that is more than a command.
+const ACTIONS = {
+  mute() {
+    sound.toggle();
     update();
   },
-  finish,
-  cancel,
+  later() {
+    gravity_later = true;
+    update();
+  },
+  redo() { choose(!choosing); },
+  "as-drawn"() { send({ command: "hand", up: wanted(state).up }); },
+  finish() {
+    const { verdict, poses } = state;
+    if (verdict?.grade === "good") return send({ command: "finish" });
+    ask("finish", "Finish", verdict && poses.size >= 6 ? verdict.text
+      : `${FACES.filter(face => recorded(state, face)).length} of 6 faces are done: nothing tests the calibration.`);
+  },
+  cancel() {
+    const { session: { folder }, poses: { size } } = state, poses = size === 1 ? "1 pose" : `${size} poses`;
+    const kept = folder ? ` ${poses} and all samples stay in ${folder}, and the session can go on later.` : "";
+    ask("cancel", "Cancel", `Nothing is calibrated.${kept}`);
+  },
 };
-const run = name => { if (!$(`[data-command=${name}]`).disabled && !$("#actions").hidden) COMMANDS[name](); };
-for (const name of Object.keys(COMMANDS)) $(`[data-command=${name}]`).addEventListener("click", () => run(name));
 
-// After R: the number of a tile, or + or − and the name of the axis.
-function chooseByKey(key) {
-  if (key === "Escape") choosing = null;
-  else if (FACES[Number(key) - 1]) return choose(FACES[Number(key) - 1]);
-  else if (key === "+" || key === "-") choosing = key;
-  else if ("xyz".includes(key) && choosing) return choose(choosing + key);
-  else if (key === "r") choosing = null;
-  else return;
-  update();
+function press(button) {
+  const { command, face, port } = button.dataset;
+  if (button.closest("#hands, #tiles")) hand.drop();
+  if (command) send(JSON.parse(command));
+  else if (face) send(choosing ? { command: "redo", face } : { command: "hand", put: face });
+  else if (port) send({ command: "port", name: port });
+  else if (button.closest(".command")) copy(button);
+  else ACTIONS[button.id]?.();
+  if (face) choose(false);
 }
+
+async function copy(button) {
+  const code = button.previousElementSibling;
+  try {
+    await navigator.clipboard.writeText(code.textContent);
+    button.textContent = "Copied";
+  } catch {
+    // Without the right to copy, the line is marked, so that one key does it.
+    getSelection().selectAllChildren(code);
+  }
+}
+
+document.addEventListener("click", e => {
+  sound.wake();
+  const button = e.target.closest("button");
+  if (!button) return;
+  press(button);
+  // A click leaves no focus behind, so that Space goes on meaning "capture".
+  if (e.detail > 0) button.blur();
+});
 
 document.addEventListener("keydown", e => {
   sound.wake();
-  const target = e.target, at = name => target.closest?.(name);
+  const at = name => e.target.closest?.(name);
   if (e.ctrlKey || e.metaKey || e.altKey || at("input") || $("#sure").open) return;
-  const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
   // Space and Enter do what the button with the focus says.
-  if ((key === " " || key === "Enter") && at("button, a, summary")) return;
-  if (!$("#ports").hidden && keyOfPorts(key)) return e.preventDefault();
-  if (choosing !== null && key !== "m") {
-    if (key.length === 1 || key === "Escape") e.preventDefault();
-    return chooseByKey(key);
-  }
-  const name = { " ": "capture", u: "undo", r: "redo", c: "cancel", Enter: "finish" }[key];
-  if (name) {
-    e.preventDefault();
-    if (!e.repeat) run(name);
-  } else if (key === "m") sound.toggle();
-  else if (hand.on && hand.key(key)) e.preventDefault();
+  if ((e.key === " " || e.key === "Enter") && at("button, a, summary")) return;
+  const key = e.key === " " ? "Space" : e.key.length === 1 ? e.key.toUpperCase() : e.key;
+  const button = [...document.querySelectorAll(`[aria-keyshortcuts="${CSS.escape(key)}"]`)].find(b => b.checkVisibility());
+  if (key === "Escape" && choosing) choose(false);
+  else if (button) {
+    if (!e.repeat && !button.disabled) press(button);
+  } else if (!hand.press(key)) return;
+  e.preventDefault();
 });
-// A click leaves no focus behind, so that Space goes on meaning "capture".
-document.addEventListener("click", e => {
-  sound.wake();
-  if (e.detail > 0) e.target.closest("button")?.blur();
-});
-$("#mute").addEventListener("click", () => sound.toggle());
 
 $("#gravity").addEventListener("submit", e => {
   e.preventDefault();
-  const read = id => Number($(id).value.trim().replace(",", ".") || NaN);
+  const read = input => Number(input.value.trim().replace(",", ".") || NaN);
+  const { latitude, value } = e.target.elements;
   // A number that is none is null in JSON; the program refuses what it cannot use.
-  send({ command: "gravity", latitude: read("#latitude"), value: read("#value") });
-});
-$("#later").addEventListener("click", () => {
-  later = true;
-  update();
+  send({ command: "gravity", latitude: read(latitude), value: read(value) });
 });
 
 // ---- Events ----
 
-let live_from = 0;
-function take(event) {
-  if (event.type === "full") {
-    full = true;
-  } else {
-    state = after(state, event);
-    if (event.type === "session") {
-      choosing = null;
-      sphere.turned = false;
-    }
-    if (event.type === "status") strip.push(event.t_s, event.norm_g, event.noise_mg, event.limit_mg);
-    if (event.type === "next_pose") {
-      sphere.turned = false;
-      const look = state.poses.get(state.fit?.suspect)?.up ?? event.up;
-      if (look) sphere.face(unit(look) ?? [0, 0, 1]);
-    }
-    // What is replayed at the start has been seen and heard before.
-    if (performance.now() > live_from) {
-      if (event.type === "pose_accepted") flash_until = performance.now() + 1100;
-      if (SOUNDS[event.type]) sound.play(SOUNDS[event.type]);
-    }
-    if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
-  }
-  if (event.type !== "status") {
-    const mg = [...state.errors].map(([n, e]) => [n, ...e]).sort((a, b) => a[0] - b[0]), last = mg.at(-1);
-    chart.show(mg);
-    $("#predicted").replaceChildren(...last ? ["at most ", make("b", {}, `${precise(last[1])} mg`), " (95 %)"] : []);
-    $("#error canvas").setAttribute("aria-label", last ? `Predicted error ${precise(last[1])} mg after ${last[0]} poses` : "Predicted error: no poses yet");
-  }
-  dirty = true;
+let live_from = 0, is_due = false, is_recorded = false;
+
+// Events that come at once are shown at once.
+function updateSoon() {
+  if (is_due) return;
+  is_due = true;
+  requestAnimationFrame(() => {
+    is_due = false;
+    update();
+    if (!is_recorded) updateRecord();
+    is_recorded = true;
+  });
 }
 
-let dirty = true, silence = 0;
+function take(event) {
+  if (event.type === "full") full = true;
+  else state = after(state, event);
+  if (event.type === "session") choosing = false;
+  if (event.type !== "status") is_recorded = false;
+  if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
+  // What is replayed at the start has been seen and heard before.
+  if (performance.now() > live_from) {
+    if (event.type === "pose_accepted") accepted_until = performance.now() + 1100;
+    sound.play(event.type);
+  }
+  updateSoon();
+}
+
+let silence = 0;
 function listen() {
   const stream = new EventSource(address("events"));
   stream.addEventListener("open", () => {
@@ -430,7 +299,7 @@ function listen() {
     silence = 0;
     full = false;
     live_from = performance.now() + 700;
-    dirty = true;
+    updateSoon();
   });
   stream.addEventListener("error", () => {
     // After the end the program may go: there is nothing to wait for.
@@ -438,61 +307,20 @@ function listen() {
     // A stream that is opened again at once is not worth a word; one that fails again and again is.
     silence ||= setTimeout(() => {
       answers = full;
-      dirty = true;
+      updateSoon();
     }, 1500);
     // A refused connection is final for the browser, so it is tried again here.
     if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
   });
-  stream.addEventListener("message", e => {
-    let event;
-    try {
-      event = JSON.parse(e.data);
-    } catch {
-      return;
-    }
-    if (event && typeof event === "object") take(event);
-  });
+  stream.addEventListener("message", e => take(JSON.parse(e.data)));
 }
 
-// ---- Frames ----
-
-let last_frame = 0;
-function frame(now_ms) {
-  requestAnimationFrame(frame);
-  // Thirty a second are enough for the eye, and leave the machine to the measurement.
-  if (now_ms - last_frame < 30) return;
-  last_frame = now_ms;
-  if (dirty) {
-    dirty = false;
-    update();
-    showSphere();
-  }
-  const now = stage(state);
-  if (!$("#live").hidden) {
-    drawDial(now);
-    drawNext(now);
-  }
-  sphere.draw(ink, calm.matches);
-  if (!$("#strip").hidden) {
-    const open = state.pose_candidate ? [{ from: state.pose_candidate.t_s, to: state.status?.t_s ?? state.pose_candidate.t_s, kind: "open" }] : [];
-    strip.draw(ink, [...state.marks, ...open], state.session?.gravity_mps2 ?? 9.80665);
-  }
-  chart.draw(ink);
+render($("#tiles"), html`${FACES.map(tileMarkup)}`);
+for (const tile of document.querySelectorAll("[data-face]")) {
+  draw(tile.querySelector(".drawing"), lying(directionOf(tile.dataset.face)));
 }
-
-function redraw() {
-  readInk();
-  dial_seen = next_seen = "";
-  sphere.due = strip.due = chart.due = true;
-  drawTiles();
-}
-dark.addEventListener("change", redraw);
-addEventListener("resize", redraw);
-new ResizeObserver(redraw).observe($("main"));
-
-readInk();
+draw($("#board"), attitude);
+draw($("#next .drawing"), attitude);
 sound.read();
-update();
-redraw();
+updateSoon();
 listen();
-requestAnimationFrame(frame);

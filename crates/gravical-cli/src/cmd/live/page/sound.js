@@ -17,29 +17,21 @@ const sound = {
   // What was chosen before; a browser may be set to store nothing.
   read() {
     try { this.silent = localStorage.getItem("gravical-silent") === "1"; } catch { /* nothing is kept */ }
-    this.label();
   },
   toggle() {
     this.silent = !this.silent;
     try { localStorage.setItem("gravical-silent", this.silent ? "1" : "0"); } catch { /* for this page only */ }
-    this.label();
-    this.play(SOUNDS.pose_undone);
-  },
-  label() {
-    const button = $("#mute");
-    button.setAttribute("aria-pressed", String(this.silent));
-    button.querySelector("use").setAttribute("href", this.silent ? "#silent" : "#sound");
-    write(button.querySelector("span"), this.silent ? "Muted" : "Sound");
+    this.play("pose_undone");
   },
   // Browsers let a page sound after the first key or click on it.
   wake() {
     this.context ??= new AudioContext();
     if (this.context.state === "suspended") this.context.resume();
   },
-  play(notes) {
+  play(event) {
     if (this.silent || this.context?.state !== "running") return;
     let at = this.context.currentTime + 0.01;
-    for (const [hertz, seconds] of notes) {
+    for (const [hertz, seconds] of SOUNDS[event] ?? []) {
       const tone = this.context.createOscillator(), gain = this.context.createGain();
       tone.frequency.value = hertz;
       // Rising and falling at once would click.

@@ -49,18 +49,12 @@ const FULL: &str = "retry: 2000\ndata: {\"v\":1,\"type\":\"full\",\"t_s\":0.0}\n
 const PAGE: &str = include_str!("../page/page.html");
 
 /// The files that the page is made of.
-const FILES: [(&str, &str, &str); 12] = [
+const FILES: [(&str, &str, &str); 6] = [
     ("page.css", CSS, include_str!("../page/page.css")),
-    ("dom.js", JS, include_str!("../page/dom.js")),
-    ("geometry.js", JS, include_str!("../page/geometry.js")),
     ("board.js", JS, include_str!("../page/board.js")),
-    ("sphere.js", JS, include_str!("../page/sphere.js")),
-    ("charts.js", JS, include_str!("../page/charts.js")),
     ("session.js", JS, include_str!("../page/session.js")),
-    ("words.js", JS, include_str!("../page/words.js")),
+    ("markup.js", JS, include_str!("../page/markup.js")),
     ("sound.js", JS, include_str!("../page/sound.js")),
-    ("result.js", JS, include_str!("../page/result.js")),
-    ("hands.js", JS, include_str!("../page/hands.js")),
     ("page.js", JS, include_str!("../page/page.js")),
 ];
 
