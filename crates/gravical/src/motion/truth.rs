@@ -286,7 +286,8 @@ fn compare(
     };
     let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
     let points = Points::new(own, &t_s, &reference.position_m);
-    let mut points = points.ok_or_else(|| no_overlap(own.t_s, &t_s))?;
+    let source = Path::new(&reference.source);
+    let mut points = points.ok_or_else(|| no_overlap(own.t_s, &t_s).at(source, None))?;
     let yaw_rad = points.yaw_rad();
     let (sine, cosine) = yaw_rad.sin_cos();
     for [x, y, _] in &mut points.reference {
