@@ -65,7 +65,7 @@ pub struct MotionStepper {
     by_scale: Calibration<f64>,
     gyro: Option<GyroscopeCalibration<f64>>,
     drift: Option<TemperatureModel>,
-    /// The last temperature that came, °C.
+    /// The last temperature that came, °C; before one came the first one of the recording that it began with.
     held_c: f64,
     axes: AxisMap,
     step_s: f64,
@@ -117,13 +117,15 @@ impl MotionStepper {
         let engine = engine_options(options, calibration);
         let channels = samples.channels();
         let unknown = [f64::NAN; 3];
+        let mut temperatures = first.temperature_c.iter().flatten();
+        let first_c = temperatures.find(|t| t.is_finite());
         Ok(MotionStepper {
             engine: Stepper::new(&engine, channels.period_s, channels.resolution),
             accel: scales.accel,
             by_scale: scales.by_scale,
             gyro: scales.gyro.filter(|_| first.gyro.is_some()),
             drift: file.and_then(|f| f.drift_model()).cloned(),
-            held_c: f64::NAN,
+            held_c: first_c.copied().unwrap_or(f64::NAN),
             axes: options.axes,
             step_s: channels.period_s,
             p0_m: options.p0_m,
