@@ -337,7 +337,14 @@ impl Work<'_> {
         let own =
             known.map(|s| by_covariance(&file.accelerometer, &s.covariance, &self.options.axes));
         let directions = own.as_deref().unwrap_or(directions);
-        GravityMisfit::worst(estimate, samples, directions, self.gravity().value_mps2)
+        let gravity_mps2 = self.gravity().value_mps2;
+        GravityMisfit::worst(
+            estimate,
+            samples,
+            directions,
+            gravity_mps2,
+            self.options.causal,
+        )
     }
 
     /// What may be off besides: what gravity at the rests, and the recording itself, say against the

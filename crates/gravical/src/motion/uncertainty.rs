@@ -206,14 +206,17 @@ pub struct GravityMisfit {
 
 impl GravityMisfit {
     /// Of the rests of `estimate`, the one at which gravity is off most, as `estimate` was calibrated or,
-    /// with other `samples` of the same rows, in those; none without a rest.
+    /// with other `samples` of the same rows, in those; none without a rest. A causal run knows the first
+    /// one when it begins to move.
     pub(super) fn worst(
         estimate: &Estimate,
         samples: &Samples,
         directions: &[ForceDirection],
         gravity_mps2: f64,
+        causal: bool,
     ) -> Option<Self> {
-        let rests = &estimate.rests_in(samples);
+        let mut rests = estimate.rests_in(samples);
+        rests.truncate(if causal { 1 } else { rests.len() });
         let noise = estimate.motion.noise?;
         let noise = noise
             .force_mps2_sqrt_s
