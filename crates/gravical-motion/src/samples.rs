@@ -93,20 +93,30 @@ impl Samples {
         bridged: Vec<Bridged>,
         resolution: [f64; 6],
     ) -> Samples {
+        let rows = time_s.iter().zip(force_mps2).enumerate();
+        let rows = rows.map(|(i, (t, force))| (*t, *force, rate_rad_s.get(i).copied()));
         let has_gyro = !rate_rad_s.is_empty();
-        let count = time_s.len().min(force_mps2.len());
         let count = if has_gyro {
-            count.min(rate_rad_s.len())
+            rate_rad_s.len()
         } else {
-            count
+            usize::MAX
         };
+        Samples::from_rows(rows.take(count), bridged, resolution)
+    }
+
+    /// The same of rows one by one: time, specific force, and angular rate if there is a gyroscope.
+    #[must_use]
+    pub fn from_rows(
+        rows: impl Iterator<Item = (f64, [f64; 3], Option<[f64; 3]>)>,
+        bridged: Vec<Bridged>,
+        resolution: [f64; 6],
+    ) -> Samples {
         // Without a gap, until the period is known.
         let mut samples = Samples::empty(f64::INFINITY, resolution);
-        samples.time_s.reserve_exact(count);
-        samples.force.reserve_exact(count);
-        samples.rate.reserve_exact(if has_gyro { count } else { 0 });
-        for i in 0..count {
-            if samples.push(time_s[i], force_mps2[i], rate_rad_s.get(i).copied(), false) {
+        samples.time_s.reserve(rows.size_hint().0);
+        samples.force.reserve(rows.size_hint().0);
+        for (i, (time_s, force, rate)) in rows.enumerate() {
+            if samples.push(time_s, force, rate, false) {
                 samples.rows.push(i);
             }
         }

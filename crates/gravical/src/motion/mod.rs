@@ -123,8 +123,8 @@ pub fn motion(
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;
-    let mut rows = SensorRows::new(recording, file, options, &scales, &mut findings)?;
-    let samples = rows.calibrated()?;
+    let mut rows = SensorRows::new(recording, &scales, &mut findings)?;
+    let samples = rows.samples(&scales.calibrated)?;
     findings.extend(words::rows_left_out(recording, &samples, &rows.hung));
     let given = options.rests.as_ref();
     let work = Work {
@@ -140,9 +140,10 @@ pub fn motion(
         let smoothing;
         (rows, smoothing) = rows.smoothed(&options.smooth)?;
         findings.extend(smoothing);
-        smoothed = Some(rows.calibrated()?);
+        smoothed = Some(rows.samples(&scales.calibrated)?);
     }
-    let plain = file.map(|_| rows.by_scale()).transpose()?;
+    let plain = file.map(|_| rows.samples(&scales.nominal)).transpose()?;
+    drop(rows);
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
@@ -370,7 +371,7 @@ impl Work<'_> {
         let by_board = self.recording.is_calibrated_by_board;
         let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
-            let nominal = 1.0 / self.scales.by_scale.matrix[0][0];
+            let nominal = 1.0 / self.scales.nominal.units()[0];
             doubts.push(applied_twice(section, nominal, &self.options.axes));
             findings.push(words::already_calibrated(by_board));
         }
