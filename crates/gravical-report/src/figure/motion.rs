@@ -4,7 +4,7 @@ mod space;
 
 use std::f64::consts::PI;
 
-use gravical::motion::{MotionResult, ReferenceTrack, Track};
+use gravical::motion::{MotionResult, MotionSample, ReferenceTrack, SampleState};
 use gravical::numfmt::decimals_for;
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
@@ -20,7 +20,11 @@ const FAR: f64 = 5.0;
 /// What is drawn.
 struct Motion<'a> {
     result: &'a MotionResult,
-    track: Track,
+    t_s: Vec<f64>,
+    samples: Vec<MotionSample>,
+    /// Samples before which others are missing.
+    breaks: Vec<usize>,
+    uncalibrated: Option<Vec<SampleState>>,
     reference: Option<&'a ReferenceTrack>,
     /// What the result is called beside the uncalibrated one.
     name: &'static str,
@@ -36,7 +40,10 @@ pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
     };
     let motion = &Motion {
         result: &motion.result,
-        track: motion.track(),
+        t_s: motion.samples().map(|s| s.t_s).collect(),
+        samples: motion.samples().collect(),
+        breaks: motion.breaks().collect(),
+        uncalibrated: motion.uncalibrated_states().map(Iterator::collect),
         reference: motion.reference.as_ref(),
         name,
     };
@@ -90,13 +97,13 @@ struct Path<'a> {
     t_s: &'a [f64],
     /// Rows before which others are missing.
     breaks: &'a [usize],
-    values: &'a [[f64; 3]],
+    values: Vec<[f64; 3]>,
 }
 
 impl Path<'_> {
     /// A line through the places that `point` gives for time and vector.
     fn line(&self, point: impl Fn(f64, [f64; 3]) -> [f64; 2]) -> Series {
-        let points = self.t_s.iter().zip(self.values);
+        let points = self.t_s.iter().zip(&self.values);
         let points = points.map(|(t, v)| <(f64, f64)>::from(point(*t, *v)));
         let (x, y) = points.unzip();
         Series::line(self.name, self.role, x, y).thinned(self.breaks)
@@ -104,37 +111,45 @@ impl Path<'_> {
 }
 
 impl Motion<'_> {
+    /// A vector of each sample.
+    fn column(&self, vector: impl Fn(&MotionSample) -> [f64; 3]) -> Vec<[f64; 3]> {
+        self.samples.iter().map(vector).collect()
+    }
+
     /// Vectors of the result.
-    fn result<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
+    fn result(&self, vector: impl Fn(&MotionSample) -> [f64; 3]) -> Path<'_> {
         Path {
             name: self.name,
             role: Role::Result,
-            t_s: &self.track.t_s,
-            breaks: &self.track.breaks,
-            values,
+            t_s: &self.t_s,
+            breaks: &self.breaks,
+            values: self.column(vector),
         }
     }
 
-    fn uncalibrated<'a>(&'a self, values: &'a [[f64; 3]]) -> Path<'a> {
-        Path {
+    /// Vectors without the calibration; none without one.
+    fn uncalibrated(&self, vector: impl Fn(&SampleState) -> [f64; 3]) -> Option<Path<'_>> {
+        let states = self.uncalibrated.as_ref()?.iter();
+        Some(Path {
             name: "uncalibrated",
             role: Role::Raw,
-            ..self.result(values)
-        }
+            t_s: &self.t_s,
+            breaks: &self.breaks,
+            values: states.map(vector).collect(),
+        })
     }
 
     /// Positions uncalibrated, of the result, and of the reference.
     fn positions(&self) -> Vec<Path<'_>> {
-        let plain = self.track.uncalibrated.as_ref();
-        let plain = plain.map(|plain| self.uncalibrated(&plain.position_m));
+        let plain = self.uncalibrated(|s| s.position_m);
         let reference = self.reference.map(|r| Path {
             name: "reference",
             role: Role::Reference,
             t_s: &r.t_s,
             breaks: &[],
-            values: &r.position_m,
+            values: r.position_m.clone(),
         });
-        let result = self.result(&self.track.position_m);
+        let result = self.result(|s| s.state.position_m);
         plain.into_iter().chain([result]).chain(reference).collect()
     }
 
@@ -165,10 +180,13 @@ impl Motion<'_> {
 
 /// Specific force raw and calibrated, along the axes of the sensor.
 fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
-    let track = &motion.track;
-    let raw = ("raw", Role::Raw, &track.raw_mps2);
-    let force = (motion.name, Role::Result, &track.force_mps2);
-    let (columns, both) = match motion.result.calibration {
+    let raw = Path {
+        name: "raw",
+        role: Role::Raw,
+        ..motion.result(|s| s.raw_mps2)
+    };
+    let force = motion.result(|s| s.force_mps2);
+    let (paths, both) = match motion.result.calibration {
         Some(_) => (vec![raw, force], ": nominal scale and calibrated"),
         None => (vec![force], ""),
     };
@@ -176,11 +194,7 @@ fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
         format!("Specific force in sensor axes, including gravity{both}. Rests are shaded.");
     let figure = Figure::new("acceleration", "Acceleration", caption);
     motion.over_time(figure, "m/s²", |axis| {
-        let lines = columns.iter().map(|(name, role, columns)| {
-            let (t_s, values) = (track.t_s.clone(), columns[axis].clone());
-            Series::line(name, *role, t_s, values).thinned(&track.breaks)
-        });
-        lines.collect()
+        paths.iter().map(|p| p.line(|t, v| [t, v[axis]])).collect()
     })
 }
 
@@ -189,7 +203,7 @@ fn motion_acceleration(motion: &Motion<'_>) -> Option<Figure> {
     let frame = &motion.result.frame;
     let caption = format!("Acceleration without gravity, in the frame of the result ({frame}).");
     let figure = Figure::new("motion-acceleration", "Acceleration of the motion", caption);
-    let values = motion.result(&motion.track.acceleration_mps2);
+    let values = motion.result(|s| s.state.acceleration_mps2);
     motion.over_time(figure, "m/s²", |axis| {
         vec![values.line(|t, v| [t, v[axis]])]
     })
@@ -197,17 +211,16 @@ fn motion_acceleration(motion: &Motion<'_>) -> Option<Figure> {
 
 /// Velocity along each axis.
 fn velocity(motion: &Motion<'_>) -> Option<Figure> {
-    let track = &motion.track;
-    let plain = track.uncalibrated.as_ref();
-    let plain = plain.map(|plain| motion.uncalibrated(&plain.velocity_mps));
-    let result = motion.result(&track.velocity_mps);
+    let plain = motion.uncalibrated(|s| s.velocity_mps);
+    let result = motion.result(|s| s.state.velocity_mps);
     let paths: Vec<Path<'_>> = plain.into_iter().chain([result]).collect();
     let figure = Figure::new(
         "velocity",
         "Velocity",
         "Velocity in the frame of the result.",
     );
-    banded(motion, figure, "m/s", &paths, &track.sigma_velocity_mps)
+    let sigma = motion.column(|s| s.state.velocity_sd_mps);
+    banded(motion, figure, "m/s", &paths, &sigma)
 }
 
 /// Position along each axis, with the reference where there is one.
@@ -217,8 +230,8 @@ fn position(motion: &Motion<'_>) -> Option<Figure> {
         "Position",
         "Position in the frame of the result.",
     );
-    let sigma = &motion.track.sigma_position_m;
-    banded(motion, figure, "m", &motion.positions(), sigma)
+    let sigma = motion.column(|s| s.state.position_sd_m);
+    banded(motion, figure, "m", &motion.positions(), &sigma)
 }
 
 /// Vectors over time, the result with bands of once and twice its uncertainty.
@@ -230,6 +243,7 @@ fn banded(
     sigma: &[[f64; 3]],
 ) -> Option<Figure> {
     let result = paths.iter().find(|p| p.role == Role::Result)?;
+    let has_bands = ends(sigma).is_some();
     let mut figure = motion.over_time(figure, unit, |axis| {
         let band = |(name, k): (&str, f64)| {
             let ends = result.values.iter().zip(sigma);
@@ -239,12 +253,13 @@ fn banded(
             let x = result.t_s.to_vec();
             Series::band(name, Role::Result, x, low, high).thinned(result.breaks)
         };
-        let bands = [("± 2σ", 2.0), ("± 1σ", 1.0)].map(band).into_iter();
+        let bands = [("± 2σ", 2.0), ("± 1σ", 1.0)].into_iter();
+        let bands = bands.filter(|_| has_bands).map(band);
         bands
             .chain(paths.iter().map(|p| p.line(|t, v| [t, v[axis]])))
             .collect()
     })?;
-    if sigma.is_empty() {
+    if !has_bands {
         return Some(figure);
     }
     figure
@@ -272,15 +287,16 @@ fn banded(
 /// The path seen from above; where it goes up more than along, from the side.
 fn trajectory(motion: &Motion<'_>) -> Option<Figure> {
     let paths = motion.positions();
-    let around = extents(&motion.track.position_m)?;
+    let position = motion.column(|s| s.state.position_m);
+    let around = extents(&position)?;
     let plane = plane_of(&around);
     let plain = paths
         .iter()
         .find(|p| p.role == Role::Raw)
-        .and_then(|p| extents(p.values));
+        .and_then(|p| extents(&p.values));
     let far = plain.is_some_and(|plain| longest(&plain) > FAR * longest(&around));
     // An ellipse much larger than the path would be all that is seen.
-    let sigma = ends(&motion.track.sigma_position_m).map(|[_, sigma]| sigma);
+    let sigma = ends(&motion.column(|s| s.state.position_sd_m)).map(|[_, sigma]| sigma);
     let drawn = sigma.filter(|s| plane.iter().all(|&i| s[i] <= longest(&around)));
     let uncertainty = match (sigma, drawn) {
         (None, _) => String::new(),
@@ -356,7 +372,7 @@ fn in_plane(
     let paths = || paths.iter().filter(|p| roles.contains(&p.role));
     let mut series: Vec<Series> = paths().map(|p| p.line(|_, v| flat(v))).collect();
     for path in paths() {
-        let Some([start, end]) = ends(path.values).map(|ends| ends.map(flat)) else {
+        let Some([start, end]) = ends(&path.values).map(|ends| ends.map(flat)) else {
             continue;
         };
         match path.role {
@@ -425,12 +441,13 @@ mod tests {
             .unwrap();
         let recording = read(csv, &ReadOptions::default()).unwrap();
         let mut motion = motion(&recording, None, &MotionOptions::default()).unwrap();
-        let track = motion.track();
+        let samples: Vec<MotionSample> = motion.samples().collect();
         let truth = folder.path().join("truth.csv");
-        let rows = track.t_s.iter().zip(&track.position_m).step_by(10);
-        let rows: String = rows
-            .map(|(t, [x, y, z])| format!("{t},{x},{y},{z}\n"))
-            .collect();
+        let line = |s: &MotionSample| {
+            let [x, y, z] = s.state.position_m;
+            format!("{},{x},{y},{z}\n", s.t_s)
+        };
+        let rows: String = samples.iter().step_by(10).map(line).collect();
         std::fs::write(&truth, format!("t_s,px_m,py_m,pz_m\n{rows}")).unwrap();
         let reference = read_reference(&truth, &recording, csv).unwrap();
         add_comparison(&mut motion, &reference).unwrap();
@@ -440,11 +457,14 @@ mod tests {
         let names: Vec<&str> = figures.iter().map(|f| &f.name[..]).collect();
         assert_eq!(names, NAMES);
         let shown = series(&figures, "position", 1, "without a calibration");
-        assert!(shown.y.iter().eq(track.position_m.iter().map(|p| &p[1])));
-        let (last, sigma) = (
-            shown.y.last().unwrap(),
-            track.sigma_position_m.last().unwrap()[1],
+        assert!(
+            shown
+                .y
+                .iter()
+                .eq(samples.iter().map(|s| &s.state.position_m[1]))
         );
+        let state = samples.last().unwrap().state;
+        let (last, sigma) = (shown.y.last().unwrap(), state.position_sd_m[1]);
         let band = series(&figures, "position", 1, "± 2σ");
         assert_eq!(band.high.last(), Some(&(last + 2.0 * sigma)));
         let rests = series(&figures, "position", 0, "at rest").x.len();

@@ -62,9 +62,7 @@ pub use gravical_motion::SampleState;
 pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
-pub use track::{
-    MotionSample, ReferenceTrack, Track, UncalibratedTrack, table_columns, write_table,
-};
+pub use track::{MotionSample, ReferenceTrack, table_columns, write_table};
 pub use uncertainty::GravityMisfit;
 
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
@@ -89,10 +87,16 @@ impl Motion {
         track::samples(self)
     }
 
-    /// The samples as columns.
+    /// The state at each sample without the calibration; none without one.
     #[must_use]
-    pub fn track(&self) -> Track {
-        Track::new(self)
+    pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
+        let plain = self.uncalibrated.as_ref()?;
+        Some(track::states(plain, &self.result.moves))
+    }
+
+    /// Samples before which others are missing, or the recording is parted.
+    pub fn breaks(&self) -> impl Iterator<Item = usize> {
+        self.own.samples.pieces().iter().skip(1).map(|p| p.start)
     }
 }
 

@@ -16,22 +16,21 @@ fn project(p: [f64; 3]) -> [f64; 2] {
 
 /// Position in space with time marked along the path.
 pub(super) fn position_3d(motion: &Motion<'_>) -> Option<Figure> {
-    let position = &motion.track.position_m;
-    let size = longest(&extents(position)?);
-    let mut paths = motion.positions();
-    let near = |p: &Path<'_>| extents(p.values).is_some_and(|e| longest(&e) <= WITHIN * size);
-    paths.retain(|p| p.role != Role::Raw || near(p));
-    let sides = sides(extents(paths.iter().flat_map(|p| p.values))?)?;
-    let mut series = frame(&sides);
     let ground = Path {
         name: "on the ground",
         role: Role::Guide,
-        ..motion.result(position)
+        ..motion.result(|s| s.state.position_m)
     };
+    let size = longest(&extents(&ground.values)?);
+    let mut paths = motion.positions();
+    let near = |p: &Path<'_>| extents(&p.values).is_some_and(|e| longest(&e) <= WITHIN * size);
+    paths.retain(|p| p.role != Role::Raw || near(p));
+    let sides = sides(extents(paths.iter().flat_map(|p| &p.values))?)?;
+    let mut series = frame(&sides);
     series.push(ground.line(|_, [x, y, _]| project([x, y, sides[2][0]])));
     series.extend(paths.iter().map(|p| p.line(|_, at| project(at))));
-    series.push(time_marks(motion, 0.03 * longest(&sides)));
-    if let Some([start, end]) = ends(position) {
+    series.push(time_marks(&ground, 0.03 * longest(&sides)));
+    if let Some([start, end]) = ends(&ground.values) {
         series.push(spot("start", Role::Result, project(start), CIRCLE));
         series.push(spot("end", Role::Result, project(end), DIAMOND));
     }
@@ -123,8 +122,8 @@ fn frame(sides: &[[f64; 2]; 3]) -> Vec<Series> {
 }
 
 /// Dots at every tenth of the duration, where it has moved by `least` since the last one.
-fn time_marks(motion: &Motion<'_>, least: f64) -> Series {
-    let (t_s, position) = (&motion.track.t_s, &motion.track.position_m);
+fn time_marks(path: &Path<'_>, least: f64) -> Series {
+    let (t_s, position) = (path.t_s, &path.values);
     let (mut points, mut labels) = (Vec::new(), Vec::new());
     let mut last = ends(position).map(|[start, _]| start);
     let span = t_s.first().zip(t_s.last());
