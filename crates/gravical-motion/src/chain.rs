@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use crate::closure::{Innovation, REST_SPEED_MPS};
-use crate::filter::{Action, Filter};
+use crate::filter::{Filter, Recorder};
 use crate::samples::Unusable;
 use crate::transition::Model;
 
@@ -68,12 +68,9 @@ impl RestSelector<'_> {
     /// A filter at the end of a rest.
     fn filter_after(&self, rest: &Range<usize>) -> Filter {
         let mut filter = Filter::new(&self.0, rest.start, rest);
-        let action = Action::Rest {
-            span: rest.clone(),
-            speed_sd_mps: REST_SPEED_MPS,
-        };
-        filter.run(&self.0, &action, None);
-        filter.run(&self.0, &Action::Halt { to: rest.end - 1 }, None);
+        let off = &mut Recorder::off();
+        filter.rest(&self.0, rest, REST_SPEED_MPS, off);
+        filter.halt(&self.0, rest.end - 1, off);
         filter
     }
 
@@ -81,7 +78,7 @@ impl RestSelector<'_> {
         if to > filter.at {
             let excess = self.0.noise.excess(filter.at, to);
             let node = self.0.samples.count_in(NODE_S).max(1);
-            filter.run(&self.0, &Action::Propagate { to, node, excess }, None);
+            filter.propagate(&self.0, to, node, &excess, &mut Recorder::off());
         }
     }
 

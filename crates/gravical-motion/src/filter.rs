@@ -57,8 +57,7 @@ pub(crate) struct FullNode {
 pub(crate) enum Record {
     /// A node whose smoothed state is wanted.
     Node(Box<Node>),
-    /// A move starts (its number) or ends here.
-    StartMove(usize, Box<FullNode>),
+    StartMove(Box<FullNode>),
     EndMove(Box<FullNode>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
@@ -75,31 +74,31 @@ pub(crate) struct Update {
     pub gain: SMatrix<f64, STATES, 9>,
 }
 
-/// One step of the forward pass.
-#[derive(Debug, Clone)]
-pub(crate) enum Action {
-    StartMove(usize),
-    EndMove,
-    /// Integrates to a sample in nodes of so many samples.
-    Propagate {
-        to: usize,
-        node: usize,
-        excess: Density,
-    },
-    /// From here on the bias of the gyroscope may be another one by this variance.
-    InflateRateBias(f64),
-    /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
-    /// deviation, m/s.
-    Rest {
-        span: Range<usize>,
-        speed_sd_mps: f64,
-    },
-    /// Zero velocity of a foot on the ground.
-    Stance,
-    /// Rests until a sample.
-    Halt {
-        to: usize,
-    },
+/// Keeps the records of a forward pass, if they are wanted.
+#[derive(Default)]
+pub(crate) struct Recorder {
+    pub is_on: bool,
+    pub records: Vec<Record>,
+}
+
+impl Recorder {
+    /// One that keeps nothing.
+    pub fn off() -> Recorder {
+        Recorder::default()
+    }
+
+    pub fn on() -> Recorder {
+        Recorder {
+            is_on: true,
+            records: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, record: impl FnOnce() -> Record) {
+        if self.is_on {
+            self.records.push(record());
+        }
+    }
 }
 
 /// Position at the start of the move, its covariance, and that of it to the state.
@@ -180,63 +179,52 @@ impl Filter {
         }
     }
 
-    pub fn run(
-        &mut self,
-        model: &Model<'_>,
-        action: &Action,
-        mut records: Option<&mut Vec<Record>>,
-    ) {
-        match action {
-            Action::StartMove(k) => {
-                self.settle();
-                self.start = Some(MoveStart {
-                    position: self.nominal.position,
-                    covariance: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
-                    cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
-                });
-                if let Some(records) = records {
-                    records.push(Record::StartMove(*k, Box::new(self.full_node())));
-                }
-            }
-            Action::EndMove => {
-                if let Some(records) = records {
-                    records.push(Record::EndMove(Box::new(self.full_node())));
-                }
-            }
-            Action::Propagate { to, node, excess } => {
-                while self.at < *to {
-                    let end = (self.at + node.max(&1)).min(*to);
-                    self.propagate(model, end, excess, records.as_deref_mut());
-                }
-            }
-            Action::InflateRateBias(variance) => {
-                for c in RATE_BIAS..RATE_BIAS + 3 {
-                    self.q[(c, c)] += variance;
-                }
-            }
-            Action::Rest { span, speed_sd_mps } => {
-                self.settle();
-                let measurement =
-                    self.rest_measurement(model, &self.covariance, span, *speed_sd_mps);
-                self.update(&measurement, records);
-            }
-            Action::Stance => {
-                self.settle();
-                let measurement = self.stance_measurement();
-                self.update(&measurement, records);
-            }
-            Action::Halt { to } => self.halt(model, *to, records),
+    /// A move starts here.
+    pub fn start_move(&mut self, recorder: &mut Recorder) {
+        self.settle();
+        self.start = Some(MoveStart {
+            position: self.nominal.position,
+            covariance: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+            cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
+        });
+        recorder.push(|| Record::StartMove(Box::new(self.full_node())));
+    }
+
+    /// The move ends here.
+    pub fn end_move(&self, recorder: &mut Recorder) {
+        recorder.push(|| Record::EndMove(Box::new(self.full_node())));
+    }
+
+    /// From here on the bias of the gyroscope may be another one by this variance.
+    pub fn inflate_rate_bias(&mut self, variance: f64) {
+        for c in RATE_BIAS..RATE_BIAS + 3 {
+            self.q[(c, c)] += variance;
         }
     }
 
-    fn propagate(
+    /// Integrates to a sample in nodes of so many samples.
+    pub fn propagate(
+        &mut self,
+        model: &Model<'_>,
+        to: usize,
+        node: usize,
+        excess: &Density,
+        recorder: &mut Recorder,
+    ) {
+        while self.at < to {
+            let end = (self.at + node.max(1)).min(to);
+            self.propagate_node(model, end, excess, recorder);
+        }
+    }
+
+    fn propagate_node(
         &mut self,
         model: &Model<'_>,
         to: usize,
         excess: &Density,
-        records: Option<&mut Vec<Record>>,
+        recorder: &mut Recorder,
     ) {
-        let node = records.is_some().then(|| Box::new(self.node()));
+        recorder.push(|| Record::Node(Box::new(self.node())));
         let step = model.step(&mut self.nominal, self.at..to, excess);
         self.turned_rad += step.turned_rad;
         self.at = to;
@@ -253,10 +241,7 @@ impl Filter {
             .fixed_view_mut::<MOVING, MOVING>(0, 0)
             .copy_from(&(columns + step.q));
         self.walk(model, step.seconds);
-        if let (Some(records), Some(node)) = (records, node) {
-            records.push(Record::Node(node));
-            records.push(Record::Propagate(Box::new(step)));
-        }
+        recorder.push(|| Record::Propagate(Box::new(step)));
     }
 
     /// Φ ← F Φ, block by block: F is the identity but for velocity and attitude in the rows before them,
@@ -286,13 +271,12 @@ impl Filter {
         }
     }
 
-    fn halt(&mut self, model: &Model<'_>, to: usize, records: Option<&mut Vec<Record>>) {
+    /// Rests until a sample.
+    pub fn halt(&mut self, model: &Model<'_>, to: usize, recorder: &mut Recorder) {
         let to = to.max(self.at);
         let seconds = model.samples.time_s[to] - model.samples.time_s[self.at];
-        if let Some(records) = records {
-            records.push(Record::Node(Box::new(self.node())));
-            records.push(Record::Halt);
-        }
+        recorder.push(|| Record::Node(Box::new(self.node())));
+        recorder.push(|| Record::Halt);
         self.settle();
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
@@ -407,6 +391,26 @@ impl Filter {
         measurement
     }
 
+    /// Zero velocity of a foot on the ground.
+    pub fn stance(&mut self, recorder: &mut Recorder) {
+        self.settle();
+        self.update(&self.stance_measurement(), recorder);
+    }
+
+    /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
+    /// deviation, m/s.
+    pub fn rest(
+        &mut self,
+        model: &Model<'_>,
+        span: &Range<usize>,
+        speed_sd_mps: f64,
+        recorder: &mut Recorder,
+    ) {
+        self.settle();
+        let measurement = self.rest_measurement(model, &self.covariance, span, speed_sd_mps);
+        self.update(&measurement, recorder);
+    }
+
     /// What a rest says where the covariance is P.
     pub fn rest_measurement(
         &self,
@@ -478,7 +482,7 @@ impl Filter {
         SECOND_ORDER * turned * tilt * (0.5 * tilt * self.nominal.gravity.powi(2) + force)
     }
 
-    fn update(&mut self, m: &Measurement, records: Option<&mut Vec<Record>>) {
+    fn update(&mut self, m: &Measurement, recorder: &mut Recorder) {
         let p_ht = self.covariance * m.h.transpose();
         let innovation_covariance = m.h * p_ht + m.noise;
         // Not positive where samples are absurd: then nothing is learned.
@@ -496,13 +500,13 @@ impl Filter {
             start.cross -= gain * (m.h * start.cross);
         }
         self.nominal.correct(&(gain * m.innovation));
-        if let Some(records) = records {
-            records.push(Record::Update(Box::new(Update {
+        recorder.push(|| {
+            Record::Update(Box::new(Update {
                 h: m.h,
                 innovation: m.innovation,
                 information,
                 gain,
-            })));
-        }
+            }))
+        });
     }
 }

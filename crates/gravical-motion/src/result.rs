@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use crate::closure::Closure;
 use crate::filter::Node;
-use crate::odd::Bridged;
 use crate::options::RestNoise;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
@@ -128,12 +127,6 @@ impl Move {
     pub fn sd_m(&self) -> [f64; 3] {
         deviations(&self.covariance_m2)
     }
-
-    pub(crate) fn count_bridged(&mut self, bridged: &[Bridged]) {
-        let span = &self.samples;
-        let within = |b: &&Bridged| b.rows.start < span.end && b.rows.end > span.start;
-        self.replaced = bridged.iter().filter(within).count();
-    }
 }
 
 /// State of the motion at a sample.
@@ -208,6 +201,17 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// Adds what is known up to a rest, which ends before sample `end`.
+    pub(crate) fn append(&mut self, next: &mut Motion, end: usize) {
+        if let Some(rest) = next.rests.last_mut() {
+            rest.end = end.max(rest.start + 1);
+        }
+        self.rests.append(&mut next.rests);
+        self.stances.append(&mut next.stances);
+        self.moves.append(&mut next.moves);
+        self.path.append(&mut next.path);
+    }
+
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
     /// a matched filter sees it at 10 σ. None without rests, and for durations that no filter looks for. It
     /// does not hold where the rests were given, nor in a causal run.

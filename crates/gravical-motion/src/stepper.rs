@@ -10,9 +10,9 @@ use gravical_signal::{RestDetector, RestEvent};
 use nalgebra::Vector3;
 
 use crate::chain::contradicts;
-use crate::filter::{Action, Filter};
+use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{
-    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, rectified, take_displacement,
+    LEADING_S, Leg, close, closing, level_before_move, rectified, take_displacement,
 };
 use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
@@ -64,16 +64,12 @@ pub struct Stepper {
     source: RestDetector,
     candidate: Option<Candidate>,
     stances: Option<StanceDetector>,
-    /// Those of this move, and the last step of the last walk.
+    /// Those of this move.
     stances_here: Vec<Stance>,
-    last_step: Option<usize>,
-    /// Where the last rest begins or was left.
-    filter: Option<Filter>,
-    phase: Phase,
-    /// Before the last rest began.
-    undo: Option<Box<Undo>>,
-    tape: Tape,
-    /// What a whole run is to have; its path is on the tape. Such a run forgets nothing.
+    progress: Progress,
+    /// Before the last rest began, while that may be withdrawn.
+    undo: Option<Box<Progress>>,
+    /// What a whole run is to have. Such a run forgets nothing.
     motion: Option<Motion>,
 }
 
@@ -96,6 +92,16 @@ impl Context {
     }
 }
 
+/// What a rest changes.
+#[derive(Debug, Clone)]
+struct Progress {
+    /// Where the last rest begins or was left.
+    filter: Option<Filter>,
+    phase: Phase,
+    /// The last step of the last walk.
+    last_step: Option<usize>,
+}
+
 #[derive(Debug, Clone)]
 enum Phase {
     /// Before the first rest.
@@ -104,18 +110,10 @@ enum Phase {
     Rest {
         closed: usize,
         node: PathNode,
+        /// The rest and the move before it.
+        found: Box<Motion>,
     },
     Move(Box<Live>),
-}
-
-/// What a rest changes that may be withdrawn.
-#[derive(Debug, Clone)]
-struct Undo {
-    filter: Option<Filter>,
-    phase: Phase,
-    last_step: Option<usize>,
-    /// Numbers of rests, moves, stances and nodes.
-    counts: [usize; 4],
 }
 
 /// A span that may be a rest.
@@ -151,7 +149,7 @@ struct Track {
 
 impl Track {
     fn new(model: &Model<'_>, mut filter: Filter) -> Track {
-        filter.run(model, &Action::StartMove(0), None);
+        filter.start_move(&mut Recorder::off());
         Track {
             start: filter.at,
             filter,
@@ -173,20 +171,16 @@ impl Track {
             let rate_sd = model.options.calibration.rate_sd();
             let variance = rectified(self.squares / self.count as f64, rate_sd);
             if variance > self.inflated {
-                let more = Action::InflateRateBias(variance - self.inflated);
-                self.filter.run(model, &more, None);
+                self.filter.inflate_rate_bias(variance - self.inflated);
                 self.inflated = variance;
             }
             if let Some(path) = &mut path {
                 path.push(PathNode::forward(&self.filter.node()));
             }
             let since = self.start.max(span.end.saturating_sub(recent));
-            let propagate = Action::Propagate {
-                to: span.end,
-                node,
-                excess: model.noise.excess(since, span.end),
-            };
-            self.filter.run(model, &propagate, None);
+            let excess = model.noise.excess(since, span.end);
+            let off = &mut Recorder::off();
+            self.filter.propagate(model, span.end, node, &excess, off);
         }
     }
 }
@@ -207,11 +201,12 @@ impl Stepper {
             candidate: None,
             stances: None,
             stances_here: Vec::new(),
-            last_step: None,
-            filter: None,
-            phase: Phase::Unknown,
+            progress: Progress {
+                filter: None,
+                phase: Phase::Unknown,
+                last_step: None,
+            },
             undo: None,
-            tape: Tape::new(Keep::Nothing),
             motion: None,
         }
     }
@@ -244,7 +239,6 @@ impl Stepper {
     pub(crate) fn drive(samples: &Samples, options: &MotionOptions) -> Motion {
         let mut stepper = Stepper::new(options, samples.period_s, samples.channels().resolution);
         stepper.motion = Some(Motion::default());
-        stepper.tape = Tape::new(Keep::Path);
         let mut bridged = samples.bridged.iter().peekable();
         for i in 0..samples.len() {
             if options.is_stopped() {
@@ -261,14 +255,7 @@ impl Stepper {
             }
             stepper.update();
         }
-        stepper.finish();
-        let mut motion = stepper.motion.unwrap_or_default();
-        let path = stepper.tape.path.into_iter();
-        motion.path = path.map(PathNode::with_clock).collect();
-        let moves = motion.moves.iter_mut();
-        moves.for_each(|m| m.count_bridged(&samples.bridged));
-        motion.noise = stepper.context.noise.as_ref().map(Noise::of_rests);
-        motion
+        stepper.finish()
     }
 
     /// True if it is a sample.
@@ -349,7 +336,7 @@ impl Stepper {
 
     /// How long a rest is awaited, s: going through a move again may not cost more than the move.
     fn awaited_s(&self, start: usize) -> f64 {
-        match &self.phase {
+        match &self.progress.phase {
             Phase::Unknown => LEARNED_S,
             Phase::Rest { .. } => 0.0,
             Phase::Move(live) => {
@@ -365,20 +352,15 @@ impl Stepper {
         if self.candidate.take().is_some() {
             return;
         }
-        let Some(undo) = undo else { return };
-        (self.filter, self.phase, self.last_step) = (undo.filter, undo.phase, undo.last_step);
-        if let Some(motion) = &mut self.motion {
-            let [rests, moves, stances, nodes] = undo.counts;
-            motion.rests.truncate(rests);
-            motion.moves.truncate(moves);
-            motion.stances.truncate(stances);
-            self.tape.path.truncate(nodes);
+        if let Some(undo) = undo {
+            self.progress = *undo;
         }
     }
 
     /// True if the velocity does not contradict that a rest begins.
     fn agrees(&mut self, rest: &Range<usize>) -> bool {
-        let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
+        let (Phase::Move(live), Some(model)) = (&mut self.progress.phase, self.context.model())
+        else {
             return true;
         };
         live.trail.advance(&model, rest.start, None);
@@ -425,7 +407,7 @@ impl Stepper {
     /// The same where they are those of a walk.
     fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
         let mut stances = self.stances_away(from, end);
-        if !is_walk(&stances, self.last_step) {
+        if !is_walk(&stances, self.progress.last_step) {
             stances.clear();
         }
         stances
@@ -433,103 +415,103 @@ impl Stepper {
 
     fn begin_rest(&mut self, rest: Range<usize>) {
         let is_first = self.context.noise.is_none();
-        let nodes = self.tape.path.len();
-        let counts = self
-            .motion
-            .as_ref()
-            .map(|m| [m.rests.len(), m.moves.len(), m.stances.len(), nodes]);
-        self.undo = (!is_first).then(|| {
-            Box::new(Undo {
-                filter: self.filter.clone(),
-                phase: self.phase.clone(),
-                last_step: self.last_step,
-                counts: counts.unwrap_or_default(),
-            })
-        });
-        if let Some(motion) = &mut self.motion {
-            motion.rests.push(rest.clone());
-        }
         if is_first {
             self.learn(&rest);
         }
         let Some(model) = self.context.model() else {
             return;
         };
-        let filter = self.filter.take();
+        let filter = self.progress.filter.clone();
         let mut filter = filter.unwrap_or_else(|| Filter::new(&model, 0, &rest));
+        let mut last_step = self.progress.last_step;
+        let mut recorder = Recorder {
+            is_on: self.motion.is_some(),
+            ..Recorder::default()
+        };
         let first_second = closing(&model, &rest);
-        let mut closed = None;
+        let mut found = Box::new(Motion::default());
         if rest.start > filter.at {
             let steps = self.steps(if is_first { 0 } else { filter.at + 1 }, rest.start);
-            let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
-            self.last_step = steps.last().map(|s| s.swing).or(self.last_step);
+            found.stances = steps.iter().map(|s| s.sample).collect();
+            last_step = steps.last().map(|s| s.swing).or(last_step);
             let leg = Leg {
-                number: 0,
                 end: rest.start,
                 ends: ends(!is_first, true),
                 rest: (!is_first).then(|| first_second.clone()),
-                stances: &stances,
+                stances: &found.stances,
             };
-            let one;
-            (filter, one) = leg.run(&model, &mut self.tape, &filter);
-            closed = Some((one, stances));
+            let (_, one) = leg.run(&model, &mut filter, &mut recorder);
+            found.moves.push(one);
         }
         let at = filter.at;
-        let span = at..first_second.end.max(at + 1);
-        close(&model, &mut self.tape, &mut filter, span.clone());
-        if let (Some((mut one, stances)), Some(motion)) = (closed, &mut self.motion) {
-            take_displacement(&mut filter, &mut one);
-            motion.moves.push(one);
-            motion.stances.extend(stances);
+        let closed = first_second.end.max(at + 1);
+        close(&model, &mut filter, &(at..closed), &mut recorder);
+        for one in &mut found.moves {
+            take_displacement(&mut filter, one);
         }
-        self.tape.run(&model, &mut filter, Action::Halt { to: at });
-        self.phase = Phase::Rest {
-            closed: span.end,
-            node: PathNode::forward(&filter.node()),
+        filter.halt(&model, at, &mut recorder);
+        found.rests.push(rest);
+        found
+            .path
+            .extend(recorder.records.iter().filter_map(|r| match r {
+                Record::Node(node) => Some(PathNode::forward(node)),
+                _ => None,
+            }));
+        let node = PathNode::forward(&filter.node());
+        let progress = Progress {
+            filter: Some(filter),
+            phase: Phase::Rest {
+                closed,
+                node,
+                found,
+            },
+            last_step,
         };
-        self.filter = Some(filter);
+        let before = std::mem::replace(&mut self.progress, progress);
+        self.undo = (!is_first).then(|| Box::new(before));
     }
 
     fn end_rest(&mut self, end: usize) {
         self.undo = None;
-        if let Some(rest) = self.motion.as_mut().and_then(|m| m.rests.last_mut()) {
-            rest.end = end.max(rest.start + 1);
-        }
-        let closed = match &mut self.phase {
-            Phase::Rest { closed, .. } => *closed,
-            Phase::Move(_) | Phase::Unknown => return,
-        };
-        let (Some(mut filter), Some(model)) = (self.filter.take(), self.context.model()) else {
+        let (
+            Progress {
+                filter: Some(filter),
+                phase: Phase::Rest { closed, found, .. },
+                ..
+            },
+            Some(model),
+        ) = (&mut self.progress, self.context.model())
+        else {
             return;
         };
-        let end = end.max(filter.at + 1);
-        filter.run(&model, &Action::Halt { to: end - 1 }, None);
-        if self.motion.is_some() {
-            self.tape.path.push(PathNode::forward(&filter.node()));
-        }
-        level_before_move(&model, &mut self.tape, &mut filter, closed.min(end));
+        let (end, off) = (end.max(filter.at + 1), &mut Recorder::off());
+        filter.halt(&model, end - 1, off);
+        found.path.push(PathNode::forward(&filter.node()));
+        level_before_move(&model, filter, end.min(*closed), off);
         let trail = Track::new(&model, filter.clone());
-        self.phase = Phase::Move(Box::new(Live {
+        if let Some(motion) = &mut self.motion {
+            motion.append(found, end);
+        }
+        if let Some(noise) = &mut self.context.noise {
+            noise.rough.restart(filter.at);
+        }
+        self.progress.phase = Phase::Move(Box::new(Live {
             ahead: trail.clone(),
             trail,
             walks: false,
             path: Vec::new(),
         }));
-        if let Some(noise) = &mut self.context.noise {
-            noise.rough.restart(filter.at);
-        }
-        self.filter = Some(filter);
         self.stances_here.retain(|s| s.sample >= end);
     }
 
     /// Goes on with a move to the last whole node.
     fn go_on(&mut self) {
         let found = self.find_stances();
-        if let (Phase::Move(_), Some(noise)) = (&self.phase, &mut self.context.noise) {
+        if let (Phase::Move(_), Some(noise)) = (&self.progress.phase, &mut self.context.noise) {
             noise.rough.extend(&self.context.samples, &[]);
         }
         let last = self.context.samples.len() - 1;
-        let steps = match (&self.phase, self.candidate) {
+        let steps = match (&self.progress.phase, self.candidate) {
             (Phase::Move(live), candidate) if found => {
                 // In a walk those before are known.
                 let from = if live.walks {
@@ -539,14 +521,15 @@ impl Stepper {
                 };
                 let end = candidate.map_or(usize::MAX, |c| c.start);
                 let mut steps = self.stances_away(from, end);
-                if !live.walks && !is_walk(&steps, self.last_step) {
+                if !live.walks && !is_walk(&steps, self.progress.last_step) {
                     steps.clear();
                 }
                 steps
             }
             _ => Vec::new(),
         };
-        let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
+        let (Phase::Move(live), Some(model)) = (&mut self.progress.phase, self.context.model())
+        else {
             return;
         };
         live.walks |= !steps.is_empty() && is_walk(&steps, None);
@@ -556,7 +539,7 @@ impl Stepper {
                 continue;
             }
             live.trail.advance(&model, step.sample, None);
-            live.trail.filter.run(&model, &Action::Stance, None);
+            live.trail.filter.stance(&mut Recorder::off());
             stands = true;
         }
         let node = node_len(&self.context.samples);
@@ -579,9 +562,9 @@ impl Stepper {
     }
 
     fn state_here(&self) -> Option<SampleState> {
-        match &self.phase {
+        match &self.progress.phase {
             Phase::Unknown => None,
-            Phase::Rest { node, .. } => self.state(self.filter.as_ref()?, node, true),
+            Phase::Rest { node, .. } => self.state(self.progress.filter.as_ref()?, node, true),
             Phase::Move(live) => {
                 let filter = self.filter_here(live)?;
                 let node = PathNode::forward(&filter.node());
@@ -606,10 +589,10 @@ impl Stepper {
         })
     }
 
-    /// No sample follows.
-    fn finish(&mut self) {
+    /// The motion where no sample follows.
+    fn finish(mut self) -> Motion {
         if self.context.samples.is_empty() {
-            return;
+            return Motion::default();
         }
         while let Some(event) = self.source.finish(&self.context.samples.channels()) {
             self.take(event);
@@ -620,33 +603,27 @@ impl Stepper {
         }
         self.go_on();
         let last = self.context.samples.len() - 1;
-        let steps = match &self.phase {
-            Phase::Move(live) => self.steps(live.trail.start + 1, usize::MAX),
-            _ => Vec::new(),
-        };
-        let filter = match &self.phase {
-            Phase::Unknown => None,
-            Phase::Rest { .. } => self.filter.clone(),
-            Phase::Move(live) => self.filter_here(live),
+        let mut motion = self.motion.take().unwrap_or_default();
+        let (filter, steps) = match &self.progress.phase {
+            Phase::Unknown => (None, Vec::new()),
+            Phase::Rest { .. } => (self.progress.filter.clone(), Vec::new()),
+            Phase::Move(live) => {
+                let steps = self.steps(live.trail.start + 1, usize::MAX);
+                (self.filter_here(live), steps)
+            }
         };
         let (Some(mut filter), Some(model)) = (filter, self.context.model()) else {
-            return;
+            return motion;
         };
-        let Some(motion) = &mut self.motion else {
-            return;
-        };
-        match &mut self.phase {
+        match &mut self.progress.phase {
             Phase::Unknown => {}
-            Phase::Rest { .. } => {
-                filter.run(&model, &Action::Halt { to: last }, None);
-                if let Some(rest) = motion.rests.last_mut() {
-                    rest.end = last + 1;
-                }
+            Phase::Rest { found, .. } => {
+                filter.halt(&model, last, &mut Recorder::off());
+                motion.append(found, last + 1);
             }
             Phase::Move(live) => {
                 let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
                 let leg = Leg {
-                    number: 0,
                     end: last,
                     ends: ends(true, false),
                     rest: None,
@@ -658,10 +635,13 @@ impl Stepper {
                     motion.moves.push(one);
                 }
                 motion.stances.extend(stances);
-                self.tape.path.append(&mut live.path);
+                motion.path.append(&mut live.path);
             }
         }
-        self.tape.path.push(PathNode::forward(&filter.node()));
+        motion.path.push(PathNode::forward(&filter.node()));
+        motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
+        motion.noise = Some(model.noise.of_rests());
+        motion
     }
 
     /// Forgets samples that nothing needs.
@@ -673,7 +653,7 @@ impl Stepper {
         let old = samples.time_s.partition_point(|t| *t < now_s - KEPT_S);
         // Over a gap more is kept than its time says: blocks and windows go on from before it.
         let old = old.min(samples.len().saturating_sub(samples.count_in(KEPT_S)));
-        let count = match &self.phase {
+        let count = match &self.progress.phase {
             Phase::Rest { closed, .. } if old > *closed => old,
             _ => return,
         };
@@ -683,9 +663,10 @@ impl Stepper {
         }
         self.undo = None;
         if let Some(model) = self.context.model()
-            && let (Phase::Rest { closed, .. }, Some(filter)) = (&mut self.phase, &mut self.filter)
+            && let Phase::Rest { closed, .. } = &mut self.progress.phase
+            && let Some(filter) = &mut self.progress.filter
         {
-            filter.run(&model, &Action::Halt { to: count }, None);
+            filter.halt(&model, count, &mut Recorder::off());
             filter.at -= count;
             *closed = 0;
         }
