@@ -7,7 +7,6 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::filter::{Filter, Measurement};
 use crate::noise::Density;
-use crate::state::Covariance;
 use crate::transition::Model;
 
 /// A rest has no velocity but this, m/s: a table that gives way.
@@ -46,15 +45,16 @@ pub(crate) struct Innovation {
 impl Innovation {
     /// Of a rest that begins where the filter is.
     pub fn of_rest(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
-        let covariance = filter.covariance_here();
-        let measurement = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
-        Innovation::new(&covariance, &measurement)
+        Innovation::new(
+            filter,
+            &filter.rest_measurement(model, rest, REST_SPEED_MPS),
+        )
     }
 
-    fn new(covariance: &Covariance, m: &Measurement) -> Innovation {
+    fn new(filter: &Filter, m: &Measurement) -> Innovation {
         Innovation {
             y: m.innovation,
-            s: m.h * covariance * m.h.transpose() + m.noise,
+            s: m.h * filter.covariance * m.h.transpose() + m.noise,
         }
     }
 
@@ -119,7 +119,7 @@ pub(crate) fn enlargement(innovation: &Innovation, gravity: f64, seconds: f64) -
 /// strikes is out of range, or between two samples, for a moment. Without it such errors, which are alike in
 /// all steps, are taken for the scale of the sensor. None if it is one.
 pub(crate) fn step_enlargement(filter: &Filter, seconds: f64) -> Option<Density> {
-    let innovation = Innovation::new(&filter.covariance_here(), &filter.stance_measurement());
+    let innovation = Innovation::new(filter, &filter.stance_measurement());
     innovation.force_density(MAX_STEP_CHI2, seconds)
 }
 

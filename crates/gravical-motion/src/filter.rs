@@ -109,18 +109,13 @@ struct MoveStart {
     cross: SMatrix<f64, STATES, 3>,
 }
 
-/// The filter. Propagation is deferred: over a leg it gathers x = Φ x₀ + w, which costs less than
-/// propagating P from node to node, and P follows from it where it is asked for.
+/// The filter.
 #[derive(Debug, Clone)]
 pub(crate) struct Filter {
     /// The sample that it is at.
     pub at: usize,
     pub nominal: Nominal,
-    /// Covariance at the last measurement.
-    covariance: Covariance,
-    /// Φ (first nine rows) and covariance of w (first fifteen states) since then.
-    phi: NineRows,
-    q: SMatrix<f64, 15, 15>,
+    pub covariance: Covariance,
     start: Option<MoveStart>,
     /// Since the last rest: its time, s, and the angle turned, rad.
     rest_s: f64,
@@ -171,8 +166,6 @@ impl Filter {
                 force_parameters: [0.0; 12],
             },
             covariance: Covariance::from_diagonal(&sd.map(|s| s * s)),
-            phi: NineRows::identity(),
-            q: SMatrix::zeros(),
             start: None,
             rest_s: samples.time_s[at],
             turned_rad: 0.0,
@@ -181,10 +174,12 @@ impl Filter {
 
     /// A move starts here.
     pub fn start_move(&mut self, recorder: &mut Recorder) {
-        self.settle();
         self.start = Some(MoveStart {
             position: self.nominal.position,
-            covariance: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+            covariance: self
+                .covariance
+                .fixed_view::<3, 3>(POSITION, POSITION)
+                .into_owned(),
             cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
         });
         recorder.push(|| Record::StartMove(Box::new(self.full_node())));
@@ -198,7 +193,7 @@ impl Filter {
     /// From here on the bias of the gyroscope may be another one by this variance.
     pub fn inflate_rate_bias(&mut self, variance: f64) {
         for c in RATE_BIAS..RATE_BIAS + 3 {
-            self.q[(c, c)] += variance;
+            self.covariance[(c, c)] += variance;
         }
     }
 
@@ -229,33 +224,20 @@ impl Filter {
         self.turned_rad += step.turned_rad;
         self.at = to;
 
-        self.gather(&step);
-        let rows = step.f.fixed_columns::<15>(0) * self.q;
-        let columns = rows * step.f.fixed_columns::<15>(0).transpose();
-        self.q.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        let side = rows.fixed_columns::<6>(MOVING).transpose();
-        self.q
-            .fixed_view_mut::<6, MOVING>(MOVING, 0)
-            .copy_from(&side);
-        self.q
-            .fixed_view_mut::<MOVING, MOVING>(0, 0)
-            .copy_from(&(columns + step.q));
+        // P ← F P Fᵀ + Q: after its first nine rows F is the identity.
+        let rows = step.f * self.covariance;
+        let square = rows * step.f.transpose() + step.q;
+        let p = &mut self.covariance;
+        p.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+        p.fixed_columns_mut::<MOVING>(0)
+            .copy_from(&rows.transpose());
+        p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
+        if let Some(start) = &mut self.start {
+            let rows = step.f * start.cross;
+            start.cross.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+        }
         self.walk(model, step.seconds);
         recorder.push(|| Record::Propagate(Box::new(step)));
-    }
-
-    /// Φ ← F Φ, block by block: F is the identity but for velocity and attitude in the rows before them,
-    /// and for the columns of constants.
-    fn gather(&mut self, step: &Transition) {
-        let block = |i: usize, j: usize| step.f.fixed_view::<3, 3>(i, j).into_owned();
-        let attitude = self.phi.fixed_rows::<3>(ATTITUDE).into_owned();
-        let velocity = self.phi.fixed_rows::<3>(VELOCITY).into_owned();
-        let mut rows = self.phi.fixed_rows_mut::<3>(POSITION);
-        rows += velocity * step.seconds + block(POSITION, ATTITUDE) * attitude;
-        let mut rows = self.phi.fixed_rows_mut::<3>(VELOCITY);
-        rows += block(VELOCITY, ATTITUDE) * attitude;
-        let mut constants = self.phi.fixed_columns_mut::<{ STATES - MOVING }>(MOVING);
-        constants += step.f.fixed_columns::<{ STATES - MOVING }>(MOVING);
     }
 
     /// Random walks of the biases.
@@ -266,8 +248,8 @@ impl Filter {
             0.0
         };
         for c in 0..3 {
-            self.q[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
-            self.q[(RATE_BIAS + c, RATE_BIAS + c)] += rate_walk.powi(2) * seconds;
+            self.covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
+            self.covariance[(RATE_BIAS + c, RATE_BIAS + c)] += rate_walk.powi(2) * seconds;
         }
     }
 
@@ -277,7 +259,6 @@ impl Filter {
         let seconds = model.samples.time_s[to] - model.samples.time_s[self.at];
         recorder.push(|| Record::Node(Box::new(self.node())));
         recorder.push(|| Record::Halt);
-        self.settle();
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
         if let Some(start) = &mut self.start {
@@ -290,60 +271,25 @@ impl Filter {
         self.turned_rad = 0.0;
     }
 
-    /// Rows of P for the first nine states: Φ P₀ [Φᵀ | I] + Q.
-    pub fn rows(&self) -> NineRows {
-        let mut rows = self.phi * self.covariance;
-        let square = rows * self.phi.transpose();
-        rows.fixed_columns_mut::<MOVING>(0).copy_from(&square);
-        let mut noisy = rows.fixed_columns_mut::<15>(0);
-        noisy += self.q.fixed_rows::<MOVING>(0);
-        rows
-    }
-
     pub fn node(&self) -> Node {
         Node {
             sample: self.at,
             position: self.nominal.position,
             velocity: self.nominal.velocity,
             attitude: self.nominal.attitude,
-            rows: self.rows(),
+            rows: self.covariance.fixed_rows::<MOVING>(0).into_owned(),
         }
     }
 
     fn full_node(&self) -> FullNode {
         FullNode {
             position: self.nominal.position,
-            covariance: self.covariance_here(),
+            covariance: self.covariance,
         }
-    }
-
-    /// P at the sample that it is at.
-    pub fn covariance_here(&self) -> Covariance {
-        let mut covariance = self.covariance;
-        let rows = self.rows();
-        covariance.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        covariance
-            .fixed_columns_mut::<MOVING>(0)
-            .copy_from(&rows.transpose());
-        let mut biases = covariance.fixed_view_mut::<6, 6>(MOVING, MOVING);
-        biases += self.q.fixed_view::<6, 6>(MOVING, MOVING);
-        covariance
-    }
-
-    /// Takes what was gathered into P.
-    fn settle(&mut self) {
-        self.covariance = self.covariance_here();
-        if let Some(start) = &mut self.start {
-            let rows = self.phi * start.cross;
-            start.cross.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        }
-        self.phi = NineRows::identity();
-        self.q.fill(0.0);
     }
 
     /// Displacement since the start of the move and its covariance, by what is past.
-    pub fn displacement(&mut self) -> (Vector3<f64>, Matrix3<f64>) {
-        self.settle();
+    pub fn displacement(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let Some(start) = &self.start else {
             return (Vector3::zeros(), Matrix3::zeros());
         };
@@ -393,7 +339,6 @@ impl Filter {
 
     /// Zero velocity of a foot on the ground.
     pub fn stance(&mut self, recorder: &mut Recorder) {
-        self.settle();
         self.update(&self.stance_measurement(), recorder);
     }
 
@@ -406,16 +351,13 @@ impl Filter {
         speed_sd_mps: f64,
         recorder: &mut Recorder,
     ) {
-        self.settle();
-        let measurement = self.rest_measurement(model, &self.covariance, span, speed_sd_mps);
-        self.update(&measurement, recorder);
+        self.update(&self.rest_measurement(model, span, speed_sd_mps), recorder);
     }
 
-    /// What a rest says where the covariance is P.
+    /// What a rest says.
     pub fn rest_measurement(
         &self,
         model: &Model<'_>,
-        covariance: &Covariance,
         rest: &Range<usize>,
         speed_sd_mps: f64,
     ) -> Measurement {
@@ -449,7 +391,7 @@ impl Filter {
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
         m.noise.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
 
-        let second_order = self.second_order(covariance, &m.h);
+        let second_order = self.second_order(&m.h);
         let tilted_s = (samples.time_s[self.at] - self.rest_s).clamp(0.0, MAX_TILTED_S);
         for c in 0..3 {
             m.noise[(3 + c, 3 + c)] += second_order;
@@ -470,7 +412,8 @@ impl Filter {
 
     /// Variance of the force that a linear measurement leaves out: tilt squared, and tilt times the error
     /// of the force. Without turning since the last rest there is none.
-    fn second_order(&self, covariance: &Covariance, h: &NineRows) -> f64 {
+    fn second_order(&self, h: &NineRows) -> f64 {
+        let covariance = &self.covariance;
         let by_force = h.fixed_view::<3, 12>(3, FORCE_PARAMETERS);
         let parameters = covariance.fixed_view::<12, 12>(FORCE_PARAMETERS, FORCE_PARAMETERS);
         let bias: f64 = (FORCE_BIAS..FORCE_BIAS + 3)

@@ -136,7 +136,7 @@ impl Leg<'_> {
 }
 
 /// The displacement of a move as the filter knows it, which is at its end or in the rest after it.
-pub(crate) fn take_displacement(filter: &mut Filter, one: &mut Move) {
+pub(crate) fn take_displacement(filter: &Filter, one: &mut Move) {
     let (displacement, mut covariance) = filter.displacement();
     for c in 0..3 {
         covariance[(c, c)] += (2.0 * CLOCK_SD * displacement[c]).powi(2);

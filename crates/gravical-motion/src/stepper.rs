@@ -447,7 +447,7 @@ impl Stepper {
         let closed = first_second.end.max(at + 1);
         close(&model, &mut filter, &(at..closed), &mut recorder);
         for one in &mut found.moves {
-            take_displacement(&mut filter, one);
+            take_displacement(&filter, one);
         }
         filter.halt(&model, at, &mut recorder);
         found.rests.push(rest);
@@ -631,7 +631,7 @@ impl Stepper {
                 };
                 if live.trail.start < last {
                     let mut one = leg.result(&model, live.trail.start..last, None);
-                    take_displacement(&mut filter, &mut one);
+                    take_displacement(&filter, &mut one);
                     motion.moves.push(one);
                 }
                 motion.stances.extend(stances);
