@@ -507,27 +507,26 @@ impl Stepper {
     /// Goes on with a move to the last whole node.
     fn go_on(&mut self) {
         let found = self.find_stances();
-        if let (Phase::Move(_), Some(noise)) = (&self.progress.phase, &mut self.context.noise) {
+        let last = self.context.samples.len() - 1;
+        let Phase::Move(live) = &self.progress.phase else {
+            return;
+        };
+        if let Some(noise) = &mut self.context.noise {
             noise.rough.extend(&self.context.samples, &[]);
         }
-        let last = self.context.samples.len() - 1;
-        let steps = match (&self.progress.phase, self.candidate) {
-            (Phase::Move(live), candidate) if found => {
-                // In a walk those before are known.
-                let from = if live.walks {
-                    live.trail.filter.at
-                } else {
-                    live.trail.start + 1
-                };
-                let end = candidate.map_or(usize::MAX, |c| c.start);
-                let mut steps = self.stances_away(from, end);
-                if !live.walks && !is_walk(&steps, self.progress.last_step) {
-                    steps.clear();
-                }
-                steps
+        let mut steps = Vec::new();
+        if found {
+            // In a walk those before are known.
+            let from = if live.walks {
+                live.trail.filter.at
+            } else {
+                live.trail.start + 1
+            };
+            steps = self.stances_away(from, self.candidate.map_or(usize::MAX, |c| c.start));
+            if !live.walks && !is_walk(&steps, self.progress.last_step) {
+                steps.clear();
             }
-            _ => Vec::new(),
-        };
+        }
         let (Phase::Move(live), Some(model)) = (&mut self.progress.phase, self.context.model())
         else {
             return;
