@@ -108,8 +108,6 @@ pub(super) fn engine_options(
 }
 
 /// The procedure of the student report: the mean of the first rows off, trapezoid.
-///
-/// The mean that is subtracted, and whether the sensor moves while it is taken.
 #[derive(Debug, Clone)]
 pub(super) struct ReportProcedure {
     mean_mps2: [f64; 3],
@@ -119,48 +117,44 @@ pub(super) struct ReportProcedure {
 
 impl ReportProcedure {
     pub fn new(samples: &Samples) -> Self {
-        let rows = 0..ROWS.min(samples.len());
-        let force = &samples.force_mps2()[rows.clone()];
+        let t = samples.time_s();
+        let force = &samples.force_mps2()[..ROWS.min(t.len())];
         let mean = |c: usize| force.iter().map(|f| f[c]).sum::<f64>() / force.len() as f64;
         let rests = detect_rests(&samples.channels());
-        let first = rests.first().cloned().unwrap_or(0..0);
-        let t = samples.time_s();
-        let moved = if first.start > 0 { 0 } else { first.end };
-        let averaged_until_s = t[rows.end - 1];
+        let rested = rests.first().filter(|rest| rest.start == 0);
+        let moved = t.get(rested.map_or(0, |rest| rest.end)).copied();
+        let averaged_until_s = t[force.len() - 1];
         ReportProcedure {
             mean_mps2: std::array::from_fn(mean),
-            moves_at_s: t
-                .get(moved)
-                .copied()
-                .filter(|t| t + MISSED_S < averaged_until_s),
+            moves_at_s: moved.filter(|t| t + MISSED_S < averaged_until_s),
         }
     }
 
     /// Velocity and position of each sample; without bands, in the axes of the sensor.
     pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
-        let (mut velocity, mut position) = ([0.0; 3], [0.0; 3]);
-        let mut last: Option<(f64, [f64; 3])> = None;
-        let all = samples.time_s().iter().zip(samples.force_mps2());
-        all.map(move |(&t, force)| {
-            let acceleration: [f64; 3] = std::array::from_fn(|c| force[c] - self.mean_mps2[c]);
-            if let Some((before, a)) = last {
-                let h = t - before;
+        let mut state = SampleState {
+            attitude: [1.0, 0.0, 0.0, 0.0],
+            acceleration_mps2: [0.0; 3],
+            velocity_mps: [0.0; 3],
+            position_m: [0.0; 3],
+            ..SampleState::UNKNOWN
+        };
+        let time_s = samples.time_s();
+        let mut last_s = time_s[0];
+        time_s
+            .iter()
+            .zip(samples.force_mps2())
+            .map(move |(t, force)| {
+                let h = t - last_s;
                 for c in 0..3 {
-                    let faster = 0.5 * (a[c] + acceleration[c]) * h;
-                    position[c] += (velocity[c] + 0.5 * faster) * h;
-                    velocity[c] += faster;
+                    let before = state.acceleration_mps2[c];
+                    state.acceleration_mps2[c] = force[c] - self.mean_mps2[c];
+                    let faster = 0.5 * (before + state.acceleration_mps2[c]) * h;
+                    state.position_m[c] += (state.velocity_mps[c] + 0.5 * faster) * h;
+                    state.velocity_mps[c] += faster;
                 }
-            }
-            last = Some((t, acceleration));
-            SampleState {
-                at_rest: false,
-                attitude: [1.0, 0.0, 0.0, 0.0],
-                acceleration_mps2: acceleration,
-                velocity_mps: velocity,
-                velocity_sd_mps: [f64::NAN; 3],
-                position_m: position,
-                position_sd_m: [f64::NAN; 3],
-            }
-        })
+                last_s = *t;
+                state
+            })
     }
 }

@@ -172,7 +172,7 @@ pub fn motion(
         && let Some(rest) = rests.first()
     {
         let [x, y, z, ..] = own.samples.channels().mean(rest);
-        findings.extend(words::size([x, y, z], &work.gravity(), &moves));
+        findings.extend(words::size([x, y, z], &work.gravity()));
     }
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| recording.name.clone());
@@ -392,8 +392,10 @@ impl Work<'_> {
         let noise = self.options.noise.as_ref()?;
         let (accel, gyro) = (noise.densities('a'), noise.densities('g'));
         let has_gyro = !samples.rate_rad_s().is_empty();
-        let known_gyro = has_gyro.then_some(gyro.is_some());
-        findings.push(words::noise_used(accel.is_some(), known_gyro));
+        let mut lacking = Vec::new();
+        lacking.extend(accel.is_none().then_some("accelerometer"));
+        lacking.extend((has_gyro && gyro.is_none()).then_some("gyroscope"));
+        findings.push(words::noise_used(&lacking));
         let axes = self.options.axes;
         let in_case = |n: [f64; 3], axes: AxisMap| axes.to_case(n).map(f64::abs);
         Some(RestNoise {

@@ -16,6 +16,24 @@ use crate::{Error, Result};
 /// Highest angular rate of a walking foot in stance, rad/s.
 const STANCE_RATE_RAD_S: f64 = 1.0;
 
+/// Why options do not go together, and what to do.
+const BY_MEAN: [&str; 2] = [
+    "the mean of the first rows is subtracted, and nothing else corrects the drift",
+    "remove it, or subtract gravity by strapdown",
+];
+const LATER: [&str; 2] = [
+    "filters use what comes later",
+    "remove the filters, or --causal",
+];
+const BY_PAST: [&str; 2] = [
+    "a causal run looks for rests, and takes each for zero velocity",
+    "leave out --causal",
+];
+const AT_REST: [&str; 2] = [
+    "velocity is zero at the rests, and what comes before the first follows from it",
+    "leave it out, or add --zero-velocity off",
+];
+
 /// How gravity is taken off the specific force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -351,59 +369,43 @@ impl MotionOptions {
 
     /// Checks ranges of what [`resolved`](Self::resolved) returns.
     pub(super) fn check(&self) -> Result<()> {
-        let wrong = |option, what: String| Err(Error::range(option, what));
-        if self.gravity_removal == GravityRemoval::InitialMean {
-            for (option, given) in [
-                ("zero_velocity", self.zero_velocity == Some(true)),
-                ("rests", self.rests.is_some()),
-                ("causal", self.causal),
-                ("v0", self.v0_mps.is_some()),
-                ("noise", self.noise.is_some()),
-            ] {
-                if given {
-                    let what = "the mean of the first rows is subtracted, and nothing else corrects the drift";
-                    return Err(Error::range(option, what.to_owned())
-                        .with_hint("remove it, or subtract gravity by strapdown"));
-                }
-            }
+        let by_mean = self.gravity_removal == GravityRemoval::InitialMean;
+        let no_updates = self.zero_velocity == Some(false);
+        let moves_at_start = self.v0_mps.is_some();
+        let refused = [
+            (
+                by_mean && self.zero_velocity == Some(true),
+                "zero_velocity",
+                BY_MEAN,
+            ),
+            (by_mean && self.rests.is_some(), "rests", BY_MEAN),
+            (by_mean && self.causal, "causal", BY_MEAN),
+            (by_mean && moves_at_start, "v0", BY_MEAN),
+            (by_mean && self.noise.is_some(), "noise", BY_MEAN),
+            (self.causal && !self.smooth.is_empty(), "smooth", LATER),
+            (self.causal && self.rests.is_some(), "rests", BY_PAST),
+            (self.causal && no_updates, "zero_velocity", BY_PAST),
+            (moves_at_start && self.updates_at_rests(), "v0", AT_REST),
+        ];
+        if let Some((_, option, [what, hint])) = refused.into_iter().find(|r| r.0) {
+            return Err(Error::range(option, what).with_hint(hint));
         }
         for filter in &self.smooth {
             filter.validate()?;
             if !filter.keeps_constants() {
-                return wrong(
-                    "smooth",
-                    format!("{filter} does not keep constants: its output is no acceleration"),
-                );
+                let what = "does not keep constants: its output is no acceleration";
+                return Err(Error::range("smooth", format!("{filter} {what}")));
             }
-        }
-        if self.causal && !self.smooth.is_empty() {
-            let what = "filters use what comes later";
-            return Err(Error::range("smooth", what.to_owned())
-                .with_hint("remove the filters, or --causal"));
-        }
-        let by_hand = [
-            ("rests", self.rests.is_some()),
-            ("zero_velocity", self.zero_velocity == Some(false)),
-        ];
-        if let Some((option, _)) = by_hand.iter().find(|o| self.causal && o.1) {
-            let what = "a causal run looks for rests, and takes each for zero velocity";
-            return Err(Error::range(option, what).with_hint("leave out --causal"));
-        }
-        if self.v0_mps.is_some() && self.updates_at_rests() {
-            let what =
-                "velocity is zero at the rests, and what comes before the first follows from it";
-            return Err(
-                Error::range("v0", what).with_hint("leave it out, or add --zero-velocity off")
-            );
         }
         if let Some(rate) = self.stance_rate.0
             && !(0.01..=5.0).contains(&rate)
         {
-            return wrong("stances", format!("{rate} is not possible; 0.01 to 5 is"));
+            let what = format!("{rate} is not possible; 0.01 to 5 is");
+            return Err(Error::range("stances", what));
         }
         for (option, vector) in [("v0", self.v0_mps.unwrap_or_default()), ("p0", self.p0_m)] {
             if !vector.iter().all(|v| v.is_finite()) {
-                return wrong(option, "three finite numbers are needed".to_owned());
+                return Err(Error::range(option, "three finite numbers are needed"));
             }
         }
         Ok(())

@@ -17,9 +17,6 @@ use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
 
-/// What a move without a rest at one of its ends costs.
-const GROWS: &str = "the error grows with the square of time: rest for 2 s before the first move and after the last";
-
 impl MotionVerdict {
     pub(super) fn of(
         moves: &[Move],
@@ -29,50 +26,35 @@ impl MotionVerdict {
         misfit: Option<GravityMisfit>,
     ) -> Self {
         use MotionJudgement::{AtRest, Bounded, NotUsable, Open, PartlyOpen};
-        let all = moves.len();
-        let lost = moves.iter().filter(|m| m.unusable.is_some()).count();
-        let is_closed = |m: &&Move| m.ends == Ends::RestToRest && m.unusable.is_none();
-        let closed = moves.iter().filter(is_closed).count();
-        let (judgement, mut reason) = if no_rest {
-            (
-                NotUsable,
-                "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.".to_owned(),
-            )
+        let (usable, lost): (Vec<&Move>, Vec<&Move>) =
+            moves.iter().partition(|m| m.unusable.is_none());
+        let closed = usable.iter().filter(|m| m.ends == Ends::RestToRest).count();
+        let (all, lost) = (moves.len(), lost.len());
+        let (judgement, reason) = if no_rest {
+            let reason = "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.";
+            (NotUsable, reason.to_owned())
         } else if all == 0 {
             (AtRest, at_rest(visible))
         } else if lost == all {
-            (
-                NotUsable,
-                "No displacement can be determined from this recording; the table of moves gives the reasons.".to_owned(),
-            )
+            let reason = "No displacement can be determined from this recording; the table of moves gives the reasons.";
+            (NotUsable, reason.to_owned())
         } else if closed == all {
-            (
-                Bounded,
-                "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.".to_owned(),
-            )
-        } else if closed > 0 {
-            let open = match all - closed - lost {
-                0 => String::new(),
-                _ => format!("; with one end open {GROWS}"),
-            };
-            let text = format!("{closed} of {all} moves are known and between two rests{open}.");
-            (PartlyOpen, text)
+            let reason = "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.";
+            (Bounded, reason.to_owned())
         } else if !zero_velocity {
-            (
-                Open,
-                "Nothing corrects the drift after the first rest: the error grows with the square of time and faster.".to_owned(),
-            )
+            let reason = "Nothing corrects the drift after the first rest: the error grows with the square of time and faster.";
+            (Open, reason.to_owned())
         } else {
-            (
-                Open,
-                format!("No move is between two rests: with one end open {GROWS}."),
-            )
+            let judgement = if closed > 0 { PartlyOpen } else { Open };
+            let mut reason = format!("{closed} of {all} moves lie between two rests");
+            if usable.len() > closed {
+                reason += "; with one end open the error grows with the square of time: rest for 2 s before the first move and after the last";
+            }
+            if lost > 0 {
+                reason += &format!("; {lost} cannot be used, the table of moves gives the reasons");
+            }
+            (judgement, reason + ".")
         };
-        if (1..all).contains(&lost) {
-            reason += &format!(
-                " {lost} of {all} moves cannot be used; the table of moves gives the reasons."
-            );
-        }
         let contradicts = misfit.filter(|m| m.contradicts);
         let reasons = contradicts
             .iter()
@@ -107,12 +89,10 @@ fn contradiction(misfit: &GravityMisfit) -> String {
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
     let gravity = match options.gravity_removal {
-        GravityRemoval::Strapdown if gyro && options.updates_at_rests() => {
-            "attitude by strapdown, levelled at the rests"
+        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the rests",
+        GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => {
+            "tilt by the rests, without a gyroscope"
         }
-        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the first rest",
-        GravityRemoval::Strapdown => "tilt by the rests, without a gyroscope in between",
-        GravityRemoval::ConstantTilt => "tilt by the rests, the gyroscope not used",
         GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
     };
     let ends = if options.updates_at_rests() {
@@ -266,42 +246,23 @@ pub(super) fn averaged_rows_move(report: &ReportProcedure) -> Option<Finding> {
 
 /// Columns that may have been calibrated before.
 pub(super) fn already_calibrated(by_board: bool) -> Finding {
-    if by_board {
-        return Finding::new(
-            FindingKind::AlreadyCalibrated,
-            format!(
-                "{}: the calibration is applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use a raw recording",
-                why_calibrated(true)
-            ),
-        );
-    }
-    Finding::new(
-        FindingKind::AlreadyCalibrated,
-        "its columns are named as this program names calibrated ones, and no rest contradicts it: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use the raw recording",
-    )
+    let why = why_calibrated(by_board);
+    let text = format!(
+        "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use a raw recording"
+    );
+    Finding::new(FindingKind::AlreadyCalibrated, text)
 }
 
 /// The magnitude at rest without a calibration, where it is not gravity.
-pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option<Finding> {
+pub(super) fn size(force: [f64; 3], gravity: &Gravity) -> Option<Finding> {
     let size = norm(&force);
     let g = gravity.value_mps2;
     let off = size / g - 1.0;
     if off.abs() <= REPORTED_MISFIT {
         return None;
     }
-    let farthest = moves
-        .iter()
-        .filter_map(|m| m.displacement_m)
-        .max_by(|a, b| norm(a).total_cmp(&norm(b)));
-    let example = farthest.map_or_else(String::new, |d| {
-        let way = norm(&d);
-        format!(
-            "; the longest displacement is {way:.4} m in the one case, {:.4} m in the other",
-            way / (1.0 + off)
-        )
-    });
     let text = format!(
-        "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, which stays{example}; the band allows for both, a calibration decides",
+        "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, by which displacements are then off as well; the band allows for both, a calibration decides",
         100.0 * off
     );
     Some(if off.abs() > 0.02 {
@@ -311,18 +272,12 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option
     })
 }
 
-/// N of the noise file, as far as it is known of all axes; `gyro` is none without a gyroscope.
-pub(super) fn noise_used(accel: bool, gyro: Option<bool>) -> Finding {
-    let sensors = [("accelerometer", Some(accel)), ("gyroscope", gyro)];
-    let sources = sensors.into_iter().filter_map(|(sensor, is_known)| {
-        let source = if is_known? {
-            "the noise file"
-        } else {
-            "the rests, since the file lacks an axis"
-        };
-        Some(format!("N of the {sensor} by {source}"))
-    });
-    let sources: Vec<String> = sources.collect();
-    let text = format!("the bands use {}", sources.join(", "));
+/// N of the noise file is used, but for sensors of which it lacks an axis.
+pub(super) fn noise_used(lacking: &[&str]) -> Finding {
+    let mut text = "the bands use N of the noise file".to_owned();
+    if !lacking.is_empty() {
+        let sensors = lacking.join(" and the ");
+        text += &format!("; it lacks an axis of the {sensors}, whose N is that of the rests");
+    }
     Finding::new(FindingKind::NoiseUsed, text)
 }
