@@ -2,7 +2,7 @@
 //! parameters together by one standard deviation, independent of the others.
 //!
 //! With u = M a + b and A = M⁻¹ the specific force f = A (u − b) changes by δf = −A (δM f + δb), the
-//! angular rate alike.
+//! angular rate alike. The sign of a direction means nothing.
 //!
 //! Whether the calibration fits the recording is seen at rest. There the calibrated magnitude is
 //! gravity, to what its covariance and the noise of the mean allow. Where it is not, the
@@ -63,8 +63,8 @@ pub(super) fn by_covariance(
     }))
     .iter()
     .map(|step| ForceDirection {
-        matrix: in_case(axes, &negated(&mul(a, &square(step)))),
-        offset: axes.to_case(mul_vec(a, &[step[9], step[10], step[11]]).map(|v| -v)),
+        matrix: in_case(axes, &mul(a, &square(step))),
+        offset: axes.to_case(mul_vec(a, &[step[9], step[10], step[11]])),
     })
     .collect()
 }
@@ -82,10 +82,7 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ve
     match covariance {
         Some(c) => factor(&DMatrix::from_fn(9, 9, |i, j| c.values[i][j]))
             .iter()
-            .map(|step| {
-                let change = negated(&mul(&section.matrix, &square(step)));
-                in_case(&axes.of_rates(), &change)
-            })
+            .map(|step| in_case(&axes.of_rates(), &mul(&section.matrix, &square(step))))
             .collect(),
         None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.matrices(),
         None => TURNED.matrices(),
@@ -167,10 +164,6 @@ fn square(step: &DVector<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| step[3 * i + j]))
 }
 
-fn negated(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    m.map(|row| row.map(|v| -v))
-}
-
 /// A matrix of the board in the axes of the case.
 fn in_case(axes: &AxisMap, m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -218,10 +211,7 @@ impl GravityMisfit {
         let mut rests = estimate.rests_in(samples);
         rests.truncate(if causal { 1 } else { rests.len() });
         let noise = estimate.motion.noise?;
-        let noise = noise
-            .force_mps2_sqrt_s
-            .iter()
-            .fold(0.0, |most: f64, n| most.max(*n));
+        let noise = noise.force_mps2_sqrt_s.into_iter().fold(0.0, f64::max);
         let t = samples.time_s();
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
