@@ -25,7 +25,7 @@ pub(super) struct Estimate {
     pub report: Option<ReportProcedure>,
     /// Velocity and position that are added.
     pub v0_mps: [f64; 3],
-    p0_m: [f64; 3],
+    pub p0_m: [f64; 3],
 }
 
 impl Estimate {

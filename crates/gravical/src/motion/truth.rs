@@ -49,14 +49,12 @@ pub struct Reference {
     pub source: String,
     /// SHA-256 of the file, where the recording has one.
     pub sha256: Option<String>,
-    /// Time, s; rising, without the rows that have no position.
+    /// Time, s, by its own stamps; rising, without the rows that have no position.
     pub t_s: Vec<f64>,
     /// Position, m.
     pub position_m: Vec<[f64; 3]>,
     /// It stands in the recording itself: `t_s` is the recording's.
     pub same_file: bool,
-    /// What was added to the file's stamps to get `t_s`, s.
-    pub base_s: f64,
     /// What is odd.
     pub findings: Vec<Finding>,
 }
@@ -149,30 +147,14 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         all - known
     );
     let findings = (known < all).then(|| Finding::new(FindingKind::TruthGaps, text));
-    let base_s = if same_file {
-        0.0
-    } else {
-        base_s(t_s[0], t_s[known - 1], recording)
-    };
-    t_s.iter_mut().for_each(|t| *t += base_s);
     Ok(Reference {
         source: path.display().to_string(),
         sha256: input.sha256(),
         t_s,
         position_m,
         same_file,
-        base_s,
         findings: findings.into_iter().collect(),
     })
-}
-
-/// What has to be added to stamps so that they count from the recording's first row: nothing where they
-/// overlap with it; its first stamp, taken off, where they overlap then; else their own first one, taken off.
-fn base_s(from: f64, to: f64, recording: &Recording) -> f64 {
-    let duration_s = recording.timing.duration_s.unwrap_or(0.0);
-    let bases = [0.0, -recording.time_origin_s.unwrap_or(0.0)];
-    let overlaps = |base: &f64| from + base <= duration_s && to + base >= 0.0;
-    bases.into_iter().find(overlaps).unwrap_or(-from)
 }
 
 /// The recording's own time of each line; NaN for a line that is no row of it.
@@ -308,7 +290,7 @@ fn compare(
         path_m,
         from_s: points.t_s[0],
         to_s: points.t_s[last],
-        time_offset_s: offset_s + reference.base_s,
+        time_offset_s: offset_s,
         yaw_deg: yaw_rad.to_degrees(),
         moves,
         points: points.t_s.len() as u64,
