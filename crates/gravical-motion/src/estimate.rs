@@ -9,10 +9,10 @@ use crate::filter::{Filter, Recorder};
 use crate::moves::{Leg, close, closing, level_before_move};
 use crate::noise::{Density, Noise, Roughness};
 use crate::options::MotionOptions;
-use crate::result::{Motion, Move, PathNode, ends};
+use crate::result::{Motion, PathNode, ends};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
-use crate::stance::detect_stances;
+use crate::stance::{Stance, StanceDetector, steps};
 use crate::stepper::Stepper;
 use crate::transition::Model;
 
@@ -63,26 +63,28 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(first) = rests.first() else {
         return Motion::default();
     };
-    let (stances, measured) = if options.zero_velocity {
-        let stances = detect_stances(samples, &rests, options.max_stance_rate_rad_s);
-        (stances, &rests[..])
+    let measured = if options.zero_velocity {
+        &rests[..]
     } else {
-        (Vec::new(), std::slice::from_ref(first))
+        std::slice::from_ref(first)
     };
     let first_noise = (!options.zero_velocity).then(|| noise(measured));
     model.noise = first_noise.as_ref().unwrap_or(&found_noise);
+    let mut detector = StanceDetector::new(samples, first, options.max_stance_rate_rad_s);
+    let mut stances = detector.update(samples);
+    stances.extend(detector.quietest);
+    stances.retain(|_| options.zero_velocity);
     let course = Course {
         model,
         rests: measured,
-        stances: &stances,
-    };
-    let (moves, path) = course.run();
-    Motion {
-        moves,
-        path,
-        noise: Some(model.noise.of_rests()),
         stances,
+        size: detector.size,
+    };
+    let motion = course.run();
+    Motion {
+        noise: Some(model.noise.of_rests()),
         rests,
+        ..motion
     }
 }
 
@@ -90,12 +92,15 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
 struct Course<'a> {
     model: Model<'a>,
     rests: &'a [Range<usize>],
-    stances: &'a [usize],
+    stances: Vec<Stance>,
+    /// Samples that stances are away from rests.
+    size: usize,
 }
 
 /// How a move and the rest after it were gone through, for the way back.
 struct Passed {
     before: Filter,
+    stances: Vec<usize>,
     /// None without a move.
     excess: Option<Density>,
 }
@@ -103,53 +108,68 @@ struct Passed {
 impl Course<'_> {
     /// Forwards, and from rest to rest backwards: the filter goes through each move again, and its records are
     /// kept only until the smoother has gone back through them.
-    fn run(&self) -> (Vec<Move>, Vec<PathNode>) {
+    fn run(&self) -> Motion {
         let model = &self.model;
         let mut filter = Filter::new(model, 0, &self.rests[0]);
-        let (mut passed, mut moves) = (Vec::new(), Vec::new());
+        let (mut passed, mut moves, mut last_step) = (Vec::new(), Vec::new(), None);
         for k in 0..=self.rests.len() {
             if model.options.is_stopped() {
                 break;
             }
+            let from = if k == 0 { 0 } else { filter.at + 1 };
+            let end = self.rests.get(k).map_or(usize::MAX, |rest| rest.start);
+            let steps = steps(&self.stances, self.size, (from, end), last_step);
+            last_step = steps.last().map(|s| s.swing).or(last_step);
+            let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
             let before = filter.clone();
-            let excess = self.leg(k, filter.at).map(|leg| {
+            let excess = self.leg(k, filter.at, &stances).map(|leg| {
                 let (excess, one) = leg.run(model, &mut filter, &mut Recorder::off());
                 moves.push(one);
                 excess
             });
             self.rest(k, &mut filter, &mut Recorder::off());
-            passed.push(Passed { before, excess });
+            passed.push(Passed {
+                before,
+                stances,
+                excess,
+            });
         }
+        let stances = passed.iter().flat_map(|p| &p.stances).copied().collect();
         let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
         let mut path = vec![PathNode::forward(&filter.node())];
         let mut unsmoothed = moves.iter_mut().rev();
-        for (k, Passed { before, excess }) in passed.into_iter().enumerate().rev() {
+        for (k, one) in passed.into_iter().enumerate().rev() {
             if model.options.is_stopped() {
                 break;
             }
-            let (mut filter, mut recorder) = (before, Recorder::on());
-            let mut one = None;
-            if let (Some(leg), Some(excess)) = (self.leg(k, filter.at), excess) {
+            let (mut filter, mut recorder) = (one.before, Recorder::on());
+            let mut smoothed = None;
+            let leg = self.leg(k, filter.at, &one.stances);
+            if let (Some(leg), Some(excess)) = (leg, one.excess) {
                 leg.propagate(model, &mut filter, &excess, &mut recorder);
-                one = unsmoothed.next();
+                smoothed = unsmoothed.next();
             }
             self.rest(k, &mut filter, &mut recorder);
-            smoother.back(&recorder.records, &mut path, one);
+            smoother.back(&recorder.records, &mut path, smoothed);
         }
         path.reverse();
-        (moves, path.into_iter().map(PathNode::with_clock).collect())
+        Motion {
+            moves,
+            stances,
+            path: path.into_iter().map(PathNode::with_clock).collect(),
+            ..Motion::default()
+        }
     }
 
     /// The move from sample `from` to rest `k`, or to the end; none where there is none.
-    fn leg(&self, k: usize, from: usize) -> Option<Leg<'_>> {
+    fn leg<'a>(&self, k: usize, from: usize, stances: &'a [usize]) -> Option<Leg<'a>> {
         let rest = self.rests.get(k);
         let end = rest.map_or(self.model.samples.len() - 1, |rest| rest.start);
-        let at = |sample: usize| self.stances.partition_point(|i| *i < sample);
         (end > from).then(|| Leg {
             end,
             ends: ends(k > 0, rest.is_some()),
             rest: rest.filter(|_| k > 0).cloned(),
-            stances: &self.stances[at(from + 1)..at(end)],
+            stances,
         })
     }
 

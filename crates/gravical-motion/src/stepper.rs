@@ -18,15 +18,12 @@ use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
 use crate::samples::Samples;
-use crate::stance::{Stance, StanceDetector, is_walk};
+use crate::stance::{Stance, StanceDetector, steps};
 use crate::states::SampleState;
 use crate::transition::Model;
 
 /// The noise is that of the first seconds of the first rest, s.
 const LEARNED_S: f64 = 3.0;
-/// … and a rest after a move is awaited for this fraction of the move, up to as long: what began less than
-/// 3 s ago may be withdrawn.
-const AWAITED: f64 = 0.01;
 /// A rest that the velocity contradicts is believed after so long, s: what is wrong then is the velocity. That
 /// it ended after 3 s may take two more to see.
 const BELIEVED_S: f64 = 4.0;
@@ -106,10 +103,9 @@ struct Progress {
 enum Phase {
     /// Before the first rest.
     Unknown,
-    /// From the first second on, which ends before sample `closed`, with the state there.
+    /// From the first second on, which ends before sample `closed`.
     Rest {
         closed: usize,
-        node: PathNode,
         /// The rest and the move before it.
         found: Box<Motion>,
     },
@@ -130,8 +126,6 @@ struct Live {
     trail: Track,
     /// Up to the last whole node.
     ahead: Track,
-    /// True once it is a walk.
-    walks: bool,
     path: Vec<PathNode>,
 }
 
@@ -159,8 +153,8 @@ impl Track {
         }
     }
 
-    /// Goes on to a sample, from node to node, which are added to `path`.
-    fn advance(&mut self, model: &Model<'_>, to: usize, mut path: Option<&mut Vec<PathNode>>) {
+    /// Goes on to a sample, from node to node.
+    fn advance(&mut self, model: &Model<'_>, to: usize, recorder: &mut Recorder) {
         let node = node_len(model.samples);
         let recent = model.samples.count_in(RECENT_S);
         while self.filter.at < to {
@@ -174,13 +168,10 @@ impl Track {
                 self.filter.inflate_rate_bias(variance - self.inflated);
                 self.inflated = variance;
             }
-            if let Some(path) = &mut path {
-                path.push(PathNode::forward(&self.filter.node()));
-            }
             let since = self.start.max(span.end.saturating_sub(recent));
             let excess = model.noise.excess(since, span.end);
-            let off = &mut Recorder::off();
-            self.filter.propagate(model, span.end, node, &excess, off);
+            self.filter
+                .propagate(model, span.end, node, &excess, recorder);
         }
     }
 }
@@ -315,7 +306,7 @@ impl Stepper {
         let span = start..end;
         let seconds = self.context.samples.duration_s(&span);
         let is_first = self.context.noise.is_none();
-        if !over && seconds < self.awaited_s(start) {
+        if !over && is_first && seconds < LEARNED_S {
             return;
         }
         let taken = if doubted {
@@ -331,18 +322,6 @@ impl Stepper {
                 start,
                 doubted: true,
             });
-        }
-    }
-
-    /// How long a rest is awaited, s: going through a move again may not cost more than the move.
-    fn awaited_s(&self, start: usize) -> f64 {
-        match &self.progress.phase {
-            Phase::Unknown => LEARNED_S,
-            Phase::Rest { .. } => 0.0,
-            Phase::Move(live) => {
-                let move_s = self.context.samples.duration_s(&(live.trail.start..start));
-                (move_s * AWAITED).min(LEARNED_S)
-            }
         }
     }
 
@@ -363,7 +342,7 @@ impl Stepper {
         else {
             return true;
         };
-        live.trail.advance(&model, rest.start, None);
+        live.trail.advance(&model, rest.start, &mut Recorder::off());
         !contradicts(&model, &live.trail.filter, &closing(&model, rest))
     }
 
@@ -384,33 +363,17 @@ impl Stepper {
 
     /// Adds the stances that came; true if there is one.
     fn find_stances(&mut self) -> bool {
-        let count = self.stances_here.len();
-        if let Some(detector) = &mut self.stances {
-            while let Some(stance) = detector.update(&self.context.samples) {
-                self.stances_here.push(stance);
-            }
-        }
-        self.stances_here.len() > count
+        let detector = self.stances.as_mut();
+        let found = detector.map_or_else(Vec::new, |d| d.update(&self.context.samples));
+        self.stances_here.extend_from_slice(&found);
+        !found.is_empty()
     }
 
-    /// Those from sample `from` to `end`, away from the rests there.
-    fn stances_away(&self, from: usize, end: usize) -> Vec<Stance> {
+    /// Those of a walk from sample `from` to `end`.
+    fn steps(&self, from: usize, end: usize) -> &[Stance] {
         let size = self.stances.as_ref().map_or(0, |s| s.size);
-        let first = self
-            .stances_here
-            .partition_point(|s| s.sample < from + size);
-        let stances = self.stances_here[first..].iter();
-        let before_end = |s: &&Stance| s.sample.saturating_add(size) < end;
-        stances.take_while(before_end).cloned().collect()
-    }
-
-    /// The same where they are those of a walk.
-    fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
-        let mut stances = self.stances_away(from, end);
-        if !is_walk(&stances, self.progress.last_step) {
-            stances.clear();
-        }
-        stances
+        let last_step = self.progress.last_step;
+        steps(&self.stances_here, size, (from, end), last_step)
     }
 
     fn begin_rest(&mut self, rest: Range<usize>) {
@@ -451,20 +414,10 @@ impl Stepper {
         }
         filter.halt(&model, at, &mut recorder);
         found.rests.push(rest);
-        found
-            .path
-            .extend(recorder.records.iter().filter_map(|r| match r {
-                Record::Node(node) => Some(PathNode::forward(node)),
-                _ => None,
-            }));
-        let node = PathNode::forward(&filter.node());
+        found.path.extend(nodes(&recorder));
         let progress = Progress {
             filter: Some(filter),
-            phase: Phase::Rest {
-                closed,
-                node,
-                found,
-            },
+            phase: Phase::Rest { closed, found },
             last_step,
         };
         let before = std::mem::replace(&mut self.progress, progress);
@@ -498,7 +451,6 @@ impl Stepper {
         self.progress.phase = Phase::Move(Box::new(Live {
             ahead: trail.clone(),
             trail,
-            walks: false,
             path: Vec::new(),
         }));
         self.stances_here.retain(|s| s.sample >= end);
@@ -514,71 +466,57 @@ impl Stepper {
         if let Some(noise) = &mut self.context.noise {
             noise.rough.extend(&self.context.samples, &[]);
         }
-        let mut steps = Vec::new();
+        let mut stances = Vec::new();
         if found {
-            // In a walk those before are known.
-            let from = if live.walks {
-                live.trail.filter.at
-            } else {
-                live.trail.start + 1
-            };
-            steps = self.stances_away(from, self.candidate.map_or(usize::MAX, |c| c.start));
-            if !live.walks && !is_walk(&steps, self.progress.last_step) {
-                steps.clear();
-            }
+            let end = self.candidate.map_or(usize::MAX, |c| c.start);
+            let steps = self.steps(live.trail.start + 1, end).iter();
+            stances.extend(
+                steps
+                    .map(|s| s.sample)
+                    .filter(|i| *i > live.trail.filter.at),
+            );
         }
         let (Phase::Move(live), Some(model)) = (&mut self.progress.phase, self.context.model())
         else {
             return;
         };
-        live.walks |= !steps.is_empty() && is_walk(&steps, None);
-        let mut stands = false;
-        for step in &steps {
-            if step.sample <= live.trail.filter.at {
-                continue;
-            }
-            live.trail.advance(&model, step.sample, None);
-            live.trail.filter.stance(&mut Recorder::off());
-            stands = true;
+        let mut recorder = Recorder {
+            is_on: self.motion.is_some() && stances.is_empty(),
+            ..Recorder::default()
+        };
+        for stance in &stances {
+            live.trail.advance(&model, *stance, &mut recorder);
+            live.trail.filter.stance(&mut recorder);
         }
-        let node = node_len(&self.context.samples);
-        let whole = |at: usize| at + (last - at) / node * node;
-        if stands {
+        if !stances.is_empty() {
             live.ahead = live.trail.clone();
-            let to = whole(live.ahead.filter.at);
-            live.ahead.advance(&model, to, None);
         }
-        let to = whole(live.ahead.filter.at);
-        let path = self.motion.is_some().then_some(&mut live.path);
-        live.ahead.advance(&model, to, path);
+        let (at, node) = (live.ahead.filter.at, node_len(&self.context.samples));
+        let to = at + (last - at) / node * node;
+        live.ahead.advance(&model, to, &mut recorder);
+        live.path.extend(nodes(&recorder));
     }
 
     /// The filter of a move at the last sample.
     fn filter_here(&self, live: &Live) -> Option<Filter> {
         let mut track = live.ahead.clone();
-        track.advance(&self.context.model()?, self.context.samples.len() - 1, None);
+        let last = self.context.samples.len() - 1;
+        track.advance(&self.context.model()?, last, &mut Recorder::off());
         Some(track.filter)
     }
 
+    /// The state at the last sample.
     fn state_here(&self) -> Option<SampleState> {
-        match &self.progress.phase {
-            Phase::Unknown => None,
-            Phase::Rest { node, .. } => self.state(self.progress.filter.as_ref()?, node, true),
-            Phase::Move(live) => {
-                let filter = self.filter_here(live)?;
-                let node = PathNode::forward(&filter.node());
-                self.state(&filter, &node, false)
-            }
-        }
-    }
-
-    fn state(&self, filter: &Filter, node: &PathNode, at_rest: bool) -> Option<SampleState> {
+        let filter = match &self.progress.phase {
+            Phase::Move(live) => self.filter_here(live)?,
+            Phase::Unknown | Phase::Rest { .. } => self.progress.filter.clone()?,
+        };
         let correction = filter.nominal.correction(&self.context.options.calibration);
         let force = correction.force(self.context.samples.force.last()?);
         let gravity = Vector3::new(0.0, 0.0, filter.nominal.gravity);
-        let node = node.clone().with_clock();
+        let node = PathNode::forward(&filter.node()).with_clock();
         Some(SampleState {
-            at_rest,
+            at_rest: matches!(self.progress.phase, Phase::Rest { .. }),
             attitude: node.attitude,
             acceleration_mps2: array(&(filter.nominal.attitude * force - gravity)),
             velocity_mps: node.velocity_mps,
@@ -604,13 +542,14 @@ impl Stepper {
         let last = self.context.samples.len() - 1;
         let mut motion = self.motion.take().unwrap_or_default();
         let (filter, steps) = match &self.progress.phase {
-            Phase::Unknown => (None, Vec::new()),
-            Phase::Rest { .. } => (self.progress.filter.clone(), Vec::new()),
+            Phase::Unknown => (None, &[][..]),
+            Phase::Rest { .. } => (self.progress.filter.clone(), &[][..]),
             Phase::Move(live) => {
                 let steps = self.steps(live.trail.start + 1, usize::MAX);
                 (self.filter_here(live), steps)
             }
         };
+        let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
         let (Some(mut filter), Some(model)) = (filter, self.context.model()) else {
             return motion;
         };
@@ -621,7 +560,6 @@ impl Stepper {
                 motion.append(found, last + 1);
             }
             Phase::Move(live) => {
-                let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
                 let leg = Leg {
                     end: last,
                     ends: ends(true, false),
@@ -683,6 +621,14 @@ impl Stepper {
         self.source.forget(count);
         self.context.samples.forget(count);
     }
+}
+
+/// The nodes of a pass as the filter knew them.
+fn nodes(recorder: &Recorder) -> impl Iterator<Item = PathNode> {
+    recorder.records.iter().filter_map(|record| match record {
+        Record::Node(node) => Some(PathNode::forward(node)),
+        _ => None,
+    })
 }
 
 fn node_len(samples: &Samples) -> usize {
