@@ -74,21 +74,18 @@ impl RestSelector<'_> {
         filter
     }
 
-    fn propagate(&self, filter: &mut Filter, to: usize) {
-        if to > filter.at {
-            let excess = self.0.noise.excess(filter.at, to);
-            let node = self.0.samples.count_in(NODE_S).max(1);
-            filter.propagate(&self.0, to, node, &excess, &mut Recorder::off());
-        }
-    }
-
     /// What it costs to take `next` for the rest after that which the filter left, and the standard
     /// deviation of the velocity where it begins, m/s.
     fn cost(&self, filter: &mut Filter, next: &Range<usize>) -> (f64, f64) {
         let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
+        let node = self.0.samples.count_in(NODE_S).max(1);
         for into_s in TRIED_S {
             let to = self.0.samples.after_s(next.start, into_s);
-            self.propagate(filter, to.min(next.end - 1));
+            let to = to.min(next.end - 1);
+            if to > filter.at {
+                let excess = self.0.noise.excess(filter.at, to);
+                filter.propagate(&self.0, to, node, &excess, &mut Recorder::off());
+            }
             let innovation = innovation(&self.0, filter, next);
             if into_s == 0.0 {
                 speed_sd_mps = innovation.velocity_sd_mps();

@@ -46,9 +46,8 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     }
     let mut rough = Roughness::default();
     rough.extend(samples, &found);
-    let noise = |rests: &[Range<usize>]| {
-        Noise::new(samples, rests, rough.clone()).with_white(options.noise.as_ref(), samples)
-    };
+    let noise =
+        |rests: &[Range<usize>]| Noise::new(samples, rests, options.noise.as_ref(), rough.clone());
     let found_noise = noise(&found);
     let mut model = Model {
         samples,

@@ -351,8 +351,7 @@ impl Stepper {
         let samples = &self.context.samples;
         let learned = rest.start..rest.end.min(samples.after_s(rest.start, LEARNED_S));
         let given = self.context.options.noise.as_ref();
-        let noise = Noise::new(samples, &[learned], Roughness::default());
-        let mut noise = noise.with_white(given, samples);
+        let mut noise = Noise::new(samples, &[learned], given, Roughness::default());
         let quiet = rest.start..samples.len();
         noise.rough.extend(samples, std::slice::from_ref(&quiet));
         self.context.noise = Some(noise);

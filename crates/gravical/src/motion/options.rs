@@ -119,27 +119,17 @@ fn interval(text: &str) -> Result<(f64, f64)> {
         Error::usage("rests-syntax", format!("interval {text:?}: {why}"))
             .with_hint("write seconds as 0-5,7.2-: from 0 to 5 s, and from 7.2 s to the end")
     };
-    // The dash of an exponent (1e-3) parts nothing.
-    let dash = text
-        .char_indices()
-        .find(|&(i, c)| c == '-' && !text[..i].ends_with(['e', 'E']));
-    let Some((dash, _)) = dash else {
-        return Err(bad("there is no dash between start and end"));
+    let (start, end) = text
+        .split_once('-')
+        .ok_or_else(|| bad("there is no dash between start and end"))?;
+    let number = |part: &str, open: f64| match part.trim() {
+        "" => Ok(open),
+        part => part
+            .parse()
+            .ok()
+            .filter(|v: &f64| v.is_finite())
+            .ok_or_else(|| bad(&format!("{part:?} is no number"))),
     };
-    let number = |part: &str, open: f64| -> Result<f64> {
-        let part = part.trim();
-        if part.is_empty() {
-            return Ok(open);
-        }
-        match part.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(bad(&format!("{part:?} is no number"))),
-        }
-    };
-    let (start, end) = (&text[..dash], &text[dash + 1..]);
-    if start.trim().is_empty() && end.trim().is_empty() {
-        return Err(bad("neither a start nor an end"));
-    }
     let pair = (number(start, 0.0)?, number(end, f64::INFINITY)?);
     if pair.1 <= pair.0 {
         return Err(bad("it ends before it starts"));
