@@ -157,13 +157,9 @@ impl Filter {
             at,
             nominal: Nominal {
                 attitude,
-                velocity: Vector3::zeros(),
-                position: Vector3::zeros(),
-                force_bias: Vector3::zeros(),
                 rate_bias,
                 gravity: force.norm(),
-                rate_parameters: [0.0; 9],
-                force_parameters: [0.0; 12],
+                ..Nominal::default()
             },
             covariance: Covariance::from_diagonal(&sd.map(|s| s * s)),
             start: None,

@@ -228,15 +228,6 @@ impl Roughness {
         self.next = at;
     }
 
-    /// Takes a span for no rougher than the rests.
-    pub fn silence(&mut self, span: &Range<usize>) {
-        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
-        let windows = at(span.start)..at(span.end).max(at(span.start));
-        for window in &mut self.windows[windows] {
-            window.1 = [0.0; 2];
-        }
-    }
-
     /// Counts samples from the `count`-th on.
     pub fn forget(&mut self, count: usize) {
         self.windows.retain(|w| w.0 >= count);

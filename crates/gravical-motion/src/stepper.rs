@@ -282,16 +282,15 @@ impl Stepper {
             RestEvent::Withdraw => self.withdraw(),
             RestEvent::End(end) => {
                 self.consider(end, true);
-                match (self.candidate.take(), &mut self.context.noise) {
-                    (Some(Candidate { start, .. }), None) if start < end => {
+                match self.candidate.take() {
+                    Some(Candidate { start, .. })
+                        if self.context.noise.is_none() && start < end =>
+                    {
                         self.begin_rest(start..end);
                         self.end_rest(end);
                     }
-                    (Some(Candidate { start, .. }), Some(noise)) => {
-                        noise.rough.silence(&(start..end));
-                    }
-                    (Some(_), None) => {}
-                    (None, _) => self.end_rest(end),
+                    Some(_) => {}
+                    None => self.end_rest(end),
                 }
             }
         }

@@ -49,6 +49,7 @@ pub(crate) struct Transition {
 }
 
 /// Sums over the samples of a node.
+#[derive(Default)]
 struct Sums {
     /// ∫ [f×] dt, world.
     force: Matrix3<f64>,
@@ -87,14 +88,7 @@ impl Model<'_> {
         let correction = nominal.correction(&self.options.calibration);
         let rate_sd = self.options.calibration.rate_sd();
         let start = nominal.attitude;
-        let mut sums = Sums {
-            force: Matrix3::zeros(),
-            attitude: Matrix3::zeros(),
-            force_by_axis: [Matrix3::zeros(); 3],
-            rate_by_axis: [Matrix3::zeros(); 3],
-            trapezoid_error: Vector3::zeros(),
-            unsteady: 0.0,
-        };
+        let mut sums = Sums::default();
         let mut turned_rad = 0.0;
         let has_gyro = samples.has_gyro();
         let rate_at = |i: usize| {

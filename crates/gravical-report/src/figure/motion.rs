@@ -4,7 +4,8 @@ mod space;
 
 use std::f64::consts::PI;
 
-use gravical::motion::{MotionResult, MotionSample, ReferenceTrack, SampleState};
+use gravical::motion::truth::Reference;
+use gravical::motion::{MotionResult, MotionSample, SampleState};
 use gravical::numfmt::decimals_for;
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
@@ -25,7 +26,7 @@ struct Motion<'a> {
     /// Samples before which others are missing.
     breaks: Vec<usize>,
     uncalibrated: Option<Vec<SampleState>>,
-    reference: Option<&'a ReferenceTrack>,
+    reference: Option<&'a Reference>,
     /// What the result is called beside the uncalibrated one.
     name: &'static str,
 }

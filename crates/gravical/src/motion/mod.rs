@@ -53,6 +53,7 @@ use crate::{Error, Result};
 use estimate::Estimate;
 use moves::{end, moves, visible_moves};
 use prepare::{Scales, SensorRows, scales};
+use truth::Reference;
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
     variance_of_magnitude,
@@ -62,7 +63,7 @@ pub use gravical_motion::SampleState;
 pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
-pub use track::{MotionSample, ReferenceTrack, table_columns, write_table};
+pub use track::{MotionSample, table_columns, write_table};
 pub use uncertainty::GravityMisfit;
 
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
@@ -73,8 +74,9 @@ const BIAS_DRIFT_MPS2: f64 = 1e-3;
 pub struct Motion {
     /// What is said.
     pub result: MotionResult,
-    /// The reference that it was compared with; none without one.
-    pub reference: Option<ReferenceTrack>,
+    /// The reference that it was compared with, on the clock and in the frame of the result, where both are
+    /// known; none without one.
+    pub reference: Option<Reference>,
     own: Estimate,
     /// By the nominal scales alone; none without a calibration.
     uncalibrated: Option<Estimate>,

@@ -41,15 +41,6 @@ pub struct MotionSample {
     pub state: SampleState,
 }
 
-/// A reference on the clock and in the frame of the result, where both are known.
-#[derive(Debug, Clone, Default)]
-pub struct ReferenceTrack {
-    /// Time, s.
-    pub t_s: Vec<f64>,
-    /// Position, m; it starts where the result is at that time.
-    pub position_m: Vec<[f64; 3]>,
-}
-
 /// The samples of a motion, in order.
 pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
     let own = &motion.own.samples;

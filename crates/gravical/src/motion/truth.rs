@@ -17,7 +17,7 @@ use gravical_recording::{
     Format, HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, source, whole_lines,
 };
 
-use super::{Comparison, Motion, Move, MoveComparison, ReferenceTrack};
+use super::{Comparison, Motion, Move, MoveComparison};
 use crate::calibration_file::{InputFile, InputRole};
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording};
 use crate::{Error, Result};
@@ -244,8 +244,8 @@ pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> 
     let position_m: Vec<[f64; 3]> = motion.samples().map(|s| s.state.position_m).collect();
     let own = Line::new(motion.own.samples.time_s(), &position_m);
     let mut findings = reference.findings.clone();
-    let (comparison, track) = compare(&own, &motion.result.moves, reference, &mut findings)?;
-    motion.reference = Some(track);
+    let (comparison, aligned) = compare(&own, &motion.result.moves, reference, &mut findings)?;
+    motion.reference = Some(aligned);
     motion.result.truth = Some(comparison);
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| reference.source.clone());
@@ -259,7 +259,7 @@ fn compare(
     moves: &[Move],
     reference: &Reference,
     findings: &mut Vec<Finding>,
-) -> Result<(Comparison, ReferenceTrack)> {
+) -> Result<(Comparison, Reference)> {
     let offset_s = if reference.same_file {
         0.0
     } else {
@@ -297,9 +297,12 @@ fn compare(
     };
     let origin = points.origin;
     let shifted = |p: &[f64; 3]| std::array::from_fn(|k| p[k] + origin[k]);
-    let position_m = points.reference.iter().map(shifted).collect();
-    let t_s = points.t_s;
-    Ok((comparison, ReferenceTrack { t_s, position_m }))
+    let aligned = Reference {
+        position_m: points.reference.iter().map(shifted).collect(),
+        t_s: points.t_s,
+        ..reference.clone()
+    };
+    Ok((comparison, aligned))
 }
 
 fn no_overlap(own: &[f64], other: &[f64]) -> Error {

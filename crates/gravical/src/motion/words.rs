@@ -135,31 +135,31 @@ pub(super) fn rows_left_out(
     samples: &Samples,
     hung_rows: &[Range<usize>],
 ) -> Vec<Finding> {
-    let (mut incomplete, mut hung) = (LineSpans::default(), LineSpans::default());
+    let mut lines = [LineSpans::default(), LineSpans::default()];
     let mut kept = samples.rows().iter().peekable();
+    let mut hangs = hung_rows.iter().peekable();
     for row in 0..recording.rows() {
-        if kept.next_if(|k| **k == row).is_some() {
-            continue;
+        while hangs.next_if(|hang| hang.end <= row).is_some() {}
+        let is_hung = hangs.peek().is_some_and(|hang| hang.contains(&row));
+        if kept.next_if(|k| **k == row).is_none() {
+            lines[usize::from(is_hung)].push(recording.line(row));
         }
-        let hang = hung_rows.partition_point(|span| span.end <= row);
-        let is_hung = hung_rows.get(hang).is_some_and(|span| span.contains(&row));
-        let lines = if is_hung { &mut hung } else { &mut incomplete };
-        lines.push(recording.line(row));
     }
-    let found = [
+    let kinds = [
         (
-            incomplete,
             FindingKind::RowsLeftOut,
             "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them",
         ),
         (
-            hung,
             FindingKind::SensorHung,
             "all channels stand still to the last digit for longer than noise allows: the sensor, or its bus, hung; what happened then is not known",
         ),
     ];
-    let found = found.into_iter().filter(|(lines, ..)| !lines.is_empty());
-    let found = found.map(|(lines, kind, text)| Finding::new(kind, text).at_lines(&lines));
+    let found = lines
+        .iter()
+        .zip(kinds)
+        .filter(|(lines, _)| !lines.is_empty());
+    let found = found.map(|(lines, (kind, text))| Finding::new(kind, text).at_lines(lines));
     found.collect()
 }
 
@@ -184,29 +184,21 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
             ),
         ));
     }
-    let widened = moves
-        .iter()
-        .filter(|m| m.closure.is_some_and(|c| c.widened));
-    let (widened, all) = (widened.count(), moves.len());
+    let closures = moves.iter().filter_map(|m| m.closure);
+    let (widened, all) = (closures.filter(|c| c.widened).count(), moves.len());
+    if widened > 0 {
+        let text = format!(
+            "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
+        );
+        out.push(Finding::new(FindingKind::ClosureContradicts, text).counting(widened as u64));
+    }
     let replaced = moves.iter().map(|m| m.replaced).sum::<usize>();
-    let counted = [
-        (
-            widened,
-            FindingKind::ClosureContradicts,
-            format!(
-                "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
-            ),
-        ),
-        (
-            replaced,
-            FindingKind::ValuesReplaced,
-            format!(
-                "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
-            ),
-        ),
-    ];
-    let counted = counted.into_iter().filter(|(count, ..)| *count > 0);
-    out.extend(counted.map(|(n, kind, text)| Finding::new(kind, text).counting(n as u64)));
+    if replaced > 0 {
+        let text = format!(
+            "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
+        );
+        out.push(Finding::new(FindingKind::ValuesReplaced, text).counting(replaced as u64));
+    }
     out
 }
 
