@@ -11,7 +11,7 @@ use crate::transition::Model;
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.
 const CLOSING_S: f64 = 1.0;
-pub(crate) const LEADING_S: f64 = 20.0;
+const LEADING_S: f64 = 20.0;
 /// Samples of the end of a rest that say something beyond its first second.
 const MIN_LEADING: usize = 5;
 /// Factor by which a rest may shake more than the others and still have that speed more.

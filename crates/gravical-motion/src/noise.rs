@@ -228,13 +228,6 @@ impl Roughness {
         self.next = at;
     }
 
-    /// Counts samples from the `count`-th on.
-    pub fn forget(&mut self, count: usize) {
-        self.windows.retain(|w| w.0 >= count);
-        self.windows.iter_mut().for_each(|w| w.0 -= count);
-        self.next = self.next.saturating_sub(count);
-    }
-
     /// Densities of a span beyond `level`, those of its median window, since a knock is no noise; 0 where it
     /// is not rougher.
     pub fn excess(&self, span: Range<usize>, level: [f64; 2]) -> [f64; 2] {

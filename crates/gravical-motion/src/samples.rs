@@ -179,24 +179,6 @@ impl Samples {
         true
     }
 
-    /// Counts samples from the `count`-th on.
-    pub(crate) fn forget(&mut self, count: usize) {
-        self.time_s.drain(..count);
-        self.force.drain(..count);
-        self.rate.drain(..count.min(self.rate.len()));
-        self.pieces.retain(|p| p.end > count);
-        for piece in &mut self.pieces {
-            *piece = piece.start.saturating_sub(count)..piece.end - count;
-        }
-        self.breaks.retain(|i| *i > count);
-        self.breaks.iter_mut().for_each(|i| *i -= count);
-        self.bridged.retain(|b| b.rows.end > count);
-        for bridged in &mut self.bridged {
-            let rows = &mut bridged.rows;
-            *rows = rows.start.saturating_sub(count)..rows.end - count;
-        }
-    }
-
     /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.
     #[must_use]
     pub fn with_breaks(mut self, rows: &[usize]) -> Samples {

@@ -27,14 +27,6 @@ pub(crate) struct Stance {
     pub swing: usize,
 }
 
-impl Stance {
-    /// Counts samples from the `count`-th on.
-    pub fn forget(&mut self, count: usize) {
-        self.first = self.first.saturating_sub(count);
-        self.sample = self.sample.saturating_sub(count);
-    }
-}
-
 /// The stances of the move from sample `from` to `end`: at least `size` samples away from the rests there,
 /// which say the same, and none if they are not those of a foot: it swings often enough, or stands after
 /// the last step of the walk before.
@@ -130,14 +122,6 @@ impl StanceDetector {
             });
         }
         found
-    }
-
-    /// Counts samples from the `count`-th on: the window is no longer before it.
-    pub fn forget(&mut self, count: usize) {
-        self.at = self.at.saturating_sub(count);
-        if let Some(stance) = &mut self.quietest {
-            stance.forget(count);
-        }
     }
 }
 

@@ -1,8 +1,7 @@
 //! The motion as samples come.
 //!
 //! A rest that has lasted for a second closes the move before it: the filter goes through the move again
-//! with what is then known of it, as the whole run does. What it knows by then is kept only from the last
-//! rest on.
+//! with what is then known of it, as the whole run does.
 
 use std::ops::Range;
 
@@ -11,9 +10,7 @@ use nalgebra::Vector3;
 
 use crate::chain::contradicts;
 use crate::filter::{Filter, Record, Recorder};
-use crate::moves::{
-    LEADING_S, Leg, close, closing, level_before_move, rectified, take_displacement,
-};
+use crate::moves::{Leg, close, closing, level_before_move, rectified, take_displacement};
 use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
@@ -27,8 +24,6 @@ const LEARNED_S: f64 = 3.0;
 /// A rest that the velocity contradicts is believed after so long, s: what is wrong then is the velocity. That
 /// it ended after 3 s may take two more to see.
 const BELIEVED_S: f64 = 4.0;
-/// What a rest may need of what is past, s.
-const KEPT_S: f64 = LEADING_S + 5.0;
 /// The move has the roughness of its last seconds, s.
 const RECENT_S: f64 = 2.0;
 /// Nodes, s: what turns less than a swing within it.
@@ -38,7 +33,7 @@ const NODE_S: f64 = 0.04;
 ///
 /// Numbers are those of a causal run ([`MotionOptions::causal`]), which is this, sample by sample. A rest is
 /// one after a second, the first one after three; until then, and before the first rest, the state is that of
-/// the move, or not known. Work is bounded for each sample on average, and memory by the longest move.
+/// the move, or not known. Work is bounded for each sample on average, and each takes 60 bytes.
 ///
 /// # Example
 ///
@@ -66,7 +61,7 @@ pub struct Stepper {
     progress: Progress,
     /// Before the last rest began, while that may be withdrawn.
     undo: Option<Box<Progress>>,
-    /// What a whole run is to have. Such a run forgets nothing.
+    /// What a whole run is to have.
     motion: Option<Motion>,
 }
 
@@ -265,9 +260,6 @@ impl Stepper {
         }
         self.consider(self.context.samples.len(), false);
         self.go_on();
-        if self.motion.is_none() {
-            self.forget();
-        }
     }
 
     fn take(&mut self, event: RestEvent) {
@@ -577,47 +569,6 @@ impl Stepper {
         motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
         motion.noise = Some(model.noise.of_rests());
         motion
-    }
-
-    /// Forgets samples that nothing needs.
-    fn forget(&mut self) {
-        let samples = &self.context.samples;
-        let Some(now_s) = samples.time_s.last() else {
-            return;
-        };
-        let old = samples.time_s.partition_point(|t| *t < now_s - KEPT_S);
-        // Over a gap more is kept than its time says: blocks and windows go on from before it.
-        let old = old.min(samples.len().saturating_sub(samples.count_in(KEPT_S)));
-        let count = match &self.progress.phase {
-            Phase::Rest { closed, .. } if old > *closed => old,
-            _ => return,
-        };
-        // Not each time: what is left moves.
-        if count < samples.len() / 2 {
-            return;
-        }
-        self.undo = None;
-        if let Some(model) = self.context.model()
-            && let Phase::Rest { closed, .. } = &mut self.progress.phase
-            && let Some(filter) = &mut self.progress.filter
-        {
-            filter.halt(&model, count, &mut Recorder::off());
-            filter.at -= count;
-            *closed = 0;
-        }
-        if let Some(candidate) = &mut self.candidate {
-            candidate.start = candidate.start.saturating_sub(count);
-        }
-        if let Some(stances) = &mut self.stances {
-            stances.forget(count);
-        }
-        if let Some(noise) = &mut self.context.noise {
-            noise.rough.forget(count);
-        }
-        self.stances_here.retain(|s| s.sample >= count);
-        self.stances_here.iter_mut().for_each(|s| s.forget(count));
-        self.source.forget(count);
-        self.context.samples.forget(count);
     }
 }
 
