@@ -1,17 +1,9 @@
-//! Rows that are no measurement: frozen, clipped, spiked.
+//! Values that are no measurement: clipped, spiked.
 
 use std::ops::Range;
 
 use gravical_signal::quantile;
 
-/// A hang lasts at least so many rows and so long, s: resolution repeats a few rows of all channels,
-/// never that many.
-const MIN_FROZEN_ROWS: usize = 10;
-const MIN_FROZEN_S: f64 = 0.25;
-/// Rows outside hangs that may repeat, one in so many: where more do, the sensor is slower than its rows.
-const MIN_ROWS_PER_REPEAT: usize = 20;
-/// Rows outside all hangs, one in so many at least: of a sensor that hardly ever changes, that is its noise.
-const MIN_SHARE_CHANGING: usize = 4;
 /// Longest spike, rows: a longer pulse may be a knock.
 const MAX_SPIKE_ROWS: usize = 4;
 /// A spike stands out of its neighbours by this factor, and out of the scatter near it by the other.
@@ -58,39 +50,6 @@ pub struct Bridged {
     pub kind: BridgeKind,
     /// What the mean of the bridge may be off, unit of the channel.
     pub sd: f64,
-}
-
-/// Rows in which all channels, as they were read, repeat the row before for at least 0.25 s, in a recording
-/// that otherwise changes from row to row: a sensor, or its bus, that hung.
-#[must_use]
-pub fn hung_rows(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Vec<Range<usize>> {
-    let count = time_s.len().min(force.len());
-    let time_s = &time_s[..count];
-    let rate = if rate.len() < count { &[] } else { rate };
-    let repeats =
-        |i: &usize| force[*i] == force[i - 1] && (rate.is_empty() || rate[*i] == rate[i - 1]);
-    let mut hangs = Vec::new();
-    let (mut hung, mut repeated) = (0, 0);
-    let mut i = 1;
-    while i < time_s.len() {
-        let from = i;
-        while i < time_s.len() && repeats(&i) {
-            i += 1;
-        }
-        let run = i - from;
-        if run >= MIN_FROZEN_ROWS && time_s[i - 1] - time_s[from - 1] >= MIN_FROZEN_S {
-            hung += run;
-            hangs.push(from..i);
-        } else {
-            repeated += run;
-        }
-        i += 1;
-    }
-    let changing = time_s.len() - hung;
-    let changes_elsewhere =
-        repeated * MIN_ROWS_PER_REPEAT < changing && changing * MIN_SHARE_CHANGING >= time_s.len();
-    hangs.retain(|_| changes_elsewhere);
-    hangs
 }
 
 /// Replaces values that are no measurement, in the sensor's own axes before a calibration, and says

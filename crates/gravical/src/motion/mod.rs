@@ -131,7 +131,7 @@ pub fn motion(
     let scales = scales(recording, file, options, &mut findings)?;
     let mut rows = SensorRows::new(recording, &scales, &mut findings)?;
     let samples = rows.samples(&scales.calibrated)?;
-    findings.extend(words::rows_left_out(recording, &samples, &rows.hung));
+    findings.extend(words::rows_left_out(recording, &samples));
     let given = options.rests.as_ref();
     let work = Work {
         recording,

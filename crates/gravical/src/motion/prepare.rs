@@ -6,7 +6,7 @@ use std::path::Path;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
-use gravical_motion::{Bridged, Samples, Sensor, bridge_odd, hung_rows};
+use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
 
 use super::options::{GravityRemoval, MotionOptions};
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
@@ -34,8 +34,6 @@ pub(super) struct SensorRows<'a> {
     /// °C, the last one until the next comes; empty where no drift is taken off.
     temperature_c: Vec<f64>,
     bridged: Vec<Bridged>,
-    /// Rows in which the sensor hung.
-    pub hung: Vec<Range<usize>>,
     recording: &'a Recording,
     scales: &'a Scales,
 }
@@ -61,7 +59,6 @@ impl<'a> SensorRows<'a> {
         let has_gyro = scales.nominal.gyro.is_some();
         let gyro = recording.gyro.as_ref().filter(|_| has_gyro);
         let mut rate = gyro.map(rows).unwrap_or_default();
-        let hung = hung_rows(&t_s, &force, &rate);
         let mut bridged = Vec::new();
         let units = scales.nominal.units();
         let full_scales: [Vec<f64>; 2] = [
@@ -85,9 +82,6 @@ impl<'a> SensorRows<'a> {
         // Calibrations take the numbers of the file.
         let offset = recording.zero_offset;
         force.iter_mut().flatten().for_each(|v| *v += offset);
-        for row in hung.iter().cloned().flatten() {
-            force[row] = [f64::NAN; 3];
-        }
         let model = scales.calibrated.drift.as_ref();
         Ok(SensorRows {
             temperature_c: model.map_or_else(Vec::new, |m| held(recording, m, findings)),
@@ -95,7 +89,6 @@ impl<'a> SensorRows<'a> {
             force,
             rate,
             bridged,
-            hung,
             recording,
             scales,
         })

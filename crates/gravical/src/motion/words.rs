@@ -1,7 +1,5 @@
 //! What can be determined and why, what was done, what the axes are, and what is odd, in words.
 
-use std::ops::Range;
-
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{Samples, Unusable};
@@ -129,38 +127,13 @@ pub(super) fn no_covariance() -> Finding {
     )
 }
 
-/// Rows that are no samples: incomplete, or behind in time; and those of a sensor that hung.
-pub(super) fn rows_left_out(
-    recording: &Recording,
-    samples: &Samples,
-    hung_rows: &[Range<usize>],
-) -> Vec<Finding> {
-    let mut lines = [LineSpans::default(), LineSpans::default()];
+/// Rows that are no samples: incomplete, or behind in time.
+pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<Finding> {
     let mut kept = samples.rows().iter().peekable();
-    let mut hangs = hung_rows.iter().peekable();
-    for row in 0..recording.rows() {
-        while hangs.next_if(|hang| hang.end <= row).is_some() {}
-        let is_hung = hangs.peek().is_some_and(|hang| hang.contains(&row));
-        if kept.next_if(|k| **k == row).is_none() {
-            lines[usize::from(is_hung)].push(recording.line(row));
-        }
-    }
-    let kinds = [
-        (
-            FindingKind::RowsLeftOut,
-            "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them",
-        ),
-        (
-            FindingKind::SensorHung,
-            "all channels stand still to the last digit for longer than noise allows: the sensor, or its bus, hung; what happened then is not known",
-        ),
-    ];
-    let found = lines
-        .iter()
-        .zip(kinds)
-        .filter(|(lines, _)| !lines.is_empty());
-    let found = found.map(|(lines, (kind, text))| Finding::new(kind, text).at_lines(lines));
-    found.collect()
+    let left_out = (0..recording.rows()).filter(|row| kept.next_if(|k| *k == row).is_none());
+    let lines: LineSpans = left_out.map(|row| recording.line(row)).collect();
+    let text = "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them";
+    (!lines.is_empty()).then(|| Finding::new(FindingKind::RowsLeftOut, text).at_lines(&lines))
 }
 
 /// A length to two digits, m.
