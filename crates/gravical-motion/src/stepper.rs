@@ -10,7 +10,9 @@ use nalgebra::Vector3;
 
 use crate::chain::contradicts;
 use crate::filter::{Filter, Record, Recorder};
-use crate::moves::{Leg, close, closing, level_before_move, rectified, take_displacement};
+use crate::moves::{
+    Leg, close, closing, level_before_move, rectified, take_displacement, undisplaced,
+};
 use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
@@ -550,14 +552,9 @@ impl Stepper {
                 motion.append(found, last + 1);
             }
             Phase::Move(live) => {
-                let leg = Leg {
-                    end: last,
-                    ends: ends(true, false),
-                    rest: None,
-                    stances: &stances,
-                };
                 if live.trail.start < last {
-                    let mut one = leg.result(&model, live.trail.start..last, None);
+                    let (span, ends) = (live.trail.start..last, ends(true, false));
+                    let mut one = undisplaced(&model, span, ends, None, stances.len());
                     take_displacement(&filter, &mut one);
                     motion.moves.push(one);
                 }

@@ -321,15 +321,14 @@ fn no_overlap(own: &[f64], other: &[f64]) -> Error {
 
 /// What is added to the reference's time.
 fn offset_s(own: &Line<'_>, other: &Line<'_>, findings: &mut Vec<Finding>) -> f64 {
-    let text = match best_lag(own, other) {
-        Some((lag_s, correlation)) if correlation >= MIN_CORRELATION => return lag_s,
-        Some((_, correlation)) => {
-            format!(
-                "the speeds are little alike (correlation {correlation:.2} at best): no offset is assumed"
-            )
-        }
-        None => "too little moves to find the offset of the clocks: none is assumed".to_owned(),
-    };
+    // None where one of the two hardly moves.
+    let (lag_s, correlation) = best_lag(own, other).unwrap_or_default();
+    if correlation >= MIN_CORRELATION {
+        return lag_s;
+    }
+    let text = format!(
+        "the speeds are too little alike to find the offset of the clocks (correlation {correlation:.2} at best): none is assumed"
+    );
     findings.push(Finding::new(FindingKind::TruthOffset, text));
     0.0
 }
