@@ -25,6 +25,7 @@ const MAX_ENLARGED: usize = 2;
 /// moves do not need it; without it a real walk closes to 1.8 m in place of 0.3 m, and a bout of 30 s of a
 /// hand to 3.6 m in place of 1.1 m.
 const RECTIFIED: f64 = 0.2;
+
 /// The first second of a rest.
 pub(crate) fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
     let count = model.samples.count_in(CLOSING_S).max(2);

@@ -324,8 +324,12 @@ impl Stepper {
         if self.candidate.take().is_some() {
             return;
         }
-        if let Some(undo) = undo {
-            self.progress = *undo;
+        let Some(undo) = undo else { return };
+        self.progress = *undo;
+        if matches!(self.progress.phase, Phase::Unknown) {
+            // Another rest will be the first.
+            (self.context.noise, self.stances) = (None, None);
+            self.stances_here.clear();
         }
     }
 
@@ -413,7 +417,7 @@ impl Stepper {
             last_step,
         };
         let before = std::mem::replace(&mut self.progress, progress);
-        self.undo = (!is_first).then(|| Box::new(before));
+        self.undo = Some(Box::new(before));
     }
 
     fn end_rest(&mut self, end: usize) {
@@ -421,7 +425,7 @@ impl Stepper {
         let (
             Progress {
                 filter: Some(filter),
-                phase: Phase::Rest { closed, found, .. },
+                phase: Phase::Rest { closed, found },
                 ..
             },
             Some(model),
