@@ -77,10 +77,7 @@ impl Leg<'_> {
                     *filter = before.clone();
                     recorder.records.truncate(mark);
                 }
-                _ => {
-                    let stances = self.stances.len();
-                    return (excess, undisplaced(model, span, self.ends, closed, stances));
-                }
+                _ => return (excess, self.undisplaced(model, span, closed)),
             }
         }
     }
@@ -118,30 +115,24 @@ impl Leg<'_> {
         filter.inflate_rate_bias(inflation);
         filter.end_move(recorder);
     }
-}
 
-/// What is known of a move without its displacement.
-pub(crate) fn undisplaced(
-    model: &Model<'_>,
-    span: Range<usize>,
-    ends: Ends,
-    closure: Option<Closure>,
-    stances: usize,
-) -> Move {
-    let samples = model.samples;
-    let bridged = samples.bridged.iter();
-    let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
-    Move {
-        duration_s: samples.time_s[span.end] - samples.time_s[span.start],
-        displacement_m: [0.0; 3],
-        covariance_m2: [[0.0; 3]; 3],
-        budget: Budget::default(),
-        ends,
-        closure,
-        stances,
-        unusable: samples.unusable(&span),
-        replaced: within.count(),
-        samples: span,
+    /// What is known of the move without its displacement.
+    fn undisplaced(&self, model: &Model<'_>, span: Range<usize>, closure: Option<Closure>) -> Move {
+        let samples = model.samples;
+        let bridged = samples.bridged.iter();
+        let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
+        Move {
+            duration_s: samples.time_s[span.end] - samples.time_s[span.start],
+            displacement_m: [0.0; 3],
+            covariance_m2: [[0.0; 3]; 3],
+            budget: Budget::default(),
+            ends: self.ends,
+            closure,
+            stances: self.stances.len(),
+            unusable: samples.unusable(&span),
+            replaced: within.count(),
+            samples: span,
+        }
     }
 }
 

@@ -155,18 +155,22 @@ impl MotionOptions {
             return false;
         }
         let known = &self.calibration;
+        let noise = self.noise.iter();
+        let noise = noise.flat_map(|n| [n.force_mps2_sqrt_s, n.rate_rad_sqrt_s]);
         let sizes = [
             self.max_stance_rate_rad_s,
             known.force_bias_sd_mps2,
             known.gravity_sd_mps2,
         ];
-        let noise = self.noise.iter();
-        let noise = noise.flat_map(|n| n.force_mps2_sqrt_s.iter().chain(&n.rate_rad_sqrt_s));
+        let mut sizes = sizes.into_iter().chain(noise.flatten());
         let force = known.force.iter();
         let force = force.flat_map(|d| d.matrix.as_flattened().iter().chain(&d.offset));
-        let rate = known.rate.iter().flat_map(|m| m.as_flattened());
-        let mut sizes = sizes.iter().chain(noise);
-        sizes.all(|v| v.is_finite() && *v >= 0.0) && force.chain(rate).all(|v| v.is_finite())
+        let mut rate = known
+            .rate
+            .iter()
+            .flat_map(|m| m.as_flattened())
+            .chain(force);
+        sizes.all(|v| v.is_finite() && v >= 0.0) && rate.all(|v| v.is_finite())
     }
 }
 

@@ -75,7 +75,7 @@ pub struct Samples {
     pub(crate) bridged: Vec<Bridged>,
     rows: Vec<usize>,
     /// Samples before which something is missing, whatever the times say.
-    breaks: Vec<usize>,
+    pub(crate) breaks: Vec<usize>,
 }
 
 impl Samples {
@@ -320,14 +320,11 @@ impl Samples {
     /// standard deviation of its integral over time.
     pub(crate) fn bridged_in(&self, span: &Range<usize>) -> impl Iterator<Item = (&Bridged, f64)> {
         let (start, end) = (span.start, span.end);
-        let last = self.len().saturating_sub(1);
-        let end_of = move |b: &Bridged| b.rows.end.min(last);
         let first = self.bridged.partition_point(|b| b.rows.end <= start);
-        let within = self.bridged[first..]
-            .iter()
-            .take_while(move |b| end_of(b) <= end);
+        let within = self.bridged[first..].iter();
+        let within = within.take_while(move |b| b.rows.end <= end);
         within.map(move |b| {
-            let seconds = self.time_s[end_of(b)] - self.time_s[b.rows.start.saturating_sub(1)];
+            let seconds = self.time_s[b.rows.end] - self.time_s[b.rows.start.saturating_sub(1)];
             (b, b.sd * seconds)
         })
     }

@@ -10,9 +10,7 @@ use nalgebra::Vector3;
 
 use crate::chain::contradicts;
 use crate::filter::{Filter, Record, Recorder};
-use crate::moves::{
-    Leg, close, closing, level_before_move, rectified, take_displacement, undisplaced,
-};
+use crate::moves::{Leg, close, closing, level_before_move, rectified, take_displacement};
 use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
@@ -123,7 +121,6 @@ struct Live {
     trail: Track,
     /// Up to the last whole node.
     ahead: Track,
-    path: Vec<PathNode>,
 }
 
 /// A filter that goes on through a move.
@@ -151,7 +148,7 @@ impl Track {
     }
 
     /// Goes on to a sample, from node to node.
-    fn advance(&mut self, model: &Model<'_>, to: usize, recorder: &mut Recorder) {
+    fn advance(&mut self, model: &Model<'_>, to: usize) {
         let node = node_len(model.samples);
         let recent = model.samples.count_in(RECENT_S);
         while self.filter.at < to {
@@ -167,8 +164,8 @@ impl Track {
             }
             let since = self.start.max(span.end.saturating_sub(recent));
             let excess = model.noise.excess(since, span.end);
-            self.filter
-                .propagate(model, span.end, node, &excess, recorder);
+            let off = &mut Recorder::off();
+            self.filter.propagate(model, span.end, node, &excess, off);
         }
     }
 }
@@ -227,20 +224,14 @@ impl Stepper {
     pub(crate) fn drive(samples: &Samples, options: &MotionOptions) -> Motion {
         let mut stepper = Stepper::new(options, samples.period_s, samples.channels().resolution);
         stepper.motion = Some(Motion::default());
-        let mut bridged = samples.bridged.iter().peekable();
+        stepper.context.samples.bridged.clone_from(&samples.bridged);
         for i in 0..samples.len() {
             if options.is_stopped() {
                 break;
             }
-            if samples.gaps(&(i.saturating_sub(1)..i)).any(|gap| gap.2) {
-                stepper.interrupt();
-            }
+            stepper.interrupted = samples.breaks.binary_search(&i).is_ok();
             let rate = samples.rate.get(i).copied();
             stepper.add(samples.time_s[i], samples.force[i], rate);
-            let last = i + 1 == samples.len();
-            while let Some(one) = bridged.next_if(|b| b.rows.end <= i || last) {
-                stepper.context.samples.bridged.push(one.clone());
-            }
             stepper.update();
         }
         stepper.finish()
@@ -339,7 +330,7 @@ impl Stepper {
         else {
             return true;
         };
-        live.trail.advance(&model, rest.start, &mut Recorder::off());
+        live.trail.advance(&model, rest.start);
         !contradicts(&model, &live.trail.filter, &closing(&model, rest))
     }
 
@@ -447,7 +438,6 @@ impl Stepper {
         self.progress.phase = Phase::Move(Box::new(Live {
             ahead: trail.clone(),
             trail,
-            path: Vec::new(),
         }));
         self.stances_here.retain(|s| s.sample >= end);
     }
@@ -476,28 +466,23 @@ impl Stepper {
         else {
             return;
         };
-        let mut recorder = Recorder {
-            is_on: self.motion.is_some() && stances.is_empty(),
-            ..Recorder::default()
-        };
         for stance in &stances {
-            live.trail.advance(&model, *stance, &mut recorder);
-            live.trail.filter.stance(&mut recorder);
+            live.trail.advance(&model, *stance);
+            live.trail.filter.stance(&mut Recorder::off());
         }
         if !stances.is_empty() {
             live.ahead = live.trail.clone();
         }
         let (at, node) = (live.ahead.filter.at, node_len(&self.context.samples));
         let to = at + (last - at) / node * node;
-        live.ahead.advance(&model, to, &mut recorder);
-        live.path.extend(nodes(&recorder));
+        live.ahead.advance(&model, to);
     }
 
     /// The filter of a move at the last sample.
     fn filter_here(&self, live: &Live) -> Option<Filter> {
         let mut track = live.ahead.clone();
         let last = self.context.samples.len() - 1;
-        track.advance(&self.context.model()?, last, &mut Recorder::off());
+        track.advance(&self.context.model()?, last);
         Some(track.filter)
     }
 
@@ -549,22 +534,26 @@ impl Stepper {
         let (Some(mut filter), Some(model)) = (filter, self.context.model()) else {
             return motion;
         };
-        match &mut self.progress.phase {
-            Phase::Unknown => {}
-            Phase::Rest { found, .. } => {
+        match (&mut self.progress.phase, &mut self.progress.filter) {
+            (Phase::Rest { found, .. }, _) => {
                 filter.halt(&model, last, &mut Recorder::off());
                 motion.append(found, last + 1);
             }
-            Phase::Move(live) => {
-                if live.trail.start < last {
-                    let (span, ends) = (live.trail.start..last, ends(true, false));
-                    let mut one = undisplaced(&model, span, ends, None, stances.len());
-                    take_displacement(&filter, &mut one);
-                    motion.moves.push(one);
-                }
+            (Phase::Move(live), Some(from)) if live.trail.start < last => {
+                let leg = Leg {
+                    end: last,
+                    ends: ends(true, false),
+                    rest: None,
+                    stances: &stances,
+                };
+                let mut recorder = Recorder::on();
+                let (_, mut one) = leg.run(&model, from, &mut recorder);
+                take_displacement(&filter, &mut one);
+                motion.moves.push(one);
                 motion.stances.extend(stances);
-                motion.path.append(&mut live.path);
+                motion.path.extend(nodes(&recorder));
             }
+            _ => {}
         }
         motion.path.push(PathNode::forward(&filter.node()));
         motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
