@@ -50,7 +50,7 @@ use crate::poses::face::AxisMap;
 use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
-use estimate::Estimate;
+use estimate::{Estimate, moves_in_mean_at_s};
 use moves::{end, moves, visible_moves};
 use prepare::{Scales, SensorRows, scales};
 use truth::Reference;
@@ -153,7 +153,7 @@ pub fn motion(
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
-        findings.extend(own.report.as_ref().and_then(words::averaged_rows_move));
+        findings.extend(moves_in_mean_at_s(&own.samples).map(words::averaged_rows_move));
         (own, None)
     } else {
         work.estimate(samples, smoothed, plain.as_ref(), &mut findings)?
@@ -222,7 +222,7 @@ pub fn motion(
     Ok(Motion {
         result,
         reference: None,
-        bands: !options.no_bands && !by_report,
+        bands: options.has_bands(),
         own,
         uncalibrated,
     })
@@ -273,7 +273,7 @@ impl Work<'_> {
 
     /// The estimate by the nominal scales alone, with the rests of the calibrated one.
     fn uncalibrated(&self, samples: Samples, own: &Estimate) -> Result<Estimate> {
-        if own.report.is_some() {
+        if self.options.gravity_removal == GravityRemoval::InitialMean {
             return Ok(Estimate::by_report(samples, self.options));
         }
         let rests = own.rests_in(&samples);

@@ -19,59 +19,35 @@ pub(super) fn moves(
     options: &MotionOptions,
 ) -> Vec<Move> {
     let t = own.samples.time_s();
-    let mut moves = if own.report.is_some() {
-        vec![Move {
-            start_s: t[0],
-            end_s: t[t.len() - 1],
-            displacement_m: displacement(own),
-            uncalibrated_m: uncalibrated.and_then(displacement),
+    let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
+    let mut moves = Vec::with_capacity(own.motion.moves.len());
+    for m in &own.motion.moves {
+        let unusable = m.unusable.map(words::unusable);
+        let mut one = Move {
+            start_s: t[m.samples.start],
+            end_s: t[m.samples.end],
+            ends: m.ends,
+            closure: m.closure,
+            stances: m.stances,
+            replaced: m.replaced,
+            unusable: unusable.or_else(|| unconfirmed(own, m, options)),
             ..Move::default()
-        }]
-    } else {
-        let one = |m| between_rests(own, uncalibrated, m, options);
-        own.motion.moves.iter().map(one).collect()
-    };
+        };
+        if one.unusable.is_none() {
+            let middle = (m.samples.start + m.samples.end) / 2;
+            let other = others.iter().find(|o| o.samples.contains(&middle));
+            let v0 = own.v0_mps;
+            let carried =
+                |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
+            one.displacement_m = Some(carried(m.displacement_m));
+            one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
+            one.sigma_m = options.has_bands().then(|| m.sd_m());
+            one.budget_m = (options.has_bands() && !options.causal).then_some(m.budget);
+        }
+        moves.push(one);
+    }
     measure_paths(own, &mut moves);
     moves
-}
-
-/// What is said of a move of the engine.
-fn between_rests(
-    own: &Estimate,
-    uncalibrated: Option<&Estimate>,
-    m: &gravical_motion::Move,
-    options: &MotionOptions,
-) -> Move {
-    let t = own.samples.time_s();
-    let unusable = m.unusable.map(words::unusable);
-    let mut one = Move {
-        start_s: t[m.samples.start],
-        end_s: t[m.samples.end],
-        ends: m.ends,
-        closure: m.closure,
-        stances: m.stances,
-        replaced: m.replaced,
-        unusable: unusable.or_else(|| unconfirmed(own, m, options)),
-        ..Move::default()
-    };
-    if one.unusable.is_none() {
-        let middle = (m.samples.start + m.samples.end) / 2;
-        let mut others = uncalibrated.iter().flat_map(|plain| &plain.motion.moves);
-        let other = others.find(|o| o.samples.contains(&middle));
-        let carried =
-            |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + own.v0_mps[c] * m.duration_s);
-        one.displacement_m = Some(carried(m.displacement_m));
-        one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
-        one.sigma_m = (!options.no_bands).then(|| m.sd_m());
-        one.budget_m = (!options.no_bands && !options.causal).then_some(m.budget);
-    }
-    one
-}
-
-/// From the first sample to the last, m.
-fn displacement(estimate: &Estimate) -> Option<[f64; 3]> {
-    let last = estimate.states().last()?.position_m;
-    Some(std::array::from_fn(|c| last[c] - estimate.p0_m[c]))
 }
 
 /// Why the only rest of a recording says nothing of a move: it may be constant speed.
@@ -122,7 +98,7 @@ pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> Fi
     let last_s = own.samples.time_s().last();
     let ends_unknown = unusable.any(|m| Some(&m.end_s) == last_s);
     // At rest it is what may hide in the rest, not the noise.
-    let has_band = is_known && !options.no_bands && !moves.is_empty();
+    let has_band = is_known && options.has_bands() && !moves.is_empty();
     let is_finite = |v: [f64; 3]| v.iter().all(|v| v.is_finite());
     let last = own.states().last().filter(|s| is_finite(s.position_m));
     FinalState {

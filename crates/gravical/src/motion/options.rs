@@ -304,12 +304,9 @@ fn on_or_off(text: &str) -> Result<bool, String> {
 #[cfg(feature = "clap")]
 fn vector(text: &str) -> Result<[f64; 3], String> {
     let numbers = text.split(',').map(|part| part.trim().parse());
-    let numbers: Vec<f64> = numbers
-        .collect::<Result<_, _>>()
-        .map_err(|e: std::num::ParseFloatError| e.to_string())?;
-    numbers
-        .try_into()
-        .map_err(|n: Vec<f64>| format!("expected three numbers such as 0,0,0, found {}", n.len()))
+    let numbers: Result<Vec<f64>, _> = numbers.collect();
+    let three = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    three.ok_or_else(|| "expected three numbers such as 0,0,0".to_owned())
 }
 
 impl MotionOptions {
@@ -346,6 +343,11 @@ impl MotionOptions {
     pub(super) fn updates_at_rests(&self) -> bool {
         self.zero_velocity
             .unwrap_or(self.gravity_removal != GravityRemoval::InitialMean)
+    }
+
+    /// Whether uncertainties are known and wanted.
+    pub(super) fn has_bands(&self) -> bool {
+        !self.no_bands && self.gravity_removal != GravityRemoval::InitialMean
     }
 
     /// Checks ranges.

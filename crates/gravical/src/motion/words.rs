@@ -4,7 +4,6 @@ use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{Samples, Unusable};
 
-use super::estimate::ReportProcedure;
 use super::options::{GravityRemoval, MotionOptions};
 use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
@@ -197,16 +196,12 @@ pub(super) fn lone_rest(rest_s: f64) -> String {
     )
 }
 
-/// Rows of the mean in which the sensor moves.
-pub(super) fn averaged_rows_move(report: &ReportProcedure) -> Option<Finding> {
-    report.moves_at_s.map(|t| {
-        Finding::new(
-            FindingKind::AveragedRowsMove,
-            format!(
-                "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or subtract gravity by strapdown"
-            ),
-        )
-    })
+/// Rows of the mean in which the sensor moves, from a time on, s.
+pub(super) fn averaged_rows_move(t: f64) -> Finding {
+    let text = format!(
+        "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or subtract gravity by strapdown"
+    );
+    Finding::new(FindingKind::AveragedRowsMove, text)
 }
 
 /// Columns that may have been calibrated before.
