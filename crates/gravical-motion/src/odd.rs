@@ -78,36 +78,28 @@ pub fn bridge_odd(
         .copied()
         .find(|r| (largest / r - 1.0).abs() < RANGE_TOLERANCE);
     let mut out = Vec::new();
-    let read = [0, 1, 2].map(|axis| {
-        values[..count]
-            .iter()
-            .map(|v| v[axis])
-            .collect::<Vec<f64>>()
-    });
+    let read: [Vec<f64>; 3] =
+        std::array::from_fn(|axis| values[..count].iter().map(|v| v[axis]).collect());
     for axis in 0..3 {
         let mut column = read[axis].clone();
         let mut i = 2;
         while i + 2 < count {
-            let clipped = clipped_rows(&column, i, range);
-            let (kind, run) = if clipped > 0 {
-                (BridgeKind::Clipped, clipped)
-            } else {
-                (BridgeKind::Spiked, spiked_rows(&column, i, min_spike))
+            let (kind, run) = match clipped_rows(&column, i, range) {
+                0 => (BridgeKind::Spiked, spiked_rows(&column, i, min_spike)),
+                clipped => (BridgeKind::Clipped, clipped),
             };
             let rows = i..i + run;
-            let others = (0..3).filter(|other| *other != axis);
-            let is_knock = kind == BridgeKind::Spiked
-                && run > 0
-                && others.into_iter().any(|other| jumps(&read[other], &rows));
-            if run == 0 || is_knock || rows.end + 1 >= count {
-                i += 1;
+            i += 1;
+            let mut others = (0..3).filter(|other| *other != axis);
+            let mut is_knock = || others.any(|k| jumps(&read[k], &rows));
+            if run == 0 || rows.end + 1 >= count || (kind == BridgeKind::Spiked && is_knock()) {
                 continue;
             }
+            i = rows.end + 1;
             let sd = match kind {
                 BridgeKind::Clipped => bridge_clipped(time_s, &mut column, &rows),
                 BridgeKind::Spiked => bridge_spike(time_s, &mut column, &rows),
             };
-            i = rows.end + 1;
             if sd.is_finite() {
                 out.push(Bridged {
                     rows,

@@ -122,7 +122,8 @@ impl<'a> Follower<'a> {
             self.correct(&interval, |i| interval.attitude(i));
         }
         let correction = self.correction;
-        Box::new((first..=span.end).map(move |i| interval.interpolated(i, &correction)))
+        let state = move |i| interval.state(i, &interval.attitude(i), &correction);
+        Box::new((first..=span.end).map(state))
     }
 
     /// Takes the correction of an interval by which the trapezoid of the accelerations, the first as it
@@ -198,7 +199,7 @@ impl<'a> Follower<'a> {
                 acceleration_mps2: array(&acceleration),
                 velocity_mps: array(&velocity),
                 position_m: array(&position),
-                ..interval.state(i, &attitudes[i - from])
+                ..interval.state(i, &attitudes[i - from], &self.correction)
             });
         }
         let missing = Vector3::from(interval.to.position_m) - position;
@@ -257,29 +258,24 @@ impl<'a> Interval<'a> {
         attitude * Vector3::from(self.samples.force[i]) - Vector3::new(0.0, 0.0, GRAVITY_MPS2)
     }
 
-    /// Attitude and standard deviations.
-    fn state(&self, i: usize, attitude: &UnitQuaternion<f64>) -> SampleState {
-        let u = self.fraction(i);
+    /// Between the nodes, with this attitude and what samples lack of acceleration.
+    fn state(
+        &self,
+        i: usize,
+        attitude: &UnitQuaternion<f64>,
+        correction: &Vector3<f64>,
+    ) -> SampleState {
+        let (u, from, to) = (self.fraction(i), self.from, self.to);
         let linear =
             |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| a[c] * (1.0 - u) + b[c] * u);
         SampleState {
+            at_rest: false,
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
-            velocity_sd_mps: linear(&self.from.velocity_sd_mps, &self.to.velocity_sd_mps),
-            position_sd_m: linear(&self.from.position_sd_m, &self.to.position_sd_m),
-            ..SampleState::UNKNOWN
-        }
-    }
-
-    fn interpolated(&self, i: usize, correction: &Vector3<f64>) -> SampleState {
-        let attitude = self.attitude(i);
-        let u = self.fraction(i);
-        let linear =
-            |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| a[c] * (1.0 - u) + b[c] * u);
-        SampleState {
-            acceleration_mps2: array(&(self.acceleration(i, &attitude) + correction)),
-            velocity_mps: linear(&self.from.velocity_mps, &self.to.velocity_mps),
-            position_m: linear(&self.from.position_m, &self.to.position_m),
-            ..self.state(i, &attitude)
+            acceleration_mps2: array(&(self.acceleration(i, attitude) + correction)),
+            velocity_mps: linear(&from.velocity_mps, &to.velocity_mps),
+            velocity_sd_mps: linear(&from.velocity_sd_mps, &to.velocity_sd_mps),
+            position_m: linear(&from.position_m, &to.position_m),
+            position_sd_m: linear(&from.position_sd_m, &to.position_sd_m),
         }
     }
 }

@@ -37,18 +37,11 @@ const GYRO_DATA_SHEET: ElementErrors = ElementErrors {
     bias_mps2: 0.0,
 };
 
-/// A calibration that says nothing of its uncertainty: what six careful placements reach.
+/// A calibration that says nothing of its uncertainty: what six careful placements reach, or fitted turns.
 pub(super) const UNSTATED: ElementErrors = ElementErrors {
     scale: 0.005,
     cross: 0.01,
     bias_mps2: 0.02,
-};
-
-/// A gyroscope whose turns were fitted, without a covariance.
-const TURNED: ElementErrors = ElementErrors {
-    scale: 0.005,
-    cross: 0.01,
-    bias_mps2: 0.0,
 };
 
 /// Directions of an accelerometer by a covariance of its parameters.
@@ -85,7 +78,7 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ve
             .map(|step| in_case(&axes.of_rates(), &mul(&section.matrix, &square(step))))
             .collect(),
         None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.matrices(),
-        None => TURNED.matrices(),
+        None => UNSTATED.matrices(),
     }
 }
 
