@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
-use crate::closure::{Innovation, REST_SPEED_MPS};
-use crate::filter::{Filter, Recorder};
+use crate::closure::REST_SPEED_MPS;
+use crate::filter::{Filter, Innovation, Recorder};
 use crate::samples::Unusable;
 use crate::transition::Model;
 

@@ -3,9 +3,9 @@
 use serde::Serialize;
 use std::ops::Range;
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, Vector3};
 
-use crate::filter::{Filter, Measurement};
+use crate::filter::{Filter, Innovation};
 use crate::noise::Density;
 use crate::transition::Model;
 
@@ -36,26 +36,10 @@ pub struct Closure {
     pub widened: bool,
 }
 
-/// Innovation and its covariance.
-pub(crate) struct Innovation {
-    y: SVector<f64, 9>,
-    s: SMatrix<f64, 9, 9>,
-}
-
 impl Innovation {
     /// Of a rest that begins where the filter is.
     pub fn of_rest(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
-        Innovation::new(
-            filter,
-            &filter.rest_measurement(model, rest, REST_SPEED_MPS),
-        )
-    }
-
-    fn new(filter: &Filter, m: &Measurement) -> Innovation {
-        Innovation {
-            y: m.innovation,
-            s: m.h * filter.covariance * m.h.transpose() + m.noise,
-        }
+        filter.rest_innovation(model, rest, REST_SPEED_MPS)
     }
 
     /// χ² of rows `first..first + D` with `variance` added to each.
@@ -119,8 +103,9 @@ pub(crate) fn enlargement(innovation: &Innovation, gravity: f64, seconds: f64) -
 /// strikes is out of range, or between two samples, for a moment. Without it such errors, which are alike in
 /// all steps, are taken for the scale of the sensor. None if it is one.
 pub(crate) fn step_enlargement(filter: &Filter, seconds: f64) -> Option<Density> {
-    let innovation = Innovation::new(filter, &filter.stance_measurement());
-    innovation.force_density(MAX_STEP_CHI2, seconds)
+    filter
+        .stance_innovation()
+        .force_density(MAX_STEP_CHI2, seconds)
 }
 
 fn isotropic(variance: f64, seconds: f64) -> Vector3<f64> {

@@ -29,12 +29,12 @@ const SECOND_ORDER: f64 = 0.2;
 /// A tilt that is off acts on the velocity until the next levelling, at most so long, s.
 const MAX_TILTED_S: f64 = 3.0;
 
-/// What a rest or a stance says: innovation y = H x + noise. Rows: velocity, specific force (world), rate.
-#[derive(Debug, Clone)]
-pub(crate) struct Measurement {
+/// What a rest or a stance says: innovation y = H x + noise, and its covariance S. Rows: velocity, specific
+/// force (world), rate.
+pub(crate) struct Innovation {
     pub h: NineRows,
-    pub innovation: SVector<f64, 9>,
-    pub noise: SMatrix<f64, 9, 9>,
+    pub y: SVector<f64, 9>,
+    pub s: SMatrix<f64, 9, 9>,
 }
 
 /// State of the motion at a sample with the covariance of its first nine states to all.
@@ -309,33 +309,35 @@ impl Filter {
         squares.sum::<f64>() / span.len() as f64
     }
 
-    fn velocity_measurement(&self, speed_sd_mps: f64) -> Measurement {
-        let mut measurement = Measurement {
+    /// That of a speed, S without what the covariance adds.
+    fn velocity_innovation(&self, speed_sd_mps: f64) -> Innovation {
+        let mut innovation = Innovation {
             h: NineRows::zeros(),
-            innovation: SVector::zeros(),
-            noise: SMatrix::zeros(),
+            y: SVector::zeros(),
+            s: SMatrix::zeros(),
         };
         for c in 0..3 {
-            measurement.h[(c, VELOCITY + c)] = 1.0;
-            measurement.innovation[c] = -self.nominal.velocity[c];
-            measurement.noise[(c, c)] = speed_sd_mps.powi(2);
+            innovation.h[(c, VELOCITY + c)] = 1.0;
+            innovation.y[c] = -self.nominal.velocity[c];
+            innovation.s[(c, c)] = speed_sd_mps.powi(2);
         }
-        measurement
+        innovation
     }
 
     /// What a stance says.
-    pub fn stance_measurement(&self) -> Measurement {
-        let mut measurement = self.velocity_measurement(STANCE_SPEED_MPS);
+    pub fn stance_innovation(&self) -> Innovation {
+        let mut innovation = self.velocity_innovation(STANCE_SPEED_MPS);
         // Rows that say nothing.
         for c in 3..9 {
-            measurement.noise[(c, c)] = 1.0;
+            innovation.s[(c, c)] = 1.0;
         }
-        measurement
+        innovation.s += innovation.h * self.covariance * innovation.h.transpose();
+        innovation
     }
 
     /// Zero velocity of a foot on the ground.
     pub fn stance(&mut self, recorder: &mut Recorder) {
-        self.update(&self.stance_measurement(), recorder);
+        self.update(&self.stance_innovation(), recorder);
     }
 
     /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
@@ -347,16 +349,16 @@ impl Filter {
         speed_sd_mps: f64,
         recorder: &mut Recorder,
     ) {
-        self.update(&self.rest_measurement(model, span, speed_sd_mps), recorder);
+        self.update(&self.rest_innovation(model, span, speed_sd_mps), recorder);
     }
 
     /// What a rest says.
-    pub fn rest_measurement(
+    pub fn rest_innovation(
         &self,
         model: &Model<'_>,
         rest: &Range<usize>,
         speed_sd_mps: f64,
-    ) -> Measurement {
+    ) -> Innovation {
         let samples = model.samples;
         let seconds = samples.duration_s(rest).max(samples.period_s);
         let mean = samples.channels().mean(rest);
@@ -367,7 +369,7 @@ impl Filter {
                 .nominal
                 .correction(&model.options.calibration)
                 .force(&reading);
-        let mut m = self.velocity_measurement(speed_sd_mps);
+        let mut m = self.velocity_innovation(speed_sd_mps);
         let reading = Vector3::from(reading);
 
         m.h.fixed_view_mut::<3, 3>(3, ATTITUDE)
@@ -381,28 +383,29 @@ impl Filter {
                 .copy_from(&column);
         }
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
-        m.innovation.fixed_rows_mut::<3>(3).copy_from(&innovation);
+        m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
         let white = Matrix3::from_diagonal(&(model.noise.white.force / seconds));
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
-        m.noise.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
+        m.s.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
 
         let second_order = self.second_order(&m.h);
         let tilted_s = (samples.time_s[self.at] - self.rest_s).clamp(0.0, MAX_TILTED_S);
         for c in 0..3 {
-            m.noise[(3 + c, 3 + c)] += second_order;
-            m.noise[(c, c)] += second_order * tilted_s.powi(2);
+            m.s[(3 + c, 3 + c)] += second_order;
+            m.s[(c, c)] += second_order * tilted_s.powi(2);
         }
         for c in 0..3 {
-            m.noise[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
+            m.s[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
                 + model.noise.rounding[c]
                 + model.noise.white.rate[c] / seconds
                 + RATE_BIAS_WALK.powi(2) * seconds / 3.0;
             if samples.has_gyro() {
                 m.h[(6 + c, RATE_BIAS + c)] = 1.0;
-                m.innovation[6 + c] = mean[3 + c] - self.nominal.rate_bias[c];
+                m.y[6 + c] = mean[3 + c] - self.nominal.rate_bias[c];
             }
         }
+        m.s += m.h * self.covariance * m.h.transpose();
         m
     }
 
@@ -421,28 +424,26 @@ impl Filter {
         SECOND_ORDER * turned * tilt * (0.5 * tilt * self.nominal.gravity.powi(2) + force)
     }
 
-    fn update(&mut self, m: &Measurement, recorder: &mut Recorder) {
+    fn update(&mut self, m: &Innovation, recorder: &mut Recorder) {
         let p_ht = self.covariance * m.h.transpose();
-        let innovation_covariance = m.h * p_ht + m.noise;
         // Not positive where samples are absurd: then nothing is learned.
-        let Some(cholesky) = innovation_covariance.cholesky() else {
+        let Some(cholesky) = m.s.cholesky() else {
             return;
         };
         let information = cholesky.inverse();
         let gain = p_ht * information;
         // Joseph's form, multiplied out.
         let one = gain * p_ht.transpose();
-        let covariance = self.covariance - one - one.transpose()
-            + gain * innovation_covariance * gain.transpose();
+        let covariance = self.covariance - one - one.transpose() + gain * m.s * gain.transpose();
         self.covariance = (covariance + covariance.transpose()) * 0.5;
         if let Some(start) = &mut self.start {
             start.cross -= gain * (m.h * start.cross);
         }
-        self.nominal.correct(&(gain * m.innovation));
+        self.nominal.correct(&(gain * m.y));
         recorder.push(|| {
             Record::Update(Box::new(Update {
                 h: m.h,
-                innovation: m.innovation,
+                innovation: m.y,
                 information,
                 gain,
             }))

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::closure::{Closure, Innovation, REST_SPEED_MPS, enlargement, step_enlargement};
-use crate::filter::{Filter, Recorder};
+use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
+use crate::filter::{Filter, Innovation, Recorder};
 use crate::noise::{Density, tremor};
 use crate::result::{Budget, CLOCK_SD, Ends, Move, array, rows};
 use crate::transition::Model;
