@@ -173,24 +173,21 @@ impl Model<'_> {
         set(ATTITUDE, RATE_BIAS, &-sums.attitude);
         f[(VELOCITY + 2, GRAVITY)] = -seconds;
         f[(POSITION + 2, GRAVITY)] = -seconds * half;
+        let mut set = |row: usize, column: usize, by_parameter: &Vector3<f64>| {
+            f.fixed_view_mut::<3, 1>(row, column)
+                .copy_from(by_parameter);
+        };
         for (k, matrix) in self.options.calibration.rate_directions().enumerate() {
             let attitude = contract(&sums.rate_by_axis, &matrix);
             let velocity = sums.force * attitude * -0.5;
-            let column = RATE_PARAMETERS + k;
-            f.fixed_view_mut::<3, 1>(POSITION, column)
-                .copy_from(&(velocity * (half * 2.0 / 3.0)));
-            f.fixed_view_mut::<3, 1>(VELOCITY, column)
-                .copy_from(&velocity);
-            f.fixed_view_mut::<3, 1>(ATTITUDE, column)
-                .copy_from(&attitude);
+            set(POSITION, RATE_PARAMETERS + k, &(velocity * (seconds / 3.0)));
+            set(VELOCITY, RATE_PARAMETERS + k, &velocity);
+            set(ATTITUDE, RATE_PARAMETERS + k, &attitude);
         }
         for (k, (matrix, offset)) in self.options.calibration.force_directions().enumerate() {
             let velocity = contract(&sums.force_by_axis, &matrix) + sums.attitude * offset;
-            let column = FORCE_PARAMETERS + k;
-            f.fixed_view_mut::<3, 1>(POSITION, column)
-                .copy_from(&(velocity * half));
-            f.fixed_view_mut::<3, 1>(VELOCITY, column)
-                .copy_from(&velocity);
+            set(POSITION, FORCE_PARAMETERS + k, &(velocity * half));
+            set(VELOCITY, FORCE_PARAMETERS + k, &velocity);
         }
         f
     }
@@ -204,12 +201,8 @@ impl Model<'_> {
         seconds: f64,
         excess: &Density,
     ) -> (SMatrix<f64, 9, 9>, SMatrix<f64, 9, 9>) {
-        let mut unmeasured = Density {
-            force: sums.trapezoid_error,
-            rate: Vector3::zeros(),
-        };
-        self.add_bridged(span, &mut unmeasured);
-        self.add_gaps(span, &mut unmeasured);
+        let mut unmeasured = self.unmeasured(span);
+        unmeasured.force += sums.trapezoid_error;
         let white = |rest: &Vector3<f64>, unmeasured: &Vector3<f64>, excess: &Vector3<f64>| {
             start * Matrix3::from_diagonal(&(rest * seconds + unmeasured)) * start.transpose()
                 + Matrix3::from_diagonal(&(excess * seconds))
@@ -242,8 +235,10 @@ impl Model<'_> {
         (q, q_rate)
     }
 
-    /// What bridges may be off, at the node that holds their end.
-    fn add_bridged(&self, span: &Range<usize>, variance: &mut Density) {
+    /// Variances of velocity and attitude by what bridges may be off, at the node that holds their end, and by what
+    /// may have happened in gaps.
+    fn unmeasured(&self, span: &Range<usize>) -> Density {
+        let mut variance = Density::ZERO;
         for (bridged, sd) in self.samples.bridged_in(span) {
             let axis = bridged.axis.min(2);
             match bridged.sensor {
@@ -251,21 +246,15 @@ impl Model<'_> {
                 Sensor::Gyroscope => variance.rate[axis] += sd * sd,
             }
         }
-    }
-
-    /// What may have happened in gaps.
-    fn add_gaps(&self, span: &Range<usize>, variance: &mut Density) {
         for (_, seconds, interrupted) in self.samples.gaps(span) {
-            let seconds = if interrupted {
-                seconds.max(INTERRUPTED_S)
-            } else {
-                seconds
-            };
+            let least_s = if interrupted { INTERRUPTED_S } else { 0.0 };
+            let seconds = seconds.max(least_s);
             variance.force += Vector3::repeat((GAP_FORCE_MPS2 * seconds).powi(2));
             if self.samples.has_gyro() {
                 variance.rate += Vector3::repeat((GAP_RATE_RAD_S * seconds).powi(2));
             }
         }
+        variance
     }
 }
 
