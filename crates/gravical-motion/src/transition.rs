@@ -155,10 +155,7 @@ impl Model<'_> {
     /// The first nine rows of F (Solà, eq. 269 for the world frame, integrated over the node).
     fn derivatives(&self, sums: &Sums, seconds: f64) -> NineRows {
         let half = 0.5 * seconds;
-        let mut f = NineRows::zeros();
-        for c in 0..MOVING {
-            f[(c, c)] = 1.0;
-        }
+        let mut f = NineRows::identity();
         let mut set = |i: usize, j: usize, block: &Matrix3<f64>| {
             f.fixed_view_mut::<3, 3>(i, j).copy_from(block);
         };

@@ -85,14 +85,13 @@ impl FromStr for StanceRate {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        match text.parse() {
-            _ if text == "off" => Ok(StanceRate(None)),
-            Ok(rate) => Ok(StanceRate(Some(rate))),
-            Err(_) => Err(Error::usage(
-                "usage",
-                format!("{text:?} is neither a rate in rad/s nor off"),
-            )),
+        if text == "off" {
+            return Ok(StanceRate(None));
         }
+        let wrong = |_| Error::usage("usage", format!("{text:?} is no rate in rad/s, nor off"));
+        text.parse()
+            .map(|rate| StanceRate(Some(rate)))
+            .map_err(wrong)
     }
 }
 
