@@ -113,8 +113,8 @@ fn a_calibration_applied_twice_widens_the_bands() {
 #[test]
 fn a_causal_run_holds_the_first_rest_alone_against_the_calibration() {
     let (file, mut recording) = (calibration(1), line(1));
-    // After the move gravity is off by 30 mg.
-    recording.accel[2][720..].iter_mut().for_each(|z| *z += 0.3);
+    // After the move gravity is off by 8 mg.
+    recording.accel[2][720..].iter_mut().for_each(|z| *z += 0.08);
     let file = Some(Calibrated {
         file: &file,
         name: "cal.json",
