@@ -13,6 +13,9 @@ const COLUMNS: &str = "t_s,raw_ax_mps2,raw_ay_mps2,raw_az_mps2,\
     ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
     lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m";
 
+/// Where `still` is among them, before the attitude.
+const STILL: usize = 7;
+
 /// Names of those that come with bands.
 const BANDS: &str = "sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py_m,sigma_pz_m";
 
@@ -39,6 +42,26 @@ pub struct MotionSample {
     /// Attitude, acceleration, velocity and position, in the frame of the result, with their standard
     /// deviations where there are bands.
     pub state: SampleState,
+}
+
+impl MotionSample {
+    /// In the order of the columns of the table.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> + use<> {
+        let state = self.state;
+        let vectors = [
+            state.acceleration_mps2,
+            state.velocity_mps,
+            state.position_m,
+            state.velocity_sd_mps,
+            state.position_sd_m,
+        ];
+        let forces = [self.raw_mps2, self.force_mps2];
+        let before = [self.t_s].into_iter().chain(forces.into_iter().flatten());
+        let before = before
+            .chain([f64::from(state.at_rest)])
+            .chain(state.attitude);
+        before.chain(vectors.into_iter().flatten())
+    }
 }
 
 /// The samples of a motion, in order.
@@ -116,12 +139,21 @@ pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
 ///
 /// What `out` says.
 pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
-    let time_decimals = time_decimals(motion.own.samples.time_s());
+    let names: Vec<&str> = table_columns(motion).collect();
+    let mut decimals = vec![DECIMALS; names.len()];
+    decimals[0] = time_decimals(motion.own.samples.time_s());
+    decimals[STILL] = 0;
+    decimals[STILL + 1..][..4].fill(ATTITUDE_DECIMALS);
     let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend(table_columns(motion).collect::<Vec<_>>().join(",").bytes());
+    text.extend(names.join(",").bytes());
     text.push(b'\n');
     for sample in motion.samples() {
-        row(&mut text, &sample, time_decimals, motion.bands);
+        for (value, decimals) in sample.numbers().zip(&decimals) {
+            write_fixed(&mut text, value, *decimals);
+            text.push(b',');
+        }
+        text.pop();
+        text.push(b'\n');
         if text.len() >= CHUNK {
             out.write_all(&text)?;
             text.clear();
@@ -129,32 +161,6 @@ pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     }
     out.write_all(&text)?;
     out.flush()
-}
-
-#[inline]
-fn row(text: &mut Vec<u8>, sample: &MotionSample, time_decimals: u32, bands: bool) {
-    write_fixed(text, sample.t_s, time_decimals);
-    put(text, &sample.raw_mps2, DECIMALS);
-    put(text, &sample.force_mps2, DECIMALS);
-    let state = &sample.state;
-    text.extend_from_slice(if state.at_rest { b",1" } else { b",0" });
-    put(text, &state.attitude, ATTITUDE_DECIMALS);
-    put(text, &state.acceleration_mps2, DECIMALS);
-    put(text, &state.velocity_mps, DECIMALS);
-    put(text, &state.position_m, DECIMALS);
-    if bands {
-        put(text, &state.velocity_sd_mps, DECIMALS);
-        put(text, &state.position_sd_m, DECIMALS);
-    }
-    text.push(b'\n');
-}
-
-#[inline]
-fn put(text: &mut Vec<u8>, values: &[f64], decimals: u32) {
-    for value in values {
-        text.push(b',');
-        write_fixed(text, *value, decimals);
-    }
 }
 
 /// The fewest of 3, 6 and 9 decimals that keep every stamp to a nanosecond:
