@@ -114,7 +114,9 @@ fn a_calibration_applied_twice_widens_the_bands() {
 fn a_causal_run_holds_the_first_rest_alone_against_the_calibration() {
     let (file, mut recording) = (calibration(1), line(1));
     // After the move gravity is off by 8 mg.
-    recording.accel[2][720..].iter_mut().for_each(|z| *z += 0.08);
+    recording.accel[2][720..]
+        .iter_mut()
+        .for_each(|z| *z += 0.08);
     let file = Some(Calibrated {
         file: &file,
         name: "cal.json",
