@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// One independent direction of the accelerometer's uncertainty, one standard deviation long:
 /// δf = matrix · f + offset.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ForceDirection {
     /// Scale and cross-axis sensitivity, row-major.
     pub matrix: [[f64; 3]; 3],
@@ -35,7 +35,7 @@ const FORCE_DIRECTIONS: usize = 12;
 const RATE_DIRECTIONS: usize = 9;
 
 fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from_fn(|i, j| rows[i][j])
+    Matrix3::from(*rows).transpose()
 }
 
 impl CalibrationUncertainty {
@@ -75,11 +75,8 @@ impl ElementErrors {
     pub fn matrices(&self) -> Vec<[[f64; 3]; 3]> {
         let matrix = |k: usize| {
             let mut matrix = [[0.0; 3]; 3];
-            matrix[k / 3][k % 3] = if k / 3 == k % 3 {
-                self.scale
-            } else {
-                self.cross
-            };
+            // Every fourth one is on the diagonal.
+            matrix[k / 3][k % 3] = if k % 4 == 0 { self.scale } else { self.cross };
             matrix
         };
         (0..9).map(matrix).collect()
@@ -90,15 +87,12 @@ impl ElementErrors {
     pub fn directions(&self) -> Vec<ForceDirection> {
         let matrices = self.matrices().into_iter().map(|matrix| ForceDirection {
             matrix,
-            offset: [0.0; 3],
+            ..ForceDirection::default()
         });
         let biases = (0..3).map(|axis| {
-            let mut offset = [0.0; 3];
-            offset[axis] = self.bias_mps2;
-            ForceDirection {
-                matrix: [[0.0; 3]; 3],
-                offset,
-            }
+            let mut bias = ForceDirection::default();
+            bias.offset[axis] = self.bias_mps2;
+            bias
         });
         matrices.chain(biases).collect()
     }
