@@ -82,14 +82,14 @@ impl Budget {
         calibration: &Matrix3<f64>,
         attitude: &Matrix3<f64>,
     ) -> Budget {
-        let part =
-            |variance: &dyn Fn(usize) -> f64| std::array::from_fn(|c| deviation(variance(c)));
-        let by_calibration = |c: usize| calibration[(c, c)].min(total[(c, c)]);
-        let by_attitude = |c: usize| attitude[(c, c)].min(total[(c, c)] - by_calibration(c));
+        let total = total.diagonal();
+        let calibration = calibration.diagonal().inf(&total);
+        let attitude = attitude.diagonal().inf(&(total - calibration));
+        let part = |variance: Vector3<f64>| array(&variance.map(deviation));
         Budget {
-            noise: part(&|c| total[(c, c)] - by_calibration(c) - by_attitude(c)),
-            calibration: part(&by_calibration),
-            attitude: part(&by_attitude),
+            noise: part(total - calibration - attitude),
+            calibration: part(calibration),
+            attitude: part(attitude),
         }
     }
 }
