@@ -6,7 +6,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::result::{Motion, PathNode, array};
+use crate::result::{Motion, Move, PathNode, array};
 use crate::samples::Samples;
 use crate::transition::turn;
 
@@ -59,7 +59,6 @@ impl Motion {
         let mut follower = Follower {
             motion: self,
             samples,
-            moves: 0,
             correction: Vector3::zeros(),
             last_acceleration: None,
             single: false,
@@ -85,8 +84,6 @@ impl Motion {
 struct Follower<'a> {
     motion: &'a Motion,
     samples: &'a Samples,
-    /// The moves that it is after.
-    moves: usize,
     /// What the samples before lack, and the acceleration of the last of them with it, m/s².
     correction: Vector3<f64>,
     last_acceleration: Option<Vector3<f64>>,
@@ -103,15 +100,9 @@ impl<'a> Follower<'a> {
     ) -> Box<dyn Iterator<Item = SampleState> + 'a> {
         let span = interval.from.sample..interval.to.sample;
         let moves = &self.motion.moves;
-        while moves
-            .get(self.moves)
-            .is_some_and(|m| m.samples.end <= span.start)
-        {
-            self.moves += 1;
-        }
-        let moving = moves
-            .get(self.moves)
-            .is_some_and(|m| m.samples.start <= span.start);
+        let next = moves.partition_point(|m| m.samples.end <= span.start);
+        let is_begun = |m: &Move| m.samples.start <= span.start;
+        let moving = moves.get(next).is_some_and(is_begun);
         if self.samples.gaps(&span).next().is_some() {
             let last = interval.acceleration(span.end, &interval.attitude(span.end));
             self.last_acceleration = Some(last + self.correction);
