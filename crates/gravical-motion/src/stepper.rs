@@ -54,7 +54,8 @@ pub struct Stepper {
     /// True if something is missing before the next sample.
     interrupted: bool,
     source: RestDetector,
-    candidate: Option<Candidate>,
+    /// Where a span begins that may be a rest.
+    candidate: Option<usize>,
     stances: Option<StanceDetector>,
     /// Those of this move.
     stances_here: Vec<Stance>,
@@ -105,13 +106,6 @@ enum Phase {
         found: Box<Motion>,
     },
     Move(Box<Live>),
-}
-
-/// A span that may be a rest.
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    start: usize,
-    doubted: bool,
 }
 
 /// A move that goes on.
@@ -251,61 +245,43 @@ impl Stepper {
         while let Some(event) = self.source.update(&self.context.samples.channels()) {
             self.take(event);
         }
-        self.consider(self.context.samples.len(), false);
+        self.believe(self.context.samples.len(), false);
         self.go_on();
     }
 
     fn take(&mut self, event: RestEvent) {
+        let count = self.context.samples.len();
         match event {
             RestEvent::Begin(start) => {
-                let start = start.min(self.context.samples.len() - 1);
-                self.candidate = Some(Candidate {
-                    start,
-                    doubted: false,
-                });
+                let rest = start.min(count - 1)..count;
+                self.candidate = Some(rest.start);
+                if self.context.noise.is_some() && self.agrees(&rest) {
+                    self.candidate = None;
+                    self.begin_rest(rest);
+                }
             }
             RestEvent::Withdraw => self.withdraw(),
             RestEvent::End(end) => {
-                self.consider(end, true);
-                match self.candidate.take() {
-                    Some(Candidate { start, .. })
-                        if self.context.noise.is_none() && start < end =>
-                    {
-                        self.begin_rest(start..end);
-                        self.end_rest(end);
-                    }
-                    Some(_) => {}
-                    None => self.end_rest(end),
-                }
+                self.believe(end, true);
+                self.candidate = None;
+                self.end_rest(end);
             }
         }
     }
 
-    /// Takes a candidate for a rest, where what there is of it before sample `end` says that it is one; it may
-    /// be over.
-    fn consider(&mut self, end: usize, over: bool) {
-        let Some(Candidate { start, doubted }) = self.candidate.filter(|c| c.start < end) else {
-            return;
+    /// Takes a candidate for a rest, the first one or one that the velocity contradicts, if it has lasted long
+    /// enough before sample `end`; it may be over.
+    fn believe(&mut self, end: usize, over: bool) {
+        let least_s = match self.context.noise {
+            None if over => 0.0,
+            None => LEARNED_S,
+            Some(_) => BELIEVED_S,
         };
-        let span = start..end;
-        let seconds = self.context.samples.duration_s(&span);
-        let is_first = self.context.noise.is_none();
-        if !over && is_first && seconds < LEARNED_S {
-            return;
-        }
-        let taken = if doubted {
-            seconds > BELIEVED_S
-        } else {
-            (is_first && !over) || (!is_first && self.agrees(&span))
-        };
-        if taken {
-            self.candidate = None;
-            self.begin_rest(span);
-        } else if !is_first {
-            self.candidate = Some(Candidate {
-                start,
-                doubted: true,
-            });
+        let samples = &self.context.samples;
+        let lasts =
+            |start: &mut usize| *start < end && samples.duration_s(&(*start..end)) >= least_s;
+        if let Some(start) = self.candidate.take_if(lasts) {
+            self.begin_rest(start..end);
         }
     }
 
@@ -454,7 +430,7 @@ impl Stepper {
         }
         let mut stances = Vec::new();
         if found {
-            let end = self.candidate.map_or(usize::MAX, |c| c.start);
+            let end = self.candidate.unwrap_or(usize::MAX);
             let steps = self.steps(live.trail.start + 1, end).iter();
             stances.extend(
                 steps
@@ -515,10 +491,7 @@ impl Stepper {
         while let Some(event) = self.source.finish(&self.context.samples.channels()) {
             self.take(event);
         }
-        self.consider(self.context.samples.len(), false);
-        if let (Some(Candidate { start, .. }), None) = (self.candidate, &self.context.noise) {
-            self.begin_rest(start..self.context.samples.len());
-        }
+        self.believe(self.context.samples.len(), true);
         self.go_on();
         let last = self.context.samples.len() - 1;
         let mut motion = self.motion.take().unwrap_or_default();
