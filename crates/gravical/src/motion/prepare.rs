@@ -183,18 +183,11 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
 fn held(recording: &Recording, model: &TemperatureModel, findings: &mut Vec<Finding>) -> Vec<f64> {
     let mut held_c = recording.temperature_c.clone().unwrap_or_default();
     let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
-        let what = if held_c.is_empty() {
-            "recording has no temperatures"
-        } else {
-            "recording's temperatures are empty"
-        };
-        findings.push(Finding::new(
-            FindingKind::TemperatureNotApplied,
-            format!(
-                "the {what}, so the calibration's drift with temperature is not taken off: {}",
-                crate::temperature::cost_text(model)
-            ),
-        ));
+        let text = format!(
+            "the recording has no temperatures, so the calibration's drift with temperature is not taken off: {}",
+            crate::temperature::cost_text(model)
+        );
+        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
         return Vec::new();
     };
     for t in &mut held_c {
