@@ -41,9 +41,7 @@ pub(crate) struct Innovation {
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
     pub sample: usize,
-    pub position: Vector3<f64>,
-    pub velocity: Vector3<f64>,
-    pub attitude: Matrix3<f64>,
+    pub nominal: Nominal,
     pub rows: NineRows,
 }
 
@@ -270,9 +268,7 @@ impl Filter {
     pub fn node(&self) -> Node {
         Node {
             sample: self.at,
-            position: self.nominal.position,
-            velocity: self.nominal.velocity,
-            attitude: self.nominal.attitude,
+            nominal: self.nominal.clone(),
             rows: self.covariance.fixed_rows::<MOVING>(0).into_owned(),
         }
     }

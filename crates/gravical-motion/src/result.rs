@@ -153,14 +153,15 @@ impl PathNode {
     ) -> Self {
         let part = |at: usize| error.fixed_rows::<3>(at).into_owned();
         let sd = |at: usize| std::array::from_fn(|c| deviation(covariance[(at + c, at + c)]));
+        let nominal = &node.nominal;
         let attitude =
-            Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(node.attitude);
+            Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(nominal.attitude);
         let attitude = UnitQuaternion::from_rotation_matrix(&attitude);
         PathNode {
             sample: node.sample,
-            position_m: array(&(node.position + part(POSITION))),
+            position_m: array(&(nominal.position + part(POSITION))),
             position_sd_m: sd(POSITION),
-            velocity_mps: array(&(node.velocity + part(VELOCITY))),
+            velocity_mps: array(&(nominal.velocity + part(VELOCITY))),
             velocity_sd_mps: sd(VELOCITY),
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
         }
