@@ -150,22 +150,16 @@ impl Intervals {
     /// `rests-outside` (usage) where one holds fewer than two samples.
     pub(super) fn spans(&self, time_s: &[f64]) -> Result<Vec<Range<usize>>> {
         let mut spans = Vec::with_capacity(self.0.len());
+        let first_s = time_s.first().copied().unwrap_or_default();
+        let last_s = time_s.last().copied().unwrap_or_default();
         for &(start, end) in &self.0 {
             let from = time_s.partition_point(|t| *t < start);
             let span = from..time_s.partition_point(|t| *t <= end);
             if span.len() < 2 {
-                let until = if end.is_finite() {
-                    format!("{end} s")
-                } else {
-                    "the end".to_owned()
-                };
-                let (first, last) = (
-                    time_s.first().unwrap_or(&0.0),
-                    time_s.last().unwrap_or(&0.0),
-                );
+                let end = end.min(last_s);
                 let text = format!(
-                    "there are fewer than two samples in the rest from {start} s to {until}: \
-                     the recording goes from {first:.3} s to {last:.3} s"
+                    "there are fewer than two samples in the rest from {start} s to {end} s: \
+                     the recording goes from {first_s:.3} s to {last_s:.3} s"
                 );
                 return Err(Error::usage("rests-outside", text)
                     .with_hint("seconds count from the first row of the recording"));
