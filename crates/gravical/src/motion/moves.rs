@@ -67,27 +67,22 @@ fn unconfirmed(
 
 /// Peak speed and length of the path of each move.
 fn measure_paths(own: &Estimate, moves: &mut [Move]) {
-    let t = own.samples.time_s();
-    let mut next = 0;
-    let mut last: Option<(f64, f64)> = None;
-    for (state, &t_s) in own.states().zip(t) {
+    let (t, spans) = (own.samples.time_s(), &own.motion.moves);
+    let (mut k, mut before) = (0, 0.0);
+    for (i, state) in own.states().enumerate() {
         let speed = norm(&state.velocity_mps);
-        while moves.get(next).is_some_and(|m| m.end_s < t_s) {
-            next += 1;
+        while spans.get(k).is_some_and(|m| m.samples.end < i) {
+            k += 1;
         }
-        if let Some(one) = moves
-            .get_mut(next)
-            .filter(|m| m.start_s <= t_s && m.unusable.is_none())
-        {
-            let peak = one.peak_speed_mps.get_or_insert(0.0);
-            *peak = peak.max(speed);
-            let path = one.path_m.get_or_insert(0.0);
-            if let Some((before_s, before)) = last.filter(|(before_s, _)| *before_s >= one.start_s)
-            {
-                *path += 0.5 * (before + speed) * (t_s - before_s);
-            }
+        let span = spans.get(k).map(|m| &m.samples);
+        if let Some(span) = span.filter(|s| s.start <= i && moves[k].unusable.is_none()) {
+            let seconds = if i > span.start { t[i] - t[i - 1] } else { 0.0 };
+            let one = &mut moves[k];
+            one.peak_speed_mps = Some(one.peak_speed_mps.unwrap_or(0.0).max(speed));
+            let path_m = one.path_m.unwrap_or(0.0);
+            one.path_m = Some(path_m + 0.5 * (before + speed) * seconds);
         }
-        last = Some((t_s, speed));
+        before = speed;
     }
 }
 
