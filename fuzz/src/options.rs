@@ -141,7 +141,7 @@ pub fn intervals(data: &[u8]) {
         last_s = span.end_s;
     }
     assert!(last_s <= result.duration_s, "{intervals:?}");
-    for p in motion.track().position_m.iter().flatten() {
+    for p in motion.samples().flat_map(|s| s.state.position_m) {
         assert!(!p.is_infinite(), "{intervals:?}");
     }
 }

@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
-use crate::closure::{Innovation, REST_SPEED_MPS};
-use crate::filter::{Action, Filter};
+use crate::closure::REST_SPEED_MPS;
+use crate::filter::{Filter, Innovation, Recorder};
 use crate::samples::Unusable;
 use crate::transition::Model;
 
@@ -68,30 +68,24 @@ impl RestSelector<'_> {
     /// A filter at the end of a rest.
     fn filter_after(&self, rest: &Range<usize>) -> Filter {
         let mut filter = Filter::new(&self.0, rest.start, rest);
-        let action = Action::Rest {
-            span: rest.clone(),
-            speed_sd_mps: REST_SPEED_MPS,
-        };
-        filter.run(&self.0, &action, None);
-        filter.run(&self.0, &Action::Halt { to: rest.end - 1 }, None);
+        let off = &mut Recorder::off();
+        filter.rest(&self.0, rest, REST_SPEED_MPS, off);
+        filter.halt(&self.0, rest.end - 1, off);
         filter
-    }
-
-    fn propagate(&self, filter: &mut Filter, to: usize) {
-        if to > filter.at {
-            let excess = self.0.noise.excess(filter.at, to);
-            let node = self.0.samples.count_in(NODE_S).max(1);
-            filter.run(&self.0, &Action::Propagate { to, node, excess }, None);
-        }
     }
 
     /// What it costs to take `next` for the rest after that which the filter left, and the standard
     /// deviation of the velocity where it begins, m/s.
     fn cost(&self, filter: &mut Filter, next: &Range<usize>) -> (f64, f64) {
         let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
+        let node = self.0.samples.count_in(NODE_S).max(1);
         for into_s in TRIED_S {
             let to = self.0.samples.after_s(next.start, into_s);
-            self.propagate(filter, to.min(next.end - 1));
+            let to = to.min(next.end - 1);
+            if to > filter.at {
+                let excess = self.0.noise.excess(filter.at, to);
+                filter.propagate(&self.0, to, node, &excess, &mut Recorder::off());
+            }
             let innovation = innovation(&self.0, filter, next);
             if into_s == 0.0 {
                 speed_sd_mps = innovation.velocity_sd_mps();

@@ -3,11 +3,10 @@
 use serde::Serialize;
 use std::ops::Range;
 
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, Vector3};
 
-use crate::filter::{Filter, Measurement};
+use crate::filter::{Filter, Innovation};
 use crate::noise::Density;
-use crate::state::Covariance;
 use crate::transition::Model;
 
 /// A rest has no velocity but this, m/s: a table that gives way.
@@ -37,25 +36,10 @@ pub struct Closure {
     pub widened: bool,
 }
 
-/// Innovation and its covariance.
-pub(crate) struct Innovation {
-    y: SVector<f64, 9>,
-    s: SMatrix<f64, 9, 9>,
-}
-
 impl Innovation {
     /// Of a rest that begins where the filter is.
     pub fn of_rest(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
-        let covariance = filter.covariance_here();
-        let measurement = filter.rest_measurement(model, &covariance, rest, REST_SPEED_MPS);
-        Innovation::new(&covariance, &measurement)
-    }
-
-    fn new(covariance: &Covariance, m: &Measurement) -> Innovation {
-        Innovation {
-            y: m.innovation,
-            s: m.h * covariance * m.h.transpose() + m.noise,
-        }
+        filter.rest_innovation(model, rest, REST_SPEED_MPS)
     }
 
     /// χ² of rows `first..first + D` with `variance` added to each.
@@ -119,8 +103,9 @@ pub(crate) fn enlargement(innovation: &Innovation, gravity: f64, seconds: f64) -
 /// strikes is out of range, or between two samples, for a moment. Without it such errors, which are alike in
 /// all steps, are taken for the scale of the sensor. None if it is one.
 pub(crate) fn step_enlargement(filter: &Filter, seconds: f64) -> Option<Density> {
-    let innovation = Innovation::new(&filter.covariance_here(), &filter.stance_measurement());
-    innovation.force_density(MAX_STEP_CHI2, seconds)
+    filter
+        .stance_innovation()
+        .force_density(MAX_STEP_CHI2, seconds)
 }
 
 fn isotropic(variance: f64, seconds: f64) -> Vector3<f64> {

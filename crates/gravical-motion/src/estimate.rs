@@ -5,14 +5,14 @@ use std::ops::Range;
 use gravical_signal::detect_rests;
 
 use crate::chain::RestSelector;
-use crate::filter::{Action, Filter};
-use crate::moves::{Keep, Leg, Tape, close, closing, level_before_move};
-use crate::noise::{Noise, Roughness};
+use crate::filter::{Filter, Recorder};
+use crate::moves::{Leg, close, closing, level_before_move};
+use crate::noise::{Density, Noise, Roughness};
 use crate::options::MotionOptions;
-use crate::result::{Motion, Move, PathNode, ends};
+use crate::result::{Motion, PathNode, ends};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
-use crate::stance::detect_stances;
+use crate::stance::{Stance, StanceDetector, steps};
 use crate::stepper::Stepper;
 use crate::transition::Model;
 
@@ -23,7 +23,7 @@ use crate::transition::Model;
 /// 3. Forwards: strapdown and error-state filter; a rest is zero velocity, levelling, zero rate; a stance
 ///    zero velocity. A move whose closure fails is gone through again with more noise, the same along all
 ///    axes.
-/// 4. Backwards: the smoother, from checkpoint to checkpoint.
+/// 4. Backwards: the smoother, from rest to rest.
 ///
 /// A causal run is that of a [`Stepper`] instead.
 ///
@@ -46,9 +46,8 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     }
     let mut rough = Roughness::default();
     rough.extend(samples, &found);
-    let noise = |rests: &[Range<usize>]| {
-        Noise::new(samples, rests, rough.clone()).with_white(options.noise.as_ref(), samples)
-    };
+    let noise =
+        |rests: &[Range<usize>]| Noise::new(samples, rests, options.noise.as_ref(), rough.clone());
     let found_noise = noise(&found);
     let mut model = Model {
         samples,
@@ -63,87 +62,126 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(first) = rests.first() else {
         return Motion::default();
     };
-    let (stances, measured) = if options.zero_velocity {
-        let stances = detect_stances(samples, &rests, options.max_stance_rate_rad_s);
-        (stances, &rests[..])
+    let measured = if options.zero_velocity {
+        &rests[..]
     } else {
-        (Vec::new(), std::slice::from_ref(first))
+        std::slice::from_ref(first)
     };
     let first_noise = (!options.zero_velocity).then(|| noise(measured));
     model.noise = first_noise.as_ref().unwrap_or(&found_noise);
-    let mut tape = Tape::new(Keep::Plan);
-    let (end, mut moves) = forward(&model, &mut tape, measured, &stances);
-    let path = backward(&model, tape, &end, &mut moves);
-    moves
-        .iter_mut()
-        .for_each(|m| m.count_bridged(&samples.bridged));
-    Motion {
-        moves,
-        path,
-        noise: Some(model.noise.of_rests()),
+    let mut detector = StanceDetector::new(samples, first, options.max_stance_rate_rad_s);
+    let mut stances = detector.update(samples);
+    stances.extend(detector.quietest);
+    stances.retain(|_| options.zero_velocity);
+    let course = Course {
+        model,
+        rests: measured,
         stances,
+        size: detector.size,
+    };
+    let motion = course.run();
+    Motion {
+        noise: Some(model.noise.of_rests()),
         rests,
+        ..motion
     }
 }
 
-/// Goes through all rests and moves.
-fn forward(
-    model: &Model<'_>,
-    tape: &mut Tape,
-    rests: &[Range<usize>],
-    stances: &[usize],
-) -> (Filter, Vec<Move>) {
-    let samples = model.samples;
-    let mut filter = Filter::new(model, 0, &rests[0]);
-    let mut moves = Vec::new();
-    for k in 0..=rests.len() {
-        if model.options.is_stopped() {
-            break;
-        }
-        let rest = rests.get(k);
-        let end = rest.map_or(samples.len() - 1, |rest| rest.start);
-        if end > filter.at {
-            let first = stances.partition_point(|i| *i <= filter.at);
-            let leg = Leg {
-                number: moves.len(),
-                end,
-                ends: ends(k > 0, rest.is_some()),
-                rest: rest.filter(|_| k > 0).cloned(),
-                stances: &stances[first..stances.partition_point(|i| *i < end).max(first)],
-            };
-            let one;
-            (filter, one) = leg.run(model, tape, &filter);
-            moves.push(one);
-        }
-        if let Some(rest) = rest {
-            let from = end.max(filter.at);
-            let closed = closing(model, rest).end.max(from + 1);
-            close(model, tape, &mut filter, from..closed);
-            let last = rest.end.max(filter.at + 1) - 1;
-            tape.run(model, &mut filter, Action::Halt { to: last });
-            level_before_move(model, tape, &mut filter, closed);
-        }
-    }
-    (filter, moves)
+/// All rests, each with the move before it; the last move has none.
+struct Course<'a> {
+    model: Model<'a>,
+    rests: &'a [Range<usize>],
+    stances: Vec<Stance>,
+    /// Samples that stances are away from rests.
+    size: usize,
 }
 
-/// Smooths from checkpoint to checkpoint: the filter runs again from each, with its records kept.
-fn backward(model: &Model<'_>, mut tape: Tape, end: &Filter, moves: &mut [Move]) -> Vec<PathNode> {
-    let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
-    let mut path = vec![PathNode::forward(&end.node())];
-    let mut until = tape.plan.len();
-    while let Some(checkpoint) = tape.checkpoints.pop() {
-        if model.options.is_stopped() {
-            break;
+/// How a move and the rest after it were gone through, for the way back.
+struct Passed {
+    before: Filter,
+    stances: Vec<usize>,
+    /// None without a move.
+    excess: Option<Density>,
+}
+
+impl Course<'_> {
+    /// Forwards, and from rest to rest backwards: the filter goes through each move again, and its records are
+    /// kept only until the smoother has gone back through them.
+    fn run(&self) -> Motion {
+        let model = &self.model;
+        let mut filter = Filter::new(model, 0, &self.rests[0]);
+        let (mut passed, mut moves, mut last_step) = (Vec::new(), Vec::new(), None);
+        for k in 0..=self.rests.len() {
+            if model.options.is_stopped() {
+                break;
+            }
+            let from = if k == 0 { 0 } else { filter.at + 1 };
+            let end = self.rests.get(k).map_or(usize::MAX, |rest| rest.start);
+            let steps = steps(&self.stances, self.size, (from, end), last_step);
+            last_step = steps.last().map(|s| s.swing).or(last_step);
+            let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
+            let before = filter.clone();
+            let excess = self.leg(k, filter.at, &stances).map(|leg| {
+                let (excess, one) = leg.run(model, &mut filter, &mut Recorder::off());
+                moves.push(one);
+                excess
+            });
+            self.rest(k, &mut filter, &mut Recorder::off());
+            passed.push(Passed {
+                before,
+                stances,
+                excess,
+            });
         }
-        let (from, mut filter) = (checkpoint.action, checkpoint.filter);
-        let mut records = Vec::new();
-        for action in &tape.plan[from..until] {
-            filter.run(model, action, Some(&mut records));
+        let stances = passed.iter().flat_map(|p| &p.stances).copied().collect();
+        let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
+        let mut path = vec![PathNode::forward(&filter.node())];
+        let mut unsmoothed = moves.iter_mut().rev();
+        for (k, one) in passed.into_iter().enumerate().rev() {
+            if model.options.is_stopped() {
+                break;
+            }
+            let (mut filter, mut recorder) = (one.before, Recorder::on());
+            let mut smoothed = None;
+            let leg = self.leg(k, filter.at, &one.stances);
+            if let (Some(leg), Some(excess)) = (leg, one.excess) {
+                leg.propagate(model, &mut filter, &excess, &mut recorder);
+                smoothed = unsmoothed.next();
+            }
+            self.rest(k, &mut filter, &mut recorder);
+            smoother.back(&recorder.records, &mut path, smoothed);
         }
-        smoother.back(&records, &mut path, moves);
-        until = from;
+        path.reverse();
+        Motion {
+            moves,
+            stances,
+            path: path.into_iter().map(PathNode::with_clock).collect(),
+            ..Motion::default()
+        }
     }
-    path.reverse();
-    path.into_iter().map(PathNode::with_clock).collect()
+
+    /// The move from sample `from` to rest `k`, or to the end; none where there is none.
+    fn leg<'a>(&self, k: usize, from: usize, stances: &'a [usize]) -> Option<Leg<'a>> {
+        let rest = self.rests.get(k);
+        let end = rest.map_or(self.model.samples.len() - 1, |rest| rest.start);
+        (end > from).then(|| Leg {
+            end,
+            ends: ends(k > 0, rest.is_some()),
+            rest: rest.filter(|_| k > 0).cloned(),
+            stances,
+        })
+    }
+
+    /// Goes through rest `k`; nothing after the last one.
+    fn rest(&self, k: usize, filter: &mut Filter, recorder: &mut Recorder) {
+        let (model, Some(rest)) = (&self.model, self.rests.get(k)) else {
+            return;
+        };
+        let from = rest.start.max(filter.at);
+        let closed = closing(model, rest).end.max(from + 1);
+        close(model, filter, &(from..closed), recorder);
+        let last = rest.end.max(filter.at + 1) - 1;
+        filter.halt(model, last, recorder);
+        level_before_move(model, filter, closed, recorder);
+    }
 }

@@ -29,21 +29,19 @@ const SECOND_ORDER: f64 = 0.2;
 /// A tilt that is off acts on the velocity until the next levelling, at most so long, s.
 const MAX_TILTED_S: f64 = 3.0;
 
-/// What a rest or a stance says: innovation y = H x + noise. Rows: velocity, specific force (world), rate.
-#[derive(Debug, Clone)]
-pub(crate) struct Measurement {
+/// What a rest or a stance says: innovation y = H x + noise, and its covariance S. Rows: velocity, specific
+/// force (world), rate.
+pub(crate) struct Innovation {
     pub h: NineRows,
-    pub innovation: SVector<f64, 9>,
-    pub noise: SMatrix<f64, 9, 9>,
+    pub y: SVector<f64, 9>,
+    pub s: SMatrix<f64, 9, 9>,
 }
 
 /// State of the motion at a sample with the covariance of its first nine states to all.
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
     pub sample: usize,
-    pub position: Vector3<f64>,
-    pub velocity: Vector3<f64>,
-    pub attitude: Matrix3<f64>,
+    pub nominal: Nominal,
     pub rows: NineRows,
 }
 
@@ -57,8 +55,7 @@ pub(crate) struct FullNode {
 pub(crate) enum Record {
     /// A node whose smoothed state is wanted.
     Node(Box<Node>),
-    /// A move starts (its number) or ends here.
-    StartMove(usize, Box<FullNode>),
+    StartMove(Box<FullNode>),
     EndMove(Box<FullNode>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
@@ -75,31 +72,31 @@ pub(crate) struct Update {
     pub gain: SMatrix<f64, STATES, 9>,
 }
 
-/// One step of the forward pass.
-#[derive(Debug, Clone)]
-pub(crate) enum Action {
-    StartMove(usize),
-    EndMove,
-    /// Integrates to a sample in nodes of so many samples.
-    Propagate {
-        to: usize,
-        node: usize,
-        excess: Density,
-    },
-    /// From here on the bias of the gyroscope may be another one by this variance.
-    InflateRateBias(f64),
-    /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
-    /// deviation, m/s.
-    Rest {
-        span: Range<usize>,
-        speed_sd_mps: f64,
-    },
-    /// Zero velocity of a foot on the ground.
-    Stance,
-    /// Rests until a sample.
-    Halt {
-        to: usize,
-    },
+/// Keeps the records of a forward pass, if they are wanted.
+#[derive(Default)]
+pub(crate) struct Recorder {
+    pub is_on: bool,
+    pub records: Vec<Record>,
+}
+
+impl Recorder {
+    /// One that keeps nothing.
+    pub fn off() -> Recorder {
+        Recorder::default()
+    }
+
+    pub fn on() -> Recorder {
+        Recorder {
+            is_on: true,
+            records: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, record: impl FnOnce() -> Record) {
+        if self.is_on {
+            self.records.push(record());
+        }
+    }
 }
 
 /// Position at the start of the move, its covariance, and that of it to the state.
@@ -110,18 +107,13 @@ struct MoveStart {
     cross: SMatrix<f64, STATES, 3>,
 }
 
-/// The filter. Propagation is deferred: over a leg it gathers x = Φ x₀ + w, which costs less than
-/// propagating P from node to node, and P follows from it where it is asked for.
+/// The filter.
 #[derive(Debug, Clone)]
 pub(crate) struct Filter {
     /// The sample that it is at.
     pub at: usize,
     pub nominal: Nominal,
-    /// Covariance at the last measurement.
-    covariance: Covariance,
-    /// Φ (first nine rows) and covariance of w (first fifteen states) since then.
-    phi: NineRows,
-    q: SMatrix<f64, 15, 15>,
+    pub covariance: Covariance,
     start: Option<MoveStart>,
     /// Since the last rest: its time, s, and the angle turned, rad.
     rest_s: f64,
@@ -163,114 +155,83 @@ impl Filter {
             at,
             nominal: Nominal {
                 attitude,
-                velocity: Vector3::zeros(),
-                position: Vector3::zeros(),
-                force_bias: Vector3::zeros(),
                 rate_bias,
                 gravity: force.norm(),
-                rate_parameters: [0.0; 9],
-                force_parameters: [0.0; 12],
+                ..Nominal::default()
             },
             covariance: Covariance::from_diagonal(&sd.map(|s| s * s)),
-            phi: NineRows::identity(),
-            q: SMatrix::zeros(),
             start: None,
             rest_s: samples.time_s[at],
             turned_rad: 0.0,
         }
     }
 
-    pub fn run(
-        &mut self,
-        model: &Model<'_>,
-        action: &Action,
-        mut records: Option<&mut Vec<Record>>,
-    ) {
-        match action {
-            Action::StartMove(k) => {
-                self.settle();
-                self.start = Some(MoveStart {
-                    position: self.nominal.position,
-                    covariance: self.covariance.fixed_view::<3, 3>(0, 0).into_owned(),
-                    cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
-                });
-                if let Some(records) = records {
-                    records.push(Record::StartMove(*k, Box::new(self.full_node())));
-                }
-            }
-            Action::EndMove => {
-                if let Some(records) = records {
-                    records.push(Record::EndMove(Box::new(self.full_node())));
-                }
-            }
-            Action::Propagate { to, node, excess } => {
-                while self.at < *to {
-                    let end = (self.at + node.max(&1)).min(*to);
-                    self.propagate(model, end, excess, records.as_deref_mut());
-                }
-            }
-            Action::InflateRateBias(variance) => {
-                for c in RATE_BIAS..RATE_BIAS + 3 {
-                    self.q[(c, c)] += variance;
-                }
-            }
-            Action::Rest { span, speed_sd_mps } => {
-                self.settle();
-                let measurement =
-                    self.rest_measurement(model, &self.covariance, span, *speed_sd_mps);
-                self.update(&measurement, records);
-            }
-            Action::Stance => {
-                self.settle();
-                let measurement = self.stance_measurement();
-                self.update(&measurement, records);
-            }
-            Action::Halt { to } => self.halt(model, *to, records),
+    /// A move starts here.
+    pub fn start_move(&mut self, recorder: &mut Recorder) {
+        self.start = Some(MoveStart {
+            position: self.nominal.position,
+            covariance: self
+                .covariance
+                .fixed_view::<3, 3>(POSITION, POSITION)
+                .into_owned(),
+            cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
+        });
+        recorder.push(|| Record::StartMove(Box::new(self.full_node())));
+    }
+
+    /// The move ends here.
+    pub fn end_move(&self, recorder: &mut Recorder) {
+        recorder.push(|| Record::EndMove(Box::new(self.full_node())));
+    }
+
+    /// From here on the bias of the gyroscope may be another one by this variance.
+    pub fn inflate_rate_bias(&mut self, variance: f64) {
+        for c in RATE_BIAS..RATE_BIAS + 3 {
+            self.covariance[(c, c)] += variance;
         }
     }
 
-    fn propagate(
+    /// Integrates to a sample in nodes of so many samples.
+    pub fn propagate(
+        &mut self,
+        model: &Model<'_>,
+        to: usize,
+        node: usize,
+        excess: &Density,
+        recorder: &mut Recorder,
+    ) {
+        while self.at < to {
+            let end = (self.at + node.max(1)).min(to);
+            self.propagate_node(model, end, excess, recorder);
+        }
+    }
+
+    fn propagate_node(
         &mut self,
         model: &Model<'_>,
         to: usize,
         excess: &Density,
-        records: Option<&mut Vec<Record>>,
+        recorder: &mut Recorder,
     ) {
-        let node = records.is_some().then(|| Box::new(self.node()));
+        recorder.push(|| Record::Node(Box::new(self.node())));
         let step = model.step(&mut self.nominal, self.at..to, excess);
         self.turned_rad += step.turned_rad;
         self.at = to;
 
-        self.gather(&step);
-        let rows = step.f.fixed_columns::<15>(0) * self.q;
-        let columns = rows * step.f.fixed_columns::<15>(0).transpose();
-        self.q.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        let side = rows.fixed_columns::<6>(MOVING).transpose();
-        self.q
-            .fixed_view_mut::<6, MOVING>(MOVING, 0)
-            .copy_from(&side);
-        self.q
-            .fixed_view_mut::<MOVING, MOVING>(0, 0)
-            .copy_from(&(columns + step.q));
-        self.walk(model, step.seconds);
-        if let (Some(records), Some(node)) = (records, node) {
-            records.push(Record::Node(node));
-            records.push(Record::Propagate(Box::new(step)));
+        // P ← F P Fᵀ + Q: after its first nine rows F is the identity.
+        let rows = step.f * self.covariance;
+        let square = rows * step.f.transpose() + step.q;
+        let p = &mut self.covariance;
+        p.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+        p.fixed_columns_mut::<MOVING>(0)
+            .copy_from(&rows.transpose());
+        p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
+        if let Some(start) = &mut self.start {
+            let rows = step.f * start.cross;
+            start.cross.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
         }
-    }
-
-    /// Φ ← F Φ, block by block: F is the identity but for velocity and attitude in the rows before them,
-    /// and for the columns of constants.
-    fn gather(&mut self, step: &Transition) {
-        let block = |i: usize, j: usize| step.f.fixed_view::<3, 3>(i, j).into_owned();
-        let attitude = self.phi.fixed_rows::<3>(ATTITUDE).into_owned();
-        let velocity = self.phi.fixed_rows::<3>(VELOCITY).into_owned();
-        let mut rows = self.phi.fixed_rows_mut::<3>(POSITION);
-        rows += velocity * step.seconds + block(POSITION, ATTITUDE) * attitude;
-        let mut rows = self.phi.fixed_rows_mut::<3>(VELOCITY);
-        rows += block(VELOCITY, ATTITUDE) * attitude;
-        let mut constants = self.phi.fixed_columns_mut::<{ STATES - MOVING }>(MOVING);
-        constants += step.f.fixed_columns::<{ STATES - MOVING }>(MOVING);
+        self.walk(model, step.seconds);
+        recorder.push(|| Record::Propagate(Box::new(step)));
     }
 
     /// Random walks of the biases.
@@ -281,19 +242,17 @@ impl Filter {
             0.0
         };
         for c in 0..3 {
-            self.q[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
-            self.q[(RATE_BIAS + c, RATE_BIAS + c)] += rate_walk.powi(2) * seconds;
+            self.covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
+            self.covariance[(RATE_BIAS + c, RATE_BIAS + c)] += rate_walk.powi(2) * seconds;
         }
     }
 
-    fn halt(&mut self, model: &Model<'_>, to: usize, records: Option<&mut Vec<Record>>) {
+    /// Rests until a sample.
+    pub fn halt(&mut self, model: &Model<'_>, to: usize, recorder: &mut Recorder) {
         let to = to.max(self.at);
         let seconds = model.samples.time_s[to] - model.samples.time_s[self.at];
-        if let Some(records) = records {
-            records.push(Record::Node(Box::new(self.node())));
-            records.push(Record::Halt);
-        }
-        self.settle();
+        recorder.push(|| Record::Node(Box::new(self.node())));
+        recorder.push(|| Record::Halt);
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
         if let Some(start) = &mut self.start {
@@ -306,60 +265,23 @@ impl Filter {
         self.turned_rad = 0.0;
     }
 
-    /// Rows of P for the first nine states: Φ P₀ [Φᵀ | I] + Q.
-    pub fn rows(&self) -> NineRows {
-        let mut rows = self.phi * self.covariance;
-        let square = rows * self.phi.transpose();
-        rows.fixed_columns_mut::<MOVING>(0).copy_from(&square);
-        let mut noisy = rows.fixed_columns_mut::<15>(0);
-        noisy += self.q.fixed_rows::<MOVING>(0);
-        rows
-    }
-
     pub fn node(&self) -> Node {
         Node {
             sample: self.at,
-            position: self.nominal.position,
-            velocity: self.nominal.velocity,
-            attitude: self.nominal.attitude,
-            rows: self.rows(),
+            nominal: self.nominal.clone(),
+            rows: self.covariance.fixed_rows::<MOVING>(0).into_owned(),
         }
     }
 
     fn full_node(&self) -> FullNode {
         FullNode {
             position: self.nominal.position,
-            covariance: self.covariance_here(),
+            covariance: self.covariance,
         }
-    }
-
-    /// P at the sample that it is at.
-    pub fn covariance_here(&self) -> Covariance {
-        let mut covariance = self.covariance;
-        let rows = self.rows();
-        covariance.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        covariance
-            .fixed_columns_mut::<MOVING>(0)
-            .copy_from(&rows.transpose());
-        let mut biases = covariance.fixed_view_mut::<6, 6>(MOVING, MOVING);
-        biases += self.q.fixed_view::<6, 6>(MOVING, MOVING);
-        covariance
-    }
-
-    /// Takes what was gathered into P.
-    fn settle(&mut self) {
-        self.covariance = self.covariance_here();
-        if let Some(start) = &mut self.start {
-            let rows = self.phi * start.cross;
-            start.cross.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        }
-        self.phi = NineRows::identity();
-        self.q.fill(0.0);
     }
 
     /// Displacement since the start of the move and its covariance, by what is past.
-    pub fn displacement(&mut self) -> (Vector3<f64>, Matrix3<f64>) {
-        self.settle();
+    pub fn displacement(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let Some(start) = &self.start else {
             return (Vector3::zeros(), Matrix3::zeros());
         };
@@ -383,38 +305,56 @@ impl Filter {
         squares.sum::<f64>() / span.len() as f64
     }
 
-    fn velocity_measurement(&self, speed_sd_mps: f64) -> Measurement {
-        let mut measurement = Measurement {
+    /// That of a speed, S without what the covariance adds.
+    fn velocity_innovation(&self, speed_sd_mps: f64) -> Innovation {
+        let mut innovation = Innovation {
             h: NineRows::zeros(),
-            innovation: SVector::zeros(),
-            noise: SMatrix::zeros(),
+            y: SVector::zeros(),
+            s: SMatrix::zeros(),
         };
         for c in 0..3 {
-            measurement.h[(c, VELOCITY + c)] = 1.0;
-            measurement.innovation[c] = -self.nominal.velocity[c];
-            measurement.noise[(c, c)] = speed_sd_mps.powi(2);
+            innovation.h[(c, VELOCITY + c)] = 1.0;
+            innovation.y[c] = -self.nominal.velocity[c];
+            innovation.s[(c, c)] = speed_sd_mps.powi(2);
         }
-        measurement
+        innovation
     }
 
     /// What a stance says.
-    pub fn stance_measurement(&self) -> Measurement {
-        let mut measurement = self.velocity_measurement(STANCE_SPEED_MPS);
+    pub fn stance_innovation(&self) -> Innovation {
+        let mut innovation = self.velocity_innovation(STANCE_SPEED_MPS);
         // Rows that say nothing.
         for c in 3..9 {
-            measurement.noise[(c, c)] = 1.0;
+            innovation.s[(c, c)] = 1.0;
         }
-        measurement
+        innovation.s += innovation.h * self.covariance * innovation.h.transpose();
+        innovation
     }
 
-    /// What a rest says where the covariance is P.
-    pub fn rest_measurement(
+    /// Zero velocity of a foot on the ground.
+    pub fn stance(&mut self, recorder: &mut Recorder) {
+        self.update(&self.stance_innovation(), recorder);
+    }
+
+    /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
+    /// deviation, m/s.
+    pub fn rest(
+        &mut self,
+        model: &Model<'_>,
+        span: &Range<usize>,
+        speed_sd_mps: f64,
+        recorder: &mut Recorder,
+    ) {
+        self.update(&self.rest_innovation(model, span, speed_sd_mps), recorder);
+    }
+
+    /// What a rest says.
+    pub fn rest_innovation(
         &self,
         model: &Model<'_>,
-        covariance: &Covariance,
         rest: &Range<usize>,
         speed_sd_mps: f64,
-    ) -> Measurement {
+    ) -> Innovation {
         let samples = model.samples;
         let seconds = samples.duration_s(rest).max(samples.period_s);
         let mean = samples.channels().mean(rest);
@@ -425,7 +365,7 @@ impl Filter {
                 .nominal
                 .correction(&model.options.calibration)
                 .force(&reading);
-        let mut m = self.velocity_measurement(speed_sd_mps);
+        let mut m = self.velocity_innovation(speed_sd_mps);
         let reading = Vector3::from(reading);
 
         m.h.fixed_view_mut::<3, 3>(3, ATTITUDE)
@@ -439,34 +379,36 @@ impl Filter {
                 .copy_from(&column);
         }
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
-        m.innovation.fixed_rows_mut::<3>(3).copy_from(&innovation);
+        m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
         let white = Matrix3::from_diagonal(&(model.noise.white.force / seconds));
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
-        m.noise.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
+        m.s.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
 
-        let second_order = self.second_order(covariance, &m.h);
+        let second_order = self.second_order(&m.h);
         let tilted_s = (samples.time_s[self.at] - self.rest_s).clamp(0.0, MAX_TILTED_S);
         for c in 0..3 {
-            m.noise[(3 + c, 3 + c)] += second_order;
-            m.noise[(c, c)] += second_order * tilted_s.powi(2);
+            m.s[(3 + c, 3 + c)] += second_order;
+            m.s[(c, c)] += second_order * tilted_s.powi(2);
         }
         for c in 0..3 {
-            m.noise[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
+            m.s[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
                 + model.noise.rounding[c]
                 + model.noise.white.rate[c] / seconds
                 + RATE_BIAS_WALK.powi(2) * seconds / 3.0;
             if samples.has_gyro() {
                 m.h[(6 + c, RATE_BIAS + c)] = 1.0;
-                m.innovation[6 + c] = mean[3 + c] - self.nominal.rate_bias[c];
+                m.y[6 + c] = mean[3 + c] - self.nominal.rate_bias[c];
             }
         }
+        m.s += m.h * self.covariance * m.h.transpose();
         m
     }
 
     /// Variance of the force that a linear measurement leaves out: tilt squared, and tilt times the error
     /// of the force. Without turning since the last rest there is none.
-    fn second_order(&self, covariance: &Covariance, h: &NineRows) -> f64 {
+    fn second_order(&self, h: &NineRows) -> f64 {
+        let covariance = &self.covariance;
         let by_force = h.fixed_view::<3, 12>(3, FORCE_PARAMETERS);
         let parameters = covariance.fixed_view::<12, 12>(FORCE_PARAMETERS, FORCE_PARAMETERS);
         let bias: f64 = (FORCE_BIAS..FORCE_BIAS + 3)
@@ -478,31 +420,29 @@ impl Filter {
         SECOND_ORDER * turned * tilt * (0.5 * tilt * self.nominal.gravity.powi(2) + force)
     }
 
-    fn update(&mut self, m: &Measurement, records: Option<&mut Vec<Record>>) {
+    fn update(&mut self, m: &Innovation, recorder: &mut Recorder) {
         let p_ht = self.covariance * m.h.transpose();
-        let innovation_covariance = m.h * p_ht + m.noise;
         // Not positive where samples are absurd: then nothing is learned.
-        let Some(cholesky) = innovation_covariance.cholesky() else {
+        let Some(cholesky) = m.s.cholesky() else {
             return;
         };
         let information = cholesky.inverse();
         let gain = p_ht * information;
         // Joseph's form, multiplied out.
         let one = gain * p_ht.transpose();
-        let covariance = self.covariance - one - one.transpose()
-            + gain * innovation_covariance * gain.transpose();
+        let covariance = self.covariance - one - one.transpose() + gain * m.s * gain.transpose();
         self.covariance = (covariance + covariance.transpose()) * 0.5;
         if let Some(start) = &mut self.start {
             start.cross -= gain * (m.h * start.cross);
         }
-        self.nominal.correct(&(gain * m.innovation));
-        if let Some(records) = records {
-            records.push(Record::Update(Box::new(Update {
+        self.nominal.correct(&(gain * m.y));
+        recorder.push(|| {
+            Record::Update(Box::new(Update {
                 h: m.h,
-                innovation: m.innovation,
+                innovation: m.y,
                 information,
                 gain,
-            })));
-        }
+            }))
+        });
     }
 }

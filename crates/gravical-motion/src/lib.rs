@@ -47,7 +47,7 @@ mod transition;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
-pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd, hung_rows};
+pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceDirection, MotionOptions, RestNoise,
 };

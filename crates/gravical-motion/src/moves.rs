@@ -2,16 +2,16 @@
 
 use std::ops::Range;
 
-use crate::closure::{Closure, Innovation, REST_SPEED_MPS, enlargement, step_enlargement};
-use crate::filter::{Action, Filter, Record};
+use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
+use crate::filter::{Filter, Innovation, Recorder};
 use crate::noise::{Density, tremor};
-use crate::result::{Budget, CLOCK_SD, Ends, Move, PathNode, array, rows};
+use crate::result::{Budget, CLOCK_SD, Ends, Move, array, rows};
 use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.
 const CLOSING_S: f64 = 1.0;
-pub(crate) const LEADING_S: f64 = 20.0;
+const LEADING_S: f64 = 20.0;
 /// Samples of the end of a rest that say something beyond its first second.
 const MIN_LEADING: usize = 5;
 /// Factor by which a rest may shake more than the others and still have that speed more.
@@ -25,92 +25,6 @@ const MAX_ENLARGED: usize = 2;
 /// moves do not need it; without it a real walk closes to 1.8 m in place of 0.3 m, and a bout of 30 s of a
 /// hand to 3.6 m in place of 1.1 m.
 const RECTIFIED: f64 = 0.2;
-/// Nodes from one checkpoint to the next: what the smoother holds at once, 6 kB each.
-const CHECKPOINT_NODES: usize = 1_000;
-
-/// What a forward pass keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Keep {
-    Nothing,
-    /// Nodes as the filter knows them.
-    Path,
-    /// What the smoother goes back through.
-    Plan,
-}
-
-/// The filter before an action of the plan.
-#[derive(Debug, Clone)]
-pub(crate) struct Checkpoint {
-    pub action: usize,
-    nodes: usize,
-    pub filter: Filter,
-}
-
-/// What a forward pass did.
-#[derive(Debug, Clone)]
-pub(crate) struct Tape {
-    keep: Keep,
-    pub path: Vec<PathNode>,
-    pub plan: Vec<Action>,
-    /// Nodes of the plan.
-    nodes: usize,
-    pub checkpoints: Vec<Checkpoint>,
-}
-
-impl Tape {
-    pub fn new(keep: Keep) -> Tape {
-        Tape {
-            keep,
-            path: Vec::new(),
-            plan: Vec::new(),
-            nodes: 0,
-            checkpoints: Vec::new(),
-        }
-    }
-
-    pub fn run(&mut self, model: &Model<'_>, filter: &mut Filter, action: Action) {
-        match self.keep {
-            Keep::Nothing => filter.run(model, &action, None),
-            Keep::Path => {
-                let mut records = Vec::new();
-                filter.run(model, &action, Some(&mut records));
-                let nodes = records.iter().filter_map(|r| match r {
-                    Record::Node(node) => Some(PathNode::forward(node)),
-                    _ => None,
-                });
-                self.path.extend(nodes);
-            }
-            Keep::Plan => {
-                let last = self.checkpoints.last();
-                if last.is_none_or(|c| self.nodes >= c.nodes + CHECKPOINT_NODES) {
-                    self.checkpoints.push(Checkpoint {
-                        action: self.plan.len(),
-                        nodes: self.nodes,
-                        filter: filter.clone(),
-                    });
-                }
-                self.nodes += match &action {
-                    Action::Propagate { to, node, .. } => (to - filter.at).div_ceil(*node),
-                    _ => 1,
-                };
-                filter.run(model, &action, None);
-                self.plan.push(action);
-            }
-        }
-    }
-
-    /// Lengths of the plan, its nodes and the path.
-    fn mark(&self) -> [usize; 3] {
-        [self.plan.len(), self.nodes, self.path.len()]
-    }
-
-    fn rewind(&mut self, [actions, nodes, path]: [usize; 3]) {
-        self.plan.truncate(actions);
-        self.checkpoints.retain(|c| c.action < actions);
-        self.nodes = nodes;
-        self.path.truncate(path);
-    }
-}
 
 /// The first second of a rest.
 pub(crate) fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
@@ -125,8 +39,7 @@ pub(crate) fn rectified(mean_square: f64, rate_sd: f64) -> f64 {
 
 /// A move and what is known of it.
 pub(crate) struct Leg<'a> {
-    /// Its number, and its last sample.
-    pub number: usize,
+    /// Its last sample.
     pub end: usize,
     pub ends: Ends,
     /// The part of the rest that it has to close with.
@@ -135,21 +48,25 @@ pub(crate) struct Leg<'a> {
 }
 
 impl Leg<'_> {
-    /// Goes through the move, with more noise where it does not close.
-    pub fn run(&self, model: &Model<'_>, tape: &mut Tape, filter: &Filter) -> (Filter, Move) {
+    /// Goes through the move, with more noise where it does not close; returns how much it had beyond that of
+    /// the rests.
+    pub fn run(
+        &self,
+        model: &Model<'_>,
+        filter: &mut Filter,
+        recorder: &mut Recorder,
+    ) -> (Density, Move) {
         let span = filter.at..self.end;
         let seconds = model.samples.time_s[span.end] - model.samples.time_s[span.start];
         let mut excess = model.noise.excess(span.start, span.end);
         let mut closed: Option<Closure> = None;
-        let (mark, mut enlarged) = (tape.mark(), 0);
+        let (before, mark, mut enlarged) = (filter.clone(), recorder.records.len(), 0);
         loop {
-            let mut trial = filter.clone();
-            tape.rewind(mark);
-            self.propagate(model, tape, &mut trial, &excess);
+            self.propagate(model, filter, &excess, recorder);
             let more = self.rest.as_ref().and_then(|rest| {
-                let innovation = Innovation::of_rest(model, &trial, rest);
+                let innovation = Innovation::of_rest(model, filter, rest);
                 closed.get_or_insert_with(|| innovation.closure());
-                enlargement(&innovation, trial.nominal.gravity, seconds)
+                enlargement(&innovation, filter.nominal.gravity, seconds)
             });
             match (more, &mut closed) {
                 (Some(more), Some(closed)) if enlarged < MAX_ENLARGED => {
@@ -157,13 +74,22 @@ impl Leg<'_> {
                     closed.widened = true;
                     excess.force += more.force;
                     excess.rate += more.rate;
+                    *filter = before.clone();
+                    recorder.records.truncate(mark);
                 }
-                _ => return (trial, self.result(model, span, closed)),
+                _ => return (excess, self.undisplaced(model, span, closed)),
             }
         }
     }
 
-    fn propagate(&self, model: &Model<'_>, tape: &mut Tape, filter: &mut Filter, excess: &Density) {
+    /// Goes through the move with noise beyond that of the rests.
+    pub fn propagate(
+        &self,
+        model: &Model<'_>,
+        filter: &mut Filter,
+        excess: &Density,
+        recorder: &mut Recorder,
+    ) {
         let samples = model.samples;
         let (from, end) = (filter.at, self.end);
         let seconds = samples.time_s[end] - samples.time_s[from];
@@ -171,35 +97,30 @@ impl Leg<'_> {
         let node = ((end - from) / MIN_NODES).clamp(1, most);
         let mean_square = filter.mean_square_rate(model, from..end);
         let inflation = rectified(mean_square, model.options.calibration.rate_sd());
-        tape.run(model, filter, Action::StartMove(self.number));
-        tape.run(model, filter, Action::InflateRateBias(inflation));
-        let advance = |tape: &mut Tape, filter: &mut Filter, stance: usize, excess: Density| {
-            while filter.at < stance {
-                // In parts, so that a checkpoint may stand between them.
-                let to = stance.min(filter.at + node * CHECKPOINT_NODES);
-                tape.run(model, filter, Action::Propagate { to, node, excess });
-            }
-        };
+        filter.start_move(recorder);
+        filter.inflate_rate_bias(inflation);
         for &stance in self.stances {
-            let (mark, before) = (tape.mark(), filter.clone());
-            advance(tape, filter, stance, *excess);
+            let (before, mark) = (filter.clone(), recorder.records.len());
+            filter.propagate(model, stance, node, excess, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
             if let Some(more) = step_enlargement(filter, seconds) {
-                tape.rewind(mark);
+                recorder.records.truncate(mark);
                 *filter = before;
                 let force = excess.force + more.force;
-                advance(tape, filter, stance, Density { force, ..*excess });
+                filter.propagate(model, stance, node, &Density { force, ..*excess }, recorder);
             }
-            tape.run(model, filter, Action::Stance);
+            filter.stance(recorder);
         }
-        advance(tape, filter, end, *excess);
-        tape.run(model, filter, Action::InflateRateBias(inflation));
-        tape.run(model, filter, Action::EndMove);
+        filter.propagate(model, end, node, excess, recorder);
+        filter.inflate_rate_bias(inflation);
+        filter.end_move(recorder);
     }
 
     /// What is known of the move without its displacement.
-    pub fn result(&self, model: &Model<'_>, span: Range<usize>, closure: Option<Closure>) -> Move {
+    fn undisplaced(&self, model: &Model<'_>, span: Range<usize>, closure: Option<Closure>) -> Move {
         let samples = model.samples;
+        let bridged = samples.bridged.iter();
+        let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
             duration_s: samples.time_s[span.end] - samples.time_s[span.start],
             displacement_m: [0.0; 3],
@@ -209,14 +130,14 @@ impl Leg<'_> {
             closure,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),
-            replaced: 0,
+            replaced: within.count(),
             samples: span,
         }
     }
 }
 
 /// The displacement of a move as the filter knows it, which is at its end or in the rest after it.
-pub(crate) fn take_displacement(filter: &mut Filter, one: &mut Move) {
+pub(crate) fn take_displacement(filter: &Filter, one: &mut Move) {
     let (displacement, mut covariance) = filter.displacement();
     for c in 0..3 {
         covariance[(c, c)] += (2.0 * CLOCK_SD * displacement[c]).powi(2);
@@ -226,29 +147,30 @@ pub(crate) fn take_displacement(filter: &mut Filter, one: &mut Move) {
 }
 
 /// Closes a move with what `span`, the first second of a rest, says.
-pub(crate) fn close(model: &Model<'_>, tape: &mut Tape, filter: &mut Filter, span: Range<usize>) {
+pub(crate) fn close(
+    model: &Model<'_>,
+    filter: &mut Filter,
+    span: &Range<usize>,
+    recorder: &mut Recorder,
+) {
     // What shakes more than the rests do may have some speed.
     let usual = model.noise.rest.force.sum();
-    let shaken = tremor(model.samples, &span).unwrap_or(usual) / usual;
+    let shaken = tremor(model.samples, span).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
-    tape.run(model, filter, Action::Rest { span, speed_sd_mps });
+    filter.rest(model, span, speed_sd_mps, recorder);
 }
 
 /// What the last seconds of a rest before the next move say, from sample `closed` to that of the filter.
 pub(crate) fn level_before_move(
     model: &Model<'_>,
-    tape: &mut Tape,
     filter: &mut Filter,
     closed: usize,
+    recorder: &mut Recorder,
 ) {
     let (time_s, last) = (&model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
     let span = closed.max(since)..last + 1;
     if span.len() > MIN_LEADING {
-        let action = Action::Rest {
-            span,
-            speed_sd_mps: REST_SPEED_MPS,
-        };
-        tape.run(model, filter, action);
+        filter.rest(model, &span, REST_SPEED_MPS, recorder);
     }
 }

@@ -64,8 +64,14 @@ pub(crate) struct Noise {
 impl Noise {
     /// Densities by the blocks of `rests`: the variance within blocks, and where there are enough of them
     /// that between neighbours, which counts noise that is slower than a block. Rests that are all shorter
-    /// than a block are blocks themselves.
-    pub fn new(samples: &Samples, rests: &[Range<usize>], rough: Roughness) -> Noise {
+    /// than a block are blocks themselves. The filter takes those that are `given`, at least what no data sheet
+    /// undercuts.
+    pub fn new(
+        samples: &Samples,
+        rests: &[Range<usize>],
+        given: Option<&RestNoise>,
+        rough: Roughness,
+    ) -> Noise {
         let channels = samples.channels();
         let (mut within, mut between, mut range) = ([0.0; 6], [0.0; 6], [0.0; 6]);
         let (mut count, mut pairs) = (0.0, 0.0);
@@ -85,52 +91,40 @@ impl Noise {
                 }
             }
         }
-        let density: [f64; 6] = std::array::from_fn(|c| {
-            let (white, slow) = (
-                within[c] / f64::max(count, 1.0),
-                between[c] / f64::max(pairs, 1.0),
-            );
-            let variance = if pairs > 3.0 {
-                white.max(0.5 * (white + slow))
-            } else {
-                white
-            };
-            variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
-        });
-        let rate = Vector3::from_column_slice(&density[3..]);
-        let rest = Density {
-            force: Vector3::from_column_slice(&density[..3]),
-            rate: if samples.has_gyro() {
-                rate
-            } else {
-                Vector3::zeros()
-            },
+        let density = |first: usize| {
+            Vector3::from_fn(|axis, _| {
+                let c = first + axis;
+                let white = within[c] / f64::max(count, 1.0);
+                let slow = between[c] / f64::max(pairs, 1.0);
+                let variance = if pairs > 3.0 {
+                    white.max(0.5 * (white + slow))
+                } else {
+                    white
+                };
+                variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
+            })
         };
+        let has_gyro = if samples.has_gyro() { 1.0 } else { 0.0 };
+        let rest = Density {
+            force: density(0),
+            rate: density(3) * has_gyro,
+        };
+        let at_least = |n: [f64; 3], sensor: usize| {
+            Vector3::from(n).map(|n| (n * n).max(MIN_VARIANCE[sensor] * samples.period_s))
+        };
+        let white = given.map(|given| Density {
+            force: at_least(given.force_mps2_sqrt_s, 0),
+            rate: at_least(given.rate_rad_sqrt_s, 1) * has_gyro,
+        });
+        let resolution = channels.resolution;
         Noise {
             rest,
-            white: rest,
+            white: white.unwrap_or(rest),
             rounding: Vector3::from_fn(|c, _| {
-                rounding(
-                    channels.resolution[3 + c],
-                    range[3 + c] / f64::max(count, 1.0),
-                )
+                rounding(resolution[3 + c], range[3 + c] / f64::max(count, 1.0))
             }),
             rough,
         }
-    }
-
-    /// The same with densities that are given for the filter, at least those that no data sheet undercuts.
-    pub fn with_white(mut self, given: Option<&RestNoise>, samples: &Samples) -> Noise {
-        let density = |n: [f64; 3], sensor: usize| {
-            Vector3::from(n).map(|n| (n * n).max(MIN_VARIANCE[sensor] * samples.period_s))
-        };
-        if let Some(given) = given {
-            self.white.force = density(given.force_mps2_sqrt_s, 0);
-            if samples.has_gyro() {
-                self.white.rate = density(given.rate_rad_sqrt_s, 1);
-            }
-        }
-        self
     }
 
     /// As a caller reads it.
@@ -181,7 +175,8 @@ pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> Option<f64> {
     if rest.len() < MIN_BLOCK_LEN {
         return None;
     }
-    let noise = Noise::new(samples, std::slice::from_ref(rest), Roughness::default());
+    let rough = Roughness::default();
+    let noise = Noise::new(samples, std::slice::from_ref(rest), None, rough);
     Some(noise.rest.force.sum())
 }
 
@@ -231,22 +226,6 @@ impl Roughness {
     pub fn restart(&mut self, at: usize) {
         self.windows.clear();
         self.next = at;
-    }
-
-    /// Takes a span for no rougher than the rests.
-    pub fn silence(&mut self, span: &Range<usize>) {
-        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
-        let windows = at(span.start)..at(span.end).max(at(span.start));
-        for window in &mut self.windows[windows] {
-            window.1 = [0.0; 2];
-        }
-    }
-
-    /// Counts samples from the `count`-th on.
-    pub fn forget(&mut self, count: usize) {
-        self.windows.retain(|w| w.0 >= count);
-        self.windows.iter_mut().for_each(|w| w.0 -= count);
-        self.next = self.next.saturating_sub(count);
     }
 
     /// Densities of a span beyond `level`, those of its median window, since a knock is no noise; 0 where it

@@ -1,17 +1,9 @@
-//! Rows that are no measurement: frozen, clipped, spiked.
+//! Values that are no measurement: clipped, spiked.
 
 use std::ops::Range;
 
 use gravical_signal::quantile;
 
-/// A hang lasts at least so many rows and so long, s: resolution repeats a few rows of all channels,
-/// never that many.
-const MIN_FROZEN_ROWS: usize = 10;
-const MIN_FROZEN_S: f64 = 0.25;
-/// Rows outside hangs that may repeat, one in so many: where more do, the sensor is slower than its rows.
-const MIN_ROWS_PER_REPEAT: usize = 20;
-/// Rows outside all hangs, one in so many at least: of a sensor that hardly ever changes, that is its noise.
-const MIN_SHARE_CHANGING: usize = 4;
 /// Longest spike, rows: a longer pulse may be a knock.
 const MAX_SPIKE_ROWS: usize = 4;
 /// A spike stands out of its neighbours by this factor, and out of the scatter near it by the other.
@@ -60,39 +52,6 @@ pub struct Bridged {
     pub sd: f64,
 }
 
-/// Rows in which all channels, as they were read, repeat the row before for at least 0.25 s, in a recording
-/// that otherwise changes from row to row: a sensor, or its bus, that hung.
-#[must_use]
-pub fn hung_rows(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Vec<Range<usize>> {
-    let count = time_s.len().min(force.len());
-    let time_s = &time_s[..count];
-    let rate = if rate.len() < count { &[] } else { rate };
-    let repeats =
-        |i: &usize| force[*i] == force[i - 1] && (rate.is_empty() || rate[*i] == rate[i - 1]);
-    let mut hangs = Vec::new();
-    let (mut hung, mut repeated) = (0, 0);
-    let mut i = 1;
-    while i < time_s.len() {
-        let from = i;
-        while i < time_s.len() && repeats(&i) {
-            i += 1;
-        }
-        let run = i - from;
-        if run >= MIN_FROZEN_ROWS && time_s[i - 1] - time_s[from - 1] >= MIN_FROZEN_S {
-            hung += run;
-            hangs.push(from..i);
-        } else {
-            repeated += run;
-        }
-        i += 1;
-    }
-    let changing = time_s.len() - hung;
-    let changes_elsewhere =
-        repeated * MIN_ROWS_PER_REPEAT < changing && changing * MIN_SHARE_CHANGING >= time_s.len();
-    hangs.retain(|_| changes_elsewhere);
-    hangs
-}
-
 /// Replaces values that are no measurement, in the sensor's own axes before a calibration, and says
 /// what the bridges may be off.
 ///
@@ -119,36 +78,28 @@ pub fn bridge_odd(
         .copied()
         .find(|r| (largest / r - 1.0).abs() < RANGE_TOLERANCE);
     let mut out = Vec::new();
-    let read = [0, 1, 2].map(|axis| {
-        values[..count]
-            .iter()
-            .map(|v| v[axis])
-            .collect::<Vec<f64>>()
-    });
+    let read: [Vec<f64>; 3] =
+        std::array::from_fn(|axis| values[..count].iter().map(|v| v[axis]).collect());
     for axis in 0..3 {
         let mut column = read[axis].clone();
         let mut i = 2;
         while i + 2 < count {
-            let clipped = clipped_rows(&column, i, range);
-            let (kind, run) = if clipped > 0 {
-                (BridgeKind::Clipped, clipped)
-            } else {
-                (BridgeKind::Spiked, spiked_rows(&column, i, min_spike))
+            let (kind, run) = match clipped_rows(&column, i, range) {
+                0 => (BridgeKind::Spiked, spiked_rows(&column, i, min_spike)),
+                clipped => (BridgeKind::Clipped, clipped),
             };
             let rows = i..i + run;
-            let others = (0..3).filter(|other| *other != axis);
-            let is_knock = kind == BridgeKind::Spiked
-                && run > 0
-                && others.into_iter().any(|other| jumps(&read[other], &rows));
-            if run == 0 || is_knock || rows.end + 1 >= count {
-                i += 1;
+            i += 1;
+            let mut others = (0..3).filter(|other| *other != axis);
+            let mut is_knock = || others.any(|k| jumps(&read[k], &rows));
+            if run == 0 || rows.end + 1 >= count || (kind == BridgeKind::Spiked && is_knock()) {
                 continue;
             }
+            i = rows.end + 1;
             let sd = match kind {
                 BridgeKind::Clipped => bridge_clipped(time_s, &mut column, &rows),
                 BridgeKind::Spiked => bridge_spike(time_s, &mut column, &rows),
             };
-            i = rows.end + 1;
             if sd.is_finite() {
                 out.push(Bridged {
                     rows,

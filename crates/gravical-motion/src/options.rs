@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// One independent direction of the accelerometer's uncertainty, one standard deviation long:
 /// δf = matrix · f + offset.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ForceDirection {
     /// Scale and cross-axis sensitivity, row-major.
     pub matrix: [[f64; 3]; 3],
@@ -35,7 +35,7 @@ const FORCE_DIRECTIONS: usize = 12;
 const RATE_DIRECTIONS: usize = 9;
 
 fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from_fn(|i, j| rows[i][j])
+    Matrix3::from(*rows).transpose()
 }
 
 impl CalibrationUncertainty {
@@ -75,11 +75,8 @@ impl ElementErrors {
     pub fn matrices(&self) -> Vec<[[f64; 3]; 3]> {
         let matrix = |k: usize| {
             let mut matrix = [[0.0; 3]; 3];
-            matrix[k / 3][k % 3] = if k / 3 == k % 3 {
-                self.scale
-            } else {
-                self.cross
-            };
+            // Every fourth one is on the diagonal.
+            matrix[k / 3][k % 3] = if k % 4 == 0 { self.scale } else { self.cross };
             matrix
         };
         (0..9).map(matrix).collect()
@@ -90,15 +87,12 @@ impl ElementErrors {
     pub fn directions(&self) -> Vec<ForceDirection> {
         let matrices = self.matrices().into_iter().map(|matrix| ForceDirection {
             matrix,
-            offset: [0.0; 3],
+            ..ForceDirection::default()
         });
         let biases = (0..3).map(|axis| {
-            let mut offset = [0.0; 3];
-            offset[axis] = self.bias_mps2;
-            ForceDirection {
-                matrix: [[0.0; 3]; 3],
-                offset,
-            }
+            let mut bias = ForceDirection::default();
+            bias.offset[axis] = self.bias_mps2;
+            bias
         });
         matrices.chain(biases).collect()
     }
@@ -155,18 +149,22 @@ impl MotionOptions {
             return false;
         }
         let known = &self.calibration;
+        let noise = self.noise.iter();
+        let noise = noise.flat_map(|n| [n.force_mps2_sqrt_s, n.rate_rad_sqrt_s]);
         let sizes = [
             self.max_stance_rate_rad_s,
             known.force_bias_sd_mps2,
             known.gravity_sd_mps2,
         ];
-        let noise = self.noise.iter();
-        let noise = noise.flat_map(|n| n.force_mps2_sqrt_s.iter().chain(&n.rate_rad_sqrt_s));
+        let mut sizes = sizes.into_iter().chain(noise.flatten());
         let force = known.force.iter();
         let force = force.flat_map(|d| d.matrix.as_flattened().iter().chain(&d.offset));
-        let rate = known.rate.iter().flat_map(|m| m.as_flattened());
-        let mut sizes = sizes.iter().chain(noise);
-        sizes.all(|v| v.is_finite() && *v >= 0.0) && force.chain(rate).all(|v| v.is_finite())
+        let mut rate = known
+            .rate
+            .iter()
+            .flat_map(|m| m.as_flattened())
+            .chain(force);
+        sizes.all(|v| v.is_finite() && v >= 0.0) && rate.all(|v| v.is_finite())
     }
 }
 

@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use crate::closure::Closure;
 use crate::filter::Node;
-use crate::odd::Bridged;
 use crate::options::RestNoise;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
@@ -19,8 +18,6 @@ pub(crate) const CLOCK_SD: f64 = 1e-3;
 const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 /// What is found: a matched filter sees it at so many standard deviations.
 const VISIBLE_SD: f64 = 10.0;
-/// Durations of the matched filters of [`gravical_signal::detect_rests`], s.
-const SEARCHED_S: std::ops::RangeInclusive<f64> = 0.35..=8.0;
 
 pub(crate) fn array(v: &Vector3<f64>) -> [f64; 3] {
     [v.x, v.y, v.z]
@@ -85,14 +82,14 @@ impl Budget {
         calibration: &Matrix3<f64>,
         attitude: &Matrix3<f64>,
     ) -> Budget {
-        let part =
-            |variance: &dyn Fn(usize) -> f64| std::array::from_fn(|c| deviation(variance(c)));
-        let by_calibration = |c: usize| calibration[(c, c)].min(total[(c, c)]);
-        let by_attitude = |c: usize| attitude[(c, c)].min(total[(c, c)] - by_calibration(c));
+        let total = total.diagonal();
+        let calibration = calibration.diagonal().inf(&total);
+        let attitude = attitude.diagonal().inf(&(total - calibration));
+        let part = |variance: Vector3<f64>| array(&variance.map(deviation));
         Budget {
-            noise: part(&|c| total[(c, c)] - by_calibration(c) - by_attitude(c)),
-            calibration: part(&by_calibration),
-            attitude: part(&by_attitude),
+            noise: part(total - calibration - attitude),
+            calibration: part(calibration),
+            attitude: part(attitude),
         }
     }
 }
@@ -128,12 +125,6 @@ impl Move {
     pub fn sd_m(&self) -> [f64; 3] {
         deviations(&self.covariance_m2)
     }
-
-    pub(crate) fn count_bridged(&mut self, bridged: &[Bridged]) {
-        let span = &self.samples;
-        let within = |b: &&Bridged| b.rows.start < span.end && b.rows.end > span.start;
-        self.replaced = bridged.iter().filter(within).count();
-    }
 }
 
 /// State of the motion at a sample.
@@ -162,14 +153,15 @@ impl PathNode {
     ) -> Self {
         let part = |at: usize| error.fixed_rows::<3>(at).into_owned();
         let sd = |at: usize| std::array::from_fn(|c| deviation(covariance[(at + c, at + c)]));
+        let nominal = &node.nominal;
         let attitude =
-            Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(node.attitude);
+            Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(nominal.attitude);
         let attitude = UnitQuaternion::from_rotation_matrix(&attitude);
         PathNode {
             sample: node.sample,
-            position_m: array(&(node.position + part(POSITION))),
+            position_m: array(&(nominal.position + part(POSITION))),
             position_sd_m: sd(POSITION),
-            velocity_mps: array(&(node.velocity + part(VELOCITY))),
+            velocity_mps: array(&(nominal.velocity + part(VELOCITY))),
             velocity_sd_mps: sd(VELOCITY),
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
         }
@@ -208,18 +200,24 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// Adds what is known up to a rest, which ends before sample `end`.
+    pub(crate) fn append(&mut self, next: &mut Motion, end: usize) {
+        if let Some(rest) = next.rests.last_mut() {
+            rest.end = end.max(rest.start + 1);
+        }
+        self.rests.append(&mut next.rests);
+        self.stances.append(&mut next.stances);
+        self.moves.append(&mut next.moves);
+        self.path.append(&mut next.path);
+    }
+
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
-    /// a matched filter sees it at 10 σ. None without rests, and for durations that no filter looks for. It
-    /// does not hold where the rests were given, nor in a causal run.
+    /// a matched filter of 0.35 to 8 s sees it at 10 σ. None without rests. It does not hold where the rests
+    /// were given, nor in a causal run.
     #[must_use]
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
-        let density = self
-            .noise?
-            .force_mps2_sqrt_s
-            .iter()
-            .copied()
-            .fold(0.0, f64::max);
-        let displacement = VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt();
-        SEARCHED_S.contains(&duration_s).then_some(displacement)
+        let noise = self.noise?.force_mps2_sqrt_s;
+        let density = noise.into_iter().fold(0.0, f64::max);
+        Some(VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt())
     }
 }

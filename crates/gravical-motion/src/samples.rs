@@ -1,8 +1,9 @@
 //! Calibrated samples, and what is known of the sensor that made them.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
-use gravical_signal::{Channels, is_gap, pieces, resolution, sampling_period};
+use gravical_signal::{Channels, is_gap, resolution, sampling_period};
 
 use crate::odd::{BridgeKind, Bridged, Sensor};
 
@@ -74,7 +75,7 @@ pub struct Samples {
     pub(crate) bridged: Vec<Bridged>,
     rows: Vec<usize>,
     /// Samples before which something is missing, whatever the times say.
-    breaks: Vec<usize>,
+    pub(crate) breaks: Vec<usize>,
 }
 
 impl Samples {
@@ -93,25 +94,35 @@ impl Samples {
         bridged: Vec<Bridged>,
         resolution: [f64; 6],
     ) -> Samples {
+        let rows = time_s.iter().zip(force_mps2).enumerate();
+        let rows = rows.map(|(i, (t, force))| (*t, *force, rate_rad_s.get(i).copied()));
         let has_gyro = !rate_rad_s.is_empty();
-        let count = time_s.len().min(force_mps2.len());
         let count = if has_gyro {
-            count.min(rate_rad_s.len())
+            rate_rad_s.len()
         } else {
-            count
+            usize::MAX
         };
+        Samples::from_rows(rows.take(count), bridged, resolution)
+    }
+
+    /// The same of rows one by one: time, specific force, and angular rate if there is a gyroscope.
+    #[must_use]
+    pub fn from_rows(
+        rows: impl Iterator<Item = (f64, [f64; 3], Option<[f64; 3]>)>,
+        bridged: Vec<Bridged>,
+        resolution: [f64; 6],
+    ) -> Samples {
         // Without a gap, until the period is known.
         let mut samples = Samples::empty(f64::INFINITY, resolution);
-        samples.time_s.reserve_exact(count);
-        samples.force.reserve_exact(count);
-        samples.rate.reserve_exact(if has_gyro { count } else { 0 });
-        for i in 0..count {
-            if samples.push(time_s[i], force_mps2[i], rate_rad_s.get(i).copied(), false) {
+        samples.time_s.reserve(rows.size_hint().0);
+        samples.force.reserve(rows.size_hint().0);
+        for (i, (time_s, force, rate)) in rows.enumerate() {
+            if samples.push(time_s, force, rate, false) {
                 samples.rows.push(i);
             }
         }
         samples.period_s = sampling_period(&samples.time_s);
-        samples.pieces = pieces(&samples.time_s, samples.period_s);
+        samples.divide();
         samples.bridged = bridged
             .into_iter()
             .filter_map(|b| samples.kept(b))
@@ -168,40 +179,28 @@ impl Samples {
         true
     }
 
-    /// Counts samples from the `count`-th on.
-    pub(crate) fn forget(&mut self, count: usize) {
-        self.time_s.drain(..count);
-        self.force.drain(..count);
-        self.rate.drain(..count.min(self.rate.len()));
-        self.pieces.retain(|p| p.end > count);
-        for piece in &mut self.pieces {
-            *piece = piece.start.saturating_sub(count)..piece.end - count;
-        }
-        self.breaks.retain(|i| *i > count);
-        self.breaks.iter_mut().for_each(|i| *i -= count);
-        self.bridged.retain(|b| b.rows.end > count);
-        for bridged in &mut self.bridged {
-            let rows = &mut bridged.rows;
-            *rows = rows.start.saturating_sub(count)..rows.end - count;
-        }
-    }
-
     /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.
     #[must_use]
     pub fn with_breaks(mut self, rows: &[usize]) -> Samples {
-        let mut breaks = std::mem::take(&mut self.breaks);
-        breaks.extend(rows.iter().map(|row| self.first_sample(*row)));
-        breaks.retain(|i| (1..self.len()).contains(i));
-        self.breaks = breaks;
-        self.breaks.sort_unstable();
-        self.breaks.dedup();
-        let mut starts: Vec<usize> = self.pieces.iter().map(|p| p.start).collect();
-        starts.extend(&self.breaks);
-        starts.sort_unstable();
-        starts.dedup();
-        let ends = starts.iter().skip(1).copied().chain([self.len()]);
-        self.pieces = starts.iter().zip(ends).map(|(a, b)| *a..b).collect();
+        let samples = rows.iter().map(|row| self.first_sample(*row));
+        let breaks: BTreeSet<usize> = samples.filter(|i| (1..self.len()).contains(i)).collect();
+        self.breaks = breaks.into_iter().collect();
+        self.divide();
         self
+    }
+
+    /// Pieces between gaps and breaks.
+    fn divide(&mut self) {
+        self.pieces.clear();
+        for i in 0..self.len() {
+            let starts = i == 0
+                || is_gap(self.time_s[i] - self.time_s[i - 1], self.period_s)
+                || self.breaks.binary_search(&i).is_ok();
+            match self.pieces.last_mut() {
+                Some(last) if !starts => last.end = i + 1,
+                _ => self.pieces.push(i..i + 1),
+            }
+        }
     }
 
     /// The first sample of row `row` or later.
@@ -321,14 +320,11 @@ impl Samples {
     /// standard deviation of its integral over time.
     pub(crate) fn bridged_in(&self, span: &Range<usize>) -> impl Iterator<Item = (&Bridged, f64)> {
         let (start, end) = (span.start, span.end);
-        let last = self.len().saturating_sub(1);
-        let end_of = move |b: &Bridged| b.rows.end.min(last);
         let first = self.bridged.partition_point(|b| b.rows.end <= start);
-        let within = self.bridged[first..]
-            .iter()
-            .take_while(move |b| end_of(b) <= end);
+        let within = self.bridged[first..].iter();
+        let within = within.take_while(move |b| b.rows.end <= end);
         within.map(move |b| {
-            let seconds = self.time_s[end_of(b)] - self.time_s[b.rows.start.saturating_sub(1)];
+            let seconds = self.time_s[b.rows.end] - self.time_s[b.rows.start.saturating_sub(1)];
             (b, b.sd * seconds)
         })
     }

@@ -47,8 +47,13 @@ impl Smoother {
         }
     }
 
-    /// Goes back through records; nodes are added to `path`, the last first.
-    pub fn back(&mut self, records: &[Record], path: &mut Vec<PathNode>, moves: &mut [Move]) {
+    /// Goes back through records; nodes are added to `path`, the last first. They hold at most one move.
+    pub fn back(
+        &mut self,
+        records: &[Record],
+        path: &mut Vec<PathNode>,
+        mut one: Option<&mut Move>,
+    ) {
         for record in records.iter().rev() {
             match record {
                 Record::Node(node) => path.push(self.smoothed(node)),
@@ -60,8 +65,8 @@ impl Smoother {
                 }
                 Record::Update(update) => self.update(update),
                 Record::EndMove(end) => self.end_move(end),
-                Record::StartMove(k, start) => {
-                    if let Some(one) = moves.get_mut(*k) {
+                Record::StartMove(start) => {
+                    if let Some(one) = one.take() {
                         self.start_move(start, one);
                     }
                 }

@@ -1,4 +1,5 @@
-//! Stances of a walking foot.
+//! Stances of a walking foot: between two swings the sample where the angular rate is least (angular rate
+//! energy detector, Skog et al. 2010, doi 10.1109/TBME.2010.2060723), and more of them while it stands there.
 
 use std::ops::Range;
 
@@ -26,50 +27,21 @@ pub(crate) struct Stance {
     pub swing: usize,
 }
 
-impl Stance {
-    /// Counts samples from the `count`-th on.
-    pub fn forget(&mut self, count: usize) {
-        self.first = self.first.saturating_sub(count);
-        self.sample = self.sample.saturating_sub(count);
-    }
-}
-
-/// Samples at which a foot stands: between two swings the one where the angular rate is least (angular
-/// rate energy detector, Skog et al. 2010, doi 10.1109/TBME.2010.2060723), below `max_rate_rad_s`, and
-/// more of them while it stands there; none near `rests`, which say the same, and none where it swings
-/// fewer than three times between two rests.
-pub(crate) fn detect_stances(
-    samples: &Samples,
-    rests: &[Range<usize>],
-    max_rate_rad_s: f64,
-) -> Vec<usize> {
-    let Some(rest) = rests.first() else {
-        return Vec::new();
-    };
-    let mut detector = StanceDetector::new(samples, rest, max_rate_rad_s);
-    let mut stances = Vec::new();
-    while let Some(stance) = detector.update(samples) {
-        stances.push(stance);
-    }
-    stances.extend(detector.quietest);
-    let size = detector.size;
-    let leg = |s: &Stance| rests.partition_point(|r| r.end + size <= s.sample);
-    stances.retain(|s| rests.get(leg(s)).is_none_or(|r| r.start > s.sample + size));
-    let (mut kept, mut last_step) = (Vec::new(), None);
-    for walk in stances.chunk_by(|a, b| leg(a) == leg(b)) {
-        if is_walk(walk, last_step) {
-            last_step = walk.last().map(|s| s.swing);
-            kept.extend(walk.iter().map(|s| s.sample));
-        }
-    }
-    kept
-}
-
-/// True if stances between two rests are those of a foot: it swings often enough, or stands after the
-/// last step of the walk before.
-pub(crate) fn is_walk(stances: &[Stance], last_step: Option<usize>) -> bool {
+/// The stances of the move from sample `from` to `end`: at least `size` samples away from the rests there,
+/// which say the same, and none if they are not those of a foot: it swings often enough, or stands after
+/// the last step of the walk before.
+pub(crate) fn steps(
+    stances: &[Stance],
+    size: usize,
+    (from, end): (usize, usize),
+    last_step: Option<usize>,
+) -> &[Stance] {
+    let first = stances.partition_point(|s| s.sample < from + size);
+    let after = stances.partition_point(|s| s.sample.saturating_add(size) < end);
+    let stances = stances.get(first..after).unwrap_or_default();
     let swings = stances.chunk_by(|a, b| a.swing == b.swing).count();
-    swings >= MIN_SWINGS || stances.iter().all(|s| Some(s.swing) == last_step)
+    let is_walk = swings >= MIN_SWINGS || stances.iter().all(|s| Some(s.swing) == last_step);
+    if is_walk { stances } else { &[] }
 }
 
 /// Finds where the rate is least after each swing.
@@ -81,10 +53,10 @@ pub(crate) struct StanceDetector {
     gravity: f64,
     max_rate_rad_s: f64,
     swing: usize,
-    quietest: Option<Stance>,
+    pub quietest: Option<Stance>,
     /// Σ ω² over the window, and the sample after it.
     sum: f64,
-    next: usize,
+    at: usize,
 }
 
 impl StanceDetector {
@@ -100,20 +72,24 @@ impl StanceDetector {
             swing: 0,
             quietest: None,
             sum: 0.0,
-            next: 0,
+            at: 0,
         }
     }
 
-    /// The next stance in the samples so far.
-    pub fn update(&mut self, samples: &Samples) -> Option<Stance> {
+    /// Those in the samples so far that were not returned before, but the last, which may get quieter.
+    pub fn update(&mut self, samples: &Samples) -> Vec<Stance> {
+        std::iter::from_fn(|| self.next(samples)).collect()
+    }
+
+    fn next(&mut self, samples: &Samples) -> Option<Stance> {
         if !samples.has_gyro() || self.max_rate_rad_s <= 0.0 {
             return None;
         }
         let square = |i: usize| samples.rate[i].iter().map(|w| w * w).sum::<f64>();
         let mut found = None;
-        while found.is_none() && self.next < samples.len() {
-            let i = self.next;
-            self.next += 1;
+        while found.is_none() && self.at < samples.len() {
+            let i = self.at;
+            self.at += 1;
             if i >= self.size {
                 found = self.take(samples, i - self.size / 2);
                 self.sum -= square(i - self.size);
@@ -146,14 +122,6 @@ impl StanceDetector {
             });
         }
         found
-    }
-
-    /// Counts samples from the `count`-th on: the window is no longer before it.
-    pub fn forget(&mut self, count: usize) {
-        self.next = self.next.saturating_sub(count);
-        if let Some(stance) = &mut self.quietest {
-            stance.forget(count);
-        }
     }
 }
 

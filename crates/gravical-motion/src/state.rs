@@ -26,7 +26,7 @@ pub(crate) type ErrorState = SVector<f64, STATES>;
 pub(crate) type NineRows = SMatrix<f64, MOVING, STATES>;
 
 /// The nominal state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Nominal {
     /// Sensor → world, world z up.
     pub attitude: Matrix3<f64>,

@@ -6,7 +6,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::result::{Motion, PathNode, array};
+use crate::result::{Motion, Move, PathNode, array};
 use crate::samples::Samples;
 use crate::transition::turn;
 
@@ -59,7 +59,6 @@ impl Motion {
         let mut follower = Follower {
             motion: self,
             samples,
-            moves: 0,
             correction: Vector3::zeros(),
             last_acceleration: None,
             single: false,
@@ -85,8 +84,6 @@ impl Motion {
 struct Follower<'a> {
     motion: &'a Motion,
     samples: &'a Samples,
-    /// The moves that it is after.
-    moves: usize,
     /// What the samples before lack, and the acceleration of the last of them with it, m/s².
     correction: Vector3<f64>,
     last_acceleration: Option<Vector3<f64>>,
@@ -103,15 +100,9 @@ impl<'a> Follower<'a> {
     ) -> Box<dyn Iterator<Item = SampleState> + 'a> {
         let span = interval.from.sample..interval.to.sample;
         let moves = &self.motion.moves;
-        while moves
-            .get(self.moves)
-            .is_some_and(|m| m.samples.end <= span.start)
-        {
-            self.moves += 1;
-        }
-        let moving = moves
-            .get(self.moves)
-            .is_some_and(|m| m.samples.start <= span.start);
+        let next = moves.partition_point(|m| m.samples.end <= span.start);
+        let is_begun = |m: &Move| m.samples.start <= span.start;
+        let moving = moves.get(next).is_some_and(is_begun);
         if self.samples.gaps(&span).next().is_some() {
             let last = interval.acceleration(span.end, &interval.attitude(span.end));
             self.last_acceleration = Some(last + self.correction);
@@ -122,7 +113,8 @@ impl<'a> Follower<'a> {
             self.correct(&interval, |i| interval.attitude(i));
         }
         let correction = self.correction;
-        Box::new((first..=span.end).map(move |i| interval.interpolated(i, &correction)))
+        let state = move |i| interval.state(i, &interval.attitude(i), &correction);
+        Box::new((first..=span.end).map(state))
     }
 
     /// Takes the correction of an interval by which the trapezoid of the accelerations, the first as it
@@ -198,7 +190,7 @@ impl<'a> Follower<'a> {
                 acceleration_mps2: array(&acceleration),
                 velocity_mps: array(&velocity),
                 position_m: array(&position),
-                ..interval.state(i, &attitudes[i - from])
+                ..interval.state(i, &attitudes[i - from], &self.correction)
             });
         }
         let missing = Vector3::from(interval.to.position_m) - position;
@@ -257,29 +249,24 @@ impl<'a> Interval<'a> {
         attitude * Vector3::from(self.samples.force[i]) - Vector3::new(0.0, 0.0, GRAVITY_MPS2)
     }
 
-    /// Attitude and standard deviations.
-    fn state(&self, i: usize, attitude: &UnitQuaternion<f64>) -> SampleState {
-        let u = self.fraction(i);
+    /// Between the nodes, with this attitude and what samples lack of acceleration.
+    fn state(
+        &self,
+        i: usize,
+        attitude: &UnitQuaternion<f64>,
+        correction: &Vector3<f64>,
+    ) -> SampleState {
+        let (u, from, to) = (self.fraction(i), self.from, self.to);
         let linear =
             |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| a[c] * (1.0 - u) + b[c] * u);
         SampleState {
+            at_rest: false,
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
-            velocity_sd_mps: linear(&self.from.velocity_sd_mps, &self.to.velocity_sd_mps),
-            position_sd_m: linear(&self.from.position_sd_m, &self.to.position_sd_m),
-            ..SampleState::UNKNOWN
-        }
-    }
-
-    fn interpolated(&self, i: usize, correction: &Vector3<f64>) -> SampleState {
-        let attitude = self.attitude(i);
-        let u = self.fraction(i);
-        let linear =
-            |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| a[c] * (1.0 - u) + b[c] * u);
-        SampleState {
-            acceleration_mps2: array(&(self.acceleration(i, &attitude) + correction)),
-            velocity_mps: linear(&self.from.velocity_mps, &self.to.velocity_mps),
-            position_m: linear(&self.from.position_m, &self.to.position_m),
-            ..self.state(i, &attitude)
+            acceleration_mps2: array(&(self.acceleration(i, attitude) + correction)),
+            velocity_mps: linear(&from.velocity_mps, &to.velocity_mps),
+            velocity_sd_mps: linear(&from.velocity_sd_mps, &to.velocity_sd_mps),
+            position_m: linear(&from.position_m, &to.position_m),
+            position_sd_m: linear(&from.position_sd_m, &to.position_sd_m),
         }
     }
 }

@@ -1,8 +1,7 @@
 //! The motion as samples come.
 //!
 //! A rest that has lasted for a second closes the move before it: the filter goes through the move again
-//! with what is then known of it, as the whole run does. What it knows by then is kept only from the last
-//! rest on.
+//! with what is then known of it, as the whole run does.
 
 use std::ops::Range;
 
@@ -10,28 +9,21 @@ use gravical_signal::{RestDetector, RestEvent};
 use nalgebra::Vector3;
 
 use crate::chain::contradicts;
-use crate::filter::{Action, Filter};
-use crate::moves::{
-    Keep, LEADING_S, Leg, Tape, close, closing, level_before_move, rectified, take_displacement,
-};
+use crate::filter::{Filter, Record, Recorder};
+use crate::moves::{Leg, close, closing, level_before_move, rectified, take_displacement};
 use crate::noise::{Noise, Roughness};
 use crate::options::MotionOptions;
 use crate::result::{Motion, PathNode, array, ends};
 use crate::samples::Samples;
-use crate::stance::{Stance, StanceDetector, is_walk};
+use crate::stance::{Stance, StanceDetector, steps};
 use crate::states::SampleState;
 use crate::transition::Model;
 
 /// The noise is that of the first seconds of the first rest, s.
 const LEARNED_S: f64 = 3.0;
-/// … and a rest after a move is awaited for this fraction of the move, up to as long: what began less than
-/// 3 s ago may be withdrawn.
-const AWAITED: f64 = 0.01;
 /// A rest that the velocity contradicts is believed after so long, s: what is wrong then is the velocity. That
 /// it ended after 3 s may take two more to see.
 const BELIEVED_S: f64 = 4.0;
-/// What a rest may need of what is past, s.
-const KEPT_S: f64 = LEADING_S + 5.0;
 /// The move has the roughness of its last seconds, s.
 const RECENT_S: f64 = 2.0;
 /// Nodes, s: what turns less than a swing within it.
@@ -41,7 +33,7 @@ const NODE_S: f64 = 0.04;
 ///
 /// Numbers are those of a causal run ([`MotionOptions::causal`]), which is this, sample by sample. A rest is
 /// one after a second, the first one after three; until then, and before the first rest, the state is that of
-/// the move, or not known. Work is bounded for each sample on average, and memory by the longest move.
+/// the move, or not known. Work is bounded for each sample on average, and each takes 60 bytes.
 ///
 /// # Example
 ///
@@ -62,18 +54,15 @@ pub struct Stepper {
     /// True if something is missing before the next sample.
     interrupted: bool,
     source: RestDetector,
-    candidate: Option<Candidate>,
+    /// Where a span begins that may be a rest.
+    candidate: Option<usize>,
     stances: Option<StanceDetector>,
-    /// Those of this move, and the last step of the last walk.
+    /// Those of this move.
     stances_here: Vec<Stance>,
-    last_step: Option<usize>,
-    /// Where the last rest begins or was left.
-    filter: Option<Filter>,
-    phase: Phase,
-    /// Before the last rest began.
-    undo: Option<Box<Undo>>,
-    tape: Tape,
-    /// What a whole run is to have; its path is on the tape. Such a run forgets nothing.
+    progress: Progress,
+    /// Before the last rest began, while that may be withdrawn.
+    undo: Option<Box<Progress>>,
+    /// What a whole run is to have.
     motion: Option<Motion>,
 }
 
@@ -96,33 +85,27 @@ impl Context {
     }
 }
 
+/// What a rest changes.
+#[derive(Debug, Clone)]
+struct Progress {
+    /// Where the last rest begins or was left.
+    filter: Option<Filter>,
+    phase: Phase,
+    /// The last step of the last walk.
+    last_step: Option<usize>,
+}
+
 #[derive(Debug, Clone)]
 enum Phase {
     /// Before the first rest.
     Unknown,
-    /// From the first second on, which ends before sample `closed`, with the state there.
+    /// From the first second on, which ends before sample `closed`.
     Rest {
         closed: usize,
-        node: PathNode,
+        /// The rest and the move before it.
+        found: Box<Motion>,
     },
     Move(Box<Live>),
-}
-
-/// What a rest changes that may be withdrawn.
-#[derive(Debug, Clone)]
-struct Undo {
-    filter: Option<Filter>,
-    phase: Phase,
-    last_step: Option<usize>,
-    /// Numbers of rests, moves, stances and nodes.
-    counts: [usize; 4],
-}
-
-/// A span that may be a rest.
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    start: usize,
-    doubted: bool,
 }
 
 /// A move that goes on.
@@ -132,9 +115,6 @@ struct Live {
     trail: Track,
     /// Up to the last whole node.
     ahead: Track,
-    /// True once it is a walk.
-    walks: bool,
-    path: Vec<PathNode>,
 }
 
 /// A filter that goes on through a move.
@@ -151,7 +131,7 @@ struct Track {
 
 impl Track {
     fn new(model: &Model<'_>, mut filter: Filter) -> Track {
-        filter.run(model, &Action::StartMove(0), None);
+        filter.start_move(&mut Recorder::off());
         Track {
             start: filter.at,
             filter,
@@ -161,8 +141,8 @@ impl Track {
         }
     }
 
-    /// Goes on to a sample, from node to node, which are added to `path`.
-    fn advance(&mut self, model: &Model<'_>, to: usize, mut path: Option<&mut Vec<PathNode>>) {
+    /// Goes on to a sample, from node to node.
+    fn advance(&mut self, model: &Model<'_>, to: usize) {
         let node = node_len(model.samples);
         let recent = model.samples.count_in(RECENT_S);
         while self.filter.at < to {
@@ -173,20 +153,13 @@ impl Track {
             let rate_sd = model.options.calibration.rate_sd();
             let variance = rectified(self.squares / self.count as f64, rate_sd);
             if variance > self.inflated {
-                let more = Action::InflateRateBias(variance - self.inflated);
-                self.filter.run(model, &more, None);
+                self.filter.inflate_rate_bias(variance - self.inflated);
                 self.inflated = variance;
             }
-            if let Some(path) = &mut path {
-                path.push(PathNode::forward(&self.filter.node()));
-            }
             let since = self.start.max(span.end.saturating_sub(recent));
-            let propagate = Action::Propagate {
-                to: span.end,
-                node,
-                excess: model.noise.excess(since, span.end),
-            };
-            self.filter.run(model, &propagate, None);
+            let excess = model.noise.excess(since, span.end);
+            let off = &mut Recorder::off();
+            self.filter.propagate(model, span.end, node, &excess, off);
         }
     }
 }
@@ -207,11 +180,12 @@ impl Stepper {
             candidate: None,
             stances: None,
             stances_here: Vec::new(),
-            last_step: None,
-            filter: None,
-            phase: Phase::Unknown,
+            progress: Progress {
+                filter: None,
+                phase: Phase::Unknown,
+                last_step: None,
+            },
             undo: None,
-            tape: Tape::new(Keep::Nothing),
             motion: None,
         }
     }
@@ -244,31 +218,17 @@ impl Stepper {
     pub(crate) fn drive(samples: &Samples, options: &MotionOptions) -> Motion {
         let mut stepper = Stepper::new(options, samples.period_s, samples.channels().resolution);
         stepper.motion = Some(Motion::default());
-        stepper.tape = Tape::new(Keep::Path);
-        let mut bridged = samples.bridged.iter().peekable();
+        stepper.context.samples.bridged.clone_from(&samples.bridged);
         for i in 0..samples.len() {
             if options.is_stopped() {
                 break;
             }
-            if samples.gaps(&(i.saturating_sub(1)..i)).any(|gap| gap.2) {
-                stepper.interrupt();
-            }
+            stepper.interrupted = samples.breaks.binary_search(&i).is_ok();
             let rate = samples.rate.get(i).copied();
             stepper.add(samples.time_s[i], samples.force[i], rate);
-            let last = i + 1 == samples.len();
-            while let Some(one) = bridged.next_if(|b| b.rows.end <= i || last) {
-                stepper.context.samples.bridged.push(one.clone());
-            }
             stepper.update();
         }
-        stepper.finish();
-        let mut motion = stepper.motion.unwrap_or_default();
-        let path = stepper.tape.path.into_iter();
-        motion.path = path.map(PathNode::with_clock).collect();
-        let moves = motion.moves.iter_mut();
-        moves.for_each(|m| m.count_bridged(&samples.bridged));
-        motion.noise = stepper.context.noise.as_ref().map(Noise::of_rests);
-        motion
+        stepper.finish()
     }
 
     /// True if it is a sample.
@@ -285,77 +245,43 @@ impl Stepper {
         while let Some(event) = self.source.update(&self.context.samples.channels()) {
             self.take(event);
         }
-        self.consider(self.context.samples.len(), false);
+        self.believe(self.context.samples.len(), false);
         self.go_on();
-        if self.motion.is_none() {
-            self.forget();
-        }
     }
 
     fn take(&mut self, event: RestEvent) {
+        let count = self.context.samples.len();
         match event {
             RestEvent::Begin(start) => {
-                let start = start.min(self.context.samples.len() - 1);
-                self.candidate = Some(Candidate {
-                    start,
-                    doubted: false,
-                });
+                let rest = start.min(count - 1)..count;
+                self.candidate = Some(rest.start);
+                if self.context.noise.is_some() && self.agrees(&rest) {
+                    self.candidate = None;
+                    self.begin_rest(rest);
+                }
             }
             RestEvent::Withdraw => self.withdraw(),
             RestEvent::End(end) => {
-                self.consider(end, true);
-                match (self.candidate.take(), &mut self.context.noise) {
-                    (Some(Candidate { start, .. }), None) if start < end => {
-                        self.begin_rest(start..end);
-                        self.end_rest(end);
-                    }
-                    (Some(Candidate { start, .. }), Some(noise)) => {
-                        noise.rough.silence(&(start..end));
-                    }
-                    (Some(_), None) => {}
-                    (None, _) => self.end_rest(end),
-                }
+                self.believe(end, true);
+                self.candidate = None;
+                self.end_rest(end);
             }
         }
     }
 
-    /// Takes a candidate for a rest, where what there is of it before sample `end` says that it is one; it may
-    /// be over.
-    fn consider(&mut self, end: usize, over: bool) {
-        let Some(Candidate { start, doubted }) = self.candidate.filter(|c| c.start < end) else {
-            return;
+    /// Takes a candidate for a rest, the first one or one that the velocity contradicts, if it has lasted long
+    /// enough before sample `end`; it may be over.
+    fn believe(&mut self, end: usize, over: bool) {
+        let least_s = match self.context.noise {
+            None if over => 0.0,
+            None => LEARNED_S,
+            Some(_) => BELIEVED_S,
         };
-        let span = start..end;
-        let seconds = self.context.samples.duration_s(&span);
-        let is_first = self.context.noise.is_none();
-        if !over && seconds < self.awaited_s(start) {
-            return;
-        }
-        let taken = if doubted {
-            seconds > BELIEVED_S
-        } else {
-            (is_first && !over) || (!is_first && self.agrees(&span))
-        };
-        if taken {
-            self.candidate = None;
-            self.begin_rest(span);
-        } else if !is_first {
-            self.candidate = Some(Candidate {
-                start,
-                doubted: true,
-            });
-        }
-    }
-
-    /// How long a rest is awaited, s: going through a move again may not cost more than the move.
-    fn awaited_s(&self, start: usize) -> f64 {
-        match &self.phase {
-            Phase::Unknown => LEARNED_S,
-            Phase::Rest { .. } => 0.0,
-            Phase::Move(live) => {
-                let move_s = self.context.samples.duration_s(&(live.trail.start..start));
-                (move_s * AWAITED).min(LEARNED_S)
-            }
+        let samples = &self.context.samples;
+        let lasts =
+            |start: &mut usize| *start < end && samples.duration_s(&(*start..end)) >= least_s;
+        if let Some(start) = self.candidate.take_if(lasts) {
+            self.begin_rest(start..end);
         }
     }
 
@@ -366,22 +292,21 @@ impl Stepper {
             return;
         }
         let Some(undo) = undo else { return };
-        (self.filter, self.phase, self.last_step) = (undo.filter, undo.phase, undo.last_step);
-        if let Some(motion) = &mut self.motion {
-            let [rests, moves, stances, nodes] = undo.counts;
-            motion.rests.truncate(rests);
-            motion.moves.truncate(moves);
-            motion.stances.truncate(stances);
-            self.tape.path.truncate(nodes);
+        self.progress = *undo;
+        if matches!(self.progress.phase, Phase::Unknown) {
+            // Another rest will be the first.
+            (self.context.noise, self.stances) = (None, None);
+            self.stances_here.clear();
         }
     }
 
     /// True if the velocity does not contradict that a rest begins.
     fn agrees(&mut self, rest: &Range<usize>) -> bool {
-        let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
+        let (Phase::Move(live), Some(model)) = (&mut self.progress.phase, self.context.model())
+        else {
             return true;
         };
-        live.trail.advance(&model, rest.start, None);
+        live.trail.advance(&model, rest.start);
         !contradicts(&model, &live.trail.filter, &closing(&model, rest))
     }
 
@@ -390,8 +315,7 @@ impl Stepper {
         let samples = &self.context.samples;
         let learned = rest.start..rest.end.min(samples.after_s(rest.start, LEARNED_S));
         let given = self.context.options.noise.as_ref();
-        let noise = Noise::new(samples, &[learned], Roughness::default());
-        let mut noise = noise.with_white(given, samples);
+        let mut noise = Noise::new(samples, &[learned], given, Roughness::default());
         let quiet = rest.start..samples.len();
         noise.rough.extend(samples, std::slice::from_ref(&quiet));
         self.context.noise = Some(noise);
@@ -402,201 +326,154 @@ impl Stepper {
 
     /// Adds the stances that came; true if there is one.
     fn find_stances(&mut self) -> bool {
-        let count = self.stances_here.len();
-        if let Some(detector) = &mut self.stances {
-            while let Some(stance) = detector.update(&self.context.samples) {
-                self.stances_here.push(stance);
-            }
-        }
-        self.stances_here.len() > count
+        let detector = self.stances.as_mut();
+        let found = detector.map_or_else(Vec::new, |d| d.update(&self.context.samples));
+        self.stances_here.extend_from_slice(&found);
+        !found.is_empty()
     }
 
-    /// Those from sample `from` to `end`, away from the rests there.
-    fn stances_away(&self, from: usize, end: usize) -> Vec<Stance> {
+    /// Those of a walk from sample `from` to `end`.
+    fn steps(&self, from: usize, end: usize) -> &[Stance] {
         let size = self.stances.as_ref().map_or(0, |s| s.size);
-        let first = self
-            .stances_here
-            .partition_point(|s| s.sample < from + size);
-        let stances = self.stances_here[first..].iter();
-        let before_end = |s: &&Stance| s.sample.saturating_add(size) < end;
-        stances.take_while(before_end).cloned().collect()
-    }
-
-    /// The same where they are those of a walk.
-    fn steps(&self, from: usize, end: usize) -> Vec<Stance> {
-        let mut stances = self.stances_away(from, end);
-        if !is_walk(&stances, self.last_step) {
-            stances.clear();
-        }
-        stances
+        let last_step = self.progress.last_step;
+        steps(&self.stances_here, size, (from, end), last_step)
     }
 
     fn begin_rest(&mut self, rest: Range<usize>) {
         let is_first = self.context.noise.is_none();
-        let nodes = self.tape.path.len();
-        let counts = self
-            .motion
-            .as_ref()
-            .map(|m| [m.rests.len(), m.moves.len(), m.stances.len(), nodes]);
-        self.undo = (!is_first).then(|| {
-            Box::new(Undo {
-                filter: self.filter.clone(),
-                phase: self.phase.clone(),
-                last_step: self.last_step,
-                counts: counts.unwrap_or_default(),
-            })
-        });
-        if let Some(motion) = &mut self.motion {
-            motion.rests.push(rest.clone());
-        }
         if is_first {
             self.learn(&rest);
         }
         let Some(model) = self.context.model() else {
             return;
         };
-        let filter = self.filter.take();
+        let filter = self.progress.filter.clone();
         let mut filter = filter.unwrap_or_else(|| Filter::new(&model, 0, &rest));
+        let mut last_step = self.progress.last_step;
+        let mut recorder = Recorder {
+            is_on: self.motion.is_some(),
+            ..Recorder::default()
+        };
         let first_second = closing(&model, &rest);
-        let mut closed = None;
+        let mut found = Box::new(Motion::default());
         if rest.start > filter.at {
             let steps = self.steps(if is_first { 0 } else { filter.at + 1 }, rest.start);
-            let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
-            self.last_step = steps.last().map(|s| s.swing).or(self.last_step);
+            found.stances = steps.iter().map(|s| s.sample).collect();
+            last_step = steps.last().map(|s| s.swing).or(last_step);
             let leg = Leg {
-                number: 0,
                 end: rest.start,
                 ends: ends(!is_first, true),
                 rest: (!is_first).then(|| first_second.clone()),
-                stances: &stances,
+                stances: &found.stances,
             };
-            let one;
-            (filter, one) = leg.run(&model, &mut self.tape, &filter);
-            closed = Some((one, stances));
+            let (_, one) = leg.run(&model, &mut filter, &mut recorder);
+            found.moves.push(one);
         }
         let at = filter.at;
-        let span = at..first_second.end.max(at + 1);
-        close(&model, &mut self.tape, &mut filter, span.clone());
-        if let (Some((mut one, stances)), Some(motion)) = (closed, &mut self.motion) {
-            take_displacement(&mut filter, &mut one);
-            motion.moves.push(one);
-            motion.stances.extend(stances);
+        let closed = first_second.end.max(at + 1);
+        close(&model, &mut filter, &(at..closed), &mut recorder);
+        for one in &mut found.moves {
+            take_displacement(&filter, one);
         }
-        self.tape.run(&model, &mut filter, Action::Halt { to: at });
-        self.phase = Phase::Rest {
-            closed: span.end,
-            node: PathNode::forward(&filter.node()),
+        filter.halt(&model, at, &mut recorder);
+        found.rests.push(rest);
+        found.path.extend(nodes(&recorder));
+        let progress = Progress {
+            filter: Some(filter),
+            phase: Phase::Rest { closed, found },
+            last_step,
         };
-        self.filter = Some(filter);
+        let before = std::mem::replace(&mut self.progress, progress);
+        self.undo = Some(Box::new(before));
     }
 
     fn end_rest(&mut self, end: usize) {
         self.undo = None;
-        if let Some(rest) = self.motion.as_mut().and_then(|m| m.rests.last_mut()) {
-            rest.end = end.max(rest.start + 1);
-        }
-        let closed = match &mut self.phase {
-            Phase::Rest { closed, .. } => *closed,
-            Phase::Move(_) | Phase::Unknown => return,
-        };
-        let (Some(mut filter), Some(model)) = (self.filter.take(), self.context.model()) else {
+        let (
+            Progress {
+                filter: Some(filter),
+                phase: Phase::Rest { closed, found },
+                ..
+            },
+            Some(model),
+        ) = (&mut self.progress, self.context.model())
+        else {
             return;
         };
-        let end = end.max(filter.at + 1);
-        filter.run(&model, &Action::Halt { to: end - 1 }, None);
-        if self.motion.is_some() {
-            self.tape.path.push(PathNode::forward(&filter.node()));
-        }
-        level_before_move(&model, &mut self.tape, &mut filter, closed.min(end));
+        let (end, off) = (end.max(filter.at + 1), &mut Recorder::off());
+        filter.halt(&model, end - 1, off);
+        found.path.push(PathNode::forward(&filter.node()));
+        level_before_move(&model, filter, end.min(*closed), off);
         let trail = Track::new(&model, filter.clone());
-        self.phase = Phase::Move(Box::new(Live {
-            ahead: trail.clone(),
-            trail,
-            walks: false,
-            path: Vec::new(),
-        }));
+        if let Some(motion) = &mut self.motion {
+            motion.append(found, end);
+        }
         if let Some(noise) = &mut self.context.noise {
             noise.rough.restart(filter.at);
         }
-        self.filter = Some(filter);
+        self.progress.phase = Phase::Move(Box::new(Live {
+            ahead: trail.clone(),
+            trail,
+        }));
         self.stances_here.retain(|s| s.sample >= end);
     }
 
     /// Goes on with a move to the last whole node.
     fn go_on(&mut self) {
         let found = self.find_stances();
-        if let (Phase::Move(_), Some(noise)) = (&self.phase, &mut self.context.noise) {
-            noise.rough.extend(&self.context.samples, &[]);
-        }
         let last = self.context.samples.len() - 1;
-        let steps = match (&self.phase, self.candidate) {
-            (Phase::Move(live), candidate) if found => {
-                // In a walk those before are known.
-                let from = if live.walks {
-                    live.trail.filter.at
-                } else {
-                    live.trail.start + 1
-                };
-                let end = candidate.map_or(usize::MAX, |c| c.start);
-                let mut steps = self.stances_away(from, end);
-                if !live.walks && !is_walk(&steps, self.last_step) {
-                    steps.clear();
-                }
-                steps
-            }
-            _ => Vec::new(),
-        };
-        let (Phase::Move(live), Some(model)) = (&mut self.phase, self.context.model()) else {
+        let Phase::Move(live) = &self.progress.phase else {
             return;
         };
-        live.walks |= !steps.is_empty() && is_walk(&steps, None);
-        let mut stands = false;
-        for step in &steps {
-            if step.sample <= live.trail.filter.at {
-                continue;
-            }
-            live.trail.advance(&model, step.sample, None);
-            live.trail.filter.run(&model, &Action::Stance, None);
-            stands = true;
+        if let Some(noise) = &mut self.context.noise {
+            noise.rough.extend(&self.context.samples, &[]);
         }
-        let node = node_len(&self.context.samples);
-        let whole = |at: usize| at + (last - at) / node * node;
-        if stands {
+        let mut stances = Vec::new();
+        if found {
+            let end = self.candidate.unwrap_or(usize::MAX);
+            let steps = self.steps(live.trail.start + 1, end).iter();
+            stances.extend(
+                steps
+                    .map(|s| s.sample)
+                    .filter(|i| *i > live.trail.filter.at),
+            );
+        }
+        let (Phase::Move(live), Some(model)) = (&mut self.progress.phase, self.context.model())
+        else {
+            return;
+        };
+        for stance in &stances {
+            live.trail.advance(&model, *stance);
+            live.trail.filter.stance(&mut Recorder::off());
+        }
+        if !stances.is_empty() {
             live.ahead = live.trail.clone();
-            let to = whole(live.ahead.filter.at);
-            live.ahead.advance(&model, to, None);
         }
-        let to = whole(live.ahead.filter.at);
-        let path = self.motion.is_some().then_some(&mut live.path);
-        live.ahead.advance(&model, to, path);
+        let (at, node) = (live.ahead.filter.at, node_len(&self.context.samples));
+        let to = at + (last - at) / node * node;
+        live.ahead.advance(&model, to);
     }
 
     /// The filter of a move at the last sample.
     fn filter_here(&self, live: &Live) -> Option<Filter> {
         let mut track = live.ahead.clone();
-        track.advance(&self.context.model()?, self.context.samples.len() - 1, None);
+        let last = self.context.samples.len() - 1;
+        track.advance(&self.context.model()?, last);
         Some(track.filter)
     }
 
+    /// The state at the last sample.
     fn state_here(&self) -> Option<SampleState> {
-        match &self.phase {
-            Phase::Unknown => None,
-            Phase::Rest { node, .. } => self.state(self.filter.as_ref()?, node, true),
-            Phase::Move(live) => {
-                let filter = self.filter_here(live)?;
-                let node = PathNode::forward(&filter.node());
-                self.state(&filter, &node, false)
-            }
-        }
-    }
-
-    fn state(&self, filter: &Filter, node: &PathNode, at_rest: bool) -> Option<SampleState> {
+        let filter = match &self.progress.phase {
+            Phase::Move(live) => self.filter_here(live)?,
+            Phase::Unknown | Phase::Rest { .. } => self.progress.filter.clone()?,
+        };
         let correction = filter.nominal.correction(&self.context.options.calibration);
         let force = correction.force(self.context.samples.force.last()?);
         let gravity = Vector3::new(0.0, 0.0, filter.nominal.gravity);
-        let node = node.clone().with_clock();
+        let node = PathNode::forward(&filter.node()).with_clock();
         Some(SampleState {
-            at_rest,
+            at_rest: matches!(self.progress.phase, Phase::Rest { .. }),
             attitude: node.attitude,
             acceleration_mps2: array(&(filter.nominal.attitude * force - gravity)),
             velocity_mps: node.velocity_mps,
@@ -606,103 +483,64 @@ impl Stepper {
         })
     }
 
-    /// No sample follows.
-    fn finish(&mut self) {
+    /// The motion where no sample follows.
+    fn finish(mut self) -> Motion {
         if self.context.samples.is_empty() {
-            return;
+            return Motion::default();
         }
         while let Some(event) = self.source.finish(&self.context.samples.channels()) {
             self.take(event);
         }
-        self.consider(self.context.samples.len(), false);
-        if let (Some(Candidate { start, .. }), None) = (self.candidate, &self.context.noise) {
-            self.begin_rest(start..self.context.samples.len());
-        }
+        self.believe(self.context.samples.len(), true);
         self.go_on();
         let last = self.context.samples.len() - 1;
-        let steps = match &self.phase {
-            Phase::Move(live) => self.steps(live.trail.start + 1, usize::MAX),
-            _ => Vec::new(),
-        };
-        let filter = match &self.phase {
-            Phase::Unknown => None,
-            Phase::Rest { .. } => self.filter.clone(),
-            Phase::Move(live) => self.filter_here(live),
-        };
-        let (Some(mut filter), Some(model)) = (filter, self.context.model()) else {
-            return;
-        };
-        let Some(motion) = &mut self.motion else {
-            return;
-        };
-        match &mut self.phase {
-            Phase::Unknown => {}
-            Phase::Rest { .. } => {
-                filter.run(&model, &Action::Halt { to: last }, None);
-                if let Some(rest) = motion.rests.last_mut() {
-                    rest.end = last + 1;
-                }
-            }
+        let mut motion = self.motion.take().unwrap_or_default();
+        let (filter, steps) = match &self.progress.phase {
+            Phase::Unknown => (None, &[][..]),
+            Phase::Rest { .. } => (self.progress.filter.clone(), &[][..]),
             Phase::Move(live) => {
-                let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
+                let steps = self.steps(live.trail.start + 1, usize::MAX);
+                (self.filter_here(live), steps)
+            }
+        };
+        let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
+        let (Some(mut filter), Some(model)) = (filter, self.context.model()) else {
+            return motion;
+        };
+        match (&mut self.progress.phase, &mut self.progress.filter) {
+            (Phase::Rest { found, .. }, _) => {
+                filter.halt(&model, last, &mut Recorder::off());
+                motion.append(found, last + 1);
+            }
+            (Phase::Move(live), Some(from)) if live.trail.start < last => {
                 let leg = Leg {
-                    number: 0,
                     end: last,
                     ends: ends(true, false),
                     rest: None,
                     stances: &stances,
                 };
-                if live.trail.start < last {
-                    let mut one = leg.result(&model, live.trail.start..last, None);
-                    take_displacement(&mut filter, &mut one);
-                    motion.moves.push(one);
-                }
+                let mut recorder = Recorder::on();
+                let (_, mut one) = leg.run(&model, from, &mut recorder);
+                take_displacement(&filter, &mut one);
+                motion.moves.push(one);
                 motion.stances.extend(stances);
-                self.tape.path.append(&mut live.path);
+                motion.path.extend(nodes(&recorder));
             }
+            _ => {}
         }
-        self.tape.path.push(PathNode::forward(&filter.node()));
+        motion.path.push(PathNode::forward(&filter.node()));
+        motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
+        motion.noise = Some(model.noise.of_rests());
+        motion
     }
+}
 
-    /// Forgets samples that nothing needs.
-    fn forget(&mut self) {
-        let samples = &self.context.samples;
-        let Some(now_s) = samples.time_s.last() else {
-            return;
-        };
-        let old = samples.time_s.partition_point(|t| *t < now_s - KEPT_S);
-        // Over a gap more is kept than its time says: blocks and windows go on from before it.
-        let old = old.min(samples.len().saturating_sub(samples.count_in(KEPT_S)));
-        let count = match &self.phase {
-            Phase::Rest { closed, .. } if old > *closed => old,
-            _ => return,
-        };
-        // Not each time: what is left moves.
-        if count < samples.len() / 2 {
-            return;
-        }
-        self.undo = None;
-        if let Some(model) = self.context.model()
-            && let (Phase::Rest { closed, .. }, Some(filter)) = (&mut self.phase, &mut self.filter)
-        {
-            filter.run(&model, &Action::Halt { to: count }, None);
-            filter.at -= count;
-            *closed = 0;
-        }
-        if let Some(candidate) = &mut self.candidate {
-            candidate.start = candidate.start.saturating_sub(count);
-        }
-        if let Some(stances) = &mut self.stances {
-            stances.forget(count);
-        }
-        if let Some(noise) = &mut self.context.noise {
-            noise.rough.forget(count);
-        }
-        self.stances_here.retain(|s| s.sample >= count);
-        self.stances_here.iter_mut().for_each(|s| s.forget(count));
-        self.source.forget(count);
-        self.context.samples.forget(count);
-    }
+/// The nodes of a pass as the filter knew them.
+fn nodes(recorder: &Recorder) -> impl Iterator<Item = PathNode> {
+    recorder.records.iter().filter_map(|record| match record {
+        Record::Node(node) => Some(PathNode::forward(node)),
+        _ => None,
+    })
 }
 
 fn node_len(samples: &Samples) -> usize {

@@ -49,6 +49,7 @@ pub(crate) struct Transition {
 }
 
 /// Sums over the samples of a node.
+#[derive(Default)]
 struct Sums {
     /// ∫ [f×] dt, world.
     force: Matrix3<f64>,
@@ -87,14 +88,7 @@ impl Model<'_> {
         let correction = nominal.correction(&self.options.calibration);
         let rate_sd = self.options.calibration.rate_sd();
         let start = nominal.attitude;
-        let mut sums = Sums {
-            force: Matrix3::zeros(),
-            attitude: Matrix3::zeros(),
-            force_by_axis: [Matrix3::zeros(); 3],
-            rate_by_axis: [Matrix3::zeros(); 3],
-            trapezoid_error: Vector3::zeros(),
-            unsteady: 0.0,
-        };
+        let mut sums = Sums::default();
         let mut turned_rad = 0.0;
         let has_gyro = samples.has_gyro();
         let rate_at = |i: usize| {
@@ -161,10 +155,7 @@ impl Model<'_> {
     /// The first nine rows of F (Solà, eq. 269 for the world frame, integrated over the node).
     fn derivatives(&self, sums: &Sums, seconds: f64) -> NineRows {
         let half = 0.5 * seconds;
-        let mut f = NineRows::zeros();
-        for c in 0..MOVING {
-            f[(c, c)] = 1.0;
-        }
+        let mut f = NineRows::identity();
         let mut set = |i: usize, j: usize, block: &Matrix3<f64>| {
             f.fixed_view_mut::<3, 3>(i, j).copy_from(block);
         };
@@ -179,24 +170,21 @@ impl Model<'_> {
         set(ATTITUDE, RATE_BIAS, &-sums.attitude);
         f[(VELOCITY + 2, GRAVITY)] = -seconds;
         f[(POSITION + 2, GRAVITY)] = -seconds * half;
+        let mut set = |row: usize, column: usize, by_parameter: &Vector3<f64>| {
+            f.fixed_view_mut::<3, 1>(row, column)
+                .copy_from(by_parameter);
+        };
         for (k, matrix) in self.options.calibration.rate_directions().enumerate() {
             let attitude = contract(&sums.rate_by_axis, &matrix);
             let velocity = sums.force * attitude * -0.5;
-            let column = RATE_PARAMETERS + k;
-            f.fixed_view_mut::<3, 1>(POSITION, column)
-                .copy_from(&(velocity * (half * 2.0 / 3.0)));
-            f.fixed_view_mut::<3, 1>(VELOCITY, column)
-                .copy_from(&velocity);
-            f.fixed_view_mut::<3, 1>(ATTITUDE, column)
-                .copy_from(&attitude);
+            set(POSITION, RATE_PARAMETERS + k, &(velocity * (seconds / 3.0)));
+            set(VELOCITY, RATE_PARAMETERS + k, &velocity);
+            set(ATTITUDE, RATE_PARAMETERS + k, &attitude);
         }
         for (k, (matrix, offset)) in self.options.calibration.force_directions().enumerate() {
             let velocity = contract(&sums.force_by_axis, &matrix) + sums.attitude * offset;
-            let column = FORCE_PARAMETERS + k;
-            f.fixed_view_mut::<3, 1>(POSITION, column)
-                .copy_from(&(velocity * half));
-            f.fixed_view_mut::<3, 1>(VELOCITY, column)
-                .copy_from(&velocity);
+            set(POSITION, FORCE_PARAMETERS + k, &(velocity * half));
+            set(VELOCITY, FORCE_PARAMETERS + k, &velocity);
         }
         f
     }
@@ -210,12 +198,8 @@ impl Model<'_> {
         seconds: f64,
         excess: &Density,
     ) -> (SMatrix<f64, 9, 9>, SMatrix<f64, 9, 9>) {
-        let mut unmeasured = Density {
-            force: sums.trapezoid_error,
-            rate: Vector3::zeros(),
-        };
-        self.add_bridged(span, &mut unmeasured);
-        self.add_gaps(span, &mut unmeasured);
+        let mut unmeasured = self.unmeasured(span);
+        unmeasured.force += sums.trapezoid_error;
         let white = |rest: &Vector3<f64>, unmeasured: &Vector3<f64>, excess: &Vector3<f64>| {
             start * Matrix3::from_diagonal(&(rest * seconds + unmeasured)) * start.transpose()
                 + Matrix3::from_diagonal(&(excess * seconds))
@@ -248,8 +232,10 @@ impl Model<'_> {
         (q, q_rate)
     }
 
-    /// What bridges may be off, at the node that holds their end.
-    fn add_bridged(&self, span: &Range<usize>, variance: &mut Density) {
+    /// Variances of velocity and attitude by what bridges may be off, at the node that holds their end, and by what
+    /// may have happened in gaps.
+    fn unmeasured(&self, span: &Range<usize>) -> Density {
+        let mut variance = Density::ZERO;
         for (bridged, sd) in self.samples.bridged_in(span) {
             let axis = bridged.axis.min(2);
             match bridged.sensor {
@@ -257,21 +243,15 @@ impl Model<'_> {
                 Sensor::Gyroscope => variance.rate[axis] += sd * sd,
             }
         }
-    }
-
-    /// What may have happened in gaps.
-    fn add_gaps(&self, span: &Range<usize>, variance: &mut Density) {
         for (_, seconds, interrupted) in self.samples.gaps(span) {
-            let seconds = if interrupted {
-                seconds.max(INTERRUPTED_S)
-            } else {
-                seconds
-            };
+            let least_s = if interrupted { INTERRUPTED_S } else { 0.0 };
+            let seconds = seconds.max(least_s);
             variance.force += Vector3::repeat((GAP_FORCE_MPS2 * seconds).powi(2));
             if self.samples.has_gyro() {
                 variance.rate += Vector3::repeat((GAP_RATE_RAD_S * seconds).powi(2));
             }
         }
+        variance
     }
 }
 

@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::keywords::Keywords;
-use crate::outcome::{Outcome, numbers};
+use crate::outcome::Outcome;
 use crate::recording::{Inputs, Reading, json};
 use crate::task;
 use crate::verbs::motion_options;
@@ -24,7 +24,7 @@ pub struct Stepper {
     timed: bool,
 }
 
-/// What [`numbers`] has, and whether the sample was taken.
+/// The numbers of a sample, and whether it was taken.
 const WIDTH: usize = 1 + 2 * 3 + 1 + 4 + 5 * 3 + 1;
 
 fn busy<T>(_: T) -> PyErr {
@@ -79,7 +79,7 @@ impl Stepper {
                     gyro: [row[4], row[5], row[6]],
                     temperature_c: row[7],
                 });
-                states.extend(numbers(stepper.now()).chain([f64::from(is_taken)]));
+                states.extend(stepper.now().numbers().chain([f64::from(is_taken)]));
             }
             Array2::from_shape_vec((rows.nrows(), WIDTH), states)
                 .map_err(|e| PyValueError::new_err(e.to_string()))

@@ -12,7 +12,7 @@ use gravical::compare::Comparison;
 use gravical::denoise::DenoiseSummary;
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::inspect::Inspection;
-use gravical::motion::{Motion, MotionSample, table_columns, write_table};
+use gravical::motion::{Motion, table_columns, write_table};
 use gravical::noise::{self, NoiseResult};
 use gravical::output::{self, write_atomic};
 use gravical::recording;
@@ -264,27 +264,9 @@ impl Table {
         let columns: Vec<String> = table_columns(motion).map(str::to_owned).collect();
         let (samples, width) = (motion.samples(), columns.len());
         let rows = samples.size_hint().0;
-        let values = samples.flat_map(|sample| numbers(&sample).take(width));
+        let values = samples.flat_map(|sample| sample.numbers().take(width));
         Table::new(columns, rows, values)
     }
-}
-
-/// What is known after a sample, in the order of the table of a motion.
-pub fn numbers(sample: &MotionSample) -> impl Iterator<Item = f64> + use<> {
-    let state = sample.state;
-    let vectors = [
-        state.acceleration_mps2,
-        state.velocity_mps,
-        state.position_m,
-        state.velocity_sd_mps,
-        state.position_sd_m,
-    ];
-    let forces = [sample.raw_mps2, sample.force_mps2];
-    let before = [sample.t_s].into_iter().chain(forces.into_iter().flatten());
-    let before = before
-        .chain([f64::from(state.at_rest)])
-        .chain(state.attitude);
-    before.chain(vectors.into_iter().flatten())
 }
 
 /// Noise from its file.

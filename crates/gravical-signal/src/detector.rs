@@ -127,20 +127,6 @@ impl RestDetector {
         self.update(channels)
     }
 
-    /// Counts samples from the `count`-th on, which are no longer needed: those of the last 4 s are.
-    pub fn forget(&mut self, count: usize) {
-        self.next = self.next.saturating_sub(count);
-        self.begin = self.begin.saturating_sub(count);
-        self.last_end = self.last_end.saturating_sub(count);
-        let blocks = self.waiting.iter_mut().chain(&mut self.recent);
-        blocks.for_each(|b| {
-            b.span = b.span.start.saturating_sub(count)..b.span.end.saturating_sub(count);
-        });
-        if let Some(run) = &mut self.run {
-            run.end = run.end.saturating_sub(count);
-        }
-    }
-
     fn learn(&mut self) {
         let blocks = self.waiting.make_contiguous();
         self.noise = Some(Noise::new(blocks, self.size, &self.resolution));

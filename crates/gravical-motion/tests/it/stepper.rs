@@ -130,7 +130,6 @@ fn it_is_the_causal_run() {
             }),
             3,
         ),
-        // A rest of a second after it is awaited for two.
         (
             "long move",
             scene(Scene {

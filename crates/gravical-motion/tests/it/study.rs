@@ -2,7 +2,7 @@
 
 use gravical_motion::{
     CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
-    bridge_odd, estimate_motion, hung_rows, resolutions,
+    bridge_odd, estimate_motion, resolutions,
 };
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
@@ -37,11 +37,14 @@ pub fn unbridged(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Sampl
 
 pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
     let (mut force, mut rate) = (recording.force.clone(), recording.rate.clone());
-    for row in hung_rows(&recording.time_s, &force, &rate)
-        .into_iter()
-        .flatten()
-    {
-        force[row] = [f64::NAN; 3];
+    // What repeats for ten rows is set aside when a recording is read.
+    let repeats = |i: &usize| {
+        force[*i] == force[i - 1] && recording.rate.get(*i) == recording.rate.get(i - 1)
+    };
+    let repeated: Vec<usize> = (1..force.len()).filter(repeats).collect();
+    let runs = repeated.chunk_by(|a, b| b - a == 1);
+    for row in runs.filter(|run| run.len() >= 10).flatten() {
+        force[*row] = [f64::NAN; 3];
     }
     let mut bridged = bridge_odd(
         &recording.time_s,

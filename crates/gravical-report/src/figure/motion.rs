@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use gravical::motion::{MotionResult, ReferenceTrack, Track};
+use gravical::motion::truth::Reference;
+use gravical::motion::{MotionResult, MotionSample, SampleState};
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
 use super::svg::{DIAMOND, extent};
@@ -10,8 +11,12 @@ use super::svg::{DIAMOND, extent};
 /// What is drawn.
 struct Motion<'a> {
     result: &'a MotionResult,
-    track: &'a Track,
-    reference: Option<&'a ReferenceTrack>,
+    t_s: Vec<f64>,
+    samples: Vec<MotionSample>,
+    /// Samples before which others are missing.
+    breaks: Vec<usize>,
+    uncalibrated: Option<Vec<SampleState>>,
+    reference: Option<&'a Reference>,
     /// What the result is called beside the uncalibrated one.
     name: &'static str,
 }
@@ -26,7 +31,10 @@ pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
     };
     let motion = &Motion {
         result: &motion.result,
-        track: &motion.track(),
+        t_s: motion.samples().map(|s| s.t_s).collect(),
+        samples: motion.samples().collect(),
+        breaks: motion.breaks().collect(),
+        uncalibrated: motion.uncalibrated_states().map(Iterator::collect),
         reference: motion.reference.as_ref(),
         name,
     };
@@ -45,7 +53,7 @@ pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
 
 /// Smallest and largest along an axis of the positions that are known.
 fn span<'a, 'b: 'a>(paths: impl IntoIterator<Item = &'a Path<'b>>, axis: usize) -> [f64; 2] {
-    let values = paths.into_iter().flat_map(|path| path.values);
+    let values = paths.into_iter().flat_map(|path| &path.values);
     let (low, high) = extent(values.map(|v| v[axis]).filter(|v| v.is_finite()));
     [low, high]
 }
@@ -64,51 +72,59 @@ struct Path<'a> {
     t_s: &'a [f64],
     /// Rows before which others are missing.
     breaks: &'a [usize],
-    values: &'a [[f64; 3]],
+    values: Vec<[f64; 3]>,
 }
 
 impl Path<'_> {
     /// A line through the places that `point` gives for time and vector.
     fn line(&self, point: impl Fn(f64, [f64; 3]) -> [f64; 2]) -> Series {
-        let points = self.t_s.iter().zip(self.values);
+        let points = self.t_s.iter().zip(&self.values);
         let points = points.map(|(t, v)| <(f64, f64)>::from(point(*t, *v)));
         let (x, y) = points.unzip();
         Series::line(self.name, self.role, x, y).thinned(self.breaks)
     }
 }
 
-impl<'a> Motion<'a> {
+impl Motion<'_> {
+    /// A vector of each sample.
+    fn column(&self, vector: impl Fn(&MotionSample) -> [f64; 3]) -> Vec<[f64; 3]> {
+        self.samples.iter().map(vector).collect()
+    }
+
     /// Vectors of the result.
-    fn result(&self, values: &'a [[f64; 3]]) -> Path<'a> {
+    fn result(&self, vector: impl Fn(&MotionSample) -> [f64; 3]) -> Path<'_> {
         Path {
             name: self.name,
             role: Role::Result,
-            t_s: &self.track.t_s,
-            breaks: &self.track.breaks,
-            values,
+            t_s: &self.t_s,
+            breaks: &self.breaks,
+            values: self.column(vector),
         }
     }
 
-    fn uncalibrated(&self, values: &'a [[f64; 3]]) -> Path<'a> {
-        Path {
+    /// Vectors without the calibration; none without one.
+    fn uncalibrated(&self, vector: impl Fn(&SampleState) -> [f64; 3]) -> Option<Path<'_>> {
+        let states = self.uncalibrated.as_ref()?.iter();
+        Some(Path {
             name: "uncalibrated",
             role: Role::Raw,
-            ..self.result(values)
-        }
+            t_s: &self.t_s,
+            breaks: &self.breaks,
+            values: states.map(vector).collect(),
+        })
     }
 
     /// Positions uncalibrated, of the result, and of the reference.
-    fn positions(&self) -> Vec<Path<'a>> {
-        let plain = self.track.uncalibrated.as_ref();
-        let plain = plain.map(|plain| self.uncalibrated(&plain.position_m));
+    fn positions(&self) -> Vec<Path<'_>> {
+        let plain = self.uncalibrated(|s| s.position_m);
         let reference = self.reference.map(|r| Path {
             name: "reference",
             role: Role::Reference,
             t_s: &r.t_s,
             breaks: &[],
-            values: &r.position_m,
+            values: r.position_m.clone(),
         });
-        let result = self.result(&self.track.position_m);
+        let result = self.result(|s| s.state.position_m);
         plain.into_iter().chain([result]).chain(reference).collect()
     }
 
@@ -141,16 +157,16 @@ impl<'a> Motion<'a> {
         paths: &[Path<'_>],
         sigma: &[[f64; 3]],
     ) -> Option<Figure> {
-        let bands = match sigma {
-            [] => "",
-            _ => {
-                " The band is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
-            }
+        let has_bands = ends(sigma).is_some();
+        let bands = if has_bands {
+            " The band is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
+        } else {
+            ""
         };
         let caption = format!("{title} in the frame of the result.{bands}");
         let figure = Figure::new(&title.to_lowercase(), title, caption);
         let mut figure = self.over_time(figure, unit, |axis| {
-            let result = paths.iter().filter(|p| p.role == Role::Result);
+            let result = paths.iter().filter(|p| has_bands && p.role == Role::Result);
             let bands = result.map(|result| {
                 let ends = result.values.iter().zip(sigma);
                 let ends = ends.map(|(v, s)| (v[axis] - 2.0 * s[axis], v[axis] + 2.0 * s[axis]));
@@ -174,10 +190,13 @@ impl<'a> Motion<'a> {
 
 /// Specific force raw and calibrated, along the axes of the sensor.
 fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
-    let track = motion.track;
-    let raw = ("raw", Role::Raw, &track.raw_mps2);
-    let force = (motion.name, Role::Result, &track.force_mps2);
-    let (columns, both) = match motion.result.calibration {
+    let raw = Path {
+        name: "raw",
+        role: Role::Raw,
+        ..motion.result(|s| s.raw_mps2)
+    };
+    let force = motion.result(|s| s.force_mps2);
+    let (paths, both) = match motion.result.calibration {
         Some(_) => (vec![raw, force], ": nominal scale and calibrated"),
         None => (vec![force], ""),
     };
@@ -185,11 +204,7 @@ fn acceleration(motion: &Motion<'_>) -> Option<Figure> {
         format!("Specific force in sensor axes, including gravity{both}. Rests are shaded.");
     let figure = Figure::new("acceleration", "Acceleration", caption);
     motion.over_time(figure, "m/s²", |axis| {
-        let lines = columns.iter().map(|(name, role, columns)| {
-            let (t_s, values) = (track.t_s.clone(), columns[axis].clone());
-            Series::line(name, *role, t_s, values).thinned(&track.breaks)
-        });
-        lines.collect()
+        paths.iter().map(|p| p.line(|t, v| [t, v[axis]])).collect()
     })
 }
 
@@ -198,7 +213,7 @@ fn motion_acceleration(motion: &Motion<'_>) -> Option<Figure> {
     let frame = &motion.result.frame;
     let caption = format!("Acceleration without gravity, in the frame of the result ({frame}).");
     let figure = Figure::new("motion-acceleration", "Acceleration of the motion", caption);
-    let values = motion.result(&motion.track.acceleration_mps2);
+    let values = motion.result(|s| s.state.acceleration_mps2);
     motion.over_time(figure, "m/s²", |axis| {
         vec![values.line(|t, v| [t, v[axis]])]
     })
@@ -206,25 +221,24 @@ fn motion_acceleration(motion: &Motion<'_>) -> Option<Figure> {
 
 /// Velocity along each axis.
 fn velocity(motion: &Motion<'_>) -> Option<Figure> {
-    let track = motion.track;
-    let plain = track.uncalibrated.as_ref();
-    let plain = plain.map(|plain| motion.uncalibrated(&plain.velocity_mps));
-    let result = motion.result(&track.velocity_mps);
+    let plain = motion.uncalibrated(|s| s.velocity_mps);
+    let result = motion.result(|s| s.state.velocity_mps);
     let paths: Vec<Path<'_>> = plain.into_iter().chain([result]).collect();
-    motion.banded("Velocity", "m/s", &paths, &track.sigma_velocity_mps)
+    let sigma = motion.column(|s| s.state.velocity_sd_mps);
+    motion.banded("Velocity", "m/s", &paths, &sigma)
 }
 
 /// Position along each axis, with the reference where there is one.
 fn position(motion: &Motion<'_>) -> Option<Figure> {
-    let sigma = &motion.track.sigma_position_m;
-    motion.banded("Position", "m", &motion.positions(), sigma)
+    let sigma = motion.column(|s| s.state.position_sd_m);
+    motion.banded("Position", "m", &motion.positions(), &sigma)
 }
 
 /// The path in space: from above, and from the side where it reaches further.
 fn trajectory(motion: &Motion<'_>) -> Option<Figure> {
     let paths = motion.positions();
-    let [start, end] = ends(&motion.track.position_m)?;
-    let sigma = ends(&motion.track.sigma_position_m).map(|[_, sigma]| sigma);
+    let [start, end] = ends(&motion.column(|s| s.state.position_m))?;
+    let sigma = ends(&motion.column(|s| s.state.position_sd_m)).map(|[_, sigma]| sigma);
     // The uncalibrated path does not decide what is in view.
     let shown = || paths.iter().filter(|p| p.role != Role::Raw);
     let spans = [0, 1, 2].map(|axis| span(shown(), axis));
@@ -308,12 +322,13 @@ mod tests {
             .unwrap();
         let recording = read(csv, &ReadOptions::default()).unwrap();
         let mut motion = motion(&recording, None, &MotionOptions::default()).unwrap();
-        let track = motion.track();
+        let samples: Vec<MotionSample> = motion.samples().collect();
         let truth = folder.path().join("truth.csv");
-        let rows = track.t_s.iter().zip(&track.position_m).step_by(10);
-        let rows: String = rows
-            .map(|(t, [x, y, z])| format!("{t},{x},{y},{z}\n"))
-            .collect();
+        let line = |s: &MotionSample| {
+            let [x, y, z] = s.state.position_m;
+            format!("{},{x},{y},{z}\n", s.t_s)
+        };
+        let rows: String = samples.iter().step_by(10).map(line).collect();
         std::fs::write(&truth, format!("t_s,px_m,py_m,pz_m\n{rows}")).unwrap();
         let reference = read_reference(&truth, &recording, csv).unwrap();
         add_comparison(&mut motion, &reference).unwrap();
@@ -323,11 +338,10 @@ mod tests {
         let names: Vec<&str> = figures.iter().map(|f| &f.name[..]).collect();
         assert_eq!(names, NAMES);
         let shown = series(&figures, "position", 1, "without a calibration");
-        assert!(shown.y.iter().eq(track.position_m.iter().map(|p| &p[1])));
-        let (last, sigma) = (
-            shown.y.last().unwrap(),
-            track.sigma_position_m.last().unwrap()[1],
-        );
+        let along_y = samples.iter().map(|s| &s.state.position_m[1]);
+        assert!(shown.y.iter().eq(along_y));
+        let state = samples.last().unwrap().state;
+        let (last, sigma) = (shown.y.last().unwrap(), state.position_sd_m[1]);
         let band = series(&figures, "position", 1, "± 2σ");
         assert_eq!(band.high.last(), Some(&(last + 2.0 * sigma)));
         let rests = series(&figures, "position", 0, "at rest").x.len();

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use gravical_motion::{
-    CalibrationUncertainty, MotionOptions as EngineOptions, RestNoise, SampleState, Samples,
-    estimate_motion,
+    Budget, CalibrationUncertainty, Ends, Motion, MotionOptions as EngineOptions, Move, PathNode,
+    RestNoise, SampleState, Samples, estimate_motion,
 };
 use gravical_signal::detect_rests;
 
@@ -20,9 +20,7 @@ const MISSED_S: f64 = 0.1;
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
     pub samples: Samples,
-    pub motion: gravical_motion::Motion,
-    /// In its place, where the procedure of the report was asked for.
-    pub report: Option<ReportProcedure>,
+    pub motion: Motion,
     /// Velocity and position that are added.
     pub v0_mps: [f64; 3],
     p0_m: [f64; 3],
@@ -47,7 +45,6 @@ impl Estimate {
         Estimate {
             motion: estimate_motion(&samples, &engine),
             samples,
-            report: None,
             v0_mps: options.v0_mps.unwrap_or_default(),
             p0_m: options.p0_m,
         }
@@ -67,28 +64,24 @@ impl Estimate {
     /// By the procedure of the student report.
     pub fn by_report(samples: Samples, options: &MotionOptions) -> Self {
         Estimate {
-            report: Some(ReportProcedure::new(&samples)),
+            motion: report_motion(&samples),
             samples,
-            motion: gravical_motion::Motion::default(),
             v0_mps: [0.0; 3],
             p0_m: options.p0_m,
         }
     }
 
     /// One state for each sample.
-    pub fn states(&self) -> Box<dyn Iterator<Item = SampleState> + '_> {
-        let states: Box<dyn Iterator<Item = SampleState> + '_> = match &self.report {
-            Some(report) => Box::new(report.states(&self.samples)),
-            None => Box::new(self.motion.states(&self.samples)),
-        };
+    pub fn states(&self) -> impl Iterator<Item = SampleState> {
         let time_s = self.samples.time_s();
-        Box::new(states.zip(time_s).map(|(mut state, t)| {
+        let states = self.motion.states(&self.samples).zip(time_s);
+        states.map(move |(mut state, t)| {
             for c in 0..3 {
                 state.velocity_mps[c] += self.v0_mps[c];
                 state.position_m[c] += self.p0_m[c] + self.v0_mps[c] * (t - time_s[0]);
             }
             state
-        }))
+        })
     }
 }
 
@@ -107,60 +100,57 @@ pub(super) fn engine_options(
     }
 }
 
-/// The procedure of the student report: the mean of the first rows off, trapezoid.
-///
-/// The mean that is subtracted, and whether the sensor moves while it is taken.
-#[derive(Debug, Clone)]
-pub(super) struct ReportProcedure {
-    mean_mps2: [f64; 3],
-    /// The first time within the averaged rows at which it moves, s.
-    pub moves_at_s: Option<f64>,
+/// The procedure of the student report: the mean of the first rows off, trapezoid. One move in the axes of the
+/// sensor, without rests and bands.
+fn report_motion(samples: &Samples) -> Motion {
+    let (t, force) = (samples.time_s(), samples.force_mps2());
+    let rows = &force[..ROWS.min(t.len())];
+    let mean = |c: usize| rows.iter().map(|f| f[c]).sum::<f64>() / rows.len() as f64;
+    let mean: [f64; 3] = std::array::from_fn(mean);
+    let mut node = PathNode {
+        sample: 0,
+        position_m: [0.0; 3],
+        position_sd_m: [f64::NAN; 3],
+        velocity_mps: [0.0; 3],
+        velocity_sd_mps: [f64::NAN; 3],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+    };
+    let mut path = vec![node.clone()];
+    for i in 1..t.len() {
+        let h = t[i] - t[i - 1];
+        for c in 0..3 {
+            let faster = (0.5 * (force[i - 1][c] + force[i][c]) - mean[c]) * h;
+            node.position_m[c] += (node.velocity_mps[c] + 0.5 * faster) * h;
+            node.velocity_mps[c] += faster;
+        }
+        node.sample = i;
+        path.push(node.clone());
+    }
+    let whole = Move {
+        samples: 0..node.sample,
+        duration_s: t[node.sample] - t[0],
+        displacement_m: node.position_m,
+        covariance_m2: [[f64::NAN; 3]; 3],
+        budget: Budget::default(),
+        ends: Ends::Free,
+        closure: None,
+        stances: 0,
+        replaced: 0,
+        unusable: None,
+    };
+    Motion {
+        moves: vec![whole],
+        path,
+        ..Motion::default()
+    }
 }
 
-impl ReportProcedure {
-    pub fn new(samples: &Samples) -> Self {
-        let rows = 0..ROWS.min(samples.len());
-        let force = &samples.force_mps2()[rows.clone()];
-        let mean = |c: usize| force.iter().map(|f| f[c]).sum::<f64>() / force.len() as f64;
-        let rests = detect_rests(&samples.channels());
-        let first = rests.first().cloned().unwrap_or(0..0);
-        let t = samples.time_s();
-        let moved = if first.start > 0 { 0 } else { first.end };
-        let averaged_until_s = t[rows.end - 1];
-        ReportProcedure {
-            mean_mps2: std::array::from_fn(mean),
-            moves_at_s: t
-                .get(moved)
-                .copied()
-                .filter(|t| t + MISSED_S < averaged_until_s),
-        }
-    }
-
-    /// Velocity and position of each sample; without bands, in the axes of the sensor.
-    pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
-        let (mut velocity, mut position) = ([0.0; 3], [0.0; 3]);
-        let mut last: Option<(f64, [f64; 3])> = None;
-        let all = samples.time_s().iter().zip(samples.force_mps2());
-        all.map(move |(&t, force)| {
-            let acceleration: [f64; 3] = std::array::from_fn(|c| force[c] - self.mean_mps2[c]);
-            if let Some((before, a)) = last {
-                let h = t - before;
-                for c in 0..3 {
-                    let faster = 0.5 * (a[c] + acceleration[c]) * h;
-                    position[c] += (velocity[c] + 0.5 * faster) * h;
-                    velocity[c] += faster;
-                }
-            }
-            last = Some((t, acceleration));
-            SampleState {
-                at_rest: false,
-                attitude: [1.0, 0.0, 0.0, 0.0],
-                acceleration_mps2: acceleration,
-                velocity_mps: velocity,
-                velocity_sd_mps: [f64::NAN; 3],
-                position_m: position,
-                position_sd_m: [f64::NAN; 3],
-            }
-        })
-    }
+/// The first time within the rows of the mean at which the sensor moves, s.
+pub(super) fn moves_in_mean_at_s(samples: &Samples) -> Option<f64> {
+    let t = samples.time_s();
+    let rests = detect_rests(&samples.channels());
+    let rested = rests.first().filter(|rest| rest.start == 0);
+    let moved = t.get(rested.map_or(0, |rest| rest.end)).copied();
+    let averaged_until_s = t[ROWS.min(t.len()) - 1];
+    moved.filter(|t| t + MISSED_S < averaged_until_s)
 }

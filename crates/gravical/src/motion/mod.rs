@@ -50,9 +50,10 @@ use crate::poses::face::AxisMap;
 use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
-use estimate::Estimate;
+use estimate::{Estimate, moves_in_mean_at_s};
 use moves::{end, moves, visible_moves};
 use prepare::{Scales, SensorRows, scales};
+use truth::Reference;
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
     variance_of_magnitude,
@@ -62,9 +63,7 @@ pub use gravical_motion::SampleState;
 pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
 pub use result::*;
 pub use stepper::{MotionStepper, Readings};
-pub use track::{
-    MotionSample, ReferenceTrack, Track, UncalibratedTrack, table_columns, write_table,
-};
+pub use track::{MotionSample, table_columns, write_table};
 pub use uncertainty::GravityMisfit;
 
 /// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
@@ -75,8 +74,9 @@ const BIAS_DRIFT_MPS2: f64 = 1e-3;
 pub struct Motion {
     /// What is said.
     pub result: MotionResult,
-    /// The reference that it was compared with; none without one.
-    pub reference: Option<ReferenceTrack>,
+    /// The reference that it was compared with, on the clock and in the frame of the result, where both are
+    /// known; none without one.
+    pub reference: Option<Reference>,
     own: Estimate,
     /// By the nominal scales alone; none without a calibration.
     uncalibrated: Option<Estimate>,
@@ -89,10 +89,16 @@ impl Motion {
         track::samples(self)
     }
 
-    /// The samples as columns.
+    /// The state at each sample without the calibration; none without one.
     #[must_use]
-    pub fn track(&self) -> Track {
-        Track::new(self)
+    pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
+        let plain = self.uncalibrated.as_ref()?;
+        Some(track::states(plain, &self.result.moves))
+    }
+
+    /// Samples before which others are missing, or the recording is parted.
+    pub fn breaks(&self) -> impl Iterator<Item = usize> {
+        self.own.samples.pieces().iter().skip(1).map(|p| p.start)
     }
 }
 
@@ -123,9 +129,9 @@ pub fn motion(
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;
-    let mut rows = SensorRows::new(recording, file, options, &scales, &mut findings)?;
-    let samples = rows.calibrated()?;
-    findings.extend(words::rows_left_out(recording, &samples, &rows.hung));
+    let mut rows = SensorRows::new(recording, &scales, &mut findings)?;
+    let samples = rows.samples(&scales.calibrated)?;
+    findings.extend(words::rows_left_out(recording, &samples));
     let given = options.rests.as_ref();
     let work = Work {
         recording,
@@ -140,13 +146,14 @@ pub fn motion(
         let smoothing;
         (rows, smoothing) = rows.smoothed(&options.smooth)?;
         findings.extend(smoothing);
-        smoothed = Some(rows.calibrated()?);
+        smoothed = Some(rows.samples(&scales.calibrated)?);
     }
-    let plain = file.map(|_| rows.by_scale()).transpose()?;
+    let plain = file.map(|_| rows.samples(&scales.nominal)).transpose()?;
+    drop(rows);
     let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
         let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
-        findings.extend(own.report.as_ref().and_then(words::averaged_rows_move));
+        findings.extend(moves_in_mean_at_s(&own.samples).map(words::averaged_rows_move));
         (own, None)
     } else {
         work.estimate(samples, smoothed, plain.as_ref(), &mut findings)?
@@ -167,7 +174,7 @@ pub fn motion(
         && let Some(rest) = rests.first()
     {
         let [x, y, z, ..] = own.samples.channels().mean(rest);
-        findings.extend(words::size([x, y, z], &work.gravity(), &moves));
+        findings.extend(words::size([x, y, z], &work.gravity()));
     }
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| recording.name.clone());
@@ -215,7 +222,7 @@ pub fn motion(
     Ok(Motion {
         result,
         reference: None,
-        bands: !options.no_bands && !by_report,
+        bands: options.has_bands(),
         own,
         uncalibrated,
     })
@@ -266,7 +273,7 @@ impl Work<'_> {
 
     /// The estimate by the nominal scales alone, with the rests of the calibrated one.
     fn uncalibrated(&self, samples: Samples, own: &Estimate) -> Result<Estimate> {
-        if own.report.is_some() {
+        if self.options.gravity_removal == GravityRemoval::InitialMean {
             return Ok(Estimate::by_report(samples, self.options));
         }
         let rests = own.rests_in(&samples);
@@ -337,7 +344,14 @@ impl Work<'_> {
         let own =
             known.map(|s| by_covariance(&file.accelerometer, &s.covariance, &self.options.axes));
         let directions = own.as_deref().unwrap_or(directions);
-        GravityMisfit::worst(estimate, samples, directions, self.gravity().value_mps2)
+        let gravity_mps2 = self.gravity().value_mps2;
+        GravityMisfit::worst(
+            estimate,
+            samples,
+            directions,
+            gravity_mps2,
+            self.options.causal,
+        )
     }
 
     /// What may be off besides: what gravity at the rests, and the recording itself, say against the
@@ -363,7 +377,7 @@ impl Work<'_> {
         let by_board = self.recording.is_calibrated_by_board;
         let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
-            let nominal = 1.0 / self.scales.by_scale.matrix[0][0];
+            let nominal = 1.0 / self.scales.nominal.units()[0];
             doubts.push(applied_twice(section, nominal, &self.options.axes));
             findings.push(words::already_calibrated(by_board));
         }
@@ -380,8 +394,10 @@ impl Work<'_> {
         let noise = self.options.noise.as_ref()?;
         let (accel, gyro) = (noise.densities('a'), noise.densities('g'));
         let has_gyro = !samples.rate_rad_s().is_empty();
-        let known_gyro = has_gyro.then_some(gyro.is_some());
-        findings.push(words::noise_used(accel.is_some(), known_gyro));
+        let mut lacking = Vec::new();
+        lacking.extend(accel.is_none().then_some("accelerometer"));
+        lacking.extend((has_gyro && gyro.is_none()).then_some("gyroscope"));
+        findings.push(words::noise_used(&lacking));
         let axes = self.options.axes;
         let in_case = |n: [f64; 3], axes: AxisMap| axes.to_case(n).map(f64::abs);
         Some(RestNoise {

@@ -19,18 +19,6 @@ pub(super) fn moves(
     options: &MotionOptions,
 ) -> Vec<Move> {
     let t = own.samples.time_s();
-    if own.report.is_some() {
-        let last = t.len() - 1;
-        let mut moves = vec![Move {
-            start_s: t[0],
-            end_s: t[last],
-            displacement_m: displacement(own),
-            uncalibrated_m: uncalibrated.and_then(displacement),
-            ..Move::default()
-        }];
-        measure_paths(own, &mut moves);
-        return moves;
-    }
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
     let mut moves = Vec::with_capacity(own.motion.moves.len());
     for m in &own.motion.moves {
@@ -53,20 +41,13 @@ pub(super) fn moves(
                 |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
             one.displacement_m = Some(carried(m.displacement_m));
             one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
-            one.sigma_m = (!options.no_bands).then(|| m.sd_m());
-            one.budget_m = (!options.no_bands && !options.causal).then_some(m.budget);
+            one.sigma_m = options.has_bands().then(|| m.sd_m());
+            one.budget_m = (options.has_bands() && !options.causal).then_some(m.budget);
         }
         moves.push(one);
     }
     measure_paths(own, &mut moves);
     moves
-}
-
-/// From the first sample to the last, m.
-fn displacement(estimate: &Estimate) -> Option<[f64; 3]> {
-    let from = estimate.states().next()?.position_m;
-    let to = estimate.states().last()?.position_m;
-    Some(std::array::from_fn(|c| to[c] - from[c]))
 }
 
 /// Why the only rest of a recording says nothing of a move: it may be constant speed.
@@ -86,27 +67,22 @@ fn unconfirmed(
 
 /// Peak speed and length of the path of each move.
 fn measure_paths(own: &Estimate, moves: &mut [Move]) {
-    let t = own.samples.time_s();
-    let mut next = 0;
-    let mut last: Option<(f64, f64)> = None;
-    for (state, &t_s) in own.states().zip(t) {
+    let (t, spans) = (own.samples.time_s(), &own.motion.moves);
+    let (mut k, mut before) = (0, 0.0);
+    for (i, state) in own.states().enumerate() {
         let speed = norm(&state.velocity_mps);
-        while moves.get(next).is_some_and(|m| m.end_s < t_s) {
-            next += 1;
+        while spans.get(k).is_some_and(|m| m.samples.end < i) {
+            k += 1;
         }
-        if let Some(one) = moves
-            .get_mut(next)
-            .filter(|m| m.start_s <= t_s && m.unusable.is_none())
-        {
-            let peak = one.peak_speed_mps.get_or_insert(0.0);
-            *peak = peak.max(speed);
-            let path = one.path_m.get_or_insert(0.0);
-            if let Some((before_s, before)) = last.filter(|(before_s, _)| *before_s >= one.start_s)
-            {
-                *path += 0.5 * (before + speed) * (t_s - before_s);
-            }
+        let span = spans.get(k).map(|m| &m.samples);
+        if let Some(span) = span.filter(|s| s.start <= i && moves[k].unusable.is_none()) {
+            let seconds = if i > span.start { t[i] - t[i - 1] } else { 0.0 };
+            let one = &mut moves[k];
+            one.peak_speed_mps = Some(one.peak_speed_mps.unwrap_or(0.0).max(speed));
+            let path_m = one.path_m.unwrap_or(0.0);
+            one.path_m = Some(path_m + 0.5 * (before + speed) * seconds);
         }
-        last = Some((t_s, speed));
+        before = speed;
     }
 }
 
@@ -117,7 +93,7 @@ pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> Fi
     let last_s = own.samples.time_s().last();
     let ends_unknown = unusable.any(|m| Some(&m.end_s) == last_s);
     // At rest it is what may hide in the rest, not the noise.
-    let has_band = is_known && !options.no_bands && !moves.is_empty();
+    let has_band = is_known && options.has_bands() && !moves.is_empty();
     let is_finite = |v: [f64; 3]| v.iter().all(|v| v.is_finite());
     let last = own.states().last().filter(|s| is_finite(s.position_m));
     FinalState {

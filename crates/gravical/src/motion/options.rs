@@ -16,6 +16,24 @@ use crate::{Error, Result};
 /// Highest angular rate of a walking foot in stance, rad/s.
 const STANCE_RATE_RAD_S: f64 = 1.0;
 
+/// Why options do not go together, and what to do.
+const BY_MEAN: [&str; 2] = [
+    "the mean of the first rows is subtracted, and nothing else corrects the drift",
+    "remove it, or subtract gravity by strapdown",
+];
+const LATER: [&str; 2] = [
+    "filters use what comes later",
+    "remove the filters, or --causal",
+];
+const BY_PAST: [&str; 2] = [
+    "a causal run looks for rests, and takes each for zero velocity",
+    "leave out --causal",
+];
+const AT_REST: [&str; 2] = [
+    "velocity is zero at the rests, and what comes before the first follows from it",
+    "leave it out, or add --zero-velocity off",
+];
+
 /// How gravity is taken off the specific force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -67,14 +85,13 @@ impl FromStr for StanceRate {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        match text.parse() {
-            _ if text == "off" => Ok(StanceRate(None)),
-            Ok(rate) => Ok(StanceRate(Some(rate))),
-            Err(_) => Err(Error::usage(
-                "usage",
-                format!("{text:?} is neither a rate in rad/s nor off"),
-            )),
+        if text == "off" {
+            return Ok(StanceRate(None));
         }
+        let wrong = |_| Error::usage("usage", format!("{text:?} is no rate in rad/s, nor off"));
+        text.parse()
+            .map(|rate| StanceRate(Some(rate)))
+            .map_err(wrong)
     }
 }
 
@@ -101,27 +118,17 @@ fn interval(text: &str) -> Result<(f64, f64)> {
         Error::usage("rests-syntax", format!("interval {text:?}: {why}"))
             .with_hint("write seconds as 0-5,7.2-: from 0 to 5 s, and from 7.2 s to the end")
     };
-    // The dash of an exponent (1e-3) parts nothing.
-    let dash = text
-        .char_indices()
-        .find(|&(i, c)| c == '-' && !text[..i].ends_with(['e', 'E']));
-    let Some((dash, _)) = dash else {
-        return Err(bad("there is no dash between start and end"));
+    let (start, end) = text
+        .split_once('-')
+        .ok_or_else(|| bad("there is no dash between start and end"))?;
+    let number = |part: &str, open: f64| match part.trim() {
+        "" => Ok(open),
+        part => part
+            .parse()
+            .ok()
+            .filter(|v: &f64| v.is_finite())
+            .ok_or_else(|| bad(&format!("{part:?} is no number"))),
     };
-    let number = |part: &str, open: f64| -> Result<f64> {
-        let part = part.trim();
-        if part.is_empty() {
-            return Ok(open);
-        }
-        match part.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(bad(&format!("{part:?} is no number"))),
-        }
-    };
-    let (start, end) = (&text[..dash], &text[dash + 1..]);
-    if start.trim().is_empty() && end.trim().is_empty() {
-        return Err(bad("neither a start nor an end"));
-    }
     let pair = (number(start, 0.0)?, number(end, f64::INFINITY)?);
     if pair.1 <= pair.0 {
         return Err(bad("it ends before it starts"));
@@ -143,22 +150,16 @@ impl Intervals {
     /// `rests-outside` (usage) where one holds fewer than two samples.
     pub(super) fn spans(&self, time_s: &[f64]) -> Result<Vec<Range<usize>>> {
         let mut spans = Vec::with_capacity(self.0.len());
+        let first_s = time_s.first().copied().unwrap_or_default();
+        let last_s = time_s.last().copied().unwrap_or_default();
         for &(start, end) in &self.0 {
             let from = time_s.partition_point(|t| *t < start);
             let span = from..time_s.partition_point(|t| *t <= end);
             if span.len() < 2 {
-                let until = if end.is_finite() {
-                    format!("{end} s")
-                } else {
-                    "the end".to_owned()
-                };
-                let (first, last) = (
-                    time_s.first().unwrap_or(&0.0),
-                    time_s.last().unwrap_or(&0.0),
-                );
+                let end = end.min(last_s);
                 let text = format!(
-                    "there are fewer than two samples in the rest from {start} s to {until}: \
-                     the recording goes from {first:.3} s to {last:.3} s"
+                    "there are fewer than two samples in the rest from {start} s to {end} s: \
+                     the recording goes from {first_s:.3} s to {last_s:.3} s"
                 );
                 return Err(Error::usage("rests-outside", text)
                     .with_hint("seconds count from the first row of the recording"));
@@ -296,12 +297,9 @@ fn on_or_off(text: &str) -> Result<bool, String> {
 #[cfg(feature = "clap")]
 fn vector(text: &str) -> Result<[f64; 3], String> {
     let numbers = text.split(',').map(|part| part.trim().parse());
-    let numbers: Vec<f64> = numbers
-        .collect::<Result<_, _>>()
-        .map_err(|e: std::num::ParseFloatError| e.to_string())?;
-    numbers
-        .try_into()
-        .map_err(|n: Vec<f64>| format!("expected three numbers such as 0,0,0, found {}", n.len()))
+    let numbers: Result<Vec<f64>, _> = numbers.collect();
+    let three = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+    three.ok_or_else(|| "expected three numbers such as 0,0,0".to_owned())
 }
 
 impl MotionOptions {
@@ -340,6 +338,11 @@ impl MotionOptions {
             .unwrap_or(self.gravity_removal != GravityRemoval::InitialMean)
     }
 
+    /// Whether uncertainties are known and wanted.
+    pub(super) fn has_bands(&self) -> bool {
+        !self.no_bands && self.gravity_removal != GravityRemoval::InitialMean
+    }
+
     /// Checks ranges.
     ///
     /// # Errors
@@ -351,59 +354,43 @@ impl MotionOptions {
 
     /// Checks ranges of what [`resolved`](Self::resolved) returns.
     pub(super) fn check(&self) -> Result<()> {
-        let wrong = |option, what: String| Err(Error::range(option, what));
-        if self.gravity_removal == GravityRemoval::InitialMean {
-            for (option, given) in [
-                ("zero_velocity", self.zero_velocity == Some(true)),
-                ("rests", self.rests.is_some()),
-                ("causal", self.causal),
-                ("v0", self.v0_mps.is_some()),
-                ("noise", self.noise.is_some()),
-            ] {
-                if given {
-                    let what = "the mean of the first rows is subtracted, and nothing else corrects the drift";
-                    return Err(Error::range(option, what.to_owned())
-                        .with_hint("remove it, or subtract gravity by strapdown"));
-                }
-            }
+        let by_mean = self.gravity_removal == GravityRemoval::InitialMean;
+        let no_updates = self.zero_velocity == Some(false);
+        let moves_at_start = self.v0_mps.is_some();
+        let refused = [
+            (
+                by_mean && self.zero_velocity == Some(true),
+                "zero_velocity",
+                BY_MEAN,
+            ),
+            (by_mean && self.rests.is_some(), "rests", BY_MEAN),
+            (by_mean && self.causal, "causal", BY_MEAN),
+            (by_mean && moves_at_start, "v0", BY_MEAN),
+            (by_mean && self.noise.is_some(), "noise", BY_MEAN),
+            (self.causal && !self.smooth.is_empty(), "smooth", LATER),
+            (self.causal && self.rests.is_some(), "rests", BY_PAST),
+            (self.causal && no_updates, "zero_velocity", BY_PAST),
+            (moves_at_start && self.updates_at_rests(), "v0", AT_REST),
+        ];
+        if let Some((_, option, [what, hint])) = refused.into_iter().find(|r| r.0) {
+            return Err(Error::range(option, what).with_hint(hint));
         }
         for filter in &self.smooth {
             filter.validate()?;
             if !filter.keeps_constants() {
-                return wrong(
-                    "smooth",
-                    format!("{filter} does not keep constants: its output is no acceleration"),
-                );
+                let what = "does not keep constants: its output is no acceleration";
+                return Err(Error::range("smooth", format!("{filter} {what}")));
             }
-        }
-        if self.causal && !self.smooth.is_empty() {
-            let what = "filters use what comes later";
-            return Err(Error::range("smooth", what.to_owned())
-                .with_hint("remove the filters, or --causal"));
-        }
-        let by_hand = [
-            ("rests", self.rests.is_some()),
-            ("zero_velocity", self.zero_velocity == Some(false)),
-        ];
-        if let Some((option, _)) = by_hand.iter().find(|o| self.causal && o.1) {
-            let what = "a causal run looks for rests, and takes each for zero velocity";
-            return Err(Error::range(option, what).with_hint("leave out --causal"));
-        }
-        if self.v0_mps.is_some() && self.updates_at_rests() {
-            let what =
-                "velocity is zero at the rests, and what comes before the first follows from it";
-            return Err(
-                Error::range("v0", what).with_hint("leave it out, or add --zero-velocity off")
-            );
         }
         if let Some(rate) = self.stance_rate.0
             && !(0.01..=5.0).contains(&rate)
         {
-            return wrong("stances", format!("{rate} is not possible; 0.01 to 5 is"));
+            let what = format!("{rate} is not possible; 0.01 to 5 is");
+            return Err(Error::range("stances", what));
         }
         for (option, vector) in [("v0", self.v0_mps.unwrap_or_default()), ("p0", self.p0_m)] {
             if !vector.iter().all(|v| v.is_finite()) {
-                return wrong(option, "three finite numbers are needed".to_owned());
+                return Err(Error::range(option, "three finite numbers are needed"));
             }
         }
         Ok(())

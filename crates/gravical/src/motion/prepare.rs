@@ -6,7 +6,7 @@ use std::path::Path;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
-use gravical_motion::{Bridged, Samples, Sensor, bridge_odd, hung_rows};
+use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
 
 use super::options::{GravityRemoval, MotionOptions};
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
@@ -26,26 +26,16 @@ const COUNTS: f64 = 32767.0;
 /// Lower spikes may be motion: five times the noise of a hand at rest, m/s² and rad/s.
 const MIN_SPIKE: [f64; 2] = [5.0, 5.0];
 
-/// Channels of the file in the axes of the board, what is no measurement bridged, and what makes SI of
-/// them.
+/// Channels of the file in the axes of the board, what is no measurement bridged.
 pub(super) struct SensorRows<'a> {
     t_s: Vec<f64>,
     force: Vec<[f64; 3]>,
     rate: Vec<[f64; 3]>,
+    /// °C, the last one until the next comes; empty where no drift is taken off.
+    temperature_c: Vec<f64>,
     bridged: Vec<Bridged>,
-    /// Rows in which the sensor hung.
-    pub hung: Vec<Range<usize>>,
     recording: &'a Recording,
-    drift: Option<Drift<'a>>,
     scales: &'a Scales,
-    axes: AxisMap,
-}
-
-/// Drift with temperature, as far as the calibration has a model of it.
-struct Drift<'a> {
-    model: &'a TemperatureModel,
-    /// Temperature of each row, °C: the last one holds until the next comes.
-    held_c: Vec<f64>,
 }
 
 impl<'a> SensorRows<'a> {
@@ -56,8 +46,6 @@ impl<'a> SensorRows<'a> {
     /// `rate-unknown` without time stamps and rate.
     pub fn new(
         recording: &'a Recording,
-        file: Option<&'a CalibrationFile>,
-        options: &MotionOptions,
         scales: &'a Scales,
         findings: &mut Vec<Finding>,
     ) -> Result<Self> {
@@ -68,11 +56,11 @@ impl<'a> SensorRows<'a> {
                 .collect()
         };
         let mut force = rows(&recording.accel);
-        let gyro = recording.gyro.as_ref().filter(|_| scales.gyro.is_some());
+        let has_gyro = scales.nominal.gyro.is_some();
+        let gyro = recording.gyro.as_ref().filter(|_| has_gyro);
         let mut rate = gyro.map(rows).unwrap_or_default();
-        let hung = hung_rows(&t_s, &force, &rate);
         let mut bridged = Vec::new();
-        let per_unit = [scales.by_scale.matrix[0][0], scales.rate_per_unit()];
+        let units = scales.nominal.units();
         let full_scales: [Vec<f64>; 2] = [
             FULL_SCALES_G.iter().map(|g| g * 9.80665).collect(),
             FULL_SCALES_DEG_S.iter().map(|r| r.to_radians()).collect(),
@@ -82,31 +70,27 @@ impl<'a> SensorRows<'a> {
             (Sensor::Gyroscope, &mut rate),
         ];
         for (k, (sensor, values)) in sensors.into_iter().enumerate() {
-            let ranges = full_scales[k].iter().map(|end| end / per_unit[k]);
+            let ranges = full_scales[k].iter().map(|end| end / units[k]);
             let ranges: Vec<f64> = ranges.chain([COUNTS]).collect();
-            let found = bridge_odd(&t_s, values, sensor, &ranges, MIN_SPIKE[k] / per_unit[k]);
+            let found = bridge_odd(&t_s, values, sensor, &ranges, MIN_SPIKE[k] / units[k]);
             bridged.extend(found.into_iter().map(|b| Bridged {
-                axis: options.axes.case_axis(b.axis),
-                sd: b.sd * per_unit[k],
+                axis: scales.nominal.axes.case_axis(b.axis),
+                sd: b.sd * units[k],
                 ..b
             }));
         }
         // Calibrations take the numbers of the file.
         let offset = recording.zero_offset;
         force.iter_mut().flatten().for_each(|v| *v += offset);
-        for row in hung.iter().cloned().flatten() {
-            force[row] = [f64::NAN; 3];
-        }
+        let model = scales.calibrated.drift.as_ref();
         Ok(SensorRows {
-            drift: Drift::new(recording, file, findings),
+            temperature_c: model.map_or_else(Vec::new, |m| held(recording, m, findings)),
             t_s,
             force,
             rate,
             bridged,
-            hung,
             recording,
             scales,
-            axes: options.axes,
         })
     }
 
@@ -129,60 +113,20 @@ impl<'a> SensorRows<'a> {
         Ok((self, findings))
     }
 
-    /// Samples by the calibration.
+    /// Samples by the calibration, or by the nominal scales.
     ///
     /// # Errors
     ///
     /// `no-samples` with fewer than two.
-    pub fn calibrated(&self) -> Result<Samples> {
-        let values = (self.force.clone(), self.rate.clone());
-        let (accel, gyro) = (&self.scales.accel, self.scales.gyro.as_ref());
-        self.samples(values, accel, gyro, self.drift.as_ref())
-    }
-
-    /// Samples by the nominal scales alone. The readings are not held beside them: a recording of hours fills
-    /// memory with every copy of its columns.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`calibrated`](Self::calibrated).
-    pub fn by_scale(mut self) -> Result<Samples> {
-        let values = (
-            std::mem::take(&mut self.force),
-            std::mem::take(&mut self.rate),
-        );
-        let (accel, gyro) = (&self.scales.by_scale, self.scales.by_gyro_scale.as_ref());
-        self.samples(values, accel, gyro, None)
-    }
-
-    fn samples(
-        &self,
-        (mut force, mut rate): (Vec<[f64; 3]>, Vec<[f64; 3]>),
-        accel: &Calibration<f64>,
-        gyro: Option<&GyroscopeCalibration<f64>>,
-        drift: Option<&Drift<'_>>,
-    ) -> Result<Samples> {
-        let at_reference = |row: usize, first: usize, raw: [f64; 3]| match drift {
-            Some(d) => {
-                std::array::from_fn(|c| d.model.at_reference(first + c, d.held_c[row], raw[c]))
-            }
-            None => raw,
-        };
-        for (row, force) in force.iter_mut().enumerate() {
-            *force = accel.apply(at_reference(row, 0, *force));
-        }
-        let rate_axes = self.axes.of_rates();
-        match gyro {
-            Some(gyro) => {
-                for (row, rate) in rate.iter_mut().enumerate() {
-                    let own = gyro.apply(at_reference(row, 3, *rate), force[row]);
-                    *rate = rate_axes.to_case(own);
-                }
-            }
-            None => rate.clear(),
-        }
-        force.iter_mut().for_each(|f| *f = self.axes.to_case(*f));
-        let samples = Samples::new(&self.t_s, &force, &rate, self.bridged.clone(), self.steps())
+    pub fn samples(&self, conversion: &Conversion) -> Result<Samples> {
+        let rows = self.t_s.iter().zip(&self.force).enumerate();
+        let rows = rows.map(|(row, (t_s, force))| {
+            let rate = self.rate.get(row).copied().unwrap_or_default();
+            let t_c = self.temperature_c.get(row).copied().unwrap_or(f64::NAN);
+            let (force, rate) = conversion.apply(*force, rate, t_c);
+            (*t_s, force, rate)
+        });
+        let samples = Samples::from_rows(rows, self.bridged.clone(), self.steps())
             .with_breaks(&self.recording.breaks);
         if samples.len() < 2 {
             return Err(Error::input(
@@ -201,14 +145,16 @@ impl<'a> SensorRows<'a> {
 
     /// Steps that the values come in, m/s² and rad/s, in the axes of the case.
     fn steps(&self) -> [f64; 6] {
-        let mut steps = [0.0; 6];
+        let nominal = &self.scales.nominal;
+        let [force_unit, rate_unit] = nominal.units();
         let force = self.recording.accel_resolution();
         let rate = self.recording.gyro_resolution();
+        let mut steps = [0.0; 6];
         for axis in 0..3 {
-            let case = self.axes.case_axis(axis);
-            steps[case] = force[axis] * self.scales.by_scale.matrix[0][0];
-            if self.scales.gyro.is_some() {
-                steps[3 + case] = rate[axis] * self.scales.rate_per_unit();
+            let case = nominal.axes.case_axis(axis);
+            steps[case] = force[axis] * force_unit;
+            if nominal.gyro.is_some() {
+                steps[3 + case] = rate[axis] * rate_unit;
             }
         }
         steps
@@ -233,60 +179,69 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
     Ok((0..recording.rows()).map(|i| i as f64 / rate).collect())
 }
 
-impl<'a> Drift<'a> {
-    /// None where the calibration has no model, or the recording no temperature.
-    fn new(
-        recording: &Recording,
-        file: Option<&'a CalibrationFile>,
-        findings: &mut Vec<Finding>,
-    ) -> Option<Self> {
-        let model = file?.drift_model()?;
-        let mut held_c = recording.temperature_c.clone().unwrap_or_default();
-        let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
-            let what = if held_c.is_empty() {
-                "recording has no temperatures"
-            } else {
-                "recording's temperatures are empty"
-            };
-            findings.push(Finding::new(
-                FindingKind::TemperatureNotApplied,
-                format!(
-                    "the {what}, so the calibration's drift with temperature is not taken off: {}",
-                    crate::temperature::cost_text(model)
-                ),
-            ));
-            return None;
-        };
-        for t in &mut held_c {
-            if t.is_finite() {
-                now = *t;
-            }
-            *t = now;
+/// Temperature of each row, °C: the last one that came, before that the first; empty where none came.
+fn held(recording: &Recording, model: &TemperatureModel, findings: &mut Vec<Finding>) -> Vec<f64> {
+    let mut held_c = recording.temperature_c.clone().unwrap_or_default();
+    let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
+        let text = format!(
+            "the recording has no temperatures, so the calibration's drift with temperature is not taken off: {}",
+            crate::temperature::cost_text(model)
+        );
+        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
+        return Vec::new();
+    };
+    for t in &mut held_c {
+        if t.is_finite() {
+            now = *t;
         }
-        Some(Drift { model, held_c })
+        *t = now;
+    }
+    held_c
+}
+
+/// What makes SI in the axes of the case of the file's numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Conversion {
+    accel: Calibration<f64>,
+    /// None where the gyroscope is not used.
+    gyro: Option<GyroscopeCalibration<f64>>,
+    /// Drift with temperature, as far as the calibration has a model of it.
+    drift: Option<TemperatureModel>,
+    axes: AxisMap,
+}
+
+impl Conversion {
+    /// Specific force, m/s², and angular rate, rad/s, of a row at `t_c`, NaN where no temperature is known.
+    pub fn apply(&self, force: [f64; 3], rate: [f64; 3], t_c: f64) -> ([f64; 3], Option<[f64; 3]>) {
+        let at_reference = |first: usize, raw: [f64; 3]| match &self.drift {
+            Some(model) if t_c.is_finite() => {
+                std::array::from_fn(|c| model.at_reference(first + c, t_c, raw[c]))
+            }
+            _ => raw,
+        };
+        let force = self.accel.apply(at_reference(0, force));
+        let rate = self.gyro.as_ref().map(|gyro| {
+            let rate = gyro.apply(at_reference(3, rate), force);
+            self.axes.of_rates().to_case(rate)
+        });
+        (self.axes.to_case(force), rate)
+    }
+
+    /// m/s² and rad/s of one unit of the file by nominal scales; 0 without a gyroscope.
+    pub fn units(&self) -> [f64; 2] {
+        let gyro = self.gyro.as_ref().map_or(0.0, |g| g.matrix[0][0]);
+        [self.accel.matrix[0][0], gyro]
     }
 }
 
-/// What turns the file's numbers into SI.
-#[derive(Debug, Clone, Copy)]
+/// Conversions of a recording.
+#[derive(Debug, Clone)]
 pub(super) struct Scales {
-    /// The accelerometer, as calibrated.
-    pub accel: Calibration<f64>,
-    /// The gyroscope, as calibrated; none where it is not used.
-    pub gyro: Option<GyroscopeCalibration<f64>>,
+    pub calibrated: Conversion,
+    /// By the nominal scales alone.
+    pub nominal: Conversion,
     /// The gyroscope's own calibration is applied.
     pub gyro_calibrated: bool,
-    /// The accelerometer by its nominal scale alone.
-    pub by_scale: Calibration<f64>,
-    /// The gyroscope likewise.
-    pub by_gyro_scale: Option<GyroscopeCalibration<f64>>,
-}
-
-impl Scales {
-    /// rad/s of one unit of the file; 0 without a gyroscope.
-    pub fn rate_per_unit(&self) -> f64 {
-        self.by_gyro_scale.map_or(0.0, |g| g.matrix[0][0])
-    }
 }
 
 /// Units and calibrations, judged by the samples.
@@ -317,11 +272,6 @@ pub(super) fn scales(
             .with_hint("say it with --accel-unit, and --accel-range for counts; or give a calibration with -c"));
         }
     };
-    let by_scale = Calibration {
-        matrix: matrix3::diagonal([1.0 / nominal; 3]),
-        bias: [0.0; 3],
-    };
-
     // The gyroscope.
     let scale = match &recording.gyro {
         // Nothing is turned: it has no part in the result.
@@ -366,21 +316,26 @@ pub(super) fn scales(
         differs.is_none().then_some(calibration)
     });
 
-    let by_scale = shifted(by_scale, -recording.zero_offset);
+    // The recording's columns have their zero offset subtracted, a calibration file takes the file's numbers.
+    let nominal = Conversion {
+        accel: Calibration {
+            matrix: matrix3::diagonal([1.0 / nominal; 3]),
+            bias: [recording.zero_offset; 3],
+        },
+        gyro: by_gyro_scale,
+        drift: None,
+        axes: options.axes,
+    };
     Ok(Scales {
-        accel: file.map_or(by_scale, CalibrationFile::accelerometer_calibration),
-        gyro: gyro_calibration.or(by_gyro_scale),
+        calibrated: Conversion {
+            accel: file.map_or(nominal.accel, CalibrationFile::accelerometer_calibration),
+            gyro: gyro_calibration.or(by_gyro_scale),
+            drift: file.and_then(CalibrationFile::drift_model).cloned(),
+            axes: options.axes,
+        },
+        nominal,
         gyro_calibrated: gyro_calibration.is_some(),
-        by_scale,
-        by_gyro_scale,
     })
-}
-
-/// A calibration whose input has `by` added: the recording's columns have their
-/// zero offset subtracted already, a calibration file takes the file's numbers.
-fn shifted(mut calibration: Calibration<f64>, by: f64) -> Calibration<f64> {
-    calibration.bias = calibration.bias.map(|b| b - by);
-    calibration
 }
 
 fn is_dead(gyro: &[Vec<f64>; 3]) -> bool {

@@ -1,15 +1,12 @@
 //! Motion of samples that arrive one by one.
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_motion::{SampleState, Stepper};
 
 use super::estimate::engine_options;
 use super::options::{GravityRemoval, MotionOptions};
-use super::prepare::{SensorRows, scales};
+use super::prepare::{Scales, SensorRows, scales};
 use super::track::MotionSample;
 use super::{Calibrated, Work};
-use crate::calibration_file::TemperatureModel;
-use crate::poses::face::AxisMap;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
@@ -61,13 +58,9 @@ pub struct Readings {
 /// ```
 pub struct MotionStepper {
     engine: Stepper,
-    accel: Calibration<f64>,
-    by_scale: Calibration<f64>,
-    gyro: Option<GyroscopeCalibration<f64>>,
-    drift: Option<TemperatureModel>,
-    /// The last temperature that came, °C.
+    scales: Scales,
+    /// The last temperature that came, °C; before one came the first one of the recording that it began with.
     held_c: f64,
-    axes: AxisMap,
     step_s: f64,
     p0_m: [f64; 3],
     findings: Vec<Finding>,
@@ -104,8 +97,8 @@ impl MotionStepper {
         let file = calibration.map(|c| c.file);
         let mut findings = first.findings.clone();
         let scales = scales(first, file, options, &mut findings)?;
-        let rows = SensorRows::new(first, file, options, &scales, &mut findings)?;
-        let samples = rows.calibrated()?;
+        let rows = SensorRows::new(first, &scales, &mut findings)?;
+        let samples = rows.samples(&scales.calibrated)?;
         let work = Work {
             recording: first,
             file,
@@ -117,15 +110,13 @@ impl MotionStepper {
         let engine = engine_options(options, calibration);
         let channels = samples.channels();
         let unknown = [f64::NAN; 3];
+        let mut temperatures = first.temperature_c.iter().flatten();
+        let first_c = temperatures.find(|t| t.is_finite());
         Ok(MotionStepper {
             engine: Stepper::new(&engine, channels.period_s, channels.resolution),
-            accel: scales.accel,
-            by_scale: scales.by_scale,
-            gyro: scales.gyro.filter(|_| first.gyro.is_some()),
-            drift: file.and_then(|f| f.drift_model()).cloned(),
-            held_c: f64::NAN,
-            axes: options.axes,
+            held_c: first_c.copied().unwrap_or(f64::NAN),
             step_s: channels.period_s,
+            scales,
             p0_m: options.p0_m,
             findings,
             count: 0,
@@ -146,18 +137,8 @@ impl MotionStepper {
         if readings.temperature_c.is_finite() {
             self.held_c = readings.temperature_c;
         }
-        let at_reference = |first: usize, raw: [f64; 3]| match &self.drift {
-            Some(model) if self.held_c.is_finite() => {
-                std::array::from_fn(|c| model.at_reference(first + c, self.held_c, raw[c]))
-            }
-            _ => raw,
-        };
-        let on_board = self.accel.apply(at_reference(0, readings.accel));
-        let force = self.axes.to_case(on_board);
-        let rate = self.gyro.as_ref().map(|gyro| {
-            let rate = gyro.apply(at_reference(3, readings.gyro), on_board);
-            self.axes.of_rates().to_case(rate)
-        });
+        let (accel, gyro) = (readings.accel, readings.gyro);
+        let (force, rate) = self.scales.calibrated.apply(accel, gyro, self.held_c);
         let Some(mut state) = self.engine.push(t_s, force, rate) else {
             return false;
         };
@@ -166,7 +147,7 @@ impl MotionStepper {
         }
         self.last = MotionSample {
             t_s,
-            raw_mps2: self.axes.to_case(self.by_scale.apply(readings.accel)),
+            raw_mps2: self.scales.nominal.apply(accel, gyro, f64::NAN).0,
             force_mps2: force,
             state,
         };

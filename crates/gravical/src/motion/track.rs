@@ -1,18 +1,20 @@
-//! A motion sample by sample: one by one, as columns, and as a table.
+//! A motion sample by sample: one by one, and as a table.
 
 use std::io::{self, Write};
-use std::ops::Range;
 
 use gravical_motion::SampleState;
 use gravical_recording::write::write_fixed;
 
 use super::estimate::Estimate;
-use super::{Motion, MotionResult};
+use super::{Motion, Move};
 
 /// Names of the columns that are always there.
 const COLUMNS: &str = "t_s,raw_ax_mps2,raw_ay_mps2,raw_az_mps2,\
     ax_mps2,ay_mps2,az_mps2,still,qw,qx,qy,qz,\
     lin_ax_mps2,lin_ay_mps2,lin_az_mps2,vx_mps,vy_mps,vz_mps,px_m,py_m,pz_m";
+
+/// Where `still` is among them, before the attitude.
+const STILL: usize = 7;
 
 /// Names of those that come with bands.
 const BANDS: &str = "sigma_vx_mps,sigma_vy_mps,sigma_vz_mps,sigma_px_m,sigma_py_m,sigma_pz_m";
@@ -37,87 +39,28 @@ pub struct MotionSample {
     pub raw_mps2: [f64; 3],
     /// Specific force, calibrated (and smoothed, where asked for), m/s².
     pub force_mps2: [f64; 3],
-    /// Attitude, acceleration, velocity and position with their standard deviations, in the frame of the result.
+    /// Attitude, acceleration, velocity and position, in the frame of the result, with their standard
+    /// deviations where there are bands.
     pub state: SampleState,
 }
 
-/// What figures and comparisons show, sample by sample; all columns are equally long. Where a
-/// value is not known it is NaN.
-#[derive(Debug, Clone, Default)]
-pub struct Track {
-    /// Time, s.
-    pub t_s: Vec<f64>,
-    /// Samples before which others are missing, or the recording is parted.
-    pub breaks: Vec<usize>,
-    /// Specific force by the nominal scale alone, m/s².
-    pub raw_mps2: [Vec<f64>; 3],
-    /// Specific force, calibrated (and smoothed, where asked for), m/s².
-    pub force_mps2: [Vec<f64>; 3],
-    /// Acceleration in the frame, gravity taken off, m/s².
-    pub acceleration_mps2: Vec<[f64; 3]>,
-    /// Velocity, m/s.
-    pub velocity_mps: Vec<[f64; 3]>,
-    /// Position, m.
-    pub position_m: Vec<[f64; 3]>,
-    /// Standard uncertainty of the velocity, m/s; empty without bands.
-    pub sigma_velocity_mps: Vec<[f64; 3]>,
-    /// Standard uncertainty of the position, m; empty without bands.
-    pub sigma_position_m: Vec<[f64; 3]>,
-    /// The same without the calibration; none without one.
-    pub uncalibrated: Option<UncalibratedTrack>,
-}
-
-/// A reference on the clock and in the frame of the result, where both are known.
-#[derive(Debug, Clone, Default)]
-pub struct ReferenceTrack {
-    /// Time, s.
-    pub t_s: Vec<f64>,
-    /// Position, m; it starts where the result is at that time.
-    pub position_m: Vec<[f64; 3]>,
-}
-
-/// Velocity and position without the calibration, sample by sample; as long as the
-/// columns of [`Track`].
-#[derive(Debug, Clone, Default)]
-pub struct UncalibratedTrack {
-    /// Velocity, m/s.
-    pub velocity_mps: Vec<[f64; 3]>,
-    /// Position, m.
-    pub position_m: Vec<[f64; 3]>,
-}
-
-impl Track {
-    /// All samples of a motion.
-    pub(super) fn new(motion: &Motion) -> Self {
-        let pieces = motion.own.samples.pieces().iter();
-        let mut track = Track {
-            breaks: pieces.skip(1).map(|p| p.start).collect(),
-            uncalibrated: motion.uncalibrated.as_ref().map(|plain| {
-                let mut track = UncalibratedTrack::default();
-                for state in known(plain, &motion.result) {
-                    track.velocity_mps.push(state.velocity_mps);
-                    track.position_m.push(state.position_m);
-                }
-                track
-            }),
-            ..Track::default()
-        };
-        for sample in motion.samples() {
-            track.t_s.push(sample.t_s);
-            for c in 0..3 {
-                track.raw_mps2[c].push(sample.raw_mps2[c]);
-                track.force_mps2[c].push(sample.force_mps2[c]);
-            }
-            let state = sample.state;
-            track.acceleration_mps2.push(state.acceleration_mps2);
-            track.velocity_mps.push(state.velocity_mps);
-            track.position_m.push(state.position_m);
-            if motion.bands {
-                track.sigma_velocity_mps.push(state.velocity_sd_mps);
-                track.sigma_position_m.push(state.position_sd_m);
-            }
-        }
-        track
+impl MotionSample {
+    /// In the order of the columns of the table.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> + use<> {
+        let state = self.state;
+        let vectors = [
+            state.acceleration_mps2,
+            state.velocity_mps,
+            state.position_m,
+            state.velocity_sd_mps,
+            state.position_sd_m,
+        ];
+        let forces = [self.raw_mps2, self.force_mps2];
+        let before = [self.t_s].into_iter().chain(forces.into_iter().flatten());
+        let before = before
+            .chain([f64::from(state.at_rest)])
+            .chain(state.attitude);
+        before.chain(vectors.into_iter().flatten())
     }
 }
 
@@ -128,47 +71,47 @@ pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
         .uncalibrated
         .as_ref()
         .map_or(own, |plain| &plain.samples);
-    known(&motion.own, &motion.result)
-        .enumerate()
-        .map(move |(i, state)| MotionSample {
+    let states = states(&motion.own, &motion.result.moves).enumerate();
+    states.map(move |(i, mut state)| {
+        if !motion.bands {
+            (state.velocity_sd_mps, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
+        }
+        MotionSample {
             t_s: own.time_s()[i],
             raw_mps2: raw.force_mps2()[i],
             force_mps2: own.force_mps2()[i],
             state,
-        })
+        }
+    })
 }
 
 /// The states of an estimate: in a move that is not usable only that it moves is known, and from there on no
 /// position.
-fn known<'a>(
+pub(super) fn states<'a>(
     estimate: &'a Estimate,
-    result: &MotionResult,
-) -> impl Iterator<Item = SampleState> + 'a {
+    moves: &[Move],
+) -> impl Iterator<Item = SampleState> + use<'a> {
     let time_s = estimate.samples.time_s();
-    let at = |t_s: f64| time_s.partition_point(|t| *t < t_s);
-    let unusable: Vec<Range<usize>> = (result.moves.iter())
-        .filter(|m| m.unusable.is_some())
-        .map(|m| {
-            // At its ends it may rest.
-            let (from, to) = (at(m.start_s), at(m.end_s));
-            let first = from + usize::from(from > 0);
-            first..to + usize::from(to + 1 == time_s.len())
-        })
-        .collect();
+    let (first_s, last_s) = (time_s[0], time_s[time_s.len() - 1]);
+    // At its ends it may rest.
+    let inside = |m: &Move| {
+        let from_s = Some(m.start_s).filter(|t| *t > first_s);
+        let to_s = Some(m.end_s).filter(|t| *t < last_s);
+        [
+            from_s.unwrap_or(f64::NEG_INFINITY),
+            to_s.unwrap_or(f64::INFINITY),
+        ]
+    };
+    let unusable = moves.iter().filter(|m| m.unusable.is_some());
+    let unusable: Vec<[f64; 2]> = unusable.map(inside).collect();
     let mut next = 0;
-    estimate.states().enumerate().map(move |(i, mut state)| {
-        while unusable.get(next).is_some_and(|span| span.end <= i) {
-            next += 1;
+    estimate.states().zip(time_s).map(move |(mut state, t_s)| {
+        next += usize::from(unusable.get(next).is_some_and(|[_, to_s]| to_s <= t_s));
+        if unusable.get(next).is_some_and(|[from_s, _]| from_s < t_s) {
+            state = SampleState::UNKNOWN;
         }
-        if unusable.get(next).is_some_and(|span| span.contains(&i)) {
-            state = SampleState {
-                at_rest: false,
-                ..SampleState::UNKNOWN
-            };
-        }
-        if unusable.first().is_some_and(|span| span.start <= i) {
-            state.position_m = [f64::NAN; 3];
-            state.position_sd_m = [f64::NAN; 3];
+        if unusable.first().is_some_and(|[from_s, _]| from_s < t_s) {
+            (state.position_m, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
         }
         state
     })
@@ -196,12 +139,21 @@ pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
 ///
 /// What `out` says.
 pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
-    let time_decimals = time_decimals(motion.own.samples.time_s());
+    let names: Vec<&str> = table_columns(motion).collect();
+    let mut decimals = vec![DECIMALS; names.len()];
+    decimals[0] = time_decimals(motion.own.samples.time_s());
+    decimals[STILL] = 0;
+    decimals[STILL + 1..][..4].fill(ATTITUDE_DECIMALS);
     let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend(table_columns(motion).collect::<Vec<_>>().join(",").bytes());
+    text.extend(names.join(",").bytes());
     text.push(b'\n');
     for sample in motion.samples() {
-        row(&mut text, &sample, time_decimals, motion.bands);
+        for (value, decimals) in sample.numbers().zip(&decimals) {
+            write_fixed(&mut text, value, *decimals);
+            text.push(b',');
+        }
+        text.pop();
+        text.push(b'\n');
         if text.len() >= CHUNK {
             out.write_all(&text)?;
             text.clear();
@@ -209,32 +161,6 @@ pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     }
     out.write_all(&text)?;
     out.flush()
-}
-
-#[inline]
-fn row(text: &mut Vec<u8>, sample: &MotionSample, time_decimals: u32, bands: bool) {
-    write_fixed(text, sample.t_s, time_decimals);
-    put(text, &sample.raw_mps2, DECIMALS);
-    put(text, &sample.force_mps2, DECIMALS);
-    let state = &sample.state;
-    text.extend_from_slice(if state.at_rest { b",1" } else { b",0" });
-    put(text, &state.attitude, ATTITUDE_DECIMALS);
-    put(text, &state.acceleration_mps2, DECIMALS);
-    put(text, &state.velocity_mps, DECIMALS);
-    put(text, &state.position_m, DECIMALS);
-    if bands {
-        put(text, &state.velocity_sd_mps, DECIMALS);
-        put(text, &state.position_sd_m, DECIMALS);
-    }
-    text.push(b'\n');
-}
-
-#[inline]
-fn put(text: &mut Vec<u8>, values: &[f64], decimals: u32) {
-    for value in values {
-        text.push(b',');
-        write_fixed(text, *value, decimals);
-    }
 }
 
 /// The fewest of 3, 6 and 9 decimals that keep every stamp to a nanosecond:

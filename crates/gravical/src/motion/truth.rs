@@ -17,7 +17,7 @@ use gravical_recording::{
     Format, HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, source, whole_lines,
 };
 
-use super::{Comparison, Motion, Move, MoveComparison, ReferenceTrack};
+use super::{Comparison, Motion, Move, MoveComparison};
 use crate::calibration_file::{InputFile, InputRole};
 use crate::recording::{Finding, FindingKind, ReadOptions, Recording};
 use crate::{Error, Result};
@@ -49,14 +49,12 @@ pub struct Reference {
     pub source: String,
     /// SHA-256 of the file, where the recording has one.
     pub sha256: Option<String>,
-    /// Time, s; rising, without the rows that have no position.
+    /// Time, s, by its own stamps; rising, without the rows that have no position.
     pub t_s: Vec<f64>,
     /// Position, m.
     pub position_m: Vec<[f64; 3]>,
     /// It stands in the recording itself: `t_s` is the recording's.
     pub same_file: bool,
-    /// What was added to the file's stamps to get `t_s`, s.
-    pub base_s: f64,
     /// What is odd.
     pub findings: Vec<Finding>,
 }
@@ -149,30 +147,14 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         all - known
     );
     let findings = (known < all).then(|| Finding::new(FindingKind::TruthGaps, text));
-    let base_s = if same_file {
-        0.0
-    } else {
-        base_s(t_s[0], t_s[known - 1], recording)
-    };
-    t_s.iter_mut().for_each(|t| *t += base_s);
     Ok(Reference {
         source: path.display().to_string(),
         sha256: input.sha256(),
         t_s,
         position_m,
         same_file,
-        base_s,
         findings: findings.into_iter().collect(),
     })
-}
-
-/// What has to be added to stamps so that they count from the recording's first row: nothing where they
-/// overlap with it; its first stamp, taken off, where they overlap then; else their own first one, taken off.
-fn base_s(from: f64, to: f64, recording: &Recording) -> f64 {
-    let duration_s = recording.timing.duration_s.unwrap_or(0.0);
-    let bases = [0.0, -recording.time_origin_s.unwrap_or(0.0)];
-    let overlaps = |base: &f64| from + base <= duration_s && to + base >= 0.0;
-    bases.into_iter().find(overlaps).unwrap_or(-from)
 }
 
 /// The recording's own time of each line; NaN for a line that is no row of it.
@@ -262,8 +244,8 @@ pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> 
     let position_m: Vec<[f64; 3]> = motion.samples().map(|s| s.state.position_m).collect();
     let own = Line::new(motion.own.samples.time_s(), &position_m);
     let mut findings = reference.findings.clone();
-    let (comparison, track) = compare(&own, &motion.result.moves, reference, &mut findings)?;
-    motion.reference = Some(track);
+    let (comparison, aligned) = compare(&own, &motion.result.moves, reference, &mut findings)?;
+    motion.reference = Some(aligned);
     motion.result.truth = Some(comparison);
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| reference.source.clone());
@@ -277,7 +259,7 @@ fn compare(
     moves: &[Move],
     reference: &Reference,
     findings: &mut Vec<Finding>,
-) -> Result<(Comparison, ReferenceTrack)> {
+) -> Result<(Comparison, Reference)> {
     let offset_s = if reference.same_file {
         0.0
     } else {
@@ -286,7 +268,8 @@ fn compare(
     };
     let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
     let points = Points::new(own, &t_s, &reference.position_m);
-    let mut points = points.ok_or_else(|| no_overlap(own.t_s, &t_s))?;
+    let source = Path::new(&reference.source);
+    let mut points = points.ok_or_else(|| no_overlap(own.t_s, &t_s).at(source, None))?;
     let yaw_rad = points.yaw_rad();
     let (sine, cosine) = yaw_rad.sin_cos();
     for [x, y, _] in &mut points.reference {
@@ -307,16 +290,19 @@ fn compare(
         path_m,
         from_s: points.t_s[0],
         to_s: points.t_s[last],
-        time_offset_s: offset_s + reference.base_s,
+        time_offset_s: offset_s,
         yaw_deg: yaw_rad.to_degrees(),
         moves,
         points: points.t_s.len() as u64,
     };
     let origin = points.origin;
     let shifted = |p: &[f64; 3]| std::array::from_fn(|k| p[k] + origin[k]);
-    let position_m = points.reference.iter().map(shifted).collect();
-    let t_s = points.t_s;
-    Ok((comparison, ReferenceTrack { t_s, position_m }))
+    let aligned = Reference {
+        position_m: points.reference.iter().map(shifted).collect(),
+        t_s: points.t_s,
+        ..reference.clone()
+    };
+    Ok((comparison, aligned))
 }
 
 fn no_overlap(own: &[f64], other: &[f64]) -> Error {
@@ -335,15 +321,14 @@ fn no_overlap(own: &[f64], other: &[f64]) -> Error {
 
 /// What is added to the reference's time.
 fn offset_s(own: &Line<'_>, other: &Line<'_>, findings: &mut Vec<Finding>) -> f64 {
-    let text = match best_lag(own, other) {
-        Some((lag_s, correlation)) if correlation >= MIN_CORRELATION => return lag_s,
-        Some((_, correlation)) => {
-            format!(
-                "the speeds are little alike (correlation {correlation:.2} at best): no offset is assumed"
-            )
-        }
-        None => "too little moves to find the offset of the clocks: none is assumed".to_owned(),
-    };
+    // None where one of the two hardly moves.
+    let (lag_s, correlation) = best_lag(own, other).unwrap_or_default();
+    if correlation >= MIN_CORRELATION {
+        return lag_s;
+    }
+    let text = format!(
+        "the speeds are too little alike to find the offset of the clocks (correlation {correlation:.2} at best): none is assumed"
+    );
     findings.push(Finding::new(FindingKind::TruthOffset, text));
     0.0
 }

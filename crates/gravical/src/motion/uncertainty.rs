@@ -2,7 +2,7 @@
 //! parameters together by one standard deviation, independent of the others.
 //!
 //! With u = M a + b and A = M⁻¹ the specific force f = A (u − b) changes by δf = −A (δM f + δb), the
-//! angular rate alike.
+//! angular rate alike. The sign of a direction means nothing.
 //!
 //! Whether the calibration fits the recording is seen at rest. There the calibrated magnitude is
 //! gravity, to what its covariance and the noise of the mean allow. Where it is not, the
@@ -37,18 +37,11 @@ const GYRO_DATA_SHEET: ElementErrors = ElementErrors {
     bias_mps2: 0.0,
 };
 
-/// A calibration that says nothing of its uncertainty: what six careful placements reach.
+/// A calibration that says nothing of its uncertainty: what six careful placements reach, or fitted turns.
 pub(super) const UNSTATED: ElementErrors = ElementErrors {
     scale: 0.005,
     cross: 0.01,
     bias_mps2: 0.02,
-};
-
-/// A gyroscope whose turns were fitted, without a covariance.
-const TURNED: ElementErrors = ElementErrors {
-    scale: 0.005,
-    cross: 0.01,
-    bias_mps2: 0.0,
 };
 
 /// Directions of an accelerometer by a covariance of its parameters.
@@ -63,8 +56,8 @@ pub(super) fn by_covariance(
     }))
     .iter()
     .map(|step| ForceDirection {
-        matrix: in_case(axes, &negated(&mul(a, &square(step)))),
-        offset: axes.to_case(mul_vec(a, &[step[9], step[10], step[11]]).map(|v| -v)),
+        matrix: in_case(axes, &mul(a, &square(step))),
+        offset: axes.to_case(mul_vec(a, &[step[9], step[10], step[11]])),
     })
     .collect()
 }
@@ -82,13 +75,10 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ve
     match covariance {
         Some(c) => factor(&DMatrix::from_fn(9, 9, |i, j| c.values[i][j]))
             .iter()
-            .map(|step| {
-                let change = negated(&mul(&section.matrix, &square(step)));
-                in_case(&axes.of_rates(), &change)
-            })
+            .map(|step| in_case(&axes.of_rates(), &mul(&section.matrix, &square(step))))
             .collect(),
         None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.matrices(),
-        None => TURNED.matrices(),
+        None => UNSTATED.matrices(),
     }
 }
 
@@ -167,10 +157,6 @@ fn square(step: &DVector<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| step[3 * i + j]))
 }
 
-fn negated(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    m.map(|row| row.map(|v| -v))
-}
-
 /// A matrix of the board in the axes of the case.
 fn in_case(axes: &AxisMap, m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -206,19 +192,19 @@ pub struct GravityMisfit {
 
 impl GravityMisfit {
     /// Of the rests of `estimate`, the one at which gravity is off most, as `estimate` was calibrated or,
-    /// with other `samples` of the same rows, in those; none without a rest.
+    /// with other `samples` of the same rows, in those; none without a rest. A causal run knows the first
+    /// one when it begins to move.
     pub(super) fn worst(
         estimate: &Estimate,
         samples: &Samples,
         directions: &[ForceDirection],
         gravity_mps2: f64,
+        causal: bool,
     ) -> Option<Self> {
-        let rests = &estimate.rests_in(samples);
+        let mut rests = estimate.rests_in(samples);
+        rests.truncate(if causal { 1 } else { rests.len() });
         let noise = estimate.motion.noise?;
-        let noise = noise
-            .force_mps2_sqrt_s
-            .iter()
-            .fold(0.0, |most: f64, n| most.max(*n));
+        let noise = noise.force_mps2_sqrt_s.into_iter().fold(0.0, f64::max);
         let t = samples.time_s();
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();

@@ -1,12 +1,9 @@
 //! What can be determined and why, what was done, what the axes are, and what is odd, in words.
 
-use std::ops::Range;
-
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{Samples, Unusable};
 
-use super::estimate::ReportProcedure;
 use super::options::{GravityRemoval, MotionOptions};
 use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
@@ -17,9 +14,6 @@ use crate::recording::{Finding, FindingKind, LineSpans, Recording};
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
 
-/// What a move without a rest at one of its ends costs.
-const GROWS: &str = "the error grows with the square of time: rest for 2 s before the first move and after the last";
-
 impl MotionVerdict {
     pub(super) fn of(
         moves: &[Move],
@@ -29,50 +23,35 @@ impl MotionVerdict {
         misfit: Option<GravityMisfit>,
     ) -> Self {
         use MotionJudgement::{AtRest, Bounded, NotUsable, Open, PartlyOpen};
-        let all = moves.len();
-        let lost = moves.iter().filter(|m| m.unusable.is_some()).count();
-        let is_closed = |m: &&Move| m.ends == Ends::RestToRest && m.unusable.is_none();
-        let closed = moves.iter().filter(is_closed).count();
-        let (judgement, mut reason) = if no_rest {
-            (
-                NotUsable,
-                "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.".to_owned(),
-            )
+        let (usable, lost): (Vec<&Move>, Vec<&Move>) =
+            moves.iter().partition(|m| m.unusable.is_none());
+        let closed = usable.iter().filter(|m| m.ends == Ends::RestToRest).count();
+        let (all, lost) = (moves.len(), lost.len());
+        let (judgement, reason) = if no_rest {
+            let reason = "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.";
+            (NotUsable, reason.to_owned())
         } else if all == 0 {
             (AtRest, at_rest(visible))
         } else if lost == all {
-            (
-                NotUsable,
-                "No displacement can be determined from this recording; the table of moves gives the reasons.".to_owned(),
-            )
+            let reason = "No displacement can be determined from this recording; the table of moves gives the reasons.";
+            (NotUsable, reason.to_owned())
         } else if closed == all {
-            (
-                Bounded,
-                "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.".to_owned(),
-            )
-        } else if closed > 0 {
-            let open = match all - closed - lost {
-                0 => String::new(),
-                _ => format!("; with one end open {GROWS}"),
-            };
-            let text = format!("{closed} of {all} moves are known and between two rests{open}.");
-            (PartlyOpen, text)
+            let reason = "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.";
+            (Bounded, reason.to_owned())
         } else if !zero_velocity {
-            (
-                Open,
-                "Nothing corrects the drift after the first rest: the error grows with the square of time and faster.".to_owned(),
-            )
+            let reason = "Nothing corrects the drift after the first rest: the error grows with the square of time and faster.";
+            (Open, reason.to_owned())
         } else {
-            (
-                Open,
-                format!("No move is between two rests: with one end open {GROWS}."),
-            )
+            let judgement = if closed > 0 { PartlyOpen } else { Open };
+            let mut reason = format!("{closed} of {all} moves lie between two rests");
+            if usable.len() > closed {
+                reason += "; with one end open the error grows with the square of time: rest for 2 s before the first move and after the last";
+            }
+            if lost > 0 {
+                reason += &format!("; {lost} cannot be used, the table of moves gives the reasons");
+            }
+            (judgement, reason + ".")
         };
-        if (1..all).contains(&lost) {
-            reason += &format!(
-                " {lost} of {all} moves cannot be used; the table of moves gives the reasons."
-            );
-        }
         let contradicts = misfit.filter(|m| m.contradicts);
         let reasons = contradicts
             .iter()
@@ -107,12 +86,10 @@ fn contradiction(misfit: &GravityMisfit) -> String {
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
     let gravity = match options.gravity_removal {
-        GravityRemoval::Strapdown if gyro && options.updates_at_rests() => {
-            "attitude by strapdown, levelled at the rests"
+        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the rests",
+        GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => {
+            "tilt by the rests, without a gyroscope"
         }
-        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the first rest",
-        GravityRemoval::Strapdown => "tilt by the rests, without a gyroscope in between",
-        GravityRemoval::ConstantTilt => "tilt by the rests, the gyroscope not used",
         GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
     };
     let ends = if options.updates_at_rests() {
@@ -149,38 +126,13 @@ pub(super) fn no_covariance() -> Finding {
     )
 }
 
-/// Rows that are no samples: incomplete, or behind in time; and those of a sensor that hung.
-pub(super) fn rows_left_out(
-    recording: &Recording,
-    samples: &Samples,
-    hung_rows: &[Range<usize>],
-) -> Vec<Finding> {
-    let (mut incomplete, mut hung) = (LineSpans::default(), LineSpans::default());
+/// Rows that are no samples: incomplete, or behind in time.
+pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<Finding> {
     let mut kept = samples.rows().iter().peekable();
-    for row in 0..recording.rows() {
-        if kept.next_if(|k| **k == row).is_some() {
-            continue;
-        }
-        let hang = hung_rows.partition_point(|span| span.end <= row);
-        let is_hung = hung_rows.get(hang).is_some_and(|span| span.contains(&row));
-        let lines = if is_hung { &mut hung } else { &mut incomplete };
-        lines.push(recording.line(row));
-    }
-    let found = [
-        (
-            incomplete,
-            FindingKind::RowsLeftOut,
-            "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them",
-        ),
-        (
-            hung,
-            FindingKind::SensorHung,
-            "all channels stand still to the last digit for longer than noise allows: the sensor, or its bus, hung; what happened then is not known",
-        ),
-    ];
-    let found = found.into_iter().filter(|(lines, ..)| !lines.is_empty());
-    let found = found.map(|(lines, kind, text)| Finding::new(kind, text).at_lines(&lines));
-    found.collect()
+    let left_out = (0..recording.rows()).filter(|row| kept.next_if(|k| *k == row).is_none());
+    let lines: LineSpans = left_out.map(|row| recording.line(row)).collect();
+    let text = "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them";
+    (!lines.is_empty()).then(|| Finding::new(FindingKind::RowsLeftOut, text).at_lines(&lines))
 }
 
 /// A length to two digits, m.
@@ -204,29 +156,21 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
             ),
         ));
     }
-    let widened = moves
-        .iter()
-        .filter(|m| m.closure.is_some_and(|c| c.widened));
-    let (widened, all) = (widened.count(), moves.len());
+    let closures = moves.iter().filter_map(|m| m.closure);
+    let (widened, all) = (closures.filter(|c| c.widened).count(), moves.len());
+    if widened > 0 {
+        let text = format!(
+            "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
+        );
+        out.push(Finding::new(FindingKind::ClosureContradicts, text).counting(widened as u64));
+    }
     let replaced = moves.iter().map(|m| m.replaced).sum::<usize>();
-    let counted = [
-        (
-            widened,
-            FindingKind::ClosureContradicts,
-            format!(
-                "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
-            ),
-        ),
-        (
-            replaced,
-            FindingKind::ValuesReplaced,
-            format!(
-                "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
-            ),
-        ),
-    ];
-    let counted = counted.into_iter().filter(|(count, ..)| *count > 0);
-    out.extend(counted.map(|(n, kind, text)| Finding::new(kind, text).counting(n as u64)));
+    if replaced > 0 {
+        let text = format!(
+            "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
+        );
+        out.push(Finding::new(FindingKind::ValuesReplaced, text).counting(replaced as u64));
+    }
     out
 }
 
@@ -252,56 +196,33 @@ pub(super) fn lone_rest(rest_s: f64) -> String {
     )
 }
 
-/// Rows of the mean in which the sensor moves.
-pub(super) fn averaged_rows_move(report: &ReportProcedure) -> Option<Finding> {
-    report.moves_at_s.map(|t| {
-        Finding::new(
-            FindingKind::AveragedRowsMove,
-            format!(
-                "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or subtract gravity by strapdown"
-            ),
-        )
-    })
+/// Rows of the mean in which the sensor moves, from a time on, s.
+pub(super) fn averaged_rows_move(t: f64) -> Finding {
+    let text = format!(
+        "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or subtract gravity by strapdown"
+    );
+    Finding::new(FindingKind::AveragedRowsMove, text)
 }
 
 /// Columns that may have been calibrated before.
 pub(super) fn already_calibrated(by_board: bool) -> Finding {
-    if by_board {
-        return Finding::new(
-            FindingKind::AlreadyCalibrated,
-            format!(
-                "{}: the calibration is applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use a raw recording",
-                why_calibrated(true)
-            ),
-        );
-    }
-    Finding::new(
-        FindingKind::AlreadyCalibrated,
-        "its columns are named as this program names calibrated ones, and no rest contradicts it: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use the raw recording",
-    )
+    let why = why_calibrated(by_board);
+    let text = format!(
+        "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use a raw recording"
+    );
+    Finding::new(FindingKind::AlreadyCalibrated, text)
 }
 
 /// The magnitude at rest without a calibration, where it is not gravity.
-pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option<Finding> {
+pub(super) fn size(force: [f64; 3], gravity: &Gravity) -> Option<Finding> {
     let size = norm(&force);
     let g = gravity.value_mps2;
     let off = size / g - 1.0;
     if off.abs() <= REPORTED_MISFIT {
         return None;
     }
-    let farthest = moves
-        .iter()
-        .filter_map(|m| m.displacement_m)
-        .max_by(|a, b| norm(a).total_cmp(&norm(b)));
-    let example = farthest.map_or_else(String::new, |d| {
-        let way = norm(&d);
-        format!(
-            "; the longest displacement is {way:.4} m in the one case, {:.4} m in the other",
-            way / (1.0 + off)
-        )
-    });
     let text = format!(
-        "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, which stays{example}; the band allows for both, a calibration decides",
+        "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, by which displacements are then off as well; the band allows for both, a calibration decides",
         100.0 * off
     );
     Some(if off.abs() > 0.02 {
@@ -311,18 +232,12 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity, moves: &[Move]) -> Option
     })
 }
 
-/// N of the noise file, as far as it is known of all axes; `gyro` is none without a gyroscope.
-pub(super) fn noise_used(accel: bool, gyro: Option<bool>) -> Finding {
-    let sensors = [("accelerometer", Some(accel)), ("gyroscope", gyro)];
-    let sources = sensors.into_iter().filter_map(|(sensor, is_known)| {
-        let source = if is_known? {
-            "the noise file"
-        } else {
-            "the rests, since the file lacks an axis"
-        };
-        Some(format!("N of the {sensor} by {source}"))
-    });
-    let sources: Vec<String> = sources.collect();
-    let text = format!("the bands use {}", sources.join(", "));
+/// N of the noise file is used, but for sensors of which it lacks an axis.
+pub(super) fn noise_used(lacking: &[&str]) -> Finding {
+    let mut text = "the bands use N of the noise file".to_owned();
+    if !lacking.is_empty() {
+        let sensors = lacking.join(" and the ");
+        text += &format!("; it lacks an axis of the {sensors}, whose N is that of the rests");
+    }
     Finding::new(FindingKind::NoiseUsed, text)
 }

@@ -74,7 +74,6 @@ fn seen(rate_hz: f64, ahead_s: f64, yaw_rad: f64) -> Reference {
         position_m: t_s.iter().map(|t| turned(place(*t))).collect(),
         t_s: t_s.iter().map(|t| t + ahead_s).collect(),
         same_file: false,
-        base_s: 0.0,
         findings: Vec::new(),
     }
 }
