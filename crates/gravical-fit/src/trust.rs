@@ -172,7 +172,7 @@ impl Fit {
     }
 
     fn counts(&self, k: usize) -> bool {
-        !self.search.poses[k].out
+        self.search.counts(k)
     }
 
     /// What is claimed of ‖a‖ along n, m/s²: the error by the bends that the poses show, and the
@@ -272,7 +272,7 @@ impl Fit {
         for k in (0..poses.len()).step_by(stride) {
             each[k] = self.leave_out(k, &directions);
         }
-        self.place_of.iter().map(|&k| each[k]).collect()
+        self.search.place_of.iter().map(|&k| each[k]).collect()
     }
 
     fn leave_out(&self, k: usize, directions: &[Vector3<f64>]) -> Option<LeftOut> {
@@ -339,7 +339,11 @@ impl Fit {
     /// with the scale of the others and of what is usual.
     pub fn undetected(&self) -> Option<Undetected> {
         let hidden = self.undetected_by(&self.state()?)?;
-        let pose = self.place_of.iter().position(|k| *k == hidden.pose)?;
+        let pose = self
+            .search
+            .place_of
+            .iter()
+            .position(|k| *k == hidden.pose)?;
         Some(Undetected { pose, ..hidden })
     }
 
@@ -506,31 +510,20 @@ fn normal_draws() -> impl Iterator<Item = Parameters> {
 }
 
 impl Trust {
-    /// Root mean square of the errors of poses left out, and their number; none if no pose can be.
-    pub fn left_out_rms(&self) -> Option<(f64, usize)> {
+    /// Root mean square of the errors of poses left out; none if no pose can be.
+    pub fn left_out_rms(&self) -> Option<f64> {
         let errors = self.left_out.iter().flatten();
         let count = errors.clone().count();
         let squares: f64 = errors.map(|e| e.error_mps2.powi(2)).sum();
-        (count > 0).then(|| ((squares / count as f64).sqrt(), count))
-    }
-
-    /// The pose that the others contradict most, when they do: its number and its error over its
-    /// standard deviation.
-    pub fn contradiction(&self) -> Option<(usize, f64)> {
-        let each = self.left_out.iter().enumerate();
-        each.filter_map(|(k, left_out)| {
-            let left_out = (*left_out)?;
-            Some((k, left_out.error_mps2.abs() / left_out.sd_mps2))
-        })
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, z)| *z > CONTRADICTION)
+        (count > 0).then(|| (squares / count as f64).sqrt())
     }
 
     /// The grade by these numbers; what is wrong with the session itself comes on top.
     pub fn grade(&self) -> Grade {
         let claimed = self.worst.error_mps2;
         let hidden = self.undetected.map_or(f64::INFINITY, |u| u.effect_mps2);
-        if self.contradiction().is_some() {
+        let contradicts = |l: &LeftOut| l.error_mps2.abs() > CONTRADICTION * l.sd_mps2;
+        if self.left_out.iter().flatten().any(contradicts) {
             return Grade::Poor;
         }
         if self.left_out_rms().is_some() && hidden <= FAIR_MPS2 {
