@@ -108,18 +108,15 @@ kinds! {
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureReference "temperature-reference" Warning "a temperature recording is given, but the poses have no temperature";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
-    TemperatureHeld "temperature-held" Note "`apply`: rows without a temperature";
     TemperatureNotApplied "temperature-not-applied" Warning "`apply`, `check`: the calibration has a temperature model, the recording (or some of its rows) no temperatures";
     GyroUnitUnknown "gyro-unit-unknown" Warning "the unit of the gyroscope is unknown";
     TemperatureUnit "temperature-unit" Note "the temperature column is not in °C, e.g. raw counts";
-    MotionLeftOut "motion-left-out" Note "a tenth or more of a file is motion, or shorter static intervals of the same pose";
     RowsAsPoses "rows-as-poses" Note "rows that point everywhere and are similar in magnitude";
     LabelsLeftOut "labels-left-out" Note "labels that name neither a pose nor a turn";
     EmptyPose "empty-pose" Warning "a pose given by a section or label has no value of one axis in all its rows";
     ShortPose "short-pose" Warning "an interval too short to search for a static interval";
     FewRows "few-rows" Warning "`--rows` is larger than the number of rows of a pose";
     NoStaticInterval "no-static-interval" Warning "an interval in which the sensor never rests";
-    WornSensor "worn-sensor" Note "a recording of half a day or longer with more static intervals than poses that somebody places a sensor in";
     UnsteadyPose "unsteady-pose" Warning "the sensor moves slightly all the time, as if held by hand";
     SpikesLeftOut "spikes-left-out" Warning "2 % or more of the samples of a pose differ from their neighbours by more than six standard deviations";
     OrientationMismatch "orientation-mismatch" Warning "a file name claims another face than the data show";
@@ -136,13 +133,10 @@ kinds! {
     CrossAxisHigh "cross-axis-high" Warning "the angle between two axes differs from 90° by more than 2.9°; data sheets allow 1.6°";
     ModelError "model-error" Warning "the model misfit of the poses beyond their noise exceeds 20 mm/s²";
     NoiseAssumed "noise-assumed" Note "the rows are means of unknown standard error";
-    FaceTilt "face-tilt" Warning "a face pose is tilted by more than 10° (bias included)";
     FreePoseOff "free-pose-off" Gate "at free poses, which are not used by the fit, the error of the magnitude is more than three times the predicted one";
     PoseTilt "pose-tilt" Warning "the tilt of the face poses exceeds 1.6 times the usual 1°";
     ClippedPose "clipped-pose" Gate "clipped samples in a pose";
-    ScaleHigh "scale-high" Warning "a scale factor differs by more than 5 % from nominal";
     ScaleOff "scale-off" Gate "a scale factor differs by more than 10 % from nominal";
-    BiasHigh "bias-high" Warning "a bias of more than twice the data sheet limit (±0.6 m/s²)";
     LargeBias "large-bias" Gate "a bias above 0.35 g";
     TurnsIncomplete "turns-incomplete" Note "not every axis has a full turn";
     GyroMotionGap "gyro-motion-gap" Warning "motions between poses of more than 60 s, with a break, or without a reading for more than 4.5 periods";
@@ -152,7 +146,6 @@ kinds! {
     GyroMisfit "gyro-misfit" Warning "after a typical motion the direction of gravity is wrong by more than 3°";
     GyroLeftHanded "gyro-left-handed" Warning "gyroscope and accelerometer differ in handedness";
     GyroScaleOff "gyro-scale-off" Warning "the scale factor of the gyroscope differs by more than 10 % from nominal";
-    GyroScaleFound "gyro-scale-found" Note "the range of the gyroscope counts is not stated";
     GyroScaleUnknown "gyro-scale-unknown" Note "the range of the gyroscope is not stated, and no motion determines the scale";
     GyroRateUnknown "gyro-rate-unknown" Note "neither time stamps nor `--rate`: rotations cannot be integrated";
     TurnedOtherWay "turned-other-way" Gate "the direction of a turn contradicts `--turn-angle`";
@@ -191,7 +184,6 @@ kinds! {
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";
     GravityDiffers "gravity-differs" Warning "two values of gravity";
     FramesMirrored "frames-mirrored" Warning "`compare`: one calibration is the mirror image of the other";
-    IntervalsLeftOut "intervals-left-out" Note "`check`: more than 400 static intervals";
 }
 
 impl FindingKind {

@@ -293,15 +293,16 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
     let (mut windows, mut names) = (Vec::new(), Vec::new());
     for pose in &cut.poses {
         let start = *track.starts.get(pose.recording)?;
-        for rows in pose.rows.iter().filter(|r| !r.is_empty()) {
-            let window = [
-                *track.t_s.get(start + rows.start)?,
-                *track.t_s.get(start + rows.end - 1)?,
-            ];
-            if window.iter().all(|t| t.is_finite()) {
-                windows.push(window);
-                names.push(pose.face.map_or_else(|| pose.label.clone(), |f| f.name()));
-            }
+        if pose.rows.is_empty() {
+            continue;
+        }
+        let window = [
+            *track.t_s.get(start + pose.rows.start)?,
+            *track.t_s.get(start + pose.rows.end - 1)?,
+        ];
+        if window.iter().all(|t| t.is_finite()) {
+            windows.push(window);
+            names.push(pose.face.map_or_else(|| pose.label.clone(), |f| f.name()));
         }
     }
     let used = match windows.len() {
@@ -341,9 +342,8 @@ fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
     let noise = poses.iter().enumerate().filter_map(|(i, pose)| {
         let recording = session.recordings.get(pose.recording)?;
         let sigma = [0, 1, 2].map(|axis| {
-            let rows = pose.rows.iter();
-            let rows = rows.filter_map(|r| recording.accel[axis].get(r.clone()));
-            factor * deviation(rows.flatten().copied())
+            let values = recording.accel[axis].get(pose.rows.clone());
+            factor * deviation(values.into_iter().flatten().copied())
         });
         let name = results.map_or(&pose.label, |results| &results[i].label);
         sigma.iter().any(|s| s.is_finite()).then_some((name, sigma))

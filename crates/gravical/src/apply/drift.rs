@@ -183,11 +183,6 @@ impl Drift {
             ),
         );
         report(
-            FindingKind::TemperatureHeld,
-            &self.held,
-            "have no temperature: the last known one was used".to_owned(),
-        );
-        report(
             FindingKind::TemperatureNotApplied,
             &self.without,
             format!(

@@ -6,9 +6,7 @@ use gravical_core::matrix3;
 use gravical_core::six_position::{
     AccelerometerParameters, SixPositionError, SixPositionMeans, ferraris_accelerometer,
 };
-use gravical_fit::model::{Covariance, DRIFT};
-use gravical_fit::propagate;
-use nalgebra::DVector;
+use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
 use crate::poses::face::{AXES, AxisMap, Face, angle_deg};
 use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
@@ -172,10 +170,8 @@ impl AccelerometerFit {
     }
 
     /// Covariance of M and b by the standard errors of the means and a tilt of the faces (standard
-    /// deviation of each of its two components); none without standard errors.
-    ///
-    /// The closed form is computed again with each of its 30 errors: a tilt costs the matrix about σ_tilt,
-    /// and the bias g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms.
+    /// deviation of each of its two components); none without standard errors. The closed form is computed
+    /// again with each of these 30 errors.
     pub(super) fn covariance(
         &self,
         faces: &Faces,
@@ -190,29 +186,30 @@ impl AccelerometerFit {
             *mean = matrix3::add(mean, &change);
             let moved = ferraris_accelerometer(&six_positions(&means), gravity).ok()?;
             let matrix = moved.model();
-            Some(DVector::from_iterator(
-                DRIFT,
-                matrix.as_flattened().iter().chain(&moved.bias).copied(),
-            ))
+            Some(Parameters::from_fn(|i, _| match i {
+                0..BIAS => matrix[i / 3][i % 3],
+                BIAS..DRIFT => moved.bias[i - BIAS],
+                _ => 0.0,
+            }))
         };
-        let here = parameters(Face::all()[0], [0.0; 3])?;
-        // Three components of six means, then two of six tilts.
-        let covariance = propagate(&here, 18 + 12, |k, step| {
-            let mut change = [0.0; 3];
-            if k < 18 {
-                let face = Face::all()[k / 3];
-                change[k % 3] = step * errors[k / 3][k % 3];
-                return parameters(face, change);
+        let mut covariance = Covariance::zeros();
+        let mut add = |face: Face, change: [f64; 3]| {
+            let back = change.map(|c| -c);
+            let slope = (parameters(face, change)? - parameters(face, back)?) / 2.0;
+            covariance += slope * slope.transpose();
+            Some(())
+        };
+        for face in Face::all() {
+            for axis in 0..3 {
+                let along = |size: f64| std::array::from_fn(|i| if i == axis { size } else { 0.0 });
+                add(face, along(errors[face.index()][axis]))?;
+                if axis != face.axis {
+                    let tilted = along(gravity * tilt_rad);
+                    add(face, matrix3::mul_vec(&model, &tilted))?;
+                }
             }
-            let face = Face::all()[(k - 18) / 2];
-            let (sine, cosine) = (step * tilt_rad).sin_cos();
-            change = face.direction().map(|d| gravity * d * (cosine - 1.0));
-            change[(face.axis + 1 + k % 2) % 3] = gravity * sine;
-            parameters(face, matrix3::mul_vec(&model, &change))
-        })?;
-        Some(Covariance::from_fn(|i, k| {
-            covariance.get((i, k)).copied().unwrap_or(0.0)
-        }))
+        }
+        Some(covariance)
     }
 }
 

@@ -4,7 +4,7 @@
 mod readings;
 #[cfg(test)]
 mod tests;
-pub(super) mod turns;
+mod turns;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
@@ -17,6 +17,9 @@ use crate::poses::face::AXES;
 use crate::recording::units::GyroUnit;
 use crate::recording::{LineSpans, Recording};
 
+use super::estimate::Estimate;
+use super::session::Session;
+use crate::Result;
 use readings::Readings;
 
 /// A scale that is further from nominal is not the one of the data sheet.
@@ -24,11 +27,36 @@ const SCALE_OFF: f64 = 0.1;
 
 /// A gyroscope, or why there is none.
 #[derive(Debug, Clone, Default)]
-pub struct Gyroscope {
+pub(super) struct Gyroscope {
     /// The parameters; none where not even a nominal scale is known.
     pub section: Option<GyroscopeSection>,
+    /// The motions showed a scale that nothing states.
+    pub scale_by_motions: bool,
     /// What is odd.
     pub findings: Vec<Finding>,
+}
+
+/// The gyroscope from the pauses and the known turns, else from the motions between the static intervals.
+///
+/// # Errors
+///
+/// Those of the known turns.
+pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gyroscope> {
+    let turns = turns::gyroscope(session, estimate)?;
+    if turns.section.is_some() {
+        return Ok(turns);
+    }
+    let mut gyroscope = of_session(
+        session.recordings,
+        session.segmentation,
+        &estimate.calibration,
+    );
+    let method = gyroscope.section.as_ref().map(|s| s.method);
+    // Missing turns are reported only if the motions did not calibrate the gyroscope.
+    if method != Some(GyroMethod::Motion) {
+        gyroscope.findings.splice(0..0, turns.findings);
+    }
+    Ok(gyroscope)
 }
 
 /// The gyroscope from the motions of all recordings of a session ([`gravical_fit::gyro`]), or the bias alone
@@ -37,7 +65,7 @@ pub struct Gyroscope {
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to m/s²; its
 /// axes become those of the gyroscope.
-pub fn of_session(
+fn of_session(
     recordings: &[Recording],
     session: &Segmentation,
     accelerometer: &Calibration<f64>,
@@ -86,7 +114,11 @@ pub fn of_session(
         g_sensitivity: fit.rest.g_sensitivity,
         ..section
     });
-    Gyroscope { section, findings }
+    Gyroscope {
+        section,
+        scale_by_motions: nominal.is_none() && matches!(fit.by_motions, Some(Ok(_))),
+        findings,
+    }
 }
 
 fn by_motions(fit: &MotionFit, left_out: usize) -> Option<GyroscopeSection> {
@@ -212,17 +244,10 @@ fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
         ));
     }
     let diagonal = [0, 1, 2].map(|i| fit.matrix[i][i]);
-    let Some(nominal) = nominal else {
-        let per_deg_s = diagonal.map(|d| format!("{:.4}", 1.0 / d.to_degrees()));
-        findings.push(finding!(
-            GyroScaleFound,
-            "the scale of the gyroscope is not stated; according to the motions it is {} per °/s about x, y, z",
-            per_deg_s.join(", ")
-        ));
-        return findings;
-    };
-    let relative = diagonal.map(|d| d * nominal);
-    if relative.iter().any(|d| (d - 1.0).abs() > SCALE_OFF) {
+    let relative = nominal.map(|nominal| diagonal.map(|d| d * nominal));
+    if let Some(relative) = relative
+        && relative.iter().any(|d| (d - 1.0).abs() > SCALE_OFF)
+    {
         findings.push(finding!(
             GyroScaleOff,
             "by the motions the gyroscope's scale is {} of nominal about x, y, z: is the range or the unit another one, or are its axes not the accelerometer's?",

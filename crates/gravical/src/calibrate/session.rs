@@ -6,7 +6,7 @@ use gravical_fit::later::{Compare, ParameterDifference, compare};
 use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Fit, Options, Pose, Sensor, Undetermined, fit};
 
-use crate::gravity::Gravity;
+use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
 use crate::poses::Segmentation;
 use crate::poses::face::{AXES, AxisMap, Face, in_words};
@@ -18,16 +18,28 @@ use crate::{Error, Result};
 pub(crate) struct Session<'a> {
     pub recordings: &'a [Recording],
     pub segmentation: &'a Segmentation,
-    /// How the board sits in its case.
-    pub axes: &'a AxisMap,
-    /// Names of placements are believed, not data.
-    pub faces_by_name: bool,
-    pub gravity: &'a Gravity,
-    /// The drift with temperature is tested, and fitted where it helps.
-    pub drift: bool,
+    pub options: &'a CalibrateOptions,
 }
 
 impl Session<'_> {
+    pub fn axes(&self) -> &AxisMap {
+        &self.options.segment.axes
+    }
+
+    /// Names of placements are believed, not data.
+    pub fn faces_by_name(&self) -> bool {
+        self.options.segment.faces_from.are_names()
+    }
+
+    pub fn gravity_mps2(&self) -> f64 {
+        self.options.gravity.value_mps2
+    }
+
+    /// What is taken off the readings of the accelerometer, input unit.
+    pub fn zero_offset(&self) -> f64 {
+        self.recordings.first().map_or(0.0, |r| r.zero_offset)
+    }
+
     pub fn nominal(&self) -> Option<f64> {
         self.recordings.first()?.accel_scale.nominal()
     }
@@ -36,7 +48,7 @@ impl Session<'_> {
     pub fn scale(&self) -> f64 {
         let placements = self.segmentation.poses.iter();
         let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
-        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity.value_mps2;
+        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity_mps2();
         self.nominal().unwrap_or_else(usual)
     }
 }
@@ -115,7 +127,7 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
     let means = session.segmentation.poses.iter().map(|p| p.mean);
     let directions: Vec<[f64; 3]> = means
         .filter(|mean| mean.iter().all(|v| v.is_finite()))
-        .map(|mean| matrix3::unit(&session.axes.to_case(mean)))
+        .map(|mean| matrix3::unit(&session.axes().to_case(mean)))
         .collect();
     let error = if directions.is_empty() {
         Error::input("no-poses", "no pose has a mean reading")

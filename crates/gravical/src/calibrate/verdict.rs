@@ -33,9 +33,9 @@ pub(super) fn verdict(
     findings: &[Finding],
 ) -> Verdict {
     let gates = || findings.iter().filter(|f| f.kind.is_gate());
-    let grade = match (estimate.trust(), section.predicted_norm_error_mps2) {
+    let grade = match (estimate.fit(), section.predicted_norm_error_mps2) {
         _ if gates().next().is_some() => Grade::Poor,
-        (Some(trust), _) => trust.grade(),
+        (Some((_, trust)), _) => trust.grade(),
         // The closed form tests no single pose: it is never verified.
         (None, Some(error)) if 2.0 * error > gravical_fit::UNVERIFIED_MPS2 => Grade::Poor,
         (None, _) => Grade::NotVerifiable,

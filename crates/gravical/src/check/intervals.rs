@@ -5,8 +5,8 @@ use crate::finding::finding;
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{
-    Interval, Measured, Pose, SegmentOptions, Selection, Stretches, intervals_of, leave_out_empty,
-    measure_intervals, segment,
+    Interval, Measured, Pose, SegmentOptions, Selection, intervals_of, leave_out_empty,
+    measure_intervals, segment, slices,
 };
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::stats::mean_of_finite;
@@ -75,7 +75,7 @@ pub(super) fn static_intervals(
 }
 
 fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
-    let found = find_rests(recording).spans;
+    let found = find_rests(recording);
     if !found.is_empty() {
         return intervals_of(index, found, None, Selection::Found);
     }
@@ -98,7 +98,7 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
 /// order of `held`, each with its recording and the rows of its mean.
 pub(super) fn include_slow_noise<'a>(
     recordings: &[Recording],
-    held: &[Stretches],
+    held: &[[Vec<f64>; 3]],
     errors: impl Iterator<Item = (usize, usize, &'a mut Option<[f64; 3]>)>,
 ) {
     let errors = errors.map(|(recording, rows, error)| {
@@ -109,17 +109,14 @@ pub(super) fn include_slow_noise<'a>(
     let averages: Vec<[Vec<f64>; 3]> = held
         .iter()
         .zip(&errors)
-        .flat_map(|(held, (group, ..))| {
+        .map(|(held, (group, ..))| {
             let average = |values: &Vec<f64>| -> Vec<f64> {
                 values.chunks_exact(*group).map(mean_of_finite).collect()
             };
-            held.iter().map(move |s| s.each_ref().map(average))
+            held.each_ref().map(average)
         })
         .collect();
-    let slices: Vec<[&[f64]; 3]> = averages
-        .iter()
-        .map(|a| a.each_ref().map(|v| &v[..]))
-        .collect();
+    let slices: Vec<[&[f64]; 3]> = averages.iter().map(slices).collect();
     // Averages come in no steps.
     let slow = pooled_noise(&slices, [0.0; 3], 1.0);
     for (group, rows, error) in errors {

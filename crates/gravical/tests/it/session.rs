@@ -89,15 +89,6 @@ fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
     fits(&session, &given_gravity(), &sensor);
     let file = calibrated(&session, &given_gravity()).file;
     assert_eq!(file.accelerometer.poses.len(), 6);
-    let reported = file
-        .findings
-        .iter()
-        .find(|f| f.kind == "motion-left-out")
-        .unwrap();
-    assert!(
-        reported.message.contains("shorter static intervals"),
-        "{reported:?}"
-    );
 }
 
 #[test]
@@ -163,7 +154,7 @@ fn the_same_session_is_the_same_by_every_route() {
     let one = [file("session.csv", &rows)];
     let whole = calibrated(&one, &options);
     let (poses, turns) = (&whole.segmentation.poses, &whole.segmentation.turns);
-    let spans: Vec<_> = poses.iter().map(|p| p.rows[0].clone()).collect();
+    let spans: Vec<_> = poses.iter().map(|p| p.rows.clone()).collect();
     let faces: Vec<String> = poses.iter().map(|p| p.face.unwrap().name()).collect();
     assert_eq!((spans.len() >= 9, turns.len()), (true, 3));
 

@@ -124,7 +124,6 @@ fn an_empty_temperature_repeats_the_last_one() {
             "0.300000", "0.300000", "0.300000", "0.300000", "0.300000", "0.500000"
         ]
     );
-    assert_eq!(kinds(&summary), ["temperature-held"]);
     assert_eq!(summary.temperature.unwrap().rows_held, 4);
 }
 

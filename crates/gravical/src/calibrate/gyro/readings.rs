@@ -90,15 +90,12 @@ impl Readings {
     ) -> Vec<Range<usize>> {
         // Without a time the noise only weighs static intervals against each other.
         let period_s = recording.working_rate_hz().0.recip();
-        let mut rests: Vec<(&Range<usize>, &Pose)> = session
-            .poses
-            .iter()
-            .filter(|p| p.recording == index)
-            .flat_map(|p| p.rows.iter().map(move |rows| (rows, p)))
-            .collect();
-        rests.sort_by_key(|(rows, _)| rows.start);
+        let of_recording = session.poses.iter().filter(|p| p.recording == index);
+        let mut rests: Vec<&Pose> = of_recording.collect();
+        rests.sort_by_key(|p| p.rows.start);
         let mut kept = Vec::new();
-        for (rows, placement) in rests {
+        for placement in rests {
+            let rows = &placement.rows;
             let Some((sum, count)) = sum_of_rows(gyro, rows.clone()) else {
                 continue;
             };
