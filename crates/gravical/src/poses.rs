@@ -509,7 +509,10 @@ fn pose(
 }
 
 /// Sum of the rows of a sensor that have all three values, and their number; none without any.
-pub(crate) fn sum_of_rows(sensor: &[Vec<f64>; 3], rows: Range<usize>) -> Option<([f64; 3], usize)> {
+pub(crate) fn sum_of_rows(
+    sensor: &[Vec<f64>; 3],
+    rows: impl IntoIterator<Item = usize>,
+) -> Option<([f64; 3], usize)> {
     let (mut sum, mut count) = ([0.0; 3], 0);
     for row in rows {
         let values = sensor.each_ref().map(|channel| channel[row]);
