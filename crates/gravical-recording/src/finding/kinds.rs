@@ -106,7 +106,6 @@ kinds! {
     EmptyCells "empty-cells" Warning "cells without a value, and temperatures that no sensor can have (below −60 or above 150 °C)";
     TemperatureModel "temperature-model" Note "the drift of these channels with temperature can be predicted";
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
-    TemperatureReference "temperature-reference" Warning "a temperature recording is given, but the poses have no temperature";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
     TemperatureNotApplied "temperature-not-applied" Warning "`apply`, `check`: the calibration has a temperature model, the recording (or some of its rows) no temperatures";
     GyroUnitUnknown "gyro-unit-unknown" Warning "the unit of the gyroscope is unknown";

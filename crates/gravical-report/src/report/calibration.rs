@@ -9,7 +9,7 @@ use crate::document::{
 use crate::figure::Figure;
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind, PoseResult, ReferenceSource, Source,
+    PoseKind, PoseResult, Source,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -282,12 +282,8 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
     if !model.any_corrected() {
         return section;
     }
-    let how = match model.reference_source {
-        ReferenceSource::Session => "the mean of the poses",
-        ReferenceSource::Soak => "the middle of the temperature recording",
-    };
     section.with(Block::paragraph(format!(
-        "The drift is relative to {} °C, {how}. Outside the measured range the value at its limit is used.",
+        "The drift is relative to {} °C, the mean of the poses. Outside the measured range the value at its limit is used.",
         fixed(model.reference_c, 1)
     )))
 }

@@ -17,27 +17,14 @@ use super::{CalibrationFile, InputFile};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TemperatureModel {
-    /// Temperature at which bias and matrix are valid, °C.
+    /// Temperature at which bias and matrix are valid, °C: the mean of the poses; of a soak alone its middle.
     pub reference_c: f64,
-    /// Source of the reference temperature.
-    pub reference_source: ReferenceSource,
     /// Lowest and highest temperature at which the model was fitted and tested, °C.
     pub range_c: [f64; 2],
     /// Every channel; refused ones have no coefficients.
     pub channels: Vec<ChannelDrift>,
     /// The recordings the model was computed from.
     pub inputs: Vec<InputFile>,
-}
-
-/// Source of the reference temperature of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum ReferenceSource {
-    /// The mean temperature of the poses that bias and matrix were computed from.
-    Session,
-    /// The middle of the soak: the poses had no temperature.
-    Soak,
 }
 
 /// Whether the drift of a channel is subtracted.

@@ -30,7 +30,7 @@ fn calibration(with_model: bool) -> CalibrationFile {
                 "coefficients": drift})
         };
         value["temperature_model"] = serde_json::json!({
-        "reference_c": 25.0, "reference_source": "session", "range_c": [0.0, 50.0],
+        "reference_c": 25.0, "range_c": [0.0, 50.0],
         "inputs": [], "channels": [
             channel("ax", "corrected", &[0.01]),
             channel("ay", "not-corrected", &[]),
