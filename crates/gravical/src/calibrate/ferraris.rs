@@ -6,6 +6,7 @@ use gravical_core::matrix3;
 use gravical_core::six_position::{
     AccelerometerParameters, SixPositionError, SixPositionMeans, ferraris_accelerometer,
 };
+use gravical_fit::covariance_by_gravity;
 use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
 use crate::poses::face::{AXES, AxisMap, Face, angle_deg};
@@ -170,8 +171,11 @@ impl AccelerometerFit {
     }
 
     /// Covariance of M and b by the standard errors of the means and a tilt of the faces (standard
-    /// deviation of each of its two components); none without standard errors. The closed form is computed
-    /// again with each of these 30 errors.
+    /// deviation of each of its two components); none without standard errors.
+    ///
+    /// The closed form is computed again with each of these errors. A tilt of σ turns a reading by σ and shortens
+    /// it by σ²/2 for each component, σ² on average and σ² of scatter: the first is an error of all faces alike,
+    /// as one of gravity.
     pub(super) fn covariance(
         &self,
         faces: &Faces,
@@ -203,13 +207,16 @@ impl AccelerometerFit {
             for axis in 0..3 {
                 let along = |size: f64| std::array::from_fn(|i| if i == axis { size } else { 0.0 });
                 add(face, along(errors[face.index()][axis]))?;
-                if axis != face.axis {
-                    let tilted = along(gravity * tilt_rad);
-                    add(face, matrix3::mul_vec(&model, &tilted))?;
-                }
+                let tilt = if axis == face.axis {
+                    tilt_rad.powi(2)
+                } else {
+                    tilt_rad
+                };
+                add(face, matrix3::mul_vec(&model, &along(gravity * tilt)))?;
             }
         }
-        Some(covariance)
+        let here = parameters(Face::all()[0], [0.0; 3])?;
+        Some(covariance + covariance_by_gravity(&here, tilt_rad.powi(2)))
     }
 }
 
