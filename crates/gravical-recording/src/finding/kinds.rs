@@ -261,18 +261,6 @@ impl fmt::Display for FindingKind {
     }
 }
 
-impl PartialEq<str> for FindingKind {
-    fn eq(&self, name: &str) -> bool {
-        self.name() == name
-    }
-}
-
-impl PartialEq<&str> for FindingKind {
-    fn eq(&self, name: &&str) -> bool {
-        self.name() == *name
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -64,7 +64,7 @@ fn at(mean: f64) -> Option<TemperatureRange> {
 }
 
 fn has(findings: &[Finding], kind: &str) -> bool {
-    findings.iter().any(|f| f.kind == kind)
+    findings.iter().any(|f| f.kind.name() == kind)
 }
 
 fn says(reasons: &[String], words: &str) -> bool {

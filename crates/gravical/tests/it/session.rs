@@ -105,7 +105,7 @@ fn means_without_labels_are_placements_where_they_lie_far_apart() {
             .file
             .findings
             .iter()
-            .any(|f| f.kind == "rows-as-poses")
+            .any(|f| f.kind.name() == "rows-as-poses")
     );
     let bias = fitted(labelled).file.accelerometer.bias;
     assert_eq!(result.file.accelerometer.bias, bias);
@@ -257,5 +257,9 @@ fn a_hold_full_of_spikes_is_no_hold_lost() {
     }
     let file = calibrated(&[named("spikes.csv", &text)], &given_gravity()).file;
     assert_eq!(file.accelerometer.poses.len(), 6);
-    assert!(file.findings.iter().any(|f| f.kind == "spikes-left-out"));
+    assert!(
+        file.findings
+            .iter()
+            .any(|f| f.kind.name() == "spikes-left-out")
+    );
 }
