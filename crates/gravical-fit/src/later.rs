@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::model::{Covariance, PARAMETERS, Parameters, jacobian};
 
 pub use check::{Cause, Check, Explanation, Length, StaticMean, check};
-pub use compare::{Compare, NormDifference, ParameterDifference, compare};
+pub use compare::{Compare, Difference, NormDifference, compare};
 
 /// Covariance of `f` by the errors of the parameters, J C Jᵀ.
 fn propagated(

@@ -9,10 +9,12 @@ use gravical_core::six_position::{
 use gravical_fit::covariance_by_gravity;
 use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
-use crate::poses::face::{AXES, AxisMap, Face, angle_deg};
+use crate::poses::face::{AXES, AxisMap, Face, angle_deg, in_words};
 use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
 use crate::recording::Recording;
 use crate::{Error, Result};
+
+use super::session::at_only;
 
 /// A repeat of a face that points this far from the best one is an oblique
 /// pose, degrees.
@@ -95,56 +97,49 @@ pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<
 }
 
 fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Recording]) -> Error {
-    let missing = Face::all()
-        .into_iter()
-        .filter(|f| of_face[f.index()].is_empty());
-    let names: Vec<String> = missing.clone().map(Face::name).collect();
-    let next: Vec<String> = missing
-        .map(|f| format!("{} {}", AXES[f.axis], if f.up { "up" } else { "down" }))
+    let faces = Face::all().into_iter();
+    let missing: Vec<Face> = faces
+        .clone()
+        .filter(|f| of_face[f.index()].is_empty())
         .collect();
-    let oblique = placements.iter().filter(|p| p.face.is_none());
-    let count = oblique.clone().count();
-    let twice = Face::all()
-        .into_iter()
-        .find(|f| of_face[f.index()].len() > 1)
-        .filter(|_| placements.len() == 6 && count == 0);
+    let names: Vec<String> = missing.iter().map(|f| f.name()).collect();
+    let oblique: Vec<&Pose> = placements.iter().filter(|p| p.face.is_none()).collect();
+    let twice = faces
+        .filter(|_| placements.len() == 6 && oblique.is_empty())
+        .find(|f| of_face[f.index()].len() > 1);
     let error = if let Some(face) = twice {
-        let there = &of_face[face.index()];
         let source = |&i: &usize| match recordings {
             [_] => placements[i].label.as_str(),
             _ => placements[i].source.as_str(),
         };
+        let there: Vec<&str> = of_face[face.index()].iter().map(source).collect();
         let what = format!(
             "{} points up in {} poses ({}), and no pose has {} up",
             face.name(),
             there.len(),
-            there.iter().map(source).collect::<Vec<_>>().join(" and "),
+            there.join(" and "),
             names.join(", ")
         );
         Error::input("same-face-twice", what)
     } else {
-        let mut what = format!(
-            "{} of six faces found; missing: {}",
-            6 - names.len(),
-            names.join(" ")
-        );
-        if count > 0 {
-            let list = oblique.map(|p| format!("{} {:.0}°", p.label, p.angle_deg));
+        let (found, names) = (6 - missing.len(), names.join(" "));
+        let mut what = format!("{found} of six faces found; missing: {names}");
+        if !oblique.is_empty() {
+            let list = oblique.iter().take(6);
+            let list = list.map(|p| format!("{} {:.0}°", p.label, p.angle_deg));
             what += &format!(
-                "; {count} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
+                "; {} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
+                oblique.len(),
                 placements.len(),
-                list.take(6).collect::<Vec<_>>().join(", ")
+                list.collect::<Vec<_>>().join(", ")
             );
         }
         Error::input("missing-face", what)
     };
-    let error = match recordings {
-        [one] => error.at(one.name.as_ref(), None),
-        _ => error,
-    };
-    error.with_hint(format!(
+    let next = missing.iter().map(|f| in_words(f.direction()));
+    at_only(recordings, error).with_hint(format!(
         "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
-        next.join(", ")
+        next.collect::<Vec<_>>().join(", ")
     ))
 }
 

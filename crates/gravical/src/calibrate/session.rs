@@ -2,7 +2,7 @@
 //! sensors, and poses that leave parameters open.
 
 use gravical_core::matrix3;
-use gravical_fit::later::{Compare, ParameterDifference, compare};
+use gravical_fit::later::{Difference, compare};
 use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Fit, Options, Pose, Sensor, Undetermined, fit};
 
@@ -85,8 +85,9 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
         };
         let sensor = sensor(&fit, session.scale());
         for (other, before) in &alone {
-            let differ = compare(before, &sensor).filter(|c| c.magnitude.p_value < CHANCE);
-            let Some([scale, bias]) = differ.map(|c| apart(&c)) else {
+            let differ = compare(before, &sensor).map(|c| c.magnitude);
+            let differ = differ.filter(|d| d.test.p_value < CHANCE);
+            let Some([scale, bias]) = differ.map(|d| apart(&d)) else {
                 continue;
             };
             let name = &recording.name;
@@ -113,13 +114,9 @@ fn sensor(fit: &Fit, unit: f64) -> Sensor {
 }
 
 /// Largest differences of scales in % and of biases in mg.
-fn apart(compared: &Compare) -> [f64; 2] {
-    let largest = |range: &[ParameterDifference]| {
-        let sizes = range.iter().map(|d| d.difference.abs());
-        sizes.fold(0.0, f64::max)
-    };
-    let [bias, scale] = [&compared.parameters[..3], &compared.parameters[3..6]].map(largest);
-    [scale, milli_g(bias)]
+fn apart(magnitude: &Difference) -> [f64; 2] {
+    let largest = |first: usize| magnitude.value.rows(first, 3).amax();
+    [100.0 * largest(3), milli_g(largest(0))]
 }
 
 /// The error for poses that leave the parameters open.
@@ -129,44 +126,49 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
         .filter(|mean| mean.iter().all(|v| v.is_finite()))
         .map(|mean| matrix3::unit(&session.axes().to_case(mean)))
         .collect();
-    let error = if directions.is_empty() {
-        Error::input("no-poses", "no pose has a mean reading")
-            .with_hint("`gravical inspect` shows what is in the recording")
-    } else {
-        let is_up = |axis: usize| directions.iter().any(|n| Face::nearest(*n).0.axis == axis);
-        let (covered, missing): (Vec<usize>, Vec<usize>) = (0..3).partition(|axis| is_up(*axis));
-        let [covered, missing] = [covered, missing].map(|axes| {
-            let names = axes.into_iter().map(|i| AXES[i].to_string());
-            names.collect::<Vec<_>>()
-        });
-        let coverage = match &missing[..] {
-            [a, b] => format!(
-                "only the {} axis is covered; {a} and {b} are missing",
-                covered.join("")
-            ),
-            [axis] => format!(
-                "only {} are covered; {axis} is missing",
-                covered.join(" and ")
-            ),
-            _ => "all three axes are covered, but parameters remain undetermined".to_owned(),
-        };
-        let mut message = format!("{}: {coverage}", count(directions.len(), "pose"));
-        let direction = in_words(open.direction);
-        if open.sd_mps2.is_finite() {
-            let sd = milli_g(open.sd_mps2);
-            message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
-        }
-        let both = missing.iter().map(|a| format!("{a} up and {a} down"));
-        let pose = if missing.is_empty() {
-            direction
-        } else {
-            both.collect::<Vec<_>>().join(", ")
-        };
-        Error::input("underdetermined", message).with_hint(format!(
-            "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
-        ))
+    if directions.is_empty() {
+        let none = Error::input("no-poses", "no pose has a mean reading")
+            .with_hint("`gravical inspect` shows what is in the recording");
+        return at_only(session.recordings, none);
+    }
+    let is_up = |axis: &usize| directions.iter().any(|n| Face::nearest(*n).0.axis == *axis);
+    let (covered, missing): (Vec<usize>, Vec<usize>) = (0..3).partition(is_up);
+    let [covered, missing] = [covered, missing].map(|axes| {
+        let names = axes.into_iter().map(|i| AXES[i].to_string());
+        names.collect::<Vec<_>>()
+    });
+    let coverage = match &missing[..] {
+        [a, b] => format!(
+            "only the {} axis is covered; {a} and {b} are missing",
+            covered.join("")
+        ),
+        [axis] => format!(
+            "only {} are covered; {axis} is missing",
+            covered.join(" and ")
+        ),
+        _ => "all three axes are covered, but parameters remain undetermined".to_owned(),
     };
-    match session.recordings {
+    let mut message = format!("{}: {coverage}", count(directions.len(), "pose"));
+    let direction = in_words(open.direction);
+    if open.sd_mps2.is_finite() {
+        let sd = milli_g(open.sd_mps2);
+        message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
+    }
+    let both = missing.iter().map(|a| format!("{a} up and {a} down"));
+    let pose = if missing.is_empty() {
+        direction
+    } else {
+        both.collect::<Vec<_>>().join(", ")
+    };
+    let error = Error::input("underdetermined", message).with_hint(format!(
+        "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
+    ));
+    at_only(session.recordings, error)
+}
+
+/// The error at the only recording; of several none is meant.
+pub(super) fn at_only(recordings: &[Recording], error: Error) -> Error {
+    match recordings {
         [one] => error.at(one.name.as_ref(), None),
         _ => error,
     }
