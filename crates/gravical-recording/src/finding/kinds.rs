@@ -129,7 +129,6 @@ kinds! {
     FewOrientations "few-orientations" Gate "many poses without a face, as in days of wear, and none beyond ±0.3 g on some side of an axis";
     SameFaceTwice "same-face-twice" Gate "one face is recorded twice, once under the name of the missing face (or as two of six poses)";
     OrientationOpen "orientation-open" Note "face poses on fewer than two axes, or a method without faces";
-    CrossAxisHigh "cross-axis-high" Warning "the angle between two axes differs from 90° by more than 2.9°; data sheets allow 1.6°";
     ModelError "model-error" Warning "the model misfit of the poses beyond their noise exceeds 20 mm/s²";
     NoiseAssumed "noise-assumed" Note "the rows are means of unknown standard error";
     FreePoseOff "free-pose-off" Gate "at free poses, which are not used by the fit, the error of the magnitude is more than three times the predicted one";

@@ -1,6 +1,6 @@
 //! Checks that can show a calibration wrong.
 
-use gravical_core::matrix3::{dot, unit};
+use gravical_core::matrix3::unit;
 
 use crate::calibration_file::{AccelerometerSection, Method, PoseKind, TiltSource};
 use crate::finding::{Finding, finding};
@@ -22,9 +22,6 @@ const MIN_COVERED_G: f64 = 0.3;
 /// Oblique placements further off than so many times the predicted error
 /// contradict the result.
 const OBLIQUE_GATE: f64 = 3.0;
-/// Two axes further from a right angle than this are no MPU6050's, cosine:
-/// two and a half times the ±2 % of the data sheet.
-const CROSS_AXIS_GATE: f64 = 0.05;
 /// A sensor that misses the model by more than this, m/s², does something that
 /// the model has no word for.
 const MODEL_ERROR_NOTE: f64 = 0.02;
@@ -55,7 +52,6 @@ pub(super) fn accelerometer(
     findings.extend(oblique(section));
     findings.extend(tilts(section));
     findings.extend(orientations(section));
-    findings.extend(cross_axis(section));
     findings.extend(roles(section, estimate, placements));
     findings.extend(of_fit(section, estimate, placements));
     findings
@@ -143,22 +139,6 @@ fn orientations(section: &AccelerometerSection) -> Option<Finding> {
             FewOrientations,
             "not enough orientations: only {} are covered; each axis has to be beyond ±{MIN_COVERED_G} g on both sides",
             list.collect::<Vec<_>>().join(", ")
-        )
-    })
-}
-
-fn cross_axis(section: &AccelerometerSection) -> Option<Finding> {
-    let r = &section.orientation;
-    let cosine = |(i, j): (usize, usize)| (i, j, dot(&r[i], &r[j]));
-    let pairs = [(0, 1), (1, 2), (2, 0)].map(cosine).into_iter();
-    let (i, j, cosine) = pairs.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))?;
-    (cosine.abs() > CROSS_AXIS_GATE).then(|| {
-        finding!(
-            CrossAxisHigh,
-            "the axes {} and {} are {:.1}° from a right angle; a data sheet allows about 1.6°: too few or too similar poses for so many parameters",
-            AXES[i],
-            AXES[j],
-            cosine.asin().to_degrees().abs()
         )
     })
 }
