@@ -320,14 +320,10 @@ impl Fit {
     pub fn covariance(&self) -> [[f64; 18]; 18] {
         let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
         let unit = |i: usize| if i < DRIFT { self.search.scale } else { 1.0 };
-        let with_gravity = self.with_gravity();
+        let with_gravity = self.sensor(self.search.scale).covariance_with_gravity();
         std::array::from_fn(|i| {
             std::array::from_fn(|k| with_gravity[(of(i), of(k))] * unit(i) * unit(k))
         })
-    }
-
-    pub(crate) fn with_gravity(&self) -> Covariance {
-        self.sensor(self.search.scale).covariance_with_gravity()
     }
 
     /// The calibration as numbers, for readings in units of `unit`.

@@ -62,8 +62,12 @@ fn norm(file: &CalibrationFile) -> Figure {
     let poses = &file.accelerometer.poses;
     let g = file.gravity_mps2;
     let after: Vec<f64> = poses.iter().map(|p| length(&p.calibrated)).collect();
-    let directions = poses.iter().map(|p| unit(&p.calibrated));
-    let deviations = file.sensor().map(|sensor| sensor.sd_along(directions));
+    let directions = poses.iter().map(|p| unit(&p.calibrated).into());
+    let deviations = file.sensor().map(|mut sensor| {
+        sensor.model_error_mps2 = 0.0;
+        let claims = sensor.claims(directions).into_iter();
+        claims.map(|c| c.sd_mps2).collect::<Vec<f64>>()
+    });
     let calibrated = |values: Vec<f64>, factor: f64| {
         let points = Series::categorical("calibrated", Role::Result, values);
         match &deviations {

@@ -260,15 +260,18 @@ fn missing_face(estimate: &Estimate) -> Option<Finding> {
     if missing.is_empty() || uses.clone().any(|u| u.face.is_none()) {
         return None;
     }
-    let cost = |face: &Face| {
-        let (_, sd) = fit.error_along(face.direction());
-        format!("{} up: ±{:.0} mg", face.name(), milli_g(sd))
-    };
+    let directions = missing.iter().map(|face| face.direction().into());
+    let claims = fit.sensor(1.0).claims(directions).into_iter();
+    let costs = missing.iter().zip(claims);
+    let costs = costs.map(|(face, claim)| {
+        let sd = milli_g(claim.sd_mps2);
+        format!("{} up: ±{sd:.0} mg", face.name())
+    });
     Some(finding!(
         MissingFace,
         "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique poses",
         6 - missing.len(),
-        missing.iter().map(cost).collect::<Vec<_>>().join(", ")
+        costs.collect::<Vec<_>>().join(", ")
     ))
 }
 

@@ -6,8 +6,7 @@ use gravical_fit::model::{Covariance as ParameterCovariance, DRIFT};
 use gravical_fit::{Fit, Trust, deviations};
 
 use crate::calibration_file::{
-    AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult,
-    Source, WorstDirection,
+    AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult, Source,
 };
 use crate::gravity::Gravity;
 use crate::poses::Pose;
@@ -93,13 +92,8 @@ fn by_ferraris(
     let Some(sensor) = sensor else {
         return;
     };
-    let (direction, sd_mps2) = sensor.weakest();
     section.predicted_norm_error_mps2 = Some(sensor.predicted_mps2()).filter(|p| p.is_finite());
-    section.worst_direction = sd_mps2.is_finite().then_some(WorstDirection {
-        direction,
-        sd_mps2,
-        error_mps2: COVERAGE * sd_mps2,
-    });
+    section.worst_direction = Some(sensor.weakest(COVERAGE)).filter(|w| w.error_mps2.is_finite());
     let all = sensor.covariance_with_gravity();
     let row = |i: usize| (0..DRIFT).map(|k| all[(i, k)]).collect();
     section.covariance = Some(Covariance {
