@@ -195,34 +195,23 @@ pub fn is_summary(path: &Path) -> bool {
     matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
 }
 
-/// The error of a folder without a recording, with what is there instead.
+/// The error of a folder without a recording, with what was left out.
 fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
-    const MAX_LISTED: usize = 4;
     let inside = left_out
         .iter()
         .find(|f| f.kind == FindingKind::FolderLeftOut);
-    let mut hint = match inside.and_then(|f| f.file.as_deref()) {
-        Some(inside) => {
+    let hint = match (inside.and_then(|f| f.file.as_deref()), left_out) {
+        (Some(inside), _) => {
             let inside = path_word(Path::new(inside));
             format!("folders inside are not read; name one: {inside}")
         }
-        None => format!("recordings are files that end in .{}", ENDINGS.join(", .")),
+        (None, []) => format!("recordings are files that end in .{}", ENDINGS.join(", .")),
+        (None, _) => "`gravical inspect` says of each file what helps".to_owned(),
     };
-    let mut list: Vec<String> = left_out
-        .iter()
-        .take(MAX_LISTED)
-        .map(|f| {
-            let file = f.file.as_deref().unwrap_or("-");
-            format!("{file}: {}", f.message.trim_end_matches("; left out"))
-        })
-        .collect();
-    if left_out.len() > MAX_LISTED {
-        list.push(format!("and {} more", left_out.len() - MAX_LISTED));
-    }
     let mut error = Error::input("no-recordings", "there is no recording in this folder");
-    if !list.is_empty() {
-        error = error.with_detail(&format!(" ({})", list.join("; ")));
-        hint += "; `gravical inspect` says of each file what helps";
+    if let [first, ..] = left_out {
+        let (file, why) = (first.file.as_deref().unwrap_or("-"), &first.message);
+        error = error.with_detail(&format!("; {file}: {why}"));
     }
     error.at(folder, None).with_hint(hint)
 }

@@ -181,23 +181,24 @@ fn undetermined(open: &GyroUndetermined, nominal: Option<f64>) -> Finding {
         Some(_) => "it gets its bias only, with the nominal scale",
         None => "it is not calibrated",
     };
-    if motions < MIN_MOTIONS {
-        finding!(
-            GyroUndetermined,
-            "{motions} usable motions between static intervals are too few for the gyroscope: {MIN_MOTIONS} are needed, and twice as many are good; {then}"
+    let why = if motions < MIN_MOTIONS {
+        format!(
+            "are too few for the gyroscope: {MIN_MOTIONS} are needed, and twice as many are good; {then}"
         )
     } else if strong.is_empty() {
-        finding!(
-            GyroUndetermined,
-            "the {motions} usable motions between static intervals do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
+        format!(
+            "do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
         )
     } else {
-        finding!(
-            GyroUndetermined,
-            "the {motions} usable motions between static intervals turn about {} of 3 axes enough ({strong}), but too little about {weak} ({how_well}); {then}. Turn it about {weak} too, by 90° and more, with that axis level",
-            open.axes.iter().filter(|weak| !**weak).count()
+        let count = open.axes.iter().filter(|weak| !**weak).count();
+        format!(
+            "turn about {count} of 3 axes enough ({strong}), but too little about {weak} ({how_well}); {then}. Turn it about {weak} too, by 90° and more, with that axis level"
         )
-    }
+    };
+    finding!(
+        GyroUndetermined,
+        "{motions} usable motions between static intervals {why}"
+    )
 }
 
 /// Names the motions that contradict the others, recording by recording.
