@@ -197,19 +197,18 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     // Everything odd, gathered; the verdict follows from it.
     let read = recordings.iter().flat_map(|r| &r.findings);
     let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
-    findings.extend(gyroscope.findings);
-    findings.extend(options.gravity.finding());
     findings.extend(checks::inputs(recordings));
-    let offset = session.zero_offset();
+    if !options.segment.faces_from.are_names() {
+        findings.extend(checks::names(&options.segment.axes, placements));
+    }
     findings.extend(checks::accelerometer(
         &accelerometer,
         &estimate,
         placements,
-        offset,
+        session.zero_offset(),
     ));
-    if !options.segment.faces_from.are_names() {
-        findings.extend(checks::names(&options.segment.axes, placements));
-    }
+    findings.extend(options.gravity.finding());
+    findings.extend(gyroscope.findings);
     if gyroscope.scale_by_motions {
         // The motions have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);

@@ -35,9 +35,6 @@ pub(super) fn accelerometer(
     offset: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    findings.extend(scale(section));
-    // The zero of unsigned counts is a way of reading, which no data sheet limits.
-    findings.extend(bias(section).filter(|_| offset == 0.0));
     for (used, placement) in estimate.uses.iter().zip(placements) {
         if used.fitted && placement.clipped > 0 {
             let clipped = finding!(
@@ -49,11 +46,15 @@ pub(super) fn accelerometer(
             findings.push(clipped.in_file(&placement.source));
         }
     }
+    // What is wrong with the session comes before what is wrong with the result.
+    findings.extend(orientations(section));
+    findings.extend(of_fit(section, estimate, placements));
+    findings.extend(scale(section));
+    // The zero of unsigned counts is a way of reading, which no data sheet limits.
+    findings.extend(bias(section).filter(|_| offset == 0.0));
     findings.extend(oblique(section));
     findings.extend(tilts(section));
-    findings.extend(orientations(section));
     findings.extend(roles(section, estimate, placements));
-    findings.extend(of_fit(section, estimate, placements));
     findings
 }
 

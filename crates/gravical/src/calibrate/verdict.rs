@@ -7,20 +7,10 @@ use crate::calibration_file::{
 };
 use crate::numfmt::{count, mg, words};
 use crate::poses::face::in_words;
-use crate::recording::{Finding, FindingKind};
+use crate::recording::Finding;
 
 use super::estimate::Estimate;
 
-/// What is wrong with the session comes before what is wrong with the fit.
-const SESSION: [FindingKind; 7] = [
-    FindingKind::SameFileTwice,
-    FindingKind::SameFaceTwice,
-    FindingKind::MissingFace,
-    FindingKind::FewOrientations,
-    FindingKind::NamesMirrored,
-    FindingKind::UnitChanged,
-    FindingKind::ClippedPose,
-];
 /// Angles between the axes that are less well known than this are worth a word, degrees.
 const OPEN_ANGLE_DEG: f64 = 0.3;
 
@@ -40,10 +30,7 @@ pub(super) fn verdict(
         (None, Some(error)) if 2.0 * error > gravical_fit::UNVERIFIED_MPS2 => Grade::Poor,
         (None, _) => Grade::NotVerifiable,
     };
-    let in_session = |f: &&Finding| SESSION.contains(&f.kind);
-    let session = findings.iter().filter(in_session);
-    let session = session.chain(gates().filter(|f| !in_session(f)));
-    let mut reasons: Vec<String> = session.map(|f| f.message.clone()).collect();
+    let mut reasons: Vec<String> = gates().map(|f| f.message.clone()).collect();
     reasons.extend(section.worst_direction.map(|worst| {
         let (error, direction) = (mg(worst.error_mps2), in_words(worst.direction));
         format!("error of ‖a‖ at most {error} mg (95 %) in the worst direction ({direction})")
