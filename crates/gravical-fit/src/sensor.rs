@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
 use crate::model::{
-    BENDS, BIAS, Covariance, DIRECTIONS, DRIFT, PARAMETERS, Parameters, bend, invariants, jacobian,
+    BENDS, BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, invariants, jacobian,
     matrix, sensitivity, sphere,
 };
 
@@ -249,6 +249,7 @@ fn normal_draws() -> impl Iterator<Item = Parameters> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::DRIFT;
 
     fn sensor() -> Sensor {
         let m = [1.02, 0.01, -0.02, 0.0, 0.97, 0.03, -0.01, 0.02, 1.01];
