@@ -111,27 +111,16 @@ impl TemperatureModel {
     /// Why it cannot be applied; `None` if it can.
     pub(super) fn fault(&self) -> Option<String> {
         let [low, high] = self.range_c;
-        if ![self.reference_c, low, high].iter().all(|v| v.is_finite()) {
-            return Some("its reference or its range is not finite".to_owned());
+        // Not where one is no number, either.
+        if !(low <= high && self.reference_c.is_finite()) {
+            return Some(format!("its range is {low} to {high} °C"));
         }
-        if low > high {
-            return Some(format!("its range is reversed: {low} to {high} °C"));
-        }
-        self.channels.iter().enumerate().find_map(|(i, c)| {
-            let name = &c.channel;
-            if !CHANNELS.contains(&name.as_str()) {
-                Some(format!("there is no channel {name}"))
-            } else if self.channels[..i]
-                .iter()
-                .any(|before| before.channel == *name)
-            {
-                Some(format!("the channel {name} is there twice"))
-            } else if !c.coefficients.iter().all(|v| v.is_finite()) {
-                Some(format!("a coefficient of {name} is not finite"))
-            } else {
-                None
-            }
-        })
+        let is_faulty = |c: &&ChannelDrift| {
+            let is_finite = c.coefficients.iter().all(|v| v.is_finite());
+            !is_finite || !CHANNELS.contains(&c.channel.as_str())
+        };
+        let faulty = self.channels.iter().find(is_faulty)?;
+        Some(format!("the channel {} is none", faulty.channel))
     }
 }
 

@@ -8,7 +8,7 @@ use crate::poses::{
     Interval, Measured, Pose, SegmentOptions, Selection, intervals_of, leave_out_empty,
     measure_intervals, segment, slices,
 };
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 use crate::stats::mean_of_finite;
 use crate::temperature::{bring_to_reference, cost_text};
 use crate::{Error, Result};
@@ -142,10 +142,10 @@ pub(super) fn at_reference(
     let without = temperatures.filter(Option::is_none).count();
     if without > 0 {
         let (all, cost) = (intervals.len(), cost_text(model));
-        let text = format!(
+        findings.push(finding!(
+            TemperatureNotApplied,
             "{without} of {all} static intervals have no temperature, so the calibration's drift with temperature is not taken off there: {cost}"
-        );
-        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
+        ));
     }
     bring_to_reference(intervals, model);
 }
