@@ -191,6 +191,7 @@ impl AccelerometerFit {
                 _ => 0.0,
             }))
         };
+        let (turned, shorter) = (tilt_rad.sin(), 2.0 * (1.0 - tilt_rad.cos()));
         let mut covariance = Covariance::zeros();
         let mut add = |face: Face, change: [f64; 3]| {
             let back = change.map(|c| -c);
@@ -202,16 +203,12 @@ impl AccelerometerFit {
             for axis in 0..3 {
                 let along = |size: f64| std::array::from_fn(|i| if i == axis { size } else { 0.0 });
                 add(face, along(errors[face.index()][axis]))?;
-                let tilt = if axis == face.axis {
-                    tilt_rad.powi(2)
-                } else {
-                    tilt_rad
-                };
+                let tilt = if axis == face.axis { shorter } else { turned };
                 add(face, matrix3::mul_vec(&model, &along(gravity * tilt)))?;
             }
         }
         let here = parameters(Face::all()[0], [0.0; 3])?;
-        Some(covariance + covariance_by_gravity(&here, tilt_rad.powi(2)))
+        Some(covariance + covariance_by_gravity(&here, shorter))
     }
 }
 

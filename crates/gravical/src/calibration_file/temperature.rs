@@ -120,7 +120,10 @@ impl TemperatureModel {
             !is_finite || !CHANNELS.contains(&c.channel.as_str())
         };
         let faulty = self.channels.iter().find(is_faulty)?;
-        Some(format!("the channel {} is none", faulty.channel))
+        let name = &faulty.channel;
+        Some(format!(
+            "{name} is no channel, or a coefficient of it no number"
+        ))
     }
 }
 
