@@ -13,7 +13,7 @@ use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MO
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
 use crate::finding::{Finding, finding};
 use crate::poses::Segmentation;
-use crate::poses::face::AXES;
+use crate::poses::face::axes_where;
 use crate::recording::units::GyroUnit;
 use crate::recording::{LineSpans, Recording};
 
@@ -167,11 +167,7 @@ fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
 /// What has to be turned more.
 fn undetermined(open: &GyroUndetermined, nominal: Option<f64>) -> Finding {
     let motions = open.motions;
-    let names = |weak: bool| {
-        let axes = (0..3).filter(|i| open.axes[*i] == weak);
-        let names: Vec<String> = axes.map(|i| AXES[i].to_string()).collect();
-        names.join(" and ")
-    };
+    let names = |weak: bool| axes_where(|axis| open.axes[axis] == weak).join(" and ");
     let (strong, weak) = (names(false), names(true));
     let how_well = match open.sd {
         sd if sd < 10.0 => format!("known to {:.0} %", 100.0 * sd),

@@ -9,7 +9,7 @@ use gravical_fit::{Fit, Options, Pose, Sensor, Undetermined, fit};
 use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
 use crate::poses::Segmentation;
-use crate::poses::face::{AXES, AxisMap, Face, in_words};
+use crate::poses::face::{AxisMap, Face, axes_where, in_words};
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -131,12 +131,8 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
             .with_hint("`gravical inspect` shows what is in the recording");
         return at_only(session.recordings, none);
     }
-    let is_up = |axis: &usize| directions.iter().any(|n| Face::nearest(*n).0.axis == *axis);
-    let (covered, missing): (Vec<usize>, Vec<usize>) = (0..3).partition(is_up);
-    let [covered, missing] = [covered, missing].map(|axes| {
-        let names = axes.into_iter().map(|i| AXES[i].to_string());
-        names.collect::<Vec<_>>()
-    });
+    let is_up = |axis: usize| directions.iter().any(|n| Face::nearest(*n).0.axis == axis);
+    let (covered, missing) = (axes_where(is_up), axes_where(|axis| !is_up(axis)));
     let coverage = match &missing[..] {
         [a, b] => format!(
             "only the {} axis is covered; {a} and {b} are missing",

@@ -15,6 +15,12 @@ pub use names::{Claim, claim};
 #[doc(hidden)]
 pub const AXES: [char; 3] = ['x', 'y', 'z'];
 
+/// Names of the axes that are meant.
+pub(crate) fn axes_where(is_meant: impl Fn(usize) -> bool) -> Vec<String> {
+    let axes = (0..3).filter(|axis| is_meant(*axis));
+    axes.map(|axis| AXES[axis].to_string()).collect()
+}
+
 /// A direction of specific force as an attitude of the case: `x up`, or `x up, tilted 30°, z lowered`.
 #[must_use]
 #[doc(hidden)]

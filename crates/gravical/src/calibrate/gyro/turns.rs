@@ -11,7 +11,7 @@ use crate::calibrate::session::Session;
 use crate::calibration_file::GyroscopeSection;
 use crate::finding::finding;
 use crate::poses::Pose;
-use crate::poses::face::{AXES, Face};
+use crate::poses::face::{Face, axes_where};
 use crate::poses::turns::sample_period_s;
 use crate::recording::Recording;
 use crate::recording::units::GyroUnit;
@@ -31,11 +31,7 @@ pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gy
         return Ok(fit);
     };
     let angle_rad = session.options.segment.turn_angle_deg.to_radians();
-    let names = |is_one: &dyn Fn(usize) -> bool| -> Vec<String> {
-        let axes = (0..3).filter(|axis| is_one(*axis));
-        axes.map(|axis| AXES[axis].to_string()).collect()
-    };
-    let missing = names(&|axis| cut.turns.iter().all(|t| t.axis != axis));
+    let missing = axes_where(|axis| cut.turns.iter().all(|t| t.axis != axis));
     if !missing.is_empty() {
         fit.findings.push(finding!(
             TurnsIncomplete,
@@ -75,7 +71,7 @@ pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gy
         .of_rates()
         .rows_to_case(&parameters.orientation);
     let diagonal = [0, 1, 2].map(|i| in_case[i][i]);
-    let backwards = names(&|axis| diagonal[axis] < 0.0);
+    let backwards = axes_where(|axis| diagonal[axis] < 0.0);
     if !backwards.is_empty() {
         let degrees = angle_rad.to_degrees();
         fit.findings.push(finding!(
