@@ -223,24 +223,21 @@ impl GyroscopeSection {
 const MATTERS: f64 = 0.8;
 
 impl AccelerometerSection {
-    /// True if the proposed poses lower the predicted error of ‖a‖ by more than a fifth.
-    pub fn next_poses_lower_error(&self) -> bool {
-        let now = self.predicted_norm_error_mps2;
-        let then = self.next_poses.last().map(|p| p.predicted_norm_error_mps2);
-        then.zip(now)
-            .is_some_and(|(then, now)| then < MATTERS * now)
-    }
-
     /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
     /// where that is above 5 mg, the error that one pose can cause undetected.
     pub fn proposed_poses(&self) -> &[NextPose] {
+        let now = self.predicted_norm_error_mps2;
+        let then = self.next_poses.last().map(|p| p.predicted_norm_error_mps2);
+        let lower_error = then
+            .zip(now)
+            .is_some_and(|(then, now)| then < MATTERS * now);
         let now = self.undetected.as_ref().map(|u| u.effect_mps2);
         let then = self.next_poses.iter();
         let then = then.filter_map(|p| p.undetected_effect_mps2);
         let test_more = then.min_by(f64::total_cmp).is_some_and(|least| {
             now.is_none_or(|now| now > gravical_fit::GOOD_MPS2 && least < MATTERS * now)
         });
-        if self.next_poses_lower_error() || test_more {
+        if lower_error || test_more {
             &self.next_poses
         } else {
             &[]
