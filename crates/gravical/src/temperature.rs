@@ -297,7 +297,7 @@ pub fn for_calibration(
     let (Some(model), Some(session)) = (model, session) else {
         return Ok(None);
     };
-    findings.push(summary_finding(&model, !segmentation.turns.is_empty()));
+    findings.extend(refused(&model));
     if !model.any_corrected() {
         // No drift is subtracted: the reference does not matter.
         return Ok(Some(model));
@@ -389,41 +389,20 @@ pub(crate) fn from_poses(
         }
         model.channels.extend(gyro);
     }
-    let finding = summary_finding(&model, !segmentation.turns.is_empty());
-    segmentation.findings.push(finding);
+    segmentation.findings.extend(refused(&model));
     bring_to_reference(&mut segmentation.poses, &model);
     Some(model)
 }
 
-/// The finding that lists the channels that are corrected, and the others.
-fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
-    let list = |corrected: bool| {
-        let channels = model.channels.iter();
-        let channels = channels.filter(|c| c.is_corrected() == corrected);
-        channels.map(|c| &*c.channel).collect::<Vec<_>>().join(", ")
-    };
+/// A finding where the drift of no channel is predictable.
+fn refused(model: &TemperatureModel) -> Option<Finding> {
     let [low, high] = model.range_c;
-    let (corrected, others) = (list(true), list(false));
-    if corrected.is_empty() {
-        return finding!(
+    (!model.any_corrected()).then(|| {
+        finding!(
             TemperatureRefused,
-            "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
-        );
-    }
-    let idle = if !with_gyro && corrected.contains('g') {
-        " (for the gyroscope only after it is calibrated)"
-    } else {
-        ""
-    };
-    let rest = if others.is_empty() {
-        String::new()
-    } else {
-        format!("; that of {others} is not predictable or not significant")
-    };
-    finding!(
-        TemperatureModel,
-        "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
-    )
+            "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable: none is subtracted"
+        )
+    })
 }
 
 /// Text: largest error of a reading without the model, over its range.

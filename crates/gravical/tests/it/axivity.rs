@@ -335,8 +335,6 @@ fn days_of_wear_in_a_file_calibrate_the_sensor() {
     let file = calibrate(&[recording], &options).unwrap().file;
     let reasons = &file.verdict.reasons;
     assert_eq!(file.verdict.grade, Grade::Good, "{reasons:?}");
-    let kinds: Vec<&str> = file.findings.iter().map(|f| f.kind.name()).collect();
-    assert!(kinds.contains(&"temperature-model"), "{kinds:?}");
     let drift = file.temperature_model.as_ref().unwrap();
     for i in 0..3 {
         let slope = drift.channels[i].coefficients[0];
