@@ -4,7 +4,7 @@ use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{BENDS, BIAS, Covariance, DRIFT, Parameters, matrix};
+use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
 use crate::rows::{Held, Placed, force};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
