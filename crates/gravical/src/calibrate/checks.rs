@@ -218,39 +218,29 @@ fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
     let all = || 0..placements.len();
     let missing = missing(all().map(up));
     let named = |k: usize| match placements[k].claim {
-        Some(Claim::Face(f)) => Some(f).filter(|f| missing.contains(f)),
+        Some(Claim::Face(face)) => Some(face).filter(|f| missing.contains(f)),
         _ => None,
     };
-    let first = |k: usize| all().find(|&j| j != k && up(j) == up(k));
-    let by_name = all()
-        .filter(|&k| named(k).is_some() && up(k).is_some())
-        .find_map(|k| Some((first(k)?, k)));
-    let by_count = || {
-        let six = placements.len() == 6 && all().all(|k| up(k).is_some());
-        let mut later = all().filter_map(|k| Some((first(k).filter(|&j| j < k)?, k)));
-        later.find(|_| six && !missing.is_empty())
+    let are_six = placements.len() == 6 && !missing.is_empty() && all().all(|k| up(k).is_some());
+    let twin = |k: usize| all().find(|&j| j != k && up(k).is_some() && up(j) == up(k));
+    let pair = |is_meant: &dyn Fn(usize) -> bool| {
+        let mut later = all().rev().filter(|&k| is_meant(k));
+        later.find_map(|k| Some((twin(k)?, k)))
     };
-    let (one, other) = by_name.or_else(by_count)?;
-    let (p, q) = (&placements[one], &placements[other]);
+    let (one, other) = pair(&|k| named(k).is_some()).or_else(|| pair(&|_| are_six))?;
+    let (first, again) = (&placements[one].label, &placements[other].label);
     let absent: Vec<String> = missing.iter().map(|f| f.name()).collect();
-    let copied = if p.mean == q.mean {
-        ", which hold the same readings"
-    } else {
-        ""
-    };
     let record = match named(other) {
-        Some(face) => format!("\"{}\" with {} up", q.label, face.name()),
+        Some(face) => format!("\"{again}\" with {} up", face.name()),
         None => format!("one of them with {} up", absent.join(" and ")),
     };
     let twice = finding!(
         SameFaceTwice,
-        "{} points up in \"{}\" and in \"{}\"{copied}, and no pose has {} up: record {record}",
+        "{} points up in \"{first}\" and in \"{again}\", and no pose has {} up: record {record}",
         up(other)?.name(),
-        p.label,
-        q.label,
         absent.join(" or ")
     );
-    Some(twice.in_file(&q.source))
+    Some(twice.in_file(&placements[other].source))
 }
 
 /// Faces only, and one of them missing: what that costs.
