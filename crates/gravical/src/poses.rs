@@ -32,7 +32,7 @@ use serde::Deserialize;
 use crate::finding::{after, finding};
 use crate::numfmt::count;
 use crate::recording::units::GyroScale;
-use crate::recording::{Finding, FindingKind, Recording, UnitDoubt};
+use crate::recording::{AccelUnit, Finding, FindingKind, Recording, UnitDoubt};
 use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
@@ -322,55 +322,50 @@ fn between_rests(
 
 /// One known unit of the accelerometer in all recordings.
 pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Result<()> {
+    let reads = |r: &Recording| (r.accel_scale.unit, r.accel_scale.lsb_per_g, r.zero_offset);
     let mut first: Option<&Recording> = None;
     for recording in recordings {
         let first = *first.get_or_insert(recording);
-        if recording.accel_scale.unit == crate::recording::AccelUnit::Unknown {
-            let why = recording
-                .findings
-                .iter()
-                .find(|f| {
-                    matches!(
-                        f.kind,
-                        FindingKind::WrongFullScale
-                            | FindingKind::UnitUnknown
-                            | FindingKind::WithoutGravity
-                    )
-                })
-                .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
-            let hint = match recording.unit_doubt {
-                Some(UnitDoubt::WithoutGravity) => {
-                    "calibrate with recordings of the raw acceleration"
-                }
-                Some(UnitDoubt::WrongFullScale) => {
-                    "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
-                }
-                _ => "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale",
-            };
-            return Err(Error::input("unit-unknown", why)
-                .at(recording.name.as_ref(), None)
-                .with_hint(hint));
+        if recording.accel_scale.unit == AccelUnit::Unknown {
+            return Err(unknown_unit(recording));
         }
-        let same = recording.accel_scale.unit == first.accel_scale.unit
-            && recording.accel_scale.lsb_per_g == first.accel_scale.lsb_per_g
-            && recording.zero_offset == first.zero_offset;
-        if !same {
-            return Err(Error::input(
-                "units-differ",
-                format!(
-                    "the recordings are not in the same unit: {} is in {}, this one in {}",
-                    first.name,
-                    describe(first),
-                    describe(recording)
-                ),
-            )
-            .at(recording.name.as_ref(), None)
-            .with_hint(
-                "record all poses with the same settings; where they are in one unit, --accel-unit says it for all",
-            ));
+        if reads(recording) != reads(first) {
+            let what = format!(
+                "the recordings are not in the same unit: {} is in {}, this one in {}",
+                first.name,
+                describe(first),
+                describe(recording)
+            );
+            return Err(Error::input("units-differ", what)
+                .at(recording.name.as_ref(), None)
+                .with_hint("record all poses with the same settings; where they are in one unit, --accel-unit says it for all"));
         }
     }
     Ok(())
+}
+
+fn unknown_unit(recording: &Recording) -> Error {
+    let (why, hint) = match recording.unit_doubt {
+        Some(UnitDoubt::WithoutGravity) => (
+            FindingKind::WithoutGravity,
+            "calibrate with recordings of the raw acceleration",
+        ),
+        Some(UnitDoubt::WrongFullScale) => (
+            FindingKind::WrongFullScale,
+            "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2",
+        ),
+        _ => (
+            FindingKind::UnitUnknown,
+            "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale",
+        ),
+    };
+    let why = recording.findings.iter().find(|f| f.kind == why);
+    Error::input(
+        "unit-unknown",
+        why.map_or("the unit is not known", |f| f.message.as_str()),
+    )
+    .at(recording.name.as_ref(), None)
+    .with_hint(hint)
 }
 
 fn describe(recording: &Recording) -> String {
