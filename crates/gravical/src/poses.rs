@@ -175,23 +175,11 @@ pub struct Segmentation {
 
 /// A pose before its mean is taken.
 pub(crate) struct Interval {
-    label: String,
-    recording: usize,
-    rows: Range<usize>,
-    selection: Selection,
-    claim: Option<Claim>,
-}
-
-impl From<Pose> for Interval {
-    fn from(pose: Pose) -> Self {
-        Interval {
-            label: pose.label,
-            recording: pose.recording,
-            rows: pose.rows,
-            selection: pose.selection,
-            claim: pose.claim,
-        }
-    }
+    pub label: String,
+    pub recording: usize,
+    pub rows: Range<usize>,
+    pub selection: Selection,
+    pub claim: Option<Claim>,
 }
 
 /// Static intervals with their means.
@@ -247,7 +235,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
 }
 
 /// The poses of a session, and the turns that sections or labels name; none where nothing is named.
-fn cut_recordings(
+pub(crate) fn cut_recordings(
     recordings: &[Recording],
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,

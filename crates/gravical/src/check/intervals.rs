@@ -5,8 +5,8 @@ use crate::finding::finding;
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{
-    Interval, Measured, Pose, SegmentOptions, Selection, intervals_of, leave_out_empty,
-    measure_intervals, segment, slices,
+    Interval, Measured, Pose, SegmentOptions, Selection, check_units, cut_recordings, intervals_of,
+    leave_out_empty, measure_intervals, slices,
 };
 use crate::recording::{Finding, Recording};
 use crate::stats::mean_of_finite;
@@ -80,18 +80,17 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
         return intervals_of(index, found, None, Selection::Found);
     }
     // A table of means, or poses that somebody named: the intervals are given.
-    if recording.labels.is_some() || recording.rows() < 40 {
-        let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
-        if let Ok(given) = given {
-            let of_this = |pose| Pose {
-                recording: index,
-                ..pose
-            };
-            let poses = given.poses.into_iter().map(of_this);
-            return poses.map(Interval::from).collect();
-        }
+    let one = std::slice::from_ref(recording);
+    if check_units(one).is_err() || recording.labels.is_none() && recording.rows() >= 40 {
+        return Vec::new();
     }
-    Vec::new()
+    let given = cut_recordings(one, &SegmentOptions::default(), &mut Vec::new());
+    let (intervals, _) = given.unwrap_or_default();
+    let of_this = |interval| Interval {
+        recording: index,
+        ..interval
+    };
+    intervals.into_iter().map(of_this).collect()
 }
 
 /// Raises standard errors of means to what averages of samples say of them. `errors` are in the
