@@ -198,12 +198,6 @@ impl AxisMap {
             rows: self.rows.map(|(axis, same)| (axis, same != flip)),
         }
     }
-
-    /// True when nothing is turned.
-    #[must_use]
-    pub fn is_identity(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 impl std::fmt::Display for AxisMap {
@@ -263,7 +257,7 @@ mod tests {
     fn mounting_keeps_the_hand() {
         let map: AxisMap = "x,-z,y".parse().unwrap();
         assert_eq!(map.to_case([1.0, 2.0, 3.0]), [1.0, -3.0, 2.0]);
-        assert!("x,y,z".parse::<AxisMap>().unwrap().is_identity());
+        assert_eq!("x,y,z".parse::<AxisMap>().unwrap(), AxisMap::default());
         assert!("y,z,x".parse::<AxisMap>().is_ok());
         assert_eq!(map.to_string(), "x,-z,y");
         assert_eq!(map.of_rates(), map);
@@ -271,6 +265,6 @@ mod tests {
             assert!(wrong.parse::<AxisMap>().is_err(), "{wrong}");
         }
         let signs: AxisMap = "-x,-y,-z".parse().unwrap();
-        assert!(signs.of_rates().is_identity());
+        assert_eq!(signs.of_rates(), AxisMap::default());
     }
 }
